@@ -1,0 +1,1 @@
+"""The common ground: poses, scans, odometry, occupancy grids and their files, ray casting."""

@@ -1,0 +1,68 @@
+"""Wheel odometry: samples, and a buffer that tells the pose at any time between them."""
+
+from collections import deque
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from maps.se2 import Pose, interpolate
+
+
+@dataclass(frozen=True, eq=False)
+class Odometry:
+    """One odometry message."""
+
+    stamp: int
+    """Nanoseconds."""
+    odom_from_base: Pose
+    """(3,) the pose by dead reckoning."""
+    twist: Pose
+    """(3,) forward, sideways (m/s) and turning speed (rad/s) in the base frame."""
+
+
+class OdometryBuffer:
+    """The latest stretch of odometry, interpolated at any stamp; its memory is bounded."""
+
+    def __init__(self, max_samples: int = 4096) -> None:
+        self._samples: deque[tuple[int, Pose]] = deque(maxlen=max_samples)
+
+    def __len__(self) -> int:
+        return len(self._samples)
+
+    @property
+    def latest_stamp(self) -> int | None:
+        """Nanoseconds, None while empty."""
+        return self._samples[-1][0] if self._samples else None
+
+    def add(self, odometry: Odometry) -> bool:
+        """Take a sample; False when it is not newer than the last and was left out."""
+        if self._samples and odometry.stamp <= self._samples[-1][0]:
+            return False
+        self._samples.append((odometry.stamp, odometry.odom_from_base))
+        return True
+
+    def pose_at(self, stamps: ArrayLike) -> Pose:
+        """``odom_from_base`` (..., 3) at stamps (...) in nanoseconds.
+
+        Between samples the pose is interpolated; outside them the nearest sample stands, because an
+        extrapolated speed turns a gap in the log into a jump. Raises LookupError while empty.
+        """
+        if not self._samples:
+            raise LookupError("no odometry yet")
+        wanted = np.asarray(stamps, dtype=np.int64)
+        first_needed = int(wanted.min())
+        recent: list[tuple[int, Pose]] = []
+        for sample in reversed(self._samples):
+            recent.append(sample)
+            if sample[0] <= first_needed:
+                break
+        recent.reverse()
+        if len(recent) == 1:
+            return np.broadcast_to(recent[0][1], (*wanted.shape, 3)).copy()
+        times = np.array([stamp for stamp, _ in recent], dtype=np.int64)
+        poses = np.array([pose for _, pose in recent])
+        right = np.clip(np.searchsorted(times, wanted, side="right"), 1, len(times) - 1)
+        span = (times[right] - times[right - 1]).astype(np.float64)
+        fraction = np.clip((wanted - times[right - 1]) / span, 0.0, 1.0)
+        return interpolate(poses[right - 1], poses[right], fraction)

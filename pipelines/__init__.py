@@ -1,0 +1,1 @@
+"""Everything that touches the world: bags, simulator, reports, pictures, the command line."""
