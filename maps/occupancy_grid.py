@@ -17,7 +17,7 @@ class OccupancyGrid:
     """Cells over the plane, in the convention of ``nav_msgs/OccupancyGrid``."""
 
     cells: NDArray[np.int8]
-    """(rows, columns): -1 unknown, else percent occupied, 0 to 100. Row 0 lies at the origin; rows go up in y."""
+    """(rows, columns): -1 unknown, else percent occupied, 0 to 100. Row 0 is at the origin, rows go up in y."""
     resolution: float
     """Metres per cell."""
     map_from_grid: Pose
@@ -36,4 +36,5 @@ class OccupancyGrid:
     def contains(self, cells: ArrayLike) -> NDArray[np.bool_]:
         """(N,) whether cells (N, 2) lie on the grid."""
         cells = np.asarray(cells)
-        return np.all((cells >= 0) & (cells < np.array(self.cells.shape)), axis=1)
+        inside: NDArray[np.bool_] = np.all((cells >= 0) & (cells < np.array(self.cells.shape)), axis=1)
+        return inside

@@ -48,20 +48,21 @@ def transform_points(a_from_b: ArrayLike, points_in_b: ArrayLike) -> NDArray[np.
     x, y, yaw = np.asarray(a_from_b, dtype=np.float64)
     cos, sin = np.cos(yaw), np.sin(yaw)
     rotation = np.array([[cos, -sin], [sin, cos]])
-    return np.asarray(points_in_b, dtype=np.float64) @ rotation.T + np.array([x, y])
+    points: NDArray[np.float64] = np.asarray(points_in_b, dtype=np.float64) @ rotation.T + np.array([x, y])
+    return points
 
 
 def interpolate(start: ArrayLike, end: ArrayLike, fraction: ArrayLike) -> Pose:
-    """Between two poses at constant rate, yaw the short way round; fractions (...,) may lie outside [0, 1]."""
+    """Between two poses at constant rate, yaw the short way round; a fraction may lie outside [0, 1]."""
     start, end = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
     step = end - start
     step[..., 2] = wrap_angle(step[..., 2])
-    pose = start + np.asarray(fraction, dtype=np.float64)[..., None] * step
+    pose: Pose = start + np.asarray(fraction, dtype=np.float64)[..., None] * step
     pose[..., 2] = wrap_angle(pose[..., 2])
     return pose
 
 
-def mean_angle(angles: ArrayLike, weights: ArrayLike | None = None) -> float:
+def mean_angle(angles: ArrayLike, weights: NDArray[np.float64] | None = None) -> float:
     """Circular mean of angles (N,): the direction of the (weighted) mean unit vector."""
     angles = np.asarray(angles, dtype=np.float64)
     sin, cos = np.average(np.sin(angles), weights=weights), np.average(np.cos(angles), weights=weights)
