@@ -1,0 +1,276 @@
+"""Map files of ROS map_server and nav2: a YAML file beside an image.
+
+What the pixels mean follows nav2_map_server's ``map_io.cpp``: the brightness of a pixel is the mean of its
+colour channels, the darker the more occupied (the other way round with ``negate``). The modes are
+``trinary`` (occupied, free, unknown), ``scale`` (graded between the thresholds, transparent is unknown) and
+``raw`` (the brightness 0 to 100 is the percentage itself).
+"""
+
+import math
+import os
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+from PIL import Image
+
+from maps.errors import UserError
+from maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from maps.shipped import shipped_map, shipped_names
+
+MODES = ("trinary", "scale", "raw")
+IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
+OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
+BLACK, GREY, WHITE = 0, 205, 254
+"""What map_saver draws for occupied, unknown and free."""
+
+_MAX_YAML_BYTES = 1_000_000
+
+
+@dataclass(frozen=True)
+class _Header:
+    """The contents of the YAML file."""
+
+    image: Path
+    resolution: float
+    origin: NDArray[np.float64]
+    negate: bool
+    occupied_threshold: float
+    free_threshold: float
+    mode: str
+
+
+def find_map(path: Path) -> Path:
+    """The YAML file meant by a path: itself, the ``map.yaml`` of a folder, or the name of a shipped map."""
+    if path.is_dir():
+        path = path / "map.yaml"
+    if path.is_file():
+        return path
+    if str(path) in shipped_names():
+        return shipped_map(str(path))
+    raise UserError(
+        f"There is no map at {path}: give a map's YAML file, a folder that holds a map.yaml, "
+        f"or the name of a shipped map ({', '.join(shipped_names())})."
+    )
+
+
+def load_map(path: Path) -> OccupancyGrid:
+    """The grid in a map's YAML file, in a folder's ``map.yaml``, or of a shipped map's name.
+
+    Raises UserError for everything that can be wrong with the two files.
+    """
+    yaml_path = find_map(path)
+    header = _read_header(yaml_path)
+    brightness, full, transparent = _read_brightness(header, yaml_path)
+    cells = _percent_of_brightness(header, full)[brightness]
+    if header.mode == "scale":
+        cells[transparent] = UNKNOWN
+    return OccupancyGrid(np.ascontiguousarray(cells[::-1]), header.resolution, header.origin)
+
+
+def save_map(grid: OccupancyGrid, yaml_path: Path) -> None:
+    """Write a trinary PGM image and then the YAML file that names it, each beside and renamed.
+
+    Cells between free and occupied become unknown, as with map_saver; trinary grids come back exactly.
+    """
+    image_path = yaml_path.with_suffix(".pgm")
+    pixels = np.full(grid.cells.shape, GREY, dtype=np.uint8)
+    pixels[(grid.cells >= FREE) & (grid.cells <= 100 * FREE_THRESHOLD)] = WHITE
+    pixels[grid.cells >= 100 * OCCUPIED_THRESHOLD] = BLACK
+    header = {
+        "image": image_path.name,
+        "mode": "trinary",
+        "resolution": float(grid.resolution),
+        "origin": [float(value) for value in grid.map_from_grid],
+        "negate": 0,
+        "occupied_thresh": OCCUPIED_THRESHOLD,
+        "free_thresh": FREE_THRESHOLD,
+    }
+    with _written_beside(image_path) as beside:
+        Image.fromarray(pixels[::-1]).save(beside, format="PPM")
+    with _written_beside(yaml_path) as beside:
+        beside.write_text(yaml.safe_dump(header, sort_keys=False, default_flow_style=None), encoding="utf-8")
+
+
+@contextmanager
+def _written_beside(path: Path) -> Iterator[Path]:
+    """A place beside the path to write to; what is written there takes the path's name on success."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        yield beside
+        beside.replace(path)
+    except OSError as error:
+        raise UserError(f"Cannot write {path}: {error.strerror or error}.") from error
+    finally:
+        beside.unlink(missing_ok=True)
+
+
+def _read_header(yaml_path: Path) -> _Header:
+    entries = _read_yaml(yaml_path)
+    mode = entries.get("mode", "trinary")
+    if mode not in MODES:
+        raise UserError(f"In {yaml_path}, mode is {mode!r}; it must be one of {', '.join(MODES)}.")
+    resolution = _number(entries, "resolution", yaml_path)
+    if resolution <= 0:
+        raise UserError(
+            f"In {yaml_path}, resolution is {resolution}; it must be a positive number of metres."
+        )
+    occupied = _number(entries, "occupied_thresh", yaml_path)
+    free = _number(entries, "free_thresh", yaml_path)
+    if not 0 <= free < occupied <= 1:
+        raise UserError(
+            f"In {yaml_path}, free_thresh is {free} and occupied_thresh is {occupied}; "
+            "they must lie between 0 and 1, free_thresh below occupied_thresh."
+        )
+    return _Header(
+        image=_image_path(entries, yaml_path),
+        resolution=resolution,
+        origin=_origin(entries, yaml_path),
+        negate=_negate(entries, yaml_path),
+        occupied_threshold=occupied,
+        free_threshold=free,
+        mode=mode,
+    )
+
+
+def _read_yaml(yaml_path: Path) -> dict[str, Any]:
+    try:
+        if yaml_path.stat().st_size > _MAX_YAML_BYTES:
+            raise UserError(
+                f"{yaml_path} is too large to be a map's YAML file; give the YAML, not the image."
+            )
+        entries = yaml.safe_load(yaml_path.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise UserError(f"Cannot read the map {yaml_path}: {error.strerror}.") from error
+    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        raise UserError(
+            f"{yaml_path} is not a YAML file{_place_of(error)}; give the YAML file of a map, not its image."
+        ) from error
+    if not isinstance(entries, dict):
+        raise UserError(
+            f"{yaml_path} is not a map's YAML file: it holds no keys such as image and resolution."
+        )
+    return entries
+
+
+def _place_of(error: Exception) -> str:
+    mark = getattr(error, "problem_mark", None)
+    return f" (line {mark.line + 1})" if mark is not None else ""
+
+
+def _entry(entries: dict[str, Any], key: str, yaml_path: Path) -> Any:
+    if entries.get(key) is None:
+        raise UserError(f"{yaml_path} lacks the key {key}, which every ROS map file has; add it.")
+    return entries[key]
+
+
+def _number(entries: dict[str, Any], key: str, yaml_path: Path) -> float:
+    value = _entry(entries, key, yaml_path)
+    number = _as_number(value)
+    if number is None:
+        raise UserError(f"In {yaml_path}, {key} is {value!r}; it must be a finite number.")
+    return number
+
+
+def _as_number(value: Any) -> float | None:
+    """A finite number, also one that YAML 1.1 takes for text (5e-2); None for anything else."""
+    if isinstance(value, bool) or not isinstance(value, int | float | str):
+        return None
+    try:
+        number = float(value)
+    except (ValueError, OverflowError):
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _origin(entries: dict[str, Any], yaml_path: Path) -> NDArray[np.float64]:
+    value = _entry(entries, "origin", yaml_path)
+    numbers = [_as_number(number) for number in value] if isinstance(value, list) else []
+    origin = np.array([number for number in numbers if number is not None])
+    if len(numbers) != 3 or len(origin) != 3:
+        raise UserError(f"In {yaml_path}, origin is {value!r}; it must be three finite numbers [x, y, yaw].")
+    return origin
+
+
+def _negate(entries: dict[str, Any], yaml_path: Path) -> bool:
+    value = _entry(entries, "negate", yaml_path)
+    if value not in (0, 1):
+        raise UserError(f"In {yaml_path}, negate is {value!r}; it must be 0 or 1.")
+    return bool(value)
+
+
+def _image_path(entries: dict[str, Any], yaml_path: Path) -> Path:
+    """The image's path, held to the YAML file's folder: a map from a stranger must not read other files."""
+    name = _entry(entries, "image", yaml_path)
+    if not isinstance(name, str) or not name or "\0" in name:
+        raise UserError(f"In {yaml_path}, image is {name!r}; it must be the name of an image file beside it.")
+    image_path = yaml_path.parent / name
+    if not image_path.resolve().is_relative_to(yaml_path.parent.resolve()):
+        raise UserError(
+            f"In {yaml_path}, image points outside its folder ({name}); "
+            "put the image beside the YAML file and name it without a path."
+        )
+    if not image_path.is_file():
+        raise UserError(f"The image {image_path}, named in {yaml_path}, does not exist; put it there.")
+    return image_path
+
+
+def _read_brightness(header: _Header, yaml_path: Path) -> tuple[NDArray[np.uint16], int, NDArray[np.bool_]]:
+    """Sums of each pixel's channels (rows, columns), that of a white pixel, and which pixels are not opaque.
+
+    Integers, so that equal pixels fall on the same side of a threshold whatever the kind of image.
+    As in nav2, alpha counts as a fourth channel in trinary mode and not in the others.
+    """
+    image = _open_image(header.image, yaml_path)
+    if image.mode.startswith("I"):
+        grey = np.clip(np.asarray(image), 0, 65535).astype(np.uint16)
+        return grey, 65535, np.zeros(grey.shape, dtype=np.bool_)
+    if "A" in image.getbands() or "transparency" in image.info:
+        pixels = np.asarray(image.convert("RGBA"))
+        transparent = pixels[..., 3] < 255
+        channels = pixels if header.mode == "trinary" else pixels[..., :3]
+    else:
+        channels = np.atleast_3d(np.asarray(image.convert("L" if image.mode in ("1", "L") else "RGB")))
+        transparent = np.zeros(channels.shape[:2], dtype=np.bool_)
+    return channels.sum(axis=2, dtype=np.uint16), 255 * channels.shape[2], transparent
+
+
+def _open_image(image_path: Path, yaml_path: Path) -> Image.Image:
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", Image.DecompressionBombWarning)
+            image = Image.open(image_path, formats=IMAGE_FORMATS)
+            image.load()
+    except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
+        raise UserError(
+            f"The image {image_path}, named in {yaml_path}, has more than {Image.MAX_IMAGE_PIXELS} pixels; "
+            "crop it or save it at a coarser resolution."
+        ) from error
+    except Exception as error:  # Pillow's decoders raise whatever they trip over.
+        raise UserError(
+            f"The image {image_path}, named in {yaml_path}, cannot be read ({error}); "
+            f"it must be a whole image of one of the kinds {', '.join(IMAGE_FORMATS)}."
+        ) from error
+    return image
+
+
+def _percent_of_brightness(header: _Header, full: int) -> NDArray[np.int8]:
+    """(full + 1,) the cell's value for each brightness."""
+    shade = np.arange(full + 1) / full
+    occupancy = shade if header.negate else np.arange(full, -1, -1) / full
+    if header.mode == "raw":
+        percent = np.rint(shade * 255)
+        return np.where(percent <= OCCUPIED, percent, UNKNOWN).astype(np.int8)
+    if header.mode == "scale":
+        span = header.occupied_threshold - header.free_threshold
+        between = np.rint((occupancy - header.free_threshold) / span * OCCUPIED)
+    else:
+        between = np.full(full + 1, float(UNKNOWN))
+    conditions = [occupancy > header.occupied_threshold, occupancy < header.free_threshold]
+    return np.select(conditions, [OCCUPIED, FREE], between).astype(np.int8)

@@ -1,0 +1,52 @@
+"""Ranges that a laser would measure in a map, exact to the cell's edge.
+
+A cell stops a ray when it is at least half occupied (``OCCUPIED_FROM``); unknown cells are looked through.
+A ray that starts in an occupied cell measures 0; one that meets nothing measures inf.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from maps.occupancy_grid import OCCUPIED, OccupancyGrid
+from maps.ray_casting_kernels import OCCUPIED_FROM, cast_beams, cast_fans
+from maps.se2 import IDENTITY, Pose, between
+
+__all__ = ["OCCUPIED_FROM", "cast_ray_fan", "cast_rays", "warm_up"]
+
+
+def cast_ray_fan(
+    grid: OccupancyGrid, map_from_laser: ArrayLike, bearings: ArrayLike, max_range: float
+) -> NDArray[np.float64]:
+    """(P, B) metres: all bearings (B,) from each of the poses (P, 3); inf beyond ``max_range``."""
+    starts, bearings = _starts(grid, map_from_laser), np.ascontiguousarray(bearings, dtype=np.float64)
+    distances = np.empty((len(starts), len(bearings)))
+    cast_fans(grid.cells, starts, bearings, max_range / grid.resolution, distances)
+    return distances * grid.resolution
+
+
+def cast_rays(
+    grid: OccupancyGrid, map_from_laser: ArrayLike, bearings: ArrayLike, max_range: float
+) -> NDArray[np.float64]:
+    """(N,) metres: bearing i of (N,) from pose i of (N, 3) or all from one (3,); inf beyond ``max_range``.
+
+    With a pose for each bearing a sweep is cast from a moving laser.
+    """
+    bearings = np.ascontiguousarray(bearings, dtype=np.float64)
+    poses = np.broadcast_to(np.asarray(map_from_laser, dtype=np.float64), (len(bearings), 3))
+    distances = np.empty(len(bearings))
+    cast_beams(grid.cells, _starts(grid, poses), bearings, max_range / grid.resolution, distances)
+    return distances * grid.resolution
+
+
+def warm_up() -> None:
+    """Compile the kernels (or load them from numba's cache) so that the first scan is as fast as the rest."""
+    grid = OccupancyGrid(np.full((1, 1), OCCUPIED, dtype=np.int8), 1.0, IDENTITY)
+    cast_ray_fan(grid, IDENTITY[None], [0.0], 1.0)
+    cast_rays(grid, IDENTITY, [0.0], 1.0)
+
+
+def _starts(grid: OccupancyGrid, map_from_laser: ArrayLike) -> Pose:
+    """(P, 3) row and column in cells, fractions and all, and heading over the grid."""
+    grid_from_laser = between(grid.map_from_grid, map_from_laser)
+    starts = grid_from_laser[..., [1, 0, 2]] / np.array([grid.resolution, grid.resolution, 1.0])
+    return np.ascontiguousarray(starts)

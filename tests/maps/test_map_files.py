@@ -1,0 +1,230 @@
+"""Map files: what nav2 reads, what it writes, and one clear sentence for each bad input."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import array_shapes, arrays
+from numpy.typing import NDArray
+from PIL import Image
+
+from maps.errors import UserError
+from maps.map_files import find_map, load_map, save_map
+from maps.occupancy_grid import OccupancyGrid
+from maps.shipped import shipped_names
+
+DATA = Path(os.environ.get("RACECAR_DATA", Path(__file__).parents[2].parent / "shared" / "data"))
+
+HEADER = {
+    "image": "map.png",
+    "resolution": 0.05,
+    "origin": [1.0, -2.0, 0.5],
+    "negate": 0,
+    "occupied_thresh": 0.65,
+    "free_thresh": 0.196,
+}
+
+
+def write_map(
+    folder: Path, pixels: NDArray[np.generic] | list[list[int]], without: str = "", **changes: object
+) -> Path:
+    Image.fromarray(np.asarray(pixels, dtype=np.uint8) if isinstance(pixels, list) else pixels).save(
+        folder / "map.png"
+    )
+    header = {key: value for key, value in {**HEADER, **changes}.items() if key != without}
+    (folder / "map.yaml").write_text(yaml.safe_dump(header))
+    return folder / "map.yaml"
+
+
+def test_trinary_follows_the_thresholds_and_turns_rows_upside_down(tmp_path: Path) -> None:
+    grid = load_map(write_map(tmp_path, [[0, 88, 89], [90, 205, 254]]))
+    # (255 - 89) / 255 = 0.651 is above, (255 - 90) / 255 = 0.647 below the threshold of 0.65.
+    np.testing.assert_array_equal(grid.cells, [[-1, -1, 0], [100, 100, 100]])
+    assert grid.resolution == 0.05
+    np.testing.assert_array_equal(grid.map_from_grid, [1.0, -2.0, 0.5])
+
+
+def test_negate_makes_white_occupied(tmp_path: Path) -> None:
+    grid = load_map(write_map(tmp_path, [[0, 128, 255]], negate=1))
+    np.testing.assert_array_equal(grid.cells, [[0, -1, 100]])
+
+
+def test_a_pixel_on_the_threshold_is_unknown(tmp_path: Path) -> None:
+    grid = load_map(write_map(tmp_path, [[204, 51]], free_thresh=0.2, occupied_thresh=0.8))
+    np.testing.assert_array_equal(grid.cells, [[-1, -1]])
+
+
+def test_scale_grades_between_the_thresholds(tmp_path: Path) -> None:
+    grid = load_map(
+        write_map(tmp_path, [[255, 204, 153, 51, 0]], mode="scale", free_thresh=0.1, occupied_thresh=0.9)
+    )
+    np.testing.assert_array_equal(grid.cells, [[0, 12, 38, 88, 100]])
+
+
+def test_scale_takes_transparent_pixels_for_unknown(tmp_path: Path) -> None:
+    pixels = np.array([[[0, 0, 0, 255], [0, 0, 0, 254], [255, 255, 255, 0]]], dtype=np.uint8)
+    np.testing.assert_array_equal(load_map(write_map(tmp_path, pixels, mode="scale")).cells, [[100, -1, -1]])
+
+
+def test_trinary_averages_alpha_with_the_colours(tmp_path: Path) -> None:
+    pixels = np.array([[[0, 0, 0, 255], [200, 200, 200, 255], [200, 200, 200, 0]]], dtype=np.uint8)
+    # Occupancies 0.75, 0.162 and 0.412.
+    np.testing.assert_array_equal(load_map(write_map(tmp_path, pixels)).cells, [[100, 0, -1]])
+
+
+def test_raw_reads_percentages(tmp_path: Path) -> None:
+    grid = load_map(write_map(tmp_path, [[0, 37, 100, 101, 255]], mode="raw"))
+    np.testing.assert_array_equal(grid.cells, [[0, 37, 100, -1, -1]])
+
+
+def test_colours_are_averaged(tmp_path: Path) -> None:
+    pixels = np.array([[[255, 0, 0], [255, 255, 100], [255, 200, 200]]], dtype=np.uint8)
+    np.testing.assert_array_equal(load_map(write_map(tmp_path, pixels)).cells, [[100, -1, 0]])
+
+
+def test_sixteen_bit_images_are_read_at_their_depth(tmp_path: Path) -> None:
+    pixels = np.array([[0, 65535, 52428]], dtype=np.uint16)
+    np.testing.assert_array_equal(load_map(write_map(tmp_path, pixels)).cells, [[100, 0, -1]])
+
+
+@pytest.mark.parametrize("mode", ["1", "P", "LA"])
+def test_other_kinds_of_image_read_like_grey_ones(tmp_path: Path, mode: str) -> None:
+    yaml_path = write_map(tmp_path, [[0, 255], [255, 0]])
+    Image.open(tmp_path / "map.png").convert(mode).save(tmp_path / "map.png")
+    np.testing.assert_array_equal(load_map(yaml_path).cells, [[0, 100], [100, 0]])
+
+
+def test_numbers_that_yaml_takes_for_text_are_numbers(tmp_path: Path) -> None:
+    yaml_path = write_map(tmp_path, [[0]])
+    yaml_path.write_text(yaml_path.read_text().replace("resolution: 0.05", "resolution: 5e-2"))
+    assert load_map(yaml_path).resolution == 0.05
+
+
+def test_a_folder_stands_for_its_map(tmp_path: Path) -> None:
+    assert find_map(write_map(tmp_path, [[0]]).parent) == tmp_path / "map.yaml"
+
+
+def test_a_shipped_map_is_found_by_name() -> None:
+    for name in shipped_names():
+        assert np.any(load_map(Path(name)).cells == 0)
+
+
+@pytest.mark.parametrize("key", sorted(HEADER))
+def test_every_missing_key_is_named(tmp_path: Path, key: str) -> None:
+    with pytest.raises(UserError, match=rf"map\.yaml lacks the key {key}"):
+        load_map(write_map(tmp_path, [[0]], without=key))
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"resolution": "fine"}, "resolution is 'fine'"),
+        ({"resolution": 0}, "resolution is 0.0"),
+        ({"resolution": -0.05}, "resolution is -0.05"),
+        ({"resolution": float("nan")}, "resolution is nan"),
+        ({"resolution": True}, "resolution is True"),
+        ({"origin": [0, 0]}, "origin is"),
+        ({"origin": 3}, "origin is 3"),
+        ({"origin": [0, float("inf"), 0]}, "origin is"),
+        ({"origin": [0, 0, 0, 0]}, "origin is"),
+        ({"negate": 2}, "negate is 2"),
+        ({"negate": "no way"}, "negate is 'no way'"),
+        ({"mode": "ternary"}, "mode is 'ternary'"),
+        ({"mode": []}, "mode is"),
+        ({"free_thresh": 0.7}, "free_thresh is 0.7 and occupied_thresh is 0.65"),
+        ({"occupied_thresh": 65}, "occupied_thresh is 65"),
+        ({"image": 7}, "image is 7"),
+        ({"image": "other.png"}, "other.png.* does not exist"),
+        ({"image": "../map.png"}, "points outside its folder"),
+        ({"image": "/etc/passwd"}, "points outside its folder"),
+        ({"image": "map.yaml"}, "cannot be read"),
+        ({"image": "."}, "does not exist"),
+    ],
+)
+def test_each_bad_entry_is_told(tmp_path: Path, changes: dict[str, object], complaint: str) -> None:
+    with pytest.raises(UserError, match=complaint):
+        load_map(write_map(tmp_path, [[0]], **changes))
+
+
+def test_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
+    folder = tmp_path / "map"
+    folder.mkdir()
+    yaml_path = write_map(folder, [[0]])
+    (folder / "map.png").rename(tmp_path / "elsewhere.png")
+    (folder / "map.png").symlink_to(tmp_path / "elsewhere.png")
+    with pytest.raises(UserError, match="points outside its folder"):
+        load_map(yaml_path)
+
+
+@pytest.mark.parametrize("content", [b"", b"just text", b"a: [1", b"\x89PNG\xff\x00", b"- 1\n- 2"])
+def test_a_file_that_is_no_map_yaml_is_told(tmp_path: Path, content: bytes) -> None:
+    (tmp_path / "map.yaml").write_bytes(content)
+    with pytest.raises(UserError, match="is not a"):
+        load_map(tmp_path / "map.yaml")
+
+
+def test_a_missing_map_is_told_with_what_can_be_given(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="There is no map at"):
+        load_map(tmp_path / "nowhere.yaml")
+
+
+def test_a_cut_image_is_told(tmp_path: Path) -> None:
+    yaml_path = write_map(tmp_path, np.zeros((300, 300), dtype=np.uint8))
+    whole = (tmp_path / "map.png").read_bytes()
+    (tmp_path / "map.png").write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(UserError, match=r"map\.png.* cannot be read"):
+        load_map(yaml_path)
+
+
+def test_an_absurd_size_is_refused_before_memory_is_spent(tmp_path: Path) -> None:
+    yaml_path = write_map(tmp_path, [[0]], image="huge.pgm")
+    (tmp_path / "huge.pgm").write_bytes(b"P5 100000 100000 255\n")
+    with pytest.raises(UserError, match="pixels"):
+        load_map(yaml_path)
+
+
+@settings(deadline=None)
+@given(
+    cells=arrays(
+        np.int8, array_shapes(min_dims=2, max_dims=2, max_side=20), elements=st.sampled_from([-1, 0, 100])
+    ),
+    resolution=st.floats(1e-3, 10.0),
+    origin=st.tuples(*[st.floats(-1e6, 1e6)] * 2, st.floats(-3.2, 3.2)),
+)
+def test_trinary_grids_come_back_exactly(
+    tmp_path_factory: pytest.TempPathFactory,
+    cells: NDArray[np.int8],
+    resolution: float,
+    origin: tuple[float, float, float],
+) -> None:
+    folder = tmp_path_factory.mktemp("map")
+    save_map(OccupancyGrid(cells, resolution, np.array(origin)), folder / "map.yaml")
+    loaded = load_map(folder)
+    np.testing.assert_array_equal(loaded.cells, cells)
+    assert loaded.resolution == resolution
+    np.testing.assert_array_equal(loaded.map_from_grid, origin)
+    assert sorted(path.name for path in folder.iterdir()) == ["map.pgm", "map.yaml"]
+
+
+def test_graded_cells_are_saved_as_map_saver_does(tmp_path: Path) -> None:
+    cells = np.array([[19, 20, 64, 65]], dtype=np.int8)
+    save_map(OccupancyGrid(cells, 0.05, np.zeros(3)), tmp_path / "map.yaml")
+    np.testing.assert_array_equal(load_map(tmp_path).cells, [[0, -1, -1, 100]])
+
+
+def test_saving_into_a_missing_folder_is_told(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="Cannot write"):
+        save_map(OccupancyGrid(np.zeros((1, 1), np.int8), 0.05, np.zeros(3)), tmp_path / "no" / "map.yaml")
+
+
+@pytest.mark.skipif(not DATA.exists(), reason="needs the recordings")
+def test_the_map_of_mits_basement_reads() -> None:
+    grid = load_map(DATA / "racecar" / "maps" / "stata_basement.yaml")
+    assert grid.cells.shape == (1300, 1730)
+    assert grid.map_from_grid[2] == 3.14
+    assert np.count_nonzero(grid.cells == 100) == 18_384
+    assert np.count_nonzero(grid.cells == 0) == 310_278
