@@ -9,6 +9,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from localization.config import LocalizationConfig
 from mapping.config import MappingConfig
+from pipelines.text_file import read_text
 from maps.errors import UserError
 
 
@@ -33,15 +34,11 @@ def load_config(path: Path | None) -> Config:
 
 def _read_yaml(path: Path) -> Any:
     try:
-        contents = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(
-            f"Cannot read the configuration {path}: {(error.strerror or str(error)).lower()}."
-        ) from error
+        contents = yaml.safe_load(read_text(path))
     except yaml.MarkedYAMLError as error:
         line = f" at line {error.problem_mark.line + 1}" if error.problem_mark else ""
         raise UserError(f"The configuration {path} is not valid YAML{line}: {error.problem}.") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except yaml.YAMLError as error:
         raise UserError(f"The configuration {path} is not a YAML text file.") from error
     contents = {} if contents is None else contents
     if not isinstance(contents, dict):

@@ -8,8 +8,10 @@ import numpy as np
 from maps.errors import UserError
 from maps.trajectory import Trajectory
 from pipelines.outputs import write_atomically
+from pipelines.text_file import read_text
 
 _COLUMNS = 8
+_LATEST_SECONDS = 2**63 // 10**9
 
 
 def save_tum(trajectory: Trajectory, path: Path) -> None:
@@ -31,7 +33,7 @@ def load_tum(path: Path) -> Trajectory:
     """
     stamps: list[int] = []
     rows: list[list[float]] = []
-    for number, line in enumerate(_read_lines(path), start=1):
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         stamp, row = _parse_line(line, f"line {number} of {path}")
@@ -48,15 +50,6 @@ def load_tum(path: Path) -> Trajectory:
     return Trajectory(np.array(stamps, dtype=np.int64), np.column_stack([x, y, yaw]))
 
 
-def _read_lines(path: Path) -> list[str]:
-    try:
-        return path.read_text(encoding="utf-8").splitlines()
-    except UnicodeDecodeError as error:
-        raise UserError(f"{path} is not a text file; a TUM trajectory is wanted.") from error
-    except OSError as error:
-        raise UserError(f"Cannot read {path}: {(error.strerror or str(error)).lower()}.") from error
-
-
 def _parse_line(line: str, place: str) -> tuple[int, list[float]]:
     fields = line.split()
     if len(fields) != _COLUMNS:
@@ -64,10 +57,14 @@ def _parse_line(line: str, place: str) -> tuple[int, list[float]]:
             f"There are {len(fields)} numbers in {place}; a TUM line has {_COLUMNS}: 't x y z qx qy qz qw'."
         )
     try:
-        stamp = int((Decimal(fields[0]) * 10**9).to_integral_value())
+        seconds = Decimal(fields[0])
         row = [float(field) for field in fields[1:]]
-    except (InvalidOperation, ValueError, OverflowError) as error:
-        raise UserError(f"There is something that is not a number in {place}: '{line.strip()}'.") from error
+        if not abs(seconds) < _LATEST_SECONDS:
+            raise ValueError
+    except (InvalidOperation, ValueError) as error:
+        raise UserError(
+            f"There is something that is not a valid number in {place}: '{line.strip()}'."
+        ) from error
     if not np.all(np.isfinite(row)) or not 0 < np.linalg.norm(row[3:]) < np.inf:
         raise UserError(f"There is no valid pose in {place}: '{line.strip()}'.")
-    return stamp, row
+    return int((seconds * 10**9).to_integral_value()), row
