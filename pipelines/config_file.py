@@ -9,8 +9,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from localization.config import LocalizationConfig
 from mapping.config import MappingConfig
-from pipelines.text_file import read_text
 from maps.errors import UserError
+from pipelines.text_file import read_text
 
 
 class Config(BaseModel):

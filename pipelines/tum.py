@@ -1,17 +1,15 @@
 """Trajectories as TUM files: ``t x y z qx qy qz qw`` per line, seconds and metres."""
 
-from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
 import numpy as np
 
 from maps.errors import UserError
 from maps.trajectory import Trajectory
+from pipelines.number_lines import read_number_lines
 from pipelines.outputs import write_atomically
-from pipelines.text_file import read_text
 
-_COLUMNS = 8
-_LATEST_SECONDS = 2**63 // 10**9
+_LAYOUT = "t x y z qx qy qz qw"
 
 
 def save_tum(trajectory: Trajectory, path: Path) -> None:
@@ -33,38 +31,15 @@ def load_tum(path: Path) -> Trajectory:
     """
     stamps: list[int] = []
     rows: list[list[float]] = []
-    for number, line in enumerate(read_text(path).splitlines(), start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        stamp, row = _parse_line(line, f"line {number} of {path}")
-        if stamps and stamp <= stamps[-1]:
-            raise UserError(
-                f"The time of line {number} of {path} is not after the one before; sort the file."
-            )
-        stamps.append(stamp)
-        rows.append(row)
+    for line in read_number_lines(path, _LAYOUT, stamps=1):
+        if stamps and line.stamps[0] <= stamps[-1]:
+            raise UserError(f"The time in {line.place} is not after the one before; sort the file by time.")
+        if not any(line.numbers[3:]):
+            raise UserError(f"The quaternion in {line.place} is zero; it should hold '{_LAYOUT}'.")
+        stamps += line.stamps
+        rows.append(line.numbers)
     if not stamps:
-        raise UserError(f"{path} holds no poses; it should hold lines 't x y z qx qy qz qw'.")
+        raise UserError(f"{path} holds no poses; it should hold lines '{_LAYOUT}'.")
     x, y, _, qx, qy, qz, qw = np.array(rows).T
     yaw = np.arctan2(2 * (qw * qz + qx * qy), qw**2 + qx**2 - qy**2 - qz**2)
     return Trajectory(np.array(stamps, dtype=np.int64), np.column_stack([x, y, yaw]))
-
-
-def _parse_line(line: str, place: str) -> tuple[int, list[float]]:
-    fields = line.split()
-    if len(fields) != _COLUMNS:
-        raise UserError(
-            f"There are {len(fields)} numbers in {place}; a TUM line has {_COLUMNS}: 't x y z qx qy qz qw'."
-        )
-    try:
-        seconds = Decimal(fields[0])
-        row = [float(field) for field in fields[1:]]
-        if not abs(seconds) < _LATEST_SECONDS:
-            raise ValueError
-    except (InvalidOperation, ValueError) as error:
-        raise UserError(
-            f"There is something that is not a valid number in {place}: '{line.strip()}'."
-        ) from error
-    if not np.all(np.isfinite(row)) or not 0 < np.linalg.norm(row[3:]) < np.inf:
-        raise UserError(f"There is no valid pose in {place}: '{line.strip()}'.")
-    return int((seconds * 10**9).to_integral_value()), row

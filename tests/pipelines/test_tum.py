@@ -44,12 +44,12 @@ def test_yaw_of_a_tilted_pose_and_comments(tmp_path: Path) -> None:
     ("text", "complaint"),
     [
         ("", "holds no poses"),
-        (f"{GOOD_LINE}\n1.6 1 2", "3 numbers in line 2 of"),
-        (f"{GOOD_LINE}\n\n1.6 1 two 0 0 0 0 1", "not a valid number in line 3 of"),
-        ("inf 1 2 0 0 0 0 1", "not a valid number in line 1 of"),
+        (f"{GOOD_LINE}\n1.6 1 2", "3 values in line 2 of"),
+        (f"{GOOD_LINE}\n\n1.6 1 two 0 0 0 0 1", "usable number in line 3 of"),
+        ("inf 1 2 0 0 0 0 1", "usable number in line 1 of"),
         ("1e400 1 2 0 0 0 0 1", "line 1 of"),
-        ("1.5 nan 2 0 0 0 0 1", "no valid pose in line 1 of"),
-        ("1.5 1 2 0 0 0 0 0", "no valid pose in line 1 of"),
+        ("1.5 nan 2 0 0 0 0 1", "usable number in line 1 of"),
+        ("1.5 1 2 0 0 0 0 0", "quaternion in line 1 of"),
         (f"{GOOD_LINE}\n{GOOD_LINE}", "line 2 of"),
     ],
 )
