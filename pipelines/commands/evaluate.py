@@ -1,0 +1,58 @@
+"""``racecar evaluate``: how good a trajectory is."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from maps.errors import UserError
+from pipelines.options import JsonOption, QuietOption
+
+
+def evaluate(
+    trajectory: Annotated[
+        Path, typer.Argument(metavar="TRAJ", help="Estimated poses, a TUM file.", show_default=False)
+    ],
+    reference: Annotated[
+        Path | None,
+        typer.Option("--reference", metavar="REF.tum", help="True poses, a TUM file.", show_default=False),
+    ] = None,
+    relations: Annotated[
+        Path | None,
+        typer.Option(
+            "--relations",
+            metavar="FILE",
+            help="True relative poses of the SLAM benchmark: t1 t2 x y z roll pitch yaw.",
+            show_default=False,
+        ),
+    ] = None,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Measure a trajectory against true poses (absolute and relative error) or true relations.
+
+    Example: racecar evaluate runs/drive/trajectory.tum --reference ground_truth.tum
+    """
+    if (reference is None) == (relations is None):
+        raise UserError("Name what to compare with: either --reference REF.tum or --relations FILE.")
+
+    from rich.console import Console
+
+    from pipelines.evaluation import compare
+    from pipelines.relations import load_relations, relation_errors
+    from pipelines.report import write_json
+    from pipelines.tables import relations_table, trajectory_table
+    from pipelines.tum import load_tum
+
+    estimated = load_tum(trajectory)
+    if reference is not None:
+        errors = compare(estimated, load_tum(reference))
+        figures, table = errors.summary(), trajectory_table(f"{trajectory} against {reference}", errors)
+    else:
+        assert relations is not None
+        relation = relation_errors(estimated, load_relations(relations))
+        figures, table = relation.summary(), relations_table(f"{trajectory} against {relations}", relation)
+    if json is not None:
+        write_json(json, {"trajectory": trajectory, "compared_with": reference or relations, **figures})
+    if not quiet:
+        Console().print(table)

@@ -1,0 +1,101 @@
+import errno
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from maps.errors import UserError
+from pipelines import cli
+
+COMMANDS = ("map", "localize", "evaluate", "simulate", "check", "demo")
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_shows_an_example(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run([command, "--help"]) == 0
+    assert f"Example: racecar {command}" in capsys.readouterr().out
+
+
+def test_help_without_arguments(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run([]) == 0
+    shown = capsys.readouterr().out
+    assert all(command in shown for command in COMMANDS)
+
+
+def test_help_loads_nothing_heavy() -> None:
+    heavy = "{'numpy', 'numba', 'gtsam', 'matplotlib', 'rosbags', 'evo', 'open3d', 'scipy'}"
+    code = f"import sys; from pipelines import cli; cli.run([]); sys.exit(bool({heavy} & set(sys.modules)))"
+    done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL, check=False)
+    assert done.returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["mapp"], "No such command"),
+        (["evaluate"], "Missing argument 'TRAJ'"),
+        (["evaluate", "a.tum", "--refrence", "b.tum"], "--refrence"),
+        (["evaluate", "a.tum"], "--reference REF.tum or --relations FILE"),
+        (["evaluate", "a.tum", "--reference", "b.tum"], "Cannot read a.tum"),
+    ],
+)
+def test_mistakes_of_the_user(
+    arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.run(arguments) == 2
+    shown = capsys.readouterr()
+    assert complaint in shown.err
+    assert shown.err.count("\n") == 1
+    assert shown.out == ""
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "complaint"),
+    [
+        (UserError("The bag is empty."), 2, "The bag is empty.\n"),
+        (KeyboardInterrupt(), 130, "Stopped.\n"),
+        (
+            OSError(errno.ENOSPC, "No space left on device", "map.pgm"),
+            2,
+            "Cannot write map.pgm: no space left",
+        ),
+        (ZeroDivisionError("float\ndivision"), 1, "fault in racecar"),
+        (FileNotFoundError(errno.ENOENT, "No such file", "x"), 1, "fault in racecar"),
+    ],
+)
+def test_exit_codes(
+    error: BaseException,
+    code: int,
+    complaint: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(cli, "app", fail)
+    monkeypatch.delenv("RACECAR_DEBUG", raising=False)
+    assert cli.run(["demo"]) == code
+    shown = capsys.readouterr().err
+    assert complaint in shown
+    assert shown.count("\n") == 1
+
+
+def test_debugging_shows_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise UserError("bad")
+
+    monkeypatch.setattr(cli, "app", fail)
+    monkeypatch.setenv("RACECAR_DEBUG", "1")
+    with pytest.raises(UserError):
+        cli.run(["demo"])
+
+
+def test_figures_of_an_evaluation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.tum"
+    path.write_text("".join(f"{i * 0.025} {i * 0.1} 0 0 0 0 0 1\n" for i in range(50)))
+    arguments = ["evaluate", str(path), "--reference", str(path), "--json", str(tmp_path / "figures.json")]
+    assert cli.run(arguments) == 0
+    assert "50 of 50 poses" in capsys.readouterr().out
+    assert '"matched_share": 1.0' in (tmp_path / "figures.json").read_text()
