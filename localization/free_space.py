@@ -1,0 +1,66 @@
+"""Where on a map the car can be."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from maps.errors import UserError
+from maps.occupancy_grid import UNKNOWN, OccupancyGrid
+from maps.ray_casting import OCCUPIED_FROM
+from maps.se2 import Pose
+
+_SMALLEST_AREA = 1.0
+"""Square metres; a smaller patch of free cells is a speck of the mapping, not a place for a car."""
+
+
+@dataclass(frozen=True, eq=False)
+class FreeSpace:
+    """The free cells of a grid that a car can stand on."""
+
+    grid: OccupancyGrid
+    is_free: NDArray[np.bool_]
+    """(rows, columns)"""
+
+    @property
+    def cell_count(self) -> int:
+        """How many cells are free."""
+        return int(np.count_nonzero(self.is_free))
+
+    def contains(self, points_in_map: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """(N,) whether points (N, 2) lie on it."""
+        cells = self.grid.cell_of(points_in_map)
+        inside = self.grid.contains(cells)
+        inside[inside] = self.is_free[tuple(cells[inside].T)]
+        return inside
+
+    def draw_poses(self, count: int, rng: np.random.Generator) -> Pose:
+        """(count, 3) poses in the map, spread evenly over all places and headings."""
+        cells = np.argwhere(self.is_free)
+        chosen = rng.choice(cells, size=count)
+        within_cell = rng.uniform(-0.5, 0.5, size=(count, 2))
+        positions = self.grid.center_of(chosen + within_cell)
+        return np.column_stack([positions, rng.uniform(-np.pi, np.pi, size=count)])
+
+
+def find_free_space(grid: OccupancyGrid, max_cells: int) -> FreeSpace:
+    """The patches of free cells, of a square metre and more, that hang together.
+
+    Where that is more than ``max_cells``, patches that reach the grid's edge are left out if others
+    remain: on the map of a track, the endless floor around it. Raises UserError when nothing is free.
+    """
+    free = (grid.cells > UNKNOWN) & (grid.cells < OCCUPIED_FROM)
+    patches, count = ndimage.label(free)
+    if count == 0:
+        raise UserError(
+            "The map has no free cells, so there is no place for a car on it; check its thresholds."
+        )
+    areas = np.bincount(patches.ravel(), minlength=count + 1) * grid.resolution**2
+    areas[0] = 0.0
+    wanted = areas >= min(_SMALLEST_AREA, areas.max())
+    inner = wanted.copy()
+    inner[np.unique(np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]]))] = False
+    if areas[wanted].sum() / grid.resolution**2 > max_cells and inner.any():
+        wanted = inner
+    return FreeSpace(grid, wanted[patches])

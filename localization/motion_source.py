@@ -1,0 +1,94 @@
+"""The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from localization.config import LocalizationConfig
+from localization.motion_model import drift_noise, odometry_noise
+from maps.odometry import Odometry, OdometryBuffer
+from maps.se2 import IDENTITY, Pose, between
+
+RESTART_SECONDS = 1.0
+"""A clock that goes back by more has been set anew; by less, messages came out of order."""
+_STALE_SECONDS = 0.5
+_FASTEST = 20.0
+"""Metres or radians per second; odometry that claims more has jumped."""
+_LONGEST_CARRY = 0.5
+"""Seconds for which a speed is believed to last."""
+_SPEED_MEMORY = 0.15
+"""Seconds over which the speed of the estimates is averaged."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionStep:
+    """The motion between two scans."""
+
+    base_from_next_base: Pose
+    deviation: float
+    """Standard deviation in metres and radians."""
+    is_measured: bool
+
+
+class MotionSource:
+    """Gathers odometry, and tells the motion since the last scan; none of it is counted twice or lost."""
+
+    def __init__(self, config: LocalizationConfig) -> None:
+        self._config = config
+        self._odometry = OdometryBuffer()
+        self._odom_from_base: Pose | None = None
+        self._stamp: int | None = None
+        self._speed: Pose = IDENTITY
+        self._last_estimate: tuple[int, Pose] | None = None
+
+    def add(self, odometry: Odometry) -> None:
+        """Take a sample; one that is not finite or comes out of order is left out."""
+        if not np.all(np.isfinite(odometry.odom_from_base)):
+            return
+        latest = self._odometry.latest_stamp
+        if latest is not None and latest - odometry.stamp > RESTART_SECONDS * 1e9:
+            self._odometry = OdometryBuffer()
+            self._odom_from_base = None
+        self._odometry.add(odometry)
+
+    def odometry_about(self, stamp: int) -> OdometryBuffer | None:
+        """The odometry if it reaches to a stamp, or nearly."""
+        latest = self._odometry.latest_stamp
+        return self._odometry if latest is not None and stamp - latest < _STALE_SECONDS * 1e9 else None
+
+    def step_to(self, stamp: int) -> MotionStep:
+        """The motion since the last call, or since the time began anew."""
+        if self._stamp is None or self._stamp - stamp > RESTART_SECONDS * 1e9:
+            seconds = 0.0
+            self._odom_from_base = None
+        else:
+            seconds = max(stamp - self._stamp, 0) * 1e-9
+        self._stamp = stamp
+        return self._measured(stamp, seconds) or self._carried_on(seconds)
+
+    def follow(self, stamp: int, map_from_base: Pose) -> None:
+        """Learn the car's speed from an estimate, for when odometry fails."""
+        if self._last_estimate is not None:
+            seconds = (stamp - self._last_estimate[0]) * 1e-9
+            if 0.0 < seconds < _LONGEST_CARRY:
+                speed = between(self._last_estimate[1], map_from_base) / seconds
+                self._speed = self._speed + seconds / (seconds + _SPEED_MEMORY) * (speed - self._speed)
+        self._last_estimate = (stamp, map_from_base)
+
+    def forget_speed(self) -> None:
+        """The estimates to come do not continue those before."""
+        self._speed, self._last_estimate = IDENTITY, None
+
+    def _measured(self, stamp: int, seconds: float) -> MotionStep | None:
+        before, odometry = self._odom_from_base, self.odometry_about(stamp)
+        self._odom_from_base = odometry.pose_at(stamp) if odometry is not None else None
+        if before is None or self._odom_from_base is None:
+            return None
+        step = between(before, self._odom_from_base)
+        if np.hypot(step[0], step[1]) + abs(step[2]) > _FASTEST * (seconds + _STALE_SECONDS):
+            return None
+        return MotionStep(step, odometry_noise(step, self._config.motion_noise), True)
+
+    def _carried_on(self, seconds: float) -> MotionStep:
+        step = self._speed * min(seconds, _LONGEST_CARRY)
+        return MotionStep(step, drift_noise(seconds, self._config.drift_noise), False)

@@ -1,0 +1,61 @@
+"""The particle filter: predict, weigh, estimate, resample."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from localization.motion_model import move
+from localization.pose_estimate import PoseEstimate, dominant_cluster, mean_and_covariance
+from localization.resampling import effective_sample_size, systematic_resample
+from maps.se2 import Pose
+
+
+class ParticleFilter:
+    """Weighted guesses of the pose; weights are kept as logarithms, so that no scan makes them vanish."""
+
+    def __init__(self, map_from_base: Pose, rng: np.random.Generator) -> None:
+        self.map_from_base = map_from_base
+        """(N, 3)"""
+        self._log_weights = np.full(len(map_from_base), -np.log(len(map_from_base)))
+        self._rng = rng
+
+    def __len__(self) -> int:
+        return len(self.map_from_base)
+
+    @property
+    def weights(self) -> NDArray[np.float64]:
+        """(N,) that sum to 1."""
+        weights = np.exp(self._log_weights)
+        normalized: NDArray[np.float64] = weights / weights.sum()
+        return normalized
+
+    def predict(self, base_from_next_base: Pose, deviation: float) -> None:
+        """Move all particles by an increment (3,) and noise of a standard deviation (m, rad)."""
+        self.map_from_base = move(self.map_from_base, base_from_next_base, deviation, self._rng)
+
+    def weigh(self, log_likelihood: NDArray[np.float64]) -> None:
+        """Take in how well each particle (N,) explains what was measured."""
+        self._log_weights += log_likelihood
+        self._log_weights -= logsumexp(self._log_weights)
+
+    def estimate(self, stamp: int) -> PoseEstimate:
+        """The mean of the heaviest cluster."""
+        weights = self.weights
+        cluster = dominant_cluster(self.map_from_base, weights)
+        mean, covariance = mean_and_covariance(self.map_from_base[cluster], weights[cluster])
+        return PoseEstimate(
+            stamp=stamp,
+            map_from_base=mean,
+            covariance=covariance,
+            cluster_weight=float(weights[cluster].sum()),
+            effective_sample_size=effective_sample_size(weights),
+            particle_count=len(self),
+        )
+
+    def resample(self, count: int) -> None:
+        """Draw ``count`` particles anew where less than half are of use, or where there are more than that."""
+        weights = self.weights
+        if effective_sample_size(weights) >= 0.5 * len(self) and len(self) <= count:
+            return
+        self.map_from_base = self.map_from_base[systematic_resample(weights, count, self._rng)]
+        self._log_weights = np.full(count, -np.log(count))

@@ -1,0 +1,91 @@
+"""The sweeps that fill the range table."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+OBSTACLE = -1
+"""Code of an obstacle; lower codes are cells of no interest, by how far any other kind is from them:
+OBSTACLE - k means that it is k columns or rows away."""
+FARTHEST = 200
+"""Ranges in cells are clipped here."""
+
+
+@njit(cache=True, nogil=True)
+def fill_heading(
+    codes: NDArray[np.int32], slope: float, ahead: NDArray[np.uint8], behind: NDArray[np.uint8]
+) -> None:
+    """Ranges of all cells along the direction (columns, rows) = (1, slope), and along its opposite.
+
+    Parallel lines, one through each row, cover every cell once (|slope| <= 1). Walking along a line, the
+    last obstacle passed is the one that a cell sees behind it, and on the way back the one ahead.
+    ``codes`` (rows, columns) hold a cell's place in ``ahead`` and ``behind``, or OBSTACLE or lower.
+    """
+    rows, columns = codes.shape
+    stretch = math.sqrt(1.0 + slope * slope)
+    climb = slope * (columns - 1)
+    visited = np.empty(columns, dtype=np.int32)
+    line = np.empty(columns, dtype=np.int32)
+    corner_blocks = np.empty(columns, dtype=np.bool_)
+    for start in range(math.floor(min(0.0, -climb)), rows + math.ceil(max(0.0, -climb))):
+        column, end = _columns_on_grid(start + 0.5, slope, rows, columns)
+        wall = -1e9
+        count = 0
+        while column < end:
+            height = start + 0.5 + slope * column
+            row = int(height)
+            code = codes[row, column]
+            if code < OBSTACLE - 1:
+                column += OBSTACLE - 1 - code
+                continue
+            if code >= 0:
+                behind[code] = min(int((column - wall) * stretch + 0.5), FARTHEST)
+            elif code == OBSTACLE:
+                wall = column + 0.5
+            blocks = False
+            next_row = int(height + slope)
+            if next_row != row and column + 1 < end:
+                row_between = int(height + 0.5 * slope)
+                column_between = column if row_between == next_row else column + 1
+                blocks = codes[row_between, column_between] == OBSTACLE
+                if blocks:
+                    wall = column + 0.5
+            visited[count], line[count], corner_blocks[count] = column, code, blocks
+            count += 1
+            column += 1
+        wall = 1e9
+        for i in range(count - 1, -1, -1):
+            if corner_blocks[i]:
+                wall = visited[i] + 0.5
+            if line[i] >= 0:
+                ahead[line[i]] = min(int((wall - visited[i]) * stretch + 0.5), FARTHEST)
+            elif line[i] == OBSTACLE:
+                wall = visited[i] - 0.5
+
+
+@njit(cache=True, nogil=True)
+def _columns_on_grid(height: float, slope: float, rows: int, columns: int) -> tuple[int, int]:
+    """First column and one past the last where 0 <= height + slope * column < rows."""
+    first, end = 0, columns
+    if slope != 0.0:
+        at_bottom, at_top = -height / slope, (rows - height) / slope
+        first = int(min(max(min(at_bottom, at_top) - 1.0, 0.0), columns))
+        end = int(min(max(max(at_bottom, at_top) + 2.0, 0.0), columns))
+    while first < end and not 0.0 <= height + slope * first < rows:
+        first += 1
+    while end > first and not 0.0 <= height + slope * (end - 1) < rows:
+        end -= 1
+    return first, end
+
+
+@njit(cache=True, nogil=True)
+def transpose_block(block: NDArray[np.uint8], ranges: NDArray[np.uint8], first_heading: int) -> None:
+    """Sort ranges (headings, cells) into ``ranges`` (cells, all headings) from column ``first_heading`` on."""
+    headings, cells = block.shape
+    tile = 64
+    for tile_start in range(0, cells, tile):
+        for heading in range(headings):
+            for cell in range(tile_start, min(tile_start + tile, cells)):
+                ranges[cell, first_heading + heading] = block[heading, cell]
