@@ -1,0 +1,70 @@
+"""``racecar map``: a bag becomes a map."""
+
+import typer
+
+from pipelines.options import (
+    BagArgument,
+    ConfigOption,
+    JsonOption,
+    LaserPoseOption,
+    NoOdomOption,
+    OdomTopicOption,
+    OutputFolderOption,
+    QuietOption,
+    ScanTopicOption,
+    SeedOption,
+)
+
+_INTERRUPTED = 130
+
+
+def map(
+    bag: BagArgument,
+    out: OutputFolderOption,
+    config: ConfigOption = None,
+    scan_topic: ScanTopicOption = None,
+    odom_topic: OdomTopicOption = None,
+    no_odom: NoOdomOption = False,
+    laser_pose: LaserPoseOption = None,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Build a map from a bag: map.yaml, map.pgm, trajectory.tum, pose_graph.g2o, map.png and report.json.
+
+    Ctrl-C ends the reading and makes a map of what was read.
+
+    Example: racecar map drive.bag --out runs/drive
+    """
+    from pipelines.report import Report
+
+    report = Report("racecar map")
+    with report.stage("loading"):
+        import numpy as np
+
+        from pipelines.bag_reader import BagReader
+        from pipelines.config_file import load_config
+        from pipelines.mapping_run import build_map, save_mapping
+        from pipelines.outputs import output_folder
+        from pipelines.run_summary import print_mapping
+
+    settings = load_config(config).mapping
+    report.add("inputs", {"bag": bag, "config": config, "seed": seed, "settings": settings.model_dump()})
+    with (
+        output_folder(out) as folder,
+        BagReader(
+            bag,
+            scan_topic=scan_topic,
+            odom_topic=odom_topic,
+            use_odometry=not no_odom,
+            base_from_laser=None if laser_pose is None else np.array(laser_pose),
+        ) as reader,
+    ):
+        result = build_map(reader, settings, report, quiet=quiet)
+        save_mapping(result, report, folder, title=bag.name)
+    if json is not None:
+        report.write(json)
+    if not quiet:
+        print_mapping(report, out)
+    if report.as_dict()["counts"].get("interrupted"):
+        raise typer.Exit(_INTERRUPTED)

@@ -1,0 +1,136 @@
+"""From a bag to a map and its files: what ``racecar map`` and ``racecar demo`` share."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from mapping.config import MappingConfig
+from mapping.mapper import Mapper, MappingResult
+from maps.errors import UserError
+from maps.map_files import save_map
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.se2 import between
+from pipelines.bag_reader import BagReader
+from pipelines.g2o import save_g2o
+from pipelines.interrupts import stop_on_interrupt
+from pipelines.map_picture import save_map_picture
+from pipelines.progress import progress_bar
+from pipelines.report import Report
+from pipelines.tum import save_tum
+
+MAP_FILES = ("map.png", "map.yaml", "map.pgm", "trajectory.tum", "pose_graph.g2o", "report.json")
+
+
+def build_map(reader: BagReader, config: MappingConfig, report: Report, *, quiet: bool) -> MappingResult:
+    """Feed a bag through the mapper; figures and warnings go into the report.
+
+    Ctrl-C ends the reading and what was read becomes the map; a second one raises KeyboardInterrupt.
+    Raises UserError when the bag holds no usable scan.
+    """
+    mapper = Mapper(config)
+    scans = _feed(mapper, reader, report, quiet=quiet)
+    if not scans:
+        raise UserError(
+            f"There is no usable scan on {reader.scan_topic}; `racecar check` tells what the bag holds."
+        )
+    with report.stage("optimizing"), progress_bar("Optimizing", quiet=quiet) as advance_to:
+        result = mapper.finish(advance_to)
+    report.add("inputs", _describe_input(reader))
+    report.add("counts", {"messages": reader.counts, "mapping": result.counts, **_describe_result(result)})
+    report.add("mapping_seconds", result.seconds)
+    report.add("consistency", _residuals(result))
+    for sentence in [*reader.warnings, *result.warnings]:
+        report.warn(sentence)
+    return result
+
+
+def save_mapping(result: MappingResult, report: Report, folder: Path, title: str) -> None:
+    """Write every file of a mapping run into an existing folder."""
+    keyframes = result.trajectory.map_from_base[result.keyframe_indices]
+    with report.stage("writing"):
+        save_map(result.grid, folder / "map.yaml")
+        save_tum(result.trajectory, folder / "trajectory.tum")
+        save_g2o(keyframes, result.constraints, folder / "pose_graph.g2o")
+        save_map_picture(
+            folder / "map.png",
+            result.grid,
+            result.trajectory,
+            result.keyframe_indices,
+            result.constraints,
+            title,
+        )
+    report.write(folder / "report.json")
+
+
+def _feed(mapper: Mapper, reader: BagReader, report: Report, *, quiet: bool) -> int:
+    """Hand every message to the mapper; the number of scans."""
+    scans = 0
+    with (
+        stop_on_interrupt() as interrupted,
+        progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to,
+    ):
+        for message in _timed(reader, report):
+            with report.stage("scan matching"):
+                if isinstance(message, Scan):
+                    mapper.add_scan(message)
+                    scans += 1
+                else:
+                    mapper.add_odometry(message)
+            advance_to(reader.messages_read)
+            if interrupted():
+                report.add("counts", {"interrupted": True})
+                report.warn(f"Stopped by Ctrl-C after {scans} scans; the map shows these.")
+                break
+    return scans
+
+
+def _timed(reader: BagReader, report: Report) -> Iterator[Scan | Odometry]:
+    messages = iter(reader)
+    while True:
+        with report.stage("reading"):
+            message = next(messages, None)
+        if message is None:
+            return
+        yield message
+
+
+def _describe_input(reader: BagReader) -> dict[str, object]:
+    return {
+        "scan_topic": reader.scan_topic,
+        "odom_topic": reader.odom_topic,
+        "base_from_laser": reader.base_from_laser,
+        "base_from_laser_source": reader.base_from_laser_source,
+    }
+
+
+def _describe_result(result: MappingResult) -> dict[str, object]:
+    places = result.trajectory.map_from_base[:, :2]
+    seconds = (result.trajectory.stamps[-1] - result.trajectory.stamps[0]) * 1e-9
+    rows, columns = result.grid.cells.shape
+    return {
+        "scans": len(result.trajectory),
+        "keyframes": len(result.keyframe_indices),
+        "log_seconds": seconds,
+        "path_metres": np.sum(np.hypot(*np.diff(places, axis=0).T)),
+        "map_metres": [columns * result.grid.resolution, rows * result.grid.resolution],
+    }
+
+
+def _residuals(result: MappingResult) -> dict[str, dict[str, float]]:
+    """By kind of constraint: how many there are and how far, on average, the solution is from them."""
+    keyframes = result.trajectory.map_from_base[result.keyframe_indices]
+    by_kind: dict[str, list[np.ndarray]] = {}
+    for constraint in result.constraints:
+        solved = between(keyframes[constraint.from_keyframe], keyframes[constraint.to_keyframe])
+        by_kind.setdefault(constraint.kind, []).append(between(constraint.from_pose_to_pose, solved))
+    summary = {}
+    for kind, residuals in by_kind.items():
+        dx, dy, turn = np.array(residuals).T
+        summary[kind] = {
+            "constraints": len(residuals),
+            "mean_residual_m": float(np.mean(np.hypot(dx, dy))),
+            "mean_residual_deg": float(np.mean(np.abs(np.rad2deg(turn)))),
+        }
+    return summary

@@ -1,0 +1,32 @@
+"""What a person is told at the end of a run."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+from rich.console import Console
+
+from pipelines.mapping_run import MAP_FILES
+from pipelines.report import Report
+
+
+def print_mapping(report: Report, folder: Path) -> None:
+    """The size of the work, warnings, and where the files are."""
+    figures = report.as_dict()
+    counts, total = figures["counts"], figures["stages"]["total"]
+    width, height = counts["map_metres"]
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(
+        f"Mapped {counts['scans']} scans over {counts['path_metres']:.1f} m of path "
+        f"into a map of {width:.0f} × {height:.0f} m in {total['wall_seconds']:.1f} s."
+    )
+    print_warnings(report.warnings)
+    console.print(
+        f"Look at {folder / 'map.png'}; also in {folder}: {', '.join(MAP_FILES[1:])}.", markup=False
+    )
+
+
+def print_warnings(sentences: Iterable[str]) -> None:
+    """One line each, on stderr."""
+    console = Console(stderr=True, highlight=False, soft_wrap=True)
+    for sentence in sentences:
+        console.print(f"Warning: {sentence}", style="yellow", markup=False)
