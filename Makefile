@@ -1,0 +1,36 @@
+# From a fresh clone: `make demo` shows the whole way, `make test` checks everything.
+# Only Python >= 3.10 (PYTHON=... names another), make and git are needed.
+
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: install demo test slow clean
+
+install: .venv/installed
+
+demo: .venv/installed
+	$(BIN)/racecar demo --out demo
+
+test: .venv/installed-dev
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+	$(BIN)/pytest
+
+slow: .venv/installed-dev
+	$(BIN)/pytest -m slow
+
+.venv/installed: pyproject.toml
+	$(PYTHON) -c 'import sys; sys.version_info >= (3, 10) or sys.exit("Python 3.10 or newer is needed.")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	$(BIN)/python -m pipelines.warm_up
+	touch $@
+
+.venv/installed-dev: .venv/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	touch $@
+
+clean:
+	rm -rf .venv demo
