@@ -16,6 +16,7 @@ from maps.scan import Scan
 from maps.se2 import IDENTITY, Pose
 from pipelines.bag_chunks import BagTopic
 from pipelines.bag_clock import StampClock, clock_offset, typical_gap
+from pipelines.bag_findings import Finding, counted_findings
 from pipelines.bag_laser_scans import LaserScanConverter
 from pipelines.bag_messages import (
     LASER_SCAN,
@@ -85,7 +86,7 @@ class BagReader:
         not one scan can be read.
         """
         self._store = BagStore(path)
-        self._warnings: list[str] = []
+        self._findings: list[Finding] = []
         try:
             self._open(scan_topic, odom_topic if use_odometry else None, use_odometry)
             self._place = self._find_place(base_from_laser)
@@ -156,9 +157,17 @@ class BagReader:
         return {name: count for name, count in counts.items() if count or name in ("scans", "odometry")}
 
     @property
+    def findings(self) -> list[Finding]:
+        """What is wrong with the bag; complete after iterating."""
+        losses = [
+            Finding(loss, "Copy the bag again from where it was recorded.") for loss in self._store.losses
+        ]
+        return [*losses, *self._findings, *self._gap_findings(), *counted_findings(self._counter)]
+
+    @property
     def warnings(self) -> list[str]:
-        """Sentences for people about what is wrong with the bag; complete after iterating."""
-        return [*self._store.losses, *self._warnings, *self._gap_warnings(), *self._count_warnings()]
+        """The findings as sentences for people."""
+        return [finding.what for finding in self.findings]
 
     def __iter__(self) -> Iterator[Scan | Odometry]:
         self._counter.clear()
@@ -180,7 +189,7 @@ class BagReader:
     def _open(self, scan_topic: str | None, odom_topic: str | None, use_odometry: bool) -> None:
         topics = self._store.topics
         scans = choose_topic(
-            topics, (LASER_SCAN, POINT_CLOUD), scan_topic, "Scans", "--scan-topic", self._warnings
+            topics, (LASER_SCAN, POINT_CLOUD), scan_topic, "Scans", "--scan-topic", self._findings
         )
         if scans is None:
             losses = "".join(f" {sentence}" for sentence in self._store.losses)
@@ -198,20 +207,28 @@ class BagReader:
 
     def _open_odometry(self, odom_topic: str | None) -> None:
         topic = choose_topic(
-            self._store.topics, (ODOMETRY,), odom_topic, "Odometry messages", "--odom-topic", self._warnings
+            self._store.topics, (ODOMETRY,), odom_topic, "Odometry messages", "--odom-topic", self._findings
         )
         samples = self._sample(topic) if topic else None
         if samples is None or not samples.messages:
-            self._warnings.append("There is no odometry: the motion must be told from the scans alone.")
+            self._findings.append(
+                Finding(
+                    "There is no odometry: the motion must be told from the scans alone.",
+                    "Record the odometry topic too, or drive slowly and where there is much to see.",
+                )
+            )
             return
         self._odometry = samples
         self._integrate_twist = only_twist_is_set(
             message for _, message in self._decoded(samples.topic, Counter())
         )
         if self._integrate_twist:
-            self._warnings.append(
-                f"The poses of {samples.topic.name} stand still while its speeds do not: "
-                "the pose is integrated from the speeds."
+            self._findings.append(
+                Finding(
+                    f"The poses of {samples.topic.name} stand still while its speeds do not: "
+                    "the pose is integrated from the speeds.",
+                    "Nothing: this is handled.",
+                )
             )
 
     def _sample(self, topic: BagTopic) -> _Samples:
@@ -235,13 +252,21 @@ class BagReader:
                 place = SensorPlace(matrix, "tf_static")
                 if place.tilt > np.radians(10):
                     tilt = np.degrees(place.tilt)
-                    self._warnings.append(f"The sensor is tilted by {tilt:.0f}°: it is taken as level.")
+                    self._findings.append(
+                        Finding(
+                            f"The sensor is tilted by {tilt:.0f}°: it is taken as level.",
+                            "Mount it level; else walls appear too far and the floor as a wall.",
+                        )
+                    )
                 return place
         if self._is_base(frame):
             return SensorPlace.from_pose(IDENTITY, "base frame")
-        self._warnings.append(
-            f"The bag does not tell where {frame or 'the sensor'} sits on the car (no transform from "
-            "base_link in /tf_static): it is taken to be at base_link; --laser-pose tells it."
+        self._findings.append(
+            Finding(
+                f"The bag does not tell where {frame or 'the sensor'} sits on the car (no transform from "
+                "base_link in /tf_static): it is taken to be at base_link.",
+                "Tell it with --laser-pose X Y YAW, or record /tf_static.",
+            )
         )
         return SensorPlace.from_pose(IDENTITY, "assumed identity")
 
@@ -308,29 +333,14 @@ class BagReader:
             if len(self._gaps) < _LISTED_GAPS:
                 self._gaps.append(f"a gap of {seconds:.0f} s after scan {self._counter['scans'] - 1}")
 
-    def _gap_warnings(self) -> list[str]:
+    def _gap_findings(self) -> list[Finding]:
         if not self._gaps:
             return []
         more = self._counter["gaps"] - len(self._gaps)
-        return [f"There is {', '.join(self._gaps)}{f' and {more} more' if more else ''}."]
-
-    def _count_warnings(self) -> list[str]:
-        count = self._counter
-        sentences = {
-            "dropped_out_of_order": "messages were dropped: their stamps are over a second out of order.",
-            "dropped_duplicates": "messages were dropped: they bear the stamp of the one before.",
-            "stamps_from_recording_time": "stamps were zero or absurd: the time of recording stands in.",
-            "empty_scans": "scans were dropped: they hold no usable beams.",
-            "undecodable_messages": "messages were dropped: their bytes are damaged.",
-            "invalid_odometry": "odometry messages were dropped: they hold no valid pose.",
-            "time_increments_ignored": "scans have a time_increment too long to be true: taken as zero.",
-            "changed_beam_counts": "times the number of beams changed.",
-            "scans_without_range_max": "scans do not tell the sensor's range: 60 m is assumed.",
-        }
-        warnings = [f"{count[name]} {sentence}" for name, sentence in sentences.items() if count[name]]
-        if count["scans_without_odometry"] > 0.01 * count["scans"] + 2:
-            warnings.append(f"{count['scans_without_odometry']} of {count['scans']} scans lack odometry.")
-        return warnings
+        what = f"There is {', '.join(self._gaps)}{f' and {more} more' if more else ''}."
+        return [
+            Finding(what, "Nothing, if the car stood still meanwhile; otherwise the map may break there.")
+        ]
 
 
 def _decode_or_count(topic: BagTopic, data: bytes, counts: Counter[str]) -> Any | None:

@@ -56,5 +56,5 @@ def _describe(damage: Damage) -> str:
     lost, expected = 1 - damage.bytes_read / damage.bytes_expected, damage.bytes_expected / 1e6
     return (
         f"{damage.file_name} {damage.cause}: {lost:.0%} of its bytes are lost "
-        f"({read:.1f} of {expected:.1f} MB could be read); copy it again from where it was recorded."
+        f"({read:.1f} of {expected:.1f} MB could be read)."
     )

@@ -5,6 +5,7 @@ from difflib import get_close_matches
 
 from maps.errors import UserError
 from pipelines.bag_chunks import BagTopic
+from pipelines.bag_findings import Finding
 
 NOT_WHEELS = ("ground_truth", "groundtruth", "/pf/", "amcl")
 """Parts of names of odometry topics that carry a solution or the truth instead of dead reckoning."""
@@ -16,7 +17,7 @@ def choose_topic(
     named: str | None,
     purpose: str,
     flag: str,
-    warnings: list[str],
+    findings: list[Finding],
 ) -> BagTopic | None:
     """The named topic, or else the one of the first type present with most messages; None without any.
 
@@ -31,9 +32,8 @@ def choose_topic(
         found.sort(key=lambda topic: (_is_no_wheel_odometry(topic), -topic.message_count, topic.name))
         if len(found) > 1:
             others = ", ".join(topic.name for topic in found[1:])
-            warnings.append(
-                f"{purpose} are taken from {found[0].name}, not from {others}; {flag} chooses another."
-            )
+            what = f"{purpose} are taken from {found[0].name}, not from {others}."
+            findings.append(Finding(what, f"Choose another with {flag}, if this is not the one."))
         if found:
             return found[0]
     return None

@@ -1,0 +1,65 @@
+"""What can be wrong with a bag, and what to do about it."""
+
+from collections import Counter
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Finding:
+    """Something wrong with a bag."""
+
+    what: str
+    remedy: str
+
+
+_COUNTED = {
+    "dropped_out_of_order": (
+        "messages were dropped: their stamps are over a second out of order.",
+        "See that one clock stamps all messages (chrony, or use_sim_time everywhere).",
+    ),
+    "dropped_duplicates": (
+        "messages were dropped: they bear the stamp of another of their topic.",
+        "See that only one driver publishes the topic; otherwise nothing is lost.",
+    ),
+    "stamps_from_recording_time": (
+        "stamps were zero or absurd: the time of recording stands in.",
+        "Let the driver stamp its messages; until then expect some jitter.",
+    ),
+    "empty_scans": (
+        "scans were dropped: they hold no usable beams.",
+        "Look at the driver's log for the times when the sensor failed.",
+    ),
+    "undecodable_messages": (
+        "messages were dropped: their bytes are damaged.",
+        "Copy the bag again from where it was recorded.",
+    ),
+    "invalid_odometry": (
+        "odometry messages were dropped: they hold no valid pose.",
+        "Let the odometry node set the pose's quaternion (w = 1 for no rotation).",
+    ),
+    "time_increments_ignored": (
+        "scans have a time_increment too long to be true: it is taken as zero.",
+        "Correct it in the driver, so that scans can be corrected for the motion during a sweep.",
+    ),
+    "changed_beam_counts": ("times the number of beams changed.", "Nothing: this is handled."),
+    "scans_without_range_max": (
+        "scans do not tell the sensor's range: 60 m is assumed.",
+        "Set range_max in the driver, so that misses are told from walls.",
+    ),
+}
+
+
+def counted_findings(counts: Counter[str]) -> list[Finding]:
+    """What was mended or dropped while reading."""
+    findings = [
+        Finding(f"{counts[name]} {what}", remedy) for name, (what, remedy) in _COUNTED.items() if counts[name]
+    ]
+    lacking = counts["scans_without_odometry"]
+    if lacking > 0.01 * counts["scans"] + 2:
+        findings.append(
+            Finding(
+                f"{lacking} of {counts['scans']} scans lack odometry of their time.",
+                "See that the odometry runs all the time and is stamped by the same clock as the scans.",
+            )
+        )
+    return findings

@@ -1,0 +1,130 @@
+"""``racecar check``: what is in a bag and what is wrong with it."""
+
+from typing import TYPE_CHECKING
+
+from pipelines.options import (
+    BagArgument,
+    JsonOption,
+    LaserPoseOption,
+    NoOdomOption,
+    OdomTopicOption,
+    QuietOption,
+    ScanTopicOption,
+)
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from pipelines.bag_check import BagCheck
+
+
+def check(
+    bag: BagArgument,
+    scan_topic: ScanTopicOption = None,
+    odom_topic: OdomTopicOption = None,
+    no_odom: NoOdomOption = False,
+    laser_pose: LaserPoseOption = None,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Tell what is in a bag and what is wrong with it, before hours are spent on it.
+
+    Example: racecar check drive.bag
+    """
+    import numpy as np
+    from rich.console import Console
+
+    from pipelines.bag_check import check_bag
+    from pipelines.bag_reader import BagReader
+    from pipelines.progress import progress_bar
+    from pipelines.report import write_json
+
+    with (
+        BagReader(
+            bag,
+            scan_topic=scan_topic,
+            odom_topic=odom_topic,
+            use_odometry=not no_odom,
+            base_from_laser=None if laser_pose is None else np.array(laser_pose),
+        ) as reader,
+        progress_bar("Reading", reader.message_count, quiet=quiet) as progress,
+    ):
+        result = check_bag(reader, progress)
+    if json is not None:
+        write_json(json, result.as_dict())
+    if not quiet:
+        console = Console()
+        for table in (_topics_table(result), _facts_table(result), _findings_table(result)):
+            console.print(table)
+
+
+def _topics_table(result: "BagCheck") -> "Table":
+    from rich.table import Table
+
+    table = Table("topic", "type", title=f"{result.path}, {result.size_mb:.1f} MB", title_justify="left")
+    table.add_column("messages", justify="right")
+    for topic in result.topics:
+        table.add_row(topic.name, topic.message_type, str(topic.message_count))
+    return table
+
+
+def _facts_table(result: "BagCheck") -> "Table":
+    from rich.table import Table
+
+    table = Table("", "", title="What is in it", title_justify="left", show_header=False)
+    for name, value in _facts_in_words(result):
+        table.add_row(name, value)
+    return table
+
+
+def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
+    scans, sensor, odometry = result.facts["scans"], result.facts["sensor"], result.facts["odometry"]
+    beams = f"{scans['beams_fewest']}"
+    if scans["beams_most"] != scans["beams_fewest"]:
+        beams += f" to {scans['beams_most']}"
+    sweep = (
+        f"a sweep takes {scans['sweep_s'] * 1e3:.1f} ms" if scans["sweep_s"] else "no time per beam is told"
+    )
+    x, y, yaw = sensor["place"]
+    rows = [
+        (
+            "scans",
+            f"{scans['count']} on {scans['topic']}, {scans['rate_hz']:g} Hz, {scans['duration_s']:.1f} s",
+        ),
+        ("beams", f"{beams} over {scans['field_of_view_deg']:g}°; {sweep}"),
+        (
+            "ranges",
+            f"returns from {scans['nearest_return_m']} to {scans['farthest_return_m']} m, "
+            f"misses from {scans['max_range_m']:g} m on",
+        ),
+        (
+            "beams that",
+            f"missed: {scans['missed_share']:.1%}, told nothing: {scans['no_information_share']:.1%}",
+        ),
+        ("sensor's place", f"x {x:g} m, y {y:g} m, yaw {yaw:g} rad ({sensor['source']})"),
+    ]
+    if not odometry:
+        return [*rows, ("odometry", "none")]
+    return [
+        *rows,
+        ("odometry", f"{odometry['count']} on {odometry['topic']}, {odometry['rate_hz']:g} Hz"),
+        (
+            "path by odometry",
+            f"{odometry['path_length_m']:.1f} m, turned {odometry['turned_deg']:.0f}°, "
+            f"up to {odometry['top_speed_m_s']:.1f} m/s",
+        ),
+        ("scans in its time", f"{odometry['scans_covered_share']:.1%}"),
+    ]
+
+
+def _findings_table(result: "BagCheck") -> "Table | str":
+    from rich.table import Table
+
+    if not result.findings:
+        return "Nothing is wrong with it."
+    table = Table(
+        "what is wrong", "what to do about it", title="Findings", title_justify="left", show_lines=True
+    )
+    for finding in result.findings:
+        table.add_row(finding.what, finding.remedy)
+    return table
