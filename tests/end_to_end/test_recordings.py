@@ -1,0 +1,94 @@
+"""The real commands on real recordings."""
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize(("log", "bag"), [("intel", "intel.bag"), ("fr079", "fr079"), ("aces", "aces")])
+def test_benchmark_log(racecar: Racecar, recordings: Path, tmp_path: Path, log: str, bag: str) -> None:
+    folder = recordings / "slam_benchmark"
+    done = racecar("map", folder / bag, "--out", tmp_path / "map")
+    assert done.returncode == 0, done.stderr
+    done = racecar(
+        *("evaluate", tmp_path / "map" / "trajectory.tum", "--relations", folder / f"{log}.relations"),
+        *("--json", tmp_path / "figures.json"),
+    )
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["lost"] == 0
+    assert figures["translation_mean_m"] <= 0.06
+
+
+@pytest.mark.parametrize("run", ["hangar_pus_30_v1", "glc_ot_ez"])
+def test_cartographers_poses(racecar: Racecar, recordings: Path, tmp_path: Path, run: str) -> None:
+    folder = recordings / "cartographer_runs"
+    done = racecar("map", folder / run, "--out", tmp_path / "map")
+    assert done.returncode == 0, done.stderr
+    done = racecar(
+        *("evaluate", tmp_path / "map" / "trajectory.tum"),
+        *("--reference", folder / f"{run}.cartographer.tum", "--json", tmp_path / "figures.json"),
+    )
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["matched_share"] > 0.95
+    assert figures["absolute_position_m"]["mean"] <= 0.10
+
+
+def test_race_car_on_its_own_map(racecar: Racecar, recordings: Path, tmp_path: Path) -> None:
+    bag = recordings / "racecar" / "session_A"
+    assert racecar("map", bag, "--out", tmp_path / "map").returncode == 0
+    done = racecar(
+        *("localize", bag, "--map", tmp_path / "map", "--out", tmp_path / "localized"),
+        *("--initial-pose", 0, 0, 0),
+    )
+    assert done.returncode == 0, done.stderr
+    done = racecar(
+        *("evaluate", tmp_path / "localized" / "trajectory.tum"),
+        *("--reference", tmp_path / "map" / "trajectory.tum", "--json", tmp_path / "figures.json"),
+    )
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["absolute_position_m"]["mean"] <= 0.10
+
+
+@pytest.mark.parametrize("bag", ["racecar/session_A", "slam_benchmark/intel.bag"])
+def test_without_odometry(racecar: Racecar, recordings: Path, tmp_path: Path, bag: str) -> None:
+    done = racecar("map", recordings / bag, "--out", tmp_path, "--no-odom")
+    assert done.returncode == 0, done.stderr
+    report = json.loads((tmp_path / "report.json").read_text())
+    assert any("odometry" in sentence for sentence in report["warnings"])
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9])
+@pytest.mark.parametrize(
+    "recording",
+    [
+        "slam_benchmark/intel.bag",
+        "slam_benchmark/fr079/fr079.db3",
+        "slam_benchmark/aces/aces.mcap",
+        "racecar/session_A/session_A.mcap",
+        "racecar/localization_bag1.bag",
+        "cartographer_runs/glc_ot_ez/glc_ot_ez.db3",
+        "cartographer_runs/hangar_pus_30_v1/hangar_pus_30_v1.mcap",
+    ],
+)
+def test_cut_copy(racecar: Racecar, recordings: Path, tmp_path: Path, recording: str, share: float) -> None:
+    """Either a map of what could be read, or one sentence and nothing written."""
+    whole = recordings / recording
+    cut, out = tmp_path / f"cut{whole.suffix}", tmp_path / "out"
+    cut.write_bytes(whole.read_bytes()[: int(share * whole.stat().st_size)])
+    done = racecar("map", cut, "--out", out)
+    assert "Traceback" not in done.stderr
+    if done.returncode == 2:
+        assert done.stderr.strip().count("\n") == 0
+        assert not out.exists()
+    else:
+        assert done.returncode == 0, done.stderr
+        assert json.loads((out / "report.json").read_text())["warnings"]
