@@ -16,6 +16,9 @@ class LocalizationConfig(BaseModel):
     motion_noise: float = Field(
         0.02, gt=0, le=1, description="standard deviation (m, rad) after a metre or radian of odometry"
     )
+    slip: float = Field(
+        0.3, ge=0, le=2, description="standard deviation of the share by which wheels and steering deceive"
+    )
     drift_noise: float = Field(
         0.2, gt=0, le=10, description="standard deviation (m, rad) after a second without odometry"
     )

@@ -11,9 +11,9 @@ from localization.motion_source import RESTART_SECONDS, MotionSource, MotionStep
 from localization.particle_filter import ParticleFilter
 from localization.pose_estimate import PoseEstimate
 from localization.range_table import build_range_table
+from localization.start_poses import draw_about, draw_anywhere, draw_start
 from localization.tempering import temper
 from localization.weighing import scan_log_likelihood
-from maps.errors import UserError
 from maps.occupancy_grid import OccupancyGrid
 from maps.odometry import Odometry
 from maps.scan import Scan
@@ -22,8 +22,12 @@ from maps.se2 import Pose
 _NEWS_AFTER = 0.02
 """Metres plus radians of motion after which a scan tells something new. Scans of a car that stands repeat
 themselves; counted as independent, they would narrow the cloud to a point."""
-_FIRST_PARTICLES_PER_AREA = 400
-_MOST_FIRST_PARTICLES = 1_000_000
+_LOST_FIT = -4.5
+_LOST_AFTER = 20
+"""A good pose on a fair map explains a beam with a mean log-probability of -3.2 to -4; when the best
+particle stays below this fit for so many scans, the filter starts over."""
+_GAP_SECONDS = 2.0
+"""Between two scans; in a longer one the car may have been carried to anywhere."""
 _TRACKED_WITHIN = 0.5
 """Metres of standard deviation within which the place counts as known."""
 
@@ -42,26 +46,16 @@ class Localizer:
         self._lock = Lock()
         self._motion = MotionSource(config)
         self._last_stamp: int | None = None
-        self._moved_since_weighing = 0.0
+        self._travel_since_weighing = 0.0
         self._scatter()
 
     def set_pose(self, map_from_base: Pose) -> None:
-        """Start anew about a pose (3,). Raises UserError when it is not finite or far from the map's free space."""
-        pose = np.asarray(map_from_base, dtype=np.float64)
-        if not np.all(np.isfinite(pose)):
-            raise UserError(
-                "The initial pose is not three finite numbers; give x and y in metres and yaw in radians."
-            )
-        spread = [self._config.start_spread, self._config.start_spread, self._config.start_heading_spread]
+        """Start anew about a pose (3,).
+
+        Raises UserError when it is not finite, off the map or far from any place where the car can stand.
+        """
         with self._lock:
-            drawn = pose + spread * self._rng.standard_normal((self._config.particles, 3))
-            possible = drawn[self._table.free_space.contains(drawn[:, :2])]
-            if len(possible) == 0:
-                raise UserError(
-                    f"The initial pose ({pose[0]:.2f}, {pose[1]:.2f}) is not on the map's free space; "
-                    "give a pose where the car can stand, or search the whole map."
-                )
-            self._start_from(np.resize(possible, drawn.shape))
+            self._start_from(draw_start(map_from_base, self._table.free_space, self._config, self._rng))
 
     def scatter(self) -> None:
         """Start anew from anywhere on the map."""
@@ -78,11 +72,13 @@ class Localizer:
         with self._lock:
             if self._is_late(scan.stamp):
                 return self._filter.estimate(self._last_stamp or scan.stamp)
+            is_after_gap = self._is_after_gap(scan.stamp)
             self._last_stamp = scan.stamp
             step = self._motion.step_to(scan.stamp)
-            self._filter.predict(step.base_from_next_base, step.deviation)
-            odometry = self._motion.odometry_about(scan.stamp)
-            beams = select_beams(scan, self._config.beams, odometry)
+            self._filter.predict(step.base_from_next_base, step.deviations)
+            if self._is_settled and (is_after_gap or self._lost_scans >= _LOST_AFTER):
+                self._start_over(self._filter.estimate(scan.stamp))
+            beams = select_beams(scan, self._config.beams, self._motion.odometry_about(scan.stamp))
             if len(beams) > 0 and self._is_news(step):
                 self._weigh(beams)
             estimate = self._filter.estimate(scan.stamp)
@@ -91,41 +87,48 @@ class Localizer:
             return estimate
 
     def _scatter(self) -> None:
-        grid = self._table.free_space.grid
-        area = self._table.free_space.cell_count * grid.resolution**2
-        count = int(
-            np.clip(area * _FIRST_PARTICLES_PER_AREA, self._config.scattered_particles, _MOST_FIRST_PARTICLES)
-        )
-        self._start_from(self._table.free_space.draw_poses(count, self._rng))
+        self._start_from(draw_anywhere(self._table.free_space, self._config, self._rng))
 
     def _start_from(self, map_from_base: Pose) -> None:
         self._filter = ParticleFilter(map_from_base, self._rng)
-        self._is_first_scan = True
+        self._is_settled = False
+        self._lost_scans = 0
         self._motion.forget_speed()
+
+    def _start_over(self, last: PoseEstimate) -> None:
+        """Search about the last pose and, more thinly, the whole map; the next scan decides."""
+        nearby = draw_about(last.map_from_base, self._config.scattered_particles, self._config, self._rng)
+        anywhere = draw_anywhere(self._table.free_space, self._config, self._rng)
+        self._start_from(np.concatenate([nearby, anywhere]))
 
     def _is_late(self, stamp: int) -> bool:
         return self._last_stamp is not None and 0 <= self._last_stamp - stamp < RESTART_SECONDS * 1e9
 
+    def _is_after_gap(self, stamp: int) -> bool:
+        return self._last_stamp is not None and abs(stamp - self._last_stamp) > _GAP_SECONDS * 1e9
+
     def _is_news(self, step: MotionStep) -> bool:
-        x, y, yaw = step.base_from_next_base
-        self._moved_since_weighing += np.hypot(x, y) + abs(yaw)
-        return self._is_first_scan or not step.is_measured or self._moved_since_weighing >= _NEWS_AFTER
+        self._travel_since_weighing += step.travel
+        return not self._is_settled or self._travel_since_weighing >= _NEWS_AFTER
 
     def _weigh(self, beams: Beams) -> None:
-        self._moved_since_weighing = 0.0
-        if self._is_first_scan:
-            self._is_first_scan = False
-            self._settle(beams)
+        self._travel_since_weighing = 0.0
+        if self._is_settled:
+            log_likelihood = self._log_likelihood(self._filter.map_from_base, beams)
+            self._filter.weigh(log_likelihood)
+            fit = log_likelihood.max() * self._config.squash / len(beams)
+            self._lost_scans = self._lost_scans + 1 if fit < _LOST_FIT else 0
         else:
-            self._filter.weigh(self._log_likelihood(self._filter.map_from_base, beams))
+            self._settle(beams)
 
     def _settle(self, beams: Beams) -> None:
-        """Take in the first scan, for which the cloud is too thin to be weighed at once."""
+        """Take in a first scan, for which the cloud is too thin to be weighed at once."""
         count = min(len(self._filter), self._config.scattered_particles)
         particles = temper(
             self._filter.map_from_base, lambda poses: self._log_likelihood(poses, beams), count, self._rng
         )
         self._filter = ParticleFilter(particles, self._rng)
+        self._is_settled = True
 
     def _log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
         return scan_log_likelihood(map_from_base, beams, self._table, self._config.squash)

@@ -11,14 +11,14 @@ from maps.se2 import Pose
 
 @njit(cache=True, nogil=True)
 def move_particles(
-    map_from_base: Pose, base_from_next_base: Pose, deviation: float, noise: NDArray[np.float32]
+    map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, noise: NDArray[np.float32]
 ) -> Pose:
-    """Particles (N, 3) moved by an increment (3,) plus ``deviation`` times standard normal ``noise`` (N, 3)."""
+    """Particles (N, 3) moved by an increment (3,) and by deviations (3,) times ``noise`` (N, 3)."""
     moved = np.empty_like(map_from_base)
     for i in range(len(map_from_base)):
-        forward = base_from_next_base[0] + deviation * noise[i, 0]
-        left = base_from_next_base[1] + deviation * noise[i, 1]
-        turn = base_from_next_base[2] + deviation * noise[i, 2]
+        forward = base_from_next_base[0] + deviations[0] * noise[i, 0]
+        left = base_from_next_base[1] + deviations[1] * noise[i, 1]
+        turn = base_from_next_base[2] + deviations[2] * noise[i, 2]
         yaw = map_from_base[i, 2]
         cos, sin = math.cos(yaw), math.sin(yaw)
         moved[i, 0] = map_from_base[i, 0] + cos * forward - sin * left

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from localization.config import LocalizationConfig
-from localization.motion_model import drift_noise, odometry_noise
+from localization.motion_model import drift_noise, odometry_noise, travel
 from maps.odometry import Odometry, OdometryBuffer
 from maps.se2 import IDENTITY, Pose, between
 
@@ -14,6 +14,10 @@ RESTART_SECONDS = 1.0
 _STALE_SECONDS = 0.5
 _FASTEST = 20.0
 """Metres or radians per second; odometry that claims more has jumped."""
+_SLIDE_SECONDS = 0.2
+"""How fast the noise of a motion dies away: with its wheels locked a car slides on."""
+_STANDING = 0.01
+"""Metres or radians per second below which a car stands."""
 _LONGEST_CARRY = 0.5
 """Seconds for which a speed is believed to last."""
 _SPEED_MEMORY = 0.15
@@ -25,9 +29,10 @@ class MotionStep:
     """The motion between two scans."""
 
     base_from_next_base: Pose
-    deviation: float
-    """Standard deviation in metres and radians."""
-    is_measured: bool
+    deviations: Pose
+    """(3,) standard deviations in metres and radians."""
+    travel: float
+    """Metres plus radians that the car may have moved; inf where nothing measured it."""
 
 
 class MotionSource:
@@ -38,6 +43,7 @@ class MotionSource:
         self._odometry = OdometryBuffer()
         self._odom_from_base: Pose | None = None
         self._stamp: int | None = None
+        self._possible_speed: Pose = IDENTITY
         self._speed: Pose = IDENTITY
         self._last_estimate: tuple[int, Pose] | None = None
 
@@ -85,10 +91,21 @@ class MotionSource:
         if before is None or self._odom_from_base is None:
             return None
         step = between(before, self._odom_from_base)
-        if np.hypot(step[0], step[1]) + abs(step[2]) > _FASTEST * (seconds + _STALE_SECONDS):
+        if travel(step) > _FASTEST * (seconds + _STALE_SECONDS):
             return None
-        return MotionStep(step, odometry_noise(step, self._config.motion_noise), True)
+        possible = self._possible_step(step, seconds)
+        noise = odometry_noise(possible, self._config.motion_noise, self._config.slip)
+        return MotionStep(step, noise, travel(possible))
+
+    def _possible_step(self, step: Pose, seconds: float) -> Pose:
+        """(3,) how far the car may have gone in each coordinate: as measured, or on as a moment before."""
+        if seconds == 0.0:
+            return np.abs(step)
+        sliding = self._possible_speed * np.exp(-seconds / _SLIDE_SECONDS)
+        sliding[sliding < _STANDING] = 0.0
+        self._possible_speed = np.maximum(np.abs(step) / seconds, sliding)
+        return self._possible_speed * seconds
 
     def _carried_on(self, seconds: float) -> MotionStep:
         step = self._speed * min(seconds, _LONGEST_CARRY)
-        return MotionStep(step, drift_noise(seconds, self._config.drift_noise), False)
+        return MotionStep(step, drift_noise(seconds, self._config.drift_noise), np.inf)

@@ -29,9 +29,9 @@ class ParticleFilter:
         normalized: NDArray[np.float64] = weights / weights.sum()
         return normalized
 
-    def predict(self, base_from_next_base: Pose, deviation: float) -> None:
-        """Move all particles by an increment (3,) and noise of a standard deviation (m, rad)."""
-        self.map_from_base = move(self.map_from_base, base_from_next_base, deviation, self._rng)
+    def predict(self, base_from_next_base: Pose, deviations: Pose) -> None:
+        """Move all particles by an increment (3,) and noise of standard deviations (3,)."""
+        self.map_from_base = move(self.map_from_base, base_from_next_base, deviations, self._rng)
 
     def weigh(self, log_likelihood: NDArray[np.float64]) -> None:
         """Take in how well each particle (N,) explains what was measured."""
@@ -53,7 +53,7 @@ class ParticleFilter:
         )
 
     def resample(self, count: int) -> None:
-        """Draw ``count`` particles anew where less than half are of use, or where there are more than that."""
+        """Draw ``count`` particles anew when less than half are effective or there are more than ``count``."""
         weights = self.weights
         if effective_sample_size(weights) >= 0.5 * len(self) and len(self) <= count:
             return

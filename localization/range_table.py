@@ -31,7 +31,7 @@ class RangeTable:
     @property
     def headings(self) -> int:
         """A power of two."""
-        return self.ranges.shape[1]
+        return int(self.ranges.shape[1])
 
 
 def build_range_table(grid: OccupancyGrid, max_megabytes: int) -> RangeTable:
@@ -47,8 +47,8 @@ def build_range_table(grid: OccupancyGrid, max_megabytes: int) -> RangeTable:
     if headings < _FEWEST_HEADINGS:
         needed = -(-free_space.cell_count * _FEWEST_HEADINGS // 10**6)
         raise UserError(
-            f"The map has {free_space.cell_count} free cells, which need {needed} MB of memory to localize on "
-            f"and table_megabytes is {max_megabytes}; raise it, or crop the map or mark what lies outside as unknown."
+            f"To localize on the map's {free_space.cell_count} free cells takes {needed} MB of memory and "
+            f"table_megabytes is {max_megabytes}; raise it, or mark the outside of the map as unknown."
         )
     codes = _cell_codes(grid, free_space)
     ranges = _fill(codes, free_space.cell_count, headings)

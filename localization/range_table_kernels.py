@@ -82,7 +82,7 @@ def _columns_on_grid(height: float, slope: float, rows: int, columns: int) -> tu
 
 @njit(cache=True, nogil=True)
 def transpose_block(block: NDArray[np.uint8], ranges: NDArray[np.uint8], first_heading: int) -> None:
-    """Sort ranges (headings, cells) into ``ranges`` (cells, all headings) from column ``first_heading`` on."""
+    """Sort ranges (headings, cells) into columns ``first_heading`` and on of the table (cells, headings)."""
     headings, cells = block.shape
     tile = 64
     for tile_start in range(0, cells, tile):

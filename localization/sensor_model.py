@@ -43,7 +43,7 @@ def _log_probabilities() -> NDArray[np.float32]:
 def beam_log_probabilities(
     ranges: NDArray[np.float64], max_range: float, resolution: float, squash: float
 ) -> NDArray[np.float32]:
-    """(B, 201) log-probability of each of B ranges (metres, inf: a miss) for every expected distance in pixels.
+    """(B, 201) log-probability of B ranges (metres, inf: a miss) for every expected distance in pixels.
 
     Already divided by ``squash``. A miss tells that nothing is within ``max_range``; where that is
     shorter than the table, all that lies beyond it explains a miss equally well.
