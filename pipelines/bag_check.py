@@ -221,7 +221,7 @@ def _scan_findings(scans: _ScanFacts) -> list[Finding]:
     if scans.spacing.missing_share > _MISSING_SHARE:
         findings.append(
             Finding(
-                f"Scans come unevenly: after {scans.spacing.missing_share:.1%} of them a sweep or more is missing.",
+                f"Scans come unevenly: after {scans.spacing.missing_share:.1%} of them a sweep is missing.",
                 "Record to a faster disk, or fewer topics, unless the sensor is meant to work like that.",
             )
         )

@@ -69,8 +69,7 @@ class ChunkedFile(ABC):
         self.channels: dict[int, BagTopic] = {}
         self.chunks: list[Chunk] = []
         self.damage: Damage | None = None
-        self.unreadable_messages = 0
-        """Messages that the file announced and that could not be read after all; grows while reading."""
+        self._lost: dict[tuple[int, int], int] = {}
         self._file = path.open("rb")
         self._file_size = path.stat().st_size
 
@@ -99,7 +98,7 @@ class ChunkedFile(ABC):
         waiting: list[tuple[int, int, bytes]] = []
         for chunk, following in zip(chunks, [*chunks[1:], None], strict=True):
             loaded = self._load(chunk, wanted)
-            self.unreadable_messages += sum(chunk.counts[channel] for channel in wanted) - len(loaded)
+            self._note_losses(chunk, wanted, Counter(channel for _, channel, _ in loaded))
             waiting += loaded
             waiting.sort(key=lambda message: message[0])
             later = []
@@ -109,6 +108,16 @@ class ChunkedFile(ABC):
                 else:
                     later.append(message)
             waiting = later
+
+    @property
+    def unreadable_messages(self) -> int:
+        """Messages that the file announced and that could not be read after all; grows while reading."""
+        return sum(self._lost.values())
+
+    def _note_losses(self, chunk: Chunk, wanted: Collection[int], loaded: Counter[int]) -> None:
+        for channel in wanted:
+            if loaded[channel] < chunk.counts[channel]:
+                self._lost[chunk.begin, channel] = chunk.counts[channel] - loaded[channel]
 
     @abstractmethod
     def _load(self, chunk: Chunk, wanted: Collection[int]) -> list[tuple[int, int, bytes]]:

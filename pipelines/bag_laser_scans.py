@@ -46,7 +46,7 @@ class LaserScanConverter:
         if layout is None:
             self._counts["empty_scans"] += 1
             return None
-        if abs(message.time_increment) * (len(message.ranges) - 1) > self._longest_sweep:
+        if not abs(message.time_increment) * (len(message.ranges) - 1) <= self._longest_sweep:
             self._counts["time_increments_ignored"] += 1
         ranges, max_range = self._clean_ranges(message)
         if layout.order is not None:

@@ -53,6 +53,8 @@ def _describe(damage: Damage) -> str:
         return (
             f"{damage.file_name} {damage.cause}, after {read:.1f} MB; how much is missing it does not tell."
         )
+    if damage.bytes_read >= damage.bytes_expected:
+        return f"{damage.file_name} {damage.cause}."
     lost, expected = 1 - damage.bytes_read / damage.bytes_expected, damage.bytes_expected / 1e6
     return (
         f"{damage.file_name} {damage.cause}: {lost:.0%} of its bytes are lost "

@@ -25,7 +25,7 @@ class _WholeBag:
         self._files = files
         self._reader = Reader(path)
         self._reader.open()
-        self.damages: list[Damage] = []
+        self.damages: dict[Path, Damage] = {}
         self.unreadable_messages = 0
         self.topics = [_topic_of(connection) for connection in self._reader.connections]
 
@@ -48,7 +48,7 @@ class _WholeBag:
                     read += 1
                     yield message
             size = file.stat().st_size
-            self.damages.append(salvaged.damage or Damage(file.name, "is damaged inside", size, size))
+            self.damages[file] = salvaged.damage or Damage(file.name, "is damaged inside", size, size)
             salvaged.close()
         self.unreadable_messages = sum(connection.msgcount for connection in connections) - read
 
@@ -92,14 +92,14 @@ class BagStore:
         damages: list[Damage] = []
         for part in self._parts:
             if isinstance(part, _WholeBag):
-                damages += part.damages
+                damages += part.damages.values()
             elif part.damage is not None:
                 damages.append(part.damage)
         read = sum(topic.message_count for topic in self.topics.values())
-        sentences = describe_losses(damages, read - self.unreadable_messages, self._messages_expected)
         if self.unreadable_messages and not damages:
-            sentences.append(f"{self.path} is damaged inside: {self.unreadable_messages} messages are lost.")
-        return sentences
+            damages.append(Damage(self.path.name, "is damaged inside", 0, 0))
+        expected = self._messages_expected or (read if self.unreadable_messages else None)
+        return describe_losses(damages, read - self.unreadable_messages, expected)
 
     @property
     def unreadable_messages(self) -> int:
