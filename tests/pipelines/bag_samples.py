@@ -1,0 +1,112 @@
+"""Small bags for the tests: a car that drives straight and looks at a wall all around it."""
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import Writer as Ros2Writer
+
+from maps.odometry import Odometry
+from maps.scan import Scan
+from pipelines.bag_reader import BagReader
+from pipelines.bag_writer import BagWriter
+
+START = 1_700_000_000_000_000_000
+STEP = 25_000_000
+PLACE = np.array([0.25, 0.1, 0.5])
+BEAMS = 181
+INCREMENT = np.radians(1.0)
+
+
+def odometry(index: int, **changes: Any) -> Odometry:
+    values = {
+        "stamp": START + index * STEP,
+        "odom_from_base": np.array([0.02 * index, 0.0, 0.001 * index]),
+        "twist": np.array([0.8, 0.0, 0.04]),
+    }
+    return Odometry(**{**values, **changes})
+
+
+def write_scan(writer: BagWriter, index: int, **changes: Any) -> None:
+    values = {
+        "stamp_ns": START + index * STEP,
+        "ranges": np.full(BEAMS, 2.0 + index * 1e-3, dtype=np.float32),
+        "angle_min": -np.pi / 2,
+        "angle_increment": INCREMENT,
+        "time_increment": 1e-4,
+        "scan_time": 0.025,
+        "range_min": 0.1,
+        "range_max": 30.0,
+    }
+    writer.write_scan(**{**values, **changes})
+
+
+def write_bag(path: Path, count: int = 200, with_odometry: bool = True) -> Path:
+    with BagWriter(path) as writer:
+        writer.write_static_transform(PLACE)
+        for index in range(count):
+            if with_odometry:
+                writer.write_odometry(odometry(index))
+            write_scan(writer, index)
+    return path
+
+
+def bag_of(path: Path, write: Callable[[BagWriter], None]) -> Path:
+    with BagWriter(path) as writer:
+        write(writer)
+    return path
+
+
+def as_sqlite(source: Path, target: Path) -> Path:
+    """The same bag in a sqlite folder."""
+    from rosbags.rosbag2 import Reader
+
+    with (
+        Reader(source) as reader,
+        Ros2Writer(target, version=8, storage_plugin=StoragePlugin.SQLITE3) as writer,
+    ):
+        connections = {
+            connection.id: writer.add_connection(
+                connection.topic,
+                connection.msgtype,
+                msgdef=connection.msgdef.data,
+                rihs01="RIHS01_" + "0" * 64,
+            )
+            for connection in reader.connections
+        }
+        for connection, time, data in reader.messages():
+            writer.write(connections[connection.id], time, data)
+    return target
+
+
+def cut(source: Path, target: Path, share: float) -> Path:
+    """A copy of the first bytes of a file."""
+    with source.open("rb") as whole:
+        target.write_bytes(whole.read(int(source.stat().st_size * share)))
+    return target
+
+
+def cut_folder(source: Path, target: Path, share: float, with_metadata: bool = True) -> Path:
+    """A copy of a bag folder with its bag file cut."""
+    target.mkdir()
+    for file in source.iterdir():
+        if file.name != "metadata.yaml":
+            cut(file, target / file.name, share)
+        elif with_metadata:
+            shutil.copy(file, target)
+    return target
+
+
+def read(path: Path, **options: Any) -> tuple[list[Scan], list[Odometry], BagReader]:
+    """Everything in a bag; the reader is closed and still tells its counts."""
+    scans, samples = [], []
+    with BagReader(path, **options) as reader:
+        for item in reader:
+            if isinstance(item, Scan):
+                scans.append(item)
+            else:
+                samples.append(item)
+    return scans, samples, reader
