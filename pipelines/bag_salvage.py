@@ -44,7 +44,8 @@ def describe_losses(
         share = f" of {messages_expected} messages ({messages_read / messages_expected:.0%})"
     else:
         share = " messages"
-    return [*(_describe(damage) for damage in damages), f"{messages_read}{share} of the bag could be read."]
+    *others, last = (_describe(damage) for damage in damages)
+    return [*others, f"{last} {messages_read}{share} of the bag could be read."]
 
 
 def _describe(damage: Damage) -> str:
