@@ -1,0 +1,25 @@
+"""The settings of the mapper; the defaults serve every sensor we have recordings of."""
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class MappingConfig(BaseModel):
+    """Settings of one mapping run."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    resolution: float = Field(default=0.05, gt=0.0, le=1.0, description="Side of a map cell, metres.")
+    keyframe_distance: float = Field(
+        default=0.3, gt=0.0, le=5.0, description="A new keyframe is due after this many metres."
+    )
+    keyframe_angle: float = Field(
+        default=0.2, gt=0.0, le=3.0, description="A new keyframe is due after this turn, radians."
+    )
+    refine: bool = Field(
+        default=True, description="Match every scan to the keyframes around it once these are settled."
+    )
+    close_loops: bool = Field(default=True, description="Recognize places that the car has been to before.")
+    verify_loops: bool = Field(
+        default=True,
+        description="Test loop closures by what the scans look through, and by their neighbours.",
+    )

@@ -1,0 +1,213 @@
+"""Loop closure: find the places that the car has been to before.
+
+Each submap is sought among the earlier ones that lie, for all that is known, within reach. What is found
+is a hypothesis, kept open until its neighbours along the path tell the same story.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from mapping.constraint import Constraint
+from mapping.correlative_search import LikelihoodPyramid, Window, search
+from mapping.keyframe_tracking import match_information
+from mapping.scan_matching import Pairings, match
+from mapping.scan_store import ScanStore
+from mapping.see_through import see_through
+from mapping.submap import HALF_LENGTH, SPACING, Submap
+from maps.se2 import Pose, between, compose
+
+DRIFT_PER_METRE = 0.04
+TURN_PER_METRE = np.deg2rad(0.06)
+BASE_REACH = 0.5
+BASE_TURN = np.deg2rad(4.0)
+MAX_REACH = 20.0
+MAX_TURN = np.deg2rad(40.0)
+MIN_GRAPH_DISTANCE = 15.0
+CANDIDATES = 4
+CANDIDATE_SPACING = 3.0
+MIN_SCORE = 0.5
+RIVAL_SHARE = 0.85
+MIN_AGREEMENT = 0.85
+MIN_COVERAGE = 0.4
+MAX_RESIDUAL = 0.04
+MAX_PAIRS = 40
+PYRAMID_RADIUS = 25.0
+MOVING_POINTS = 500
+AGREE_DISTANCE = 0.35
+AGREE_ANGLE = np.deg2rad(2.5)
+AGREE_WITHIN = 14.0
+METRES_PER_WITNESS = 4.0
+
+
+@dataclass(eq=False)
+class Hypothesis:
+    """A loop closure that was found and verified, but may still be a look-alike."""
+
+    fixed: Submap
+    moving: Submap
+    fixed_from_moving: Pose
+    """(3,) between the middles of both."""
+    information: NDArray[np.float64]
+    reach: float
+    """Metres that were searched to find it: the wider, the more witnesses it needs."""
+    accepted: bool = False
+    stats: tuple[float, ...] = ()
+
+
+@dataclass(eq=False)
+class LoopCloser:
+    """Keeps the submaps, the hypotheses, and the graph of distances between submaps."""
+
+    store: ScanStore
+    verify: bool = True
+    submaps: list[Submap] = field(default_factory=list)
+    hypotheses: list[Hypothesis] = field(default_factory=list)
+    path: list[float] = field(default_factory=list)
+    log: dict[str, int] = field(default_factory=dict)
+    _edges: list[tuple[int, int, float]] = field(default_factory=list)
+    _pyramids: dict[int, LikelihoodPyramid] = field(default_factory=dict)
+
+    def add_keyframe(self, distance: float) -> Submap | None:
+        """Note a keyframe ``distance`` metres after the last; returns the submap that it completes, if any."""
+        self.path.append((self.path[-1] + distance) if self.path else 0.0)
+        last = len(self.path) - 1
+        path = np.array(self.path[max(0, last - 2000) :])
+        offset = max(0, last - 2000)
+        next_middle = (self.path[self.submaps[-1].middle] + SPACING) if self.submaps else HALF_LENGTH
+        if self.path[last] < next_middle + HALF_LENGTH:
+            return None
+        middle = int(np.searchsorted(path, next_middle)) + offset
+        first = int(np.searchsorted(path, self.path[middle] - HALF_LENGTH)) + offset
+        submap = Submap(first, middle, last)
+        if self.submaps:
+            n = len(self.submaps)
+            self._edges.append((n - 1, n, self.path[middle] - self.path[self.submaps[-1].middle]))
+        self.submaps.append(submap)
+        return submap
+
+    def close(self, poses: Pose) -> list[Constraint]:
+        """Seek the newest submap among the earlier ones; returns the loop closures that this settles as true."""
+        query = len(self.submaps) - 1
+        for index, reach, turn in self._candidates(query, poses):
+            hypothesis = self._try(self.submaps[index], index, self.submaps[query], poses, reach, turn)
+            if hypothesis is not None:
+                self.hypotheses.append(hypothesis)
+        return [
+            Constraint(h.fixed.middle, h.moving.middle, h.fixed_from_moving, h.information, "loop_closure")
+            for h in self._settle(poses)
+        ]
+
+    def _count(self, what: str) -> None:
+        self.log[what] = self.log.get(what, 0) + 1
+
+    def _candidates(self, query: int, poses: Pose) -> list[tuple[int, float, float]]:
+        if query == 0:
+            return []
+        n = query + 1
+        edges = np.array(self._edges)
+        graph = csr_array((edges[:, 2], (edges[:, 0].astype(int), edges[:, 1].astype(int))), shape=(n, n))
+        distances = dijkstra(graph, directed=False, indices=query)[:-1]
+        middles = np.array([submap.middle for submap in self.submaps])
+        apart = np.hypot(*(poses[middles[:-1], :2] - poses[middles[-1], :2]).T)
+        reach = np.minimum(BASE_REACH + DRIFT_PER_METRE * distances, MAX_REACH)
+        turn = np.minimum(BASE_TURN + TURN_PER_METRE * distances, MAX_TURN)
+        chosen: list[tuple[int, float, float]] = []
+        possible = (distances > MIN_GRAPH_DISTANCE) & (apart < reach + 2.0)
+        # A place seen in many passes needs one candidate of it, the nearest.
+        for index in np.argsort(np.where(possible, apart, np.inf), kind="stable"):
+            if not possible[index] or len(chosen) == CANDIDATES:
+                break
+            here = poses[middles[index], :2]
+            if all(np.hypot(*(poses[middles[c], :2] - here)) > CANDIDATE_SPACING for c, _, _ in chosen):
+                chosen.append((int(index), float(reach[index]), float(turn[index])))
+        return chosen
+
+    def _pyramid(self, index: int, poses: Pose) -> LikelihoodPyramid:
+        if index not in self._pyramids:
+            if len(self._pyramids) >= 48:
+                self._pyramids.pop(next(iter(self._pyramids)))
+            self._pyramids[index] = LikelihoodPyramid(
+                self.submaps[index].points(self.store, poses), PYRAMID_RADIUS
+            )
+        return self._pyramids[index]
+
+    def _try(
+        self, fixed: Submap, index: int, moving: Submap, poses: Pose, reach: float, turn: float
+    ) -> Hypothesis | None:
+        points = moving.points(self.store, poses)
+        points = points[np.abs(points).max(axis=1) < 15.0]
+        if len(points) < 50:
+            return None
+        points = points[:: max(1, len(points) // MOVING_POINTS)]
+        guess = between(poses[fixed.middle], poses[moving.middle])
+        self._count("searched")
+        fit = search(self._pyramid(index, poses), points, guess, Window(reach, turn), MIN_SCORE, RIVAL_SHARE)
+        if fit is None:
+            return None
+        self._count("scored")
+        if fit.rival > 0.0:
+            self._count("ambiguous")
+            return None
+        return self._refine(fixed, moving, poses, fit.pose, reach, fit.score)
+
+    def _refine(
+        self, fixed: Submap, moving: Submap, poses: Pose, guess: Pose, reach: float, score: float
+    ) -> Hypothesis | None:
+        fixed_poses, moving_poses = fixed.poses(poses), moving.poses(poses)
+        a, b = nearest_pairs(fixed_poses, compose(guess, moving_poses), MAX_PAIRS)
+        pairs = np.column_stack([fixed.keyframes[a], moving.keyframes[b]])
+        pairings = Pairings(np.array([0, len(pairs)]), pairs, fixed_poses[a], moving_poses[b])
+        result = match(guess[None], pairings, self.store, self.store, widest=0.4)
+        pose = result.poses[0]
+        test = see_through(self.store, pairs, fixed_poses[a], compose(pose, moving_poses[b]))
+        stats = (score, result.overlap[0], result.residual[0], test.agreement, test.coverage)
+        if (
+            result.residual[0] > MAX_RESIDUAL
+            or test.agreement < MIN_AGREEMENT
+            or test.coverage < MIN_COVERAGE
+        ):
+            self._count("refuted")
+            return None
+        self._count("verified")
+        information = match_information(20.0 * result.hessians[0] / len(pairs), float(result.residual[0]))
+        return Hypothesis(fixed, moving, pose, information, reach, stats=stats)
+
+    def _settle(self, poses: Pose) -> list[Hypothesis]:
+        recent = [h for h in self.hypotheses if self.path[-1] - self.path[h.moving.middle] < 60.0]
+        settled = []
+        for h in recent:
+            if h.accepted:
+                continue
+            witnesses = {g.moving.middle for g in recent if g is not h and self._agree(g, h, poses)}
+            if len(witnesses) >= max(1.0, h.reach / METRES_PER_WITNESS):
+                settled.append(h)
+        for h in settled:
+            h.accepted = True
+            a, b = self.submaps.index(h.fixed), self.submaps.index(h.moving)
+            self._edges.append((a, b, 0.1))
+        return settled
+
+    def _agree(self, g: Hypothesis, h: Hypothesis, poses: Pose) -> bool:
+        apart = abs(self.path[g.moving.middle] - self.path[h.moving.middle])
+        if apart > AGREE_WITHIN or apart < 1.0:
+            return False
+        predicted = compose(
+            compose(between(poses[g.fixed.middle], poses[h.fixed.middle]), h.fixed_from_moving),
+            between(poses[h.moving.middle], poses[g.moving.middle]),
+        )
+        error = between(g.fixed_from_moving, predicted)
+        return bool(np.hypot(error[0], error[1]) < AGREE_DISTANCE and abs(error[2]) < AGREE_ANGLE)
+
+
+def nearest_pairs(first: Pose, second: Pose, most: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Indices (P,), (P,) of the pairs of poses that see most alike: near to each other and facing alike."""
+    apart = np.hypot(*np.moveaxis(first[:, None, :2] - second[None, :, :2], -1, 0))
+    turned = np.abs(np.angle(np.exp(1j * (first[:, None, 2] - second[None, :, 2]))))
+    cost = (apart + 2.0 * turned).ravel()
+    order = np.argsort(cost, kind="stable")[:most]
+    a, b = np.unravel_index(order, apart.shape)
+    return a, b

@@ -1,0 +1,85 @@
+"""Wheel odometry calibrated from the log itself: what it gets wrong by rule, and how far it can be trusted.
+
+Wheels of unequal size turn a straight drive by so much per metre; a wrong track width scales every turn, a
+wrong wheel radius every length. All three show against the motion that scan matching measured.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maps.se2 import Pose, wrap_angle
+
+_ITERATIONS = 20
+_MIN_STEPS = 20
+_SIGMA_BOUNDS = (0.005, 0.2)
+
+
+@dataclass(frozen=True)
+class OdometryCalibration:
+    """Corrections and standard deviations per keyframe step."""
+
+    turn_per_metre: float = 0.0
+    """Radians of turn that the wheels miss per metre forward."""
+    turn_scale: float = 1.0
+    path_scale: float = 1.0
+    sigma_distance: float = 0.05
+    """Metres."""
+    sigma_turn: float = 0.05
+    """Radians."""
+
+    def correct(self, steps: Pose) -> Pose:
+        """Odometry steps (..., 3) with the systematic errors taken out."""
+        steps = np.asarray(steps, dtype=np.float64)
+        forward = np.copysign(np.hypot(steps[..., 0], steps[..., 1]), steps[..., 0])
+        turn = self.turn_per_metre * forward + self.turn_scale * steps[..., 2]
+        return np.stack(
+            [steps[..., 0] * self.path_scale, steps[..., 1] * self.path_scale, wrap_angle(turn)], axis=-1
+        )
+
+    def information(self) -> NDArray[np.float64]:
+        """(3, 3) of one corrected step."""
+        variances = np.array([self.sigma_distance, self.sigma_distance, self.sigma_turn]) ** 2
+        return np.diag(1.0 / variances)
+
+
+def calibrate(odometry_steps: Pose, matched_steps: Pose) -> OdometryCalibration:
+    """Robust fit of odometry steps (N, 3) to the same steps as scan matching measured them (N, 3)."""
+    if len(odometry_steps) < _MIN_STEPS:
+        return OdometryCalibration()
+    length = np.hypot(odometry_steps[:, 0], odometry_steps[:, 1])
+    forward = np.copysign(length, odometry_steps[:, 0])
+    turn_per_metre, turn_scale = _robust_fit(
+        np.column_stack([forward, odometry_steps[:, 2]]), matched_steps[:, 2], np.array([0.0, 1.0])
+    )
+    along = np.sum(matched_steps[:, :2] * odometry_steps[:, :2], axis=1) / np.maximum(length, 1e-6)
+    (path_scale,) = _robust_fit(length[:, None], along, np.array([1.0]))
+    rough = OdometryCalibration(turn_per_metre, turn_scale, path_scale)
+    error = matched_steps - rough.correct(odometry_steps)
+    distance = 1.4826 * np.median(np.abs(error[:, :2]))
+    turn = 1.4826 * np.median(np.abs(wrap_angle(error[:, 2])))
+    low, high = _SIGMA_BOUNDS
+    return OdometryCalibration(
+        turn_per_metre,
+        turn_scale,
+        path_scale,
+        float(np.clip(distance, low, high)),
+        float(np.clip(turn, low, high)),
+    )
+
+
+def _robust_fit(
+    design: NDArray[np.float64], observed: NDArray[np.float64], expected: NDArray[np.float64]
+) -> tuple[float, ...]:
+    """Least squares with Cauchy weights; a weak tie to ``expected`` decides what the data leave open."""
+    tie = 0.05 * np.eye(design.shape[1])
+    weight = np.ones(len(observed))
+    solution = expected
+    for _ in range(_ITERATIONS):
+        normal = design.T @ (weight[:, None] * design) + tie
+        solution = np.linalg.solve(normal, design.T @ (weight * observed) + tie @ expected)
+        residual = observed - design @ solution
+        spread = 1.4826 * np.median(np.abs(residual)) + 1e-6
+        weight = 1.0 / (1.0 + (residual / (2.0 * spread)) ** 2)
+    return tuple(float(value) for value in solution)

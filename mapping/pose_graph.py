@@ -1,0 +1,89 @@
+"""The pose graph: keyframes as nodes, constraints as edges, solved by GTSAM.
+
+Every edge but the anchor has a Cauchy loss. That of the loop closures is annealed: wide at first, so that
+true closures far from the present estimate still pull, and narrow in the end, so that false ones let go.
+"""
+
+import gtsam
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.constraint import Constraint
+from maps.se2 import Pose
+
+_ANCHOR_SIGMA = 1e-4
+_LOCAL_WIDTH = 1.0
+_LOOP_WIDTHS = (30.0, 5.0, 1.0)
+
+
+class PoseGraph:
+    """Constraints between keyframes, kept as factors so that solving again costs only the solving."""
+
+    def __init__(self) -> None:
+        self.constraints: list[Constraint] = []
+        self._factors: list[gtsam.BetweenFactorPose2] = []
+
+    def add(self, constraint: Constraint) -> None:
+        """Take a constraint into the graph."""
+        self.constraints.append(constraint)
+        self._factors.append(_factor(constraint, _LOCAL_WIDTH))
+
+    def optimize(self, poses: Pose) -> Pose:
+        """The poses (K, 3) that agree best with all constraints; the first one is held where it is."""
+        local, loops = gtsam.NonlinearFactorGraph(), []
+        for constraint, factor in zip(self.constraints, self._factors, strict=True):
+            if constraint.kind == "loop_closure":
+                loops.append(constraint)
+            else:
+                local.add(factor)
+        _anchor(local, 0, poses[0])
+        for width in _LOOP_WIDTHS if loops else _LOOP_WIDTHS[-1:]:
+            graph = gtsam.NonlinearFactorGraph(local)
+            for constraint in loops:
+                graph.add(_factor(constraint, width))
+            poses = _solve(graph, poses, 0)
+        return poses
+
+    def optimize_latest(self, poses: Pose, first: int, held: int) -> Pose:
+        """The same for the keyframes from ``first`` on, of which the first ``held`` stay where they are.
+
+        Only the constraints that were added last are looked at: those whose keyframes all lie in the window.
+        """
+        graph = gtsam.NonlinearFactorGraph()
+        for constraint, factor in zip(reversed(self.constraints), reversed(self._factors), strict=True):
+            if constraint.to_keyframe < first:
+                break
+            if constraint.from_keyframe >= first:
+                graph.add(factor)
+        for key in range(first, first + held):
+            _anchor(graph, key, poses[key])
+        return np.concatenate([poses[:first], _solve(graph, poses[first:], first)])
+
+
+def _factor(constraint: Constraint, width: float) -> gtsam.BetweenFactorPose2:
+    noise = gtsam.noiseModel.Robust.Create(
+        gtsam.noiseModel.mEstimator.Cauchy.Create(width),
+        gtsam.noiseModel.Gaussian.Information(constraint.information),
+    )
+    return gtsam.BetweenFactorPose2(
+        constraint.from_keyframe,
+        constraint.to_keyframe,
+        gtsam.Pose2(*constraint.from_pose_to_pose),
+        noise,
+    )
+
+
+def _anchor(graph: gtsam.NonlinearFactorGraph, key: int, pose: Pose) -> None:
+    noise = gtsam.noiseModel.Isotropic.Sigma(3, _ANCHOR_SIGMA)
+    graph.add(gtsam.PriorFactorPose2(key, gtsam.Pose2(*pose), noise))
+
+
+def _solve(graph: gtsam.NonlinearFactorGraph, poses: Pose, first: int) -> NDArray[np.float64]:
+    values = gtsam.Values()
+    for key, pose in enumerate(poses, start=first):
+        values.insert(key, gtsam.Pose2(*pose))
+    parameters = gtsam.LevenbergMarquardtParams()
+    parameters.setRelativeErrorTol(1e-4)
+    solution = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters).optimize()
+    nodes = (solution.atPose2(key) for key in range(first, first + len(poses)))
+    return np.array([[node.x(), node.y(), node.theta()] for node in nodes])

@@ -1,0 +1,82 @@
+"""Refinement: every scan, not only the keyframes, finds its place among the settled keyframes around it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from mapping.scan_matching import Pairings, match
+from mapping.scan_store import ScanStore, prepare_scan
+from maps.se2 import Pose, wrap_angle
+
+NEAR_IN_TIME = (-3, -2, -1, 0, 1, 2, 3, 4)
+NEAR_IN_SPACE = 6
+_SPATIAL_CANDIDATES = 30
+_MAX_TURN = 1.0
+_PRIOR = (25.0, 25.0, 100.0)
+_WIDEST = 0.3
+_CHUNK = 2000
+
+
+def refine_scans(
+    points: Sequence[NDArray[np.float32]],
+    after_keyframe: NDArray[np.int64],
+    guesses: Pose,
+    keyframes: ScanStore,
+    map_from_keyframe: Pose,
+) -> Pose:
+    """Poses (N, 3) of N scans, given their points in the laser frame, the keyframe that each follows, and guesses."""
+    tree = cKDTree(map_from_keyframe[:, :2])
+    poses = np.array(guesses)
+    for first in range(0, len(points), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        poses[part] = _refine_chunk(
+            points[part], after_keyframe[part], guesses[part], keyframes, map_from_keyframe, tree
+        )
+    return poses
+
+
+def _refine_chunk(
+    points: Sequence[NDArray[np.float32]],
+    after_keyframe: NDArray[np.int64],
+    guesses: Pose,
+    keyframes: ScanStore,
+    map_from_keyframe: Pose,
+    tree: cKDTree,
+) -> Pose:
+    scans = ScanStore(len(points))
+    for cloud in points:
+        scans.add(prepare_scan(cloud))
+    partners = [
+        np.concatenate(pair)
+        for pair in zip(
+            _near_in_time(after_keyframe, len(keyframes)),
+            _near_in_space(after_keyframe, guesses, map_from_keyframe, tree),
+            strict=True,
+        )
+    ]
+    starts = np.concatenate([[0], np.cumsum([len(p) for p in partners])])
+    fixed = np.concatenate(partners).astype(np.int64)
+    pairs = np.column_stack([fixed, np.repeat(np.arange(len(points)), np.diff(starts))])
+    pairings = Pairings(starts, pairs, map_from_keyframe[fixed], np.zeros((len(fixed), 3)))
+    return match(guesses, pairings, keyframes, scans, widest=_WIDEST, prior_information=_PRIOR).poses
+
+
+def _near_in_time(after_keyframe: NDArray[np.int64], count: int) -> list[NDArray[np.int64]]:
+    around = after_keyframe[:, None] + np.array(NEAR_IN_TIME)
+    return [row[(row >= 0) & (row < count)] for row in around]
+
+
+def _near_in_space(
+    after_keyframe: NDArray[np.int64], guesses: Pose, map_from_keyframe: Pose, tree: cKDTree
+) -> list[NDArray[np.int64]]:
+    """Keyframes of other passes, near and facing alike."""
+    most = min(_SPATIAL_CANDIDATES, len(map_from_keyframe))
+    _, nearest = tree.query(guesses[:, :2], k=np.arange(1, most + 1))
+    turned = np.abs(wrap_angle(map_from_keyframe[nearest, 2] - guesses[:, 2:3]))
+    other_pass = np.abs(nearest - after_keyframe[:, None]) > len(NEAR_IN_TIME) - 2
+    return [
+        row[fits][:NEAR_IN_SPACE]
+        for row, fits in zip(nearest, other_pass & (turned < _MAX_TURN), strict=True)
+    ]

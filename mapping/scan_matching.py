@@ -1,0 +1,89 @@
+"""Scan matching: move one group of scans until it lies on another."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.scan_matching_kernels import match_groups
+from mapping.scan_store import ScanStore
+from maps.se2 import Pose
+
+NARROWEST = 0.15
+KERNEL_WIDTH = 0.04
+MIN_NORMAL_DOT = 0.7
+SLIDING_FLOOR = 0.01
+MAX_ITERATIONS = 20
+
+_WORKERS = 2
+
+
+@dataclass(frozen=True, eq=False)
+class Matches:
+    """The outcome for G groups."""
+
+    poses: Pose
+    """(G, 3) fixed_from_moving."""
+    hessians: NDArray[np.float64]
+    """(G, 3, 3) in the tangent frame of the moving group, for residuals of unit variance."""
+    overlap: NDArray[np.float64]
+    """(G,) share of the points that found a partner."""
+    residual: NDArray[np.float64]
+    """(G,) weighted root mean square distance to the lines, metres."""
+    weight: NDArray[np.float64]
+    """(G,) sum of the robust weights."""
+
+
+@dataclass(frozen=True, eq=False)
+class Pairings:
+    """Which scan meets which, at which place: rows ``starts[g]`` to ``starts[g + 1]`` belong to group g."""
+
+    starts: NDArray[np.int64]
+    """(G + 1,)"""
+    pairs: NDArray[np.int64]
+    """(P, 2) fixed scan, moving scan."""
+    fixed_poses: Pose
+    """(P, 3) of the fixed scan in the fixed frame."""
+    moving_poses: Pose
+    """(P, 3) of the moving scan in its group's frame."""
+
+
+def one_to_one(pairs: NDArray[np.int64]) -> Pairings:
+    """Each pair (P, 2) is a group of its own: the pose sought is that of the moving scan in the fixed one."""
+    count = len(pairs)
+    return Pairings(np.arange(count + 1), pairs, np.zeros((count, 3)), np.zeros((count, 3)))
+
+
+def match(
+    guesses: Pose,
+    pairings: Pairings,
+    fixed: ScanStore,
+    moving: ScanStore,
+    *,
+    widest: float = 0.5,
+    prior_information: tuple[float, float, float] = (0.0, 0.0, 0.0),
+) -> Matches:
+    """Match G groups from their guesses (G, 3); correspondences are sought up to ``widest`` metres at first."""
+    groups = len(guesses)
+    poses = np.array(guesses, dtype=np.float64)
+    hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
+    prior = np.array(prior_information)
+
+    def work(part: NDArray[np.int64]) -> None:
+        if len(part) == 0:
+            return
+        a, b = part[0], part[-1] + 1
+        match_groups(
+            poses[a:b], pairings.starts[a : b + 1], pairings.pairs, pairings.fixed_poses, pairings.moving_poses,
+            prior, fixed.packed(), moving.packed(),
+            widest, NARROWEST, KERNEL_WIDTH, MIN_NORMAL_DOT, SLIDING_FLOOR, MAX_ITERATIONS,
+            hessians[a:b], qualities[a:b],
+        )  # fmt: skip
+
+    if groups < 4 * _WORKERS:
+        work(np.arange(groups))
+    else:
+        with ThreadPoolExecutor(_WORKERS) as pool:
+            list(pool.map(work, np.array_split(np.arange(groups), 4 * _WORKERS)))
+    return Matches(poses, hessians, qualities[:, 0], qualities[:, 1], qualities[:, 2])

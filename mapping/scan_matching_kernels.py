@@ -1,0 +1,325 @@
+"""Point-to-line matching of two polar scans: the inner loops."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+TABLE_SIZE = 720
+"""Bearing bins of the look-up table; the table has one entry more, so that a bin's end is the next one's start."""
+
+_FloatArray = NDArray[np.float32]
+_Matrix = NDArray[np.float64]
+
+
+@njit(cache=True, nogil=True)
+def _wrap(angle: float) -> float:
+    return angle - 2.0 * np.pi * np.floor((angle + np.pi) / (2.0 * np.pi))
+
+
+@njit(cache=True, nogil=True)
+def fill_bearing_table(points: _FloatArray, table: NDArray[np.int16]) -> None:
+    """For each bearing bin the index of the first point (N, 2), sorted by bearing, that is not before it."""
+    index = 0
+    for bin_ in range(TABLE_SIZE + 1):
+        start = -np.pi + bin_ * (2.0 * np.pi / TABLE_SIZE)
+        while index < len(points) and np.arctan2(points[index, 1], points[index, 0]) < start:
+            index += 1
+        table[bin_] = index
+
+
+@njit(cache=True, nogil=True)
+def estimate_normals(
+    points: _FloatArray,
+    half_angle: float,
+    half_width: float,
+    max_gap_angle: float,
+    min_gap: float,
+    max_rms: float,
+    normals: _FloatArray,
+) -> None:
+    """Normals (N, 2) of points sorted by bearing, towards the sensor; (0, 0) where the surface is not straight.
+
+    A point's neighbours are taken on both sides until they span ``half_angle`` and ``half_width``, and
+    not beyond a jump from one surface to another.
+    """
+    n = len(points)
+    for i in range(n):
+        px, py = np.float64(points[i, 0]), np.float64(points[i, 1])
+        distance = np.sqrt(px * px + py * py)
+        max_gap = max(min_gap, distance * max_gap_angle)
+        reach = max(half_width, distance * half_angle)
+        count = 1
+        sx = sy = sxx = sxy = syy = 0.0
+        sides = 0
+        for direction in (-1, 1):
+            j = i + direction
+            last_x, last_y = px, py
+            taken = 0
+            while 0 <= j < n:
+                x, y = np.float64(points[j, 0]), np.float64(points[j, 1])
+                if (x - last_x) ** 2 + (y - last_y) ** 2 > max_gap * max_gap:
+                    break
+                dx, dy = x - px, y - py
+                if taken >= 2 and dx * dx + dy * dy > reach * reach:
+                    break
+                count += 1
+                sx += dx
+                sy += dy
+                sxx += dx * dx
+                sxy += dx * dy
+                syy += dy * dy
+                last_x, last_y = x, y
+                taken += 1
+                j += direction
+            if taken > 0:
+                sides += 1
+        normals[i, 0] = 0.0
+        normals[i, 1] = 0.0
+        if count < 4 or sides == 0:
+            continue
+        mx, my = sx / count, sy / count
+        cxx, cxy, cyy = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
+        mean, half = 0.5 * (cxx + cyy), 0.5 * (cxx - cyy)
+        root = np.sqrt(half * half + cxy * cxy)
+        small, large = max(mean - root, 0.0), mean + root
+        if small > max_rms * max_rms or small > 0.05 * large:
+            continue
+        angle = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy) + 0.5 * np.pi
+        nx, ny = np.cos(angle), np.sin(angle)
+        if nx * px + ny * py > 0.0:
+            nx, ny = -nx, -ny
+        normals[i, 0] = nx
+        normals[i, 1] = ny
+
+
+@njit(cache=True, nogil=True)
+def nearest_by_bearing(
+    x: float, y: float, points: _FloatArray, count: int, table: NDArray[np.int16], max_distance: float
+) -> int:
+    """Index of the point nearest to (x, y) within ``max_distance``, -1 if none; looks only along like bearings."""
+    distance = np.sqrt(x * x + y * y)
+    if distance <= max_distance:
+        first, last = 0, count
+    else:
+        bearing = np.arctan2(y, x)
+        half = np.arcsin(max_distance / distance)
+        scale = TABLE_SIZE / (2.0 * np.pi)
+        low = int(np.floor((bearing - half + np.pi) * scale))
+        high = int(np.floor((bearing + half + np.pi) * scale)) + 1
+        first = table[max(low, 0)]
+        last = table[min(high, TABLE_SIZE)]
+    best, best_squared = -1, max_distance * max_distance
+    for j in range(first, last):
+        dx, dy = points[j, 0] - x, points[j, 1] - y
+        squared = dx * dx + dy * dy
+        if squared < best_squared:
+            best, best_squared = j, squared
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _accumulate(
+    sums: _Matrix,
+    target_from_source: _Matrix,
+    moving: _Matrix,
+    forward: bool,
+    source: _FloatArray,
+    source_normals: _FloatArray,
+    source_count: int,
+    target: _FloatArray,
+    target_normals: _FloatArray,
+    target_count: int,
+    target_table: NDArray[np.int16],
+    max_distance: float,
+    kernel_width: float,
+    min_normal_dot: float,
+) -> None:
+    """Add the point-to-line terms of one pair of scans, in one direction, to ``sums``.
+
+    ``sums`` holds the upper triangle of the Hessian (6), the gradient (3), the sum of weights, of
+    weighted squared residuals, of terms, and of points that could have had one. ``moving`` is the pose of the
+    moving scan in the moving group; ``forward`` tells whether the source is the scan that moves.
+    """
+    c, s, tx, ty = (
+        np.cos(target_from_source[2]),
+        np.sin(target_from_source[2]),
+        target_from_source[0],
+        target_from_source[1],
+    )
+    mc, ms = np.cos(moving[2]), np.sin(moving[2])
+    for i in range(source_count):
+        px, py = np.float64(source[i, 0]), np.float64(source[i, 1])
+        sums[12] += 1.0
+        x, y = c * px - s * py + tx, s * px + c * py + ty
+        j = nearest_by_bearing(x, y, target, target_count, target_table, max_distance)
+        if j < 0:
+            continue
+        nx, ny = np.float64(target_normals[j, 0]), np.float64(target_normals[j, 1])
+        if nx == 0.0 and ny == 0.0:
+            continue
+        # The target's normal seen from the source.
+        ax, ay = c * nx + s * ny, -s * nx + c * ny
+        sx, sy = np.float64(source_normals[i, 0]), np.float64(source_normals[i, 1])
+        if (sx != 0.0 or sy != 0.0) and ax * sx + ay * sy < min_normal_dot:
+            continue
+        residual = nx * (x - target[j, 0]) + ny * (y - target[j, 1])
+        ratio = kernel_width * kernel_width / (kernel_width * kernel_width + residual * residual)
+        weight = ratio * ratio
+        # Normal and lever arm in the frame of the moving group, where the step is taken.
+        if forward:
+            j0, j1 = mc * ax - ms * ay, ms * ax + mc * ay
+            lx, ly = mc * px - ms * py + moving[0], ms * px + mc * py + moving[1]
+        else:
+            j0, j1 = -(mc * nx - ms * ny), -(ms * nx + mc * ny)
+            lx, ly = mc * x - ms * y + moving[0], ms * x + mc * y + moving[1]
+        j2 = j1 * lx - j0 * ly
+        sums[0] += weight * j0 * j0
+        sums[1] += weight * j0 * j1
+        sums[2] += weight * j0 * j2
+        sums[3] += weight * j1 * j1
+        sums[4] += weight * j1 * j2
+        sums[5] += weight * j2 * j2
+        sums[6] += weight * j0 * residual
+        sums[7] += weight * j1 * residual
+        sums[8] += weight * j2 * residual
+        sums[9] += weight
+        sums[10] += weight * residual * residual
+        sums[11] += 1.0
+
+
+@njit(cache=True, nogil=True)
+def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float, floor: float) -> None:
+    """Take the direction along which the surfaces let the scan slide out of the normal equations.
+
+    Along a bare corridor the translational information is not zero but what noisy normals pretend:
+    their variance times the sum of weights. That much (``floor`` × weight) is subtracted from the
+    smaller eigenvalue, by shrinking the Jacobian along its eigenvector.
+    """
+    a, b, d = hessian[0, 0], hessian[0, 1], hessian[1, 1]
+    mean, half = 0.5 * (a + d), 0.5 * (a - d)
+    root = np.sqrt(half * half + b * b)
+    small = mean - root
+    kept = small - floor * weight
+    shrink = 0.0
+    if kept > 0.0 and small > 0.0:
+        shrink = np.sqrt(kept / small)
+    angle = 0.5 * np.arctan2(2.0 * b, a - d) + 0.5 * np.pi
+    u = np.array([np.cos(angle), np.sin(angle), 0.0])
+    projection = np.eye(3) - (1.0 - shrink) * np.outer(u, u)
+    hessian[:, :] = projection @ hessian @ projection
+    gradient[:] = projection @ gradient
+
+
+@njit(cache=True, nogil=True)
+def _relative(a: _Matrix, b: _Matrix) -> _Matrix:
+    """inverse(a) ∘ b."""
+    c, s = np.cos(a[2]), np.sin(a[2])
+    dx, dy = b[0] - a[0], b[1] - a[1]
+    return np.array([c * dx + s * dy, -s * dx + c * dy, _wrap(b[2] - a[2])])
+
+
+@njit(cache=True, nogil=True)
+def _compose(a: _Matrix, b: _Matrix) -> _Matrix:
+    c, s = np.cos(a[2]), np.sin(a[2])
+    return np.array([a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], _wrap(a[2] + b[2])])
+
+
+@njit(cache=True, nogil=True)
+def match_group(
+    pose: _Matrix,
+    pairs: NDArray[np.int64],
+    fixed_poses: _Matrix,
+    moving_poses: _Matrix,
+    prior_information: _Matrix,
+    targets: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
+    sources: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
+    widest: float,
+    narrowest: float,
+    kernel_width: float,
+    min_normal_dot: float,
+    sliding_floor: float,
+    max_iterations: int,
+    hessian: _Matrix,
+    quality: _Matrix,
+) -> None:
+    """Move ``pose`` (3,), fixed_from_moving, to where each pair's points lie on the other's lines.
+
+    Row k of ``pairs`` names a fixed scan among ``targets`` at ``fixed_poses[k]`` and a moving one among
+    ``sources`` at ``moving_poses[k]``, each in its own group's frame. Iteratively reweighted Gauss-Newton
+    on SE(2) with the step on the right, Geman-McClure weights, and a correspondence distance that shrinks
+    from ``widest`` to ``narrowest``; ``prior_information`` (3,) ties the pose to where it started.
+    ``hessian`` (3, 3) is left in the tangent frame of the moving group, for residuals of unit variance;
+    ``quality`` (3,) as the share of points that found a partner, the weighted root mean square residual
+    and the sum of weights.
+    """
+    points_t, normals_t, counts_t, tables_t = targets
+    points_s, normals_s, counts_s, tables_s = sources
+    sums = np.zeros(13)
+    gradient = np.zeros(3)
+    start = pose.copy()
+    distance = widest
+    for _ in range(max_iterations):
+        sums[:] = 0.0
+        for k in range(len(pairs)):
+            t, s = pairs[k, 0], pairs[k, 1]
+            target_from_source = _relative(fixed_poses[k], _compose(pose, moving_poses[k]))
+            source_from_target = _relative(target_from_source, np.zeros(3))
+            _accumulate(
+                sums, target_from_source, moving_poses[k], True,
+                points_s[s], normals_s[s], counts_s[s],
+                points_t[t], normals_t[t], counts_t[t], tables_t[t],
+                distance, kernel_width, min_normal_dot,
+            )  # fmt: skip
+            _accumulate(
+                sums, source_from_target, moving_poses[k], False,
+                points_t[t], normals_t[t], counts_t[t],
+                points_s[s], normals_s[s], counts_s[s], tables_s[s],
+                distance, kernel_width, min_normal_dot,
+            )  # fmt: skip
+        hessian[0, 0], hessian[0, 1], hessian[0, 2] = sums[0], sums[1], sums[2]
+        hessian[1, 0], hessian[1, 1], hessian[1, 2] = sums[1], sums[3], sums[4]
+        hessian[2, 0], hessian[2, 1], hessian[2, 2] = sums[2], sums[4], sums[5]
+        gradient[0], gradient[1], gradient[2] = sums[6], sums[7], sums[8]
+        remove_sliding(hessian, gradient, sums[9], sliding_floor)
+        if sums[11] < 6.0:
+            break
+        off = _relative(start, pose)
+        regular = hessian + np.diag(prior_information + 1e-3 * sums[9])
+        step = -np.linalg.solve(regular, gradient + prior_information * off)
+        pose[:] = _compose(pose, step)
+        settled = abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4
+        if settled and distance <= narrowest:
+            break
+        distance = max(narrowest, 0.7 * distance)
+    quality[0] = sums[11] / max(sums[12], 1.0)
+    quality[1] = np.sqrt(sums[10] / max(sums[9], 1e-9))
+    quality[2] = sums[9]
+
+
+@njit(cache=True, nogil=True)
+def match_groups(
+    poses: _Matrix,
+    starts: NDArray[np.int64],
+    pairs: NDArray[np.int64],
+    fixed_poses: _Matrix,
+    moving_poses: _Matrix,
+    prior_information: _Matrix,
+    targets: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
+    sources: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
+    widest: float,
+    narrowest: float,
+    kernel_width: float,
+    min_normal_dot: float,
+    sliding_floor: float,
+    max_iterations: int,
+    hessians: _Matrix,
+    qualities: _Matrix,
+) -> None:
+    """``match_group`` for G groups: group g owns rows ``starts[g]`` to ``starts[g + 1]`` of ``pairs``."""
+    for g in range(len(poses)):
+        a, b = starts[g], starts[g + 1]
+        match_group(
+            poses[g], pairs[a:b], fixed_poses[a:b], moving_poses[a:b], prior_information, targets, sources,
+            widest, narrowest, kernel_width, min_normal_dot, sliding_floor, max_iterations,
+            hessians[g], qualities[g],
+        )  # fmt: skip

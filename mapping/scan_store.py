@@ -1,0 +1,98 @@
+"""Prepared scans: points sorted by bearing with their normals, packed for the matching kernels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.scan_matching_kernels import TABLE_SIZE, estimate_normals, fill_bearing_table
+
+MAX_POINTS = 361
+"""Beams kept of a scan: half a degree over 180°; denser scans are thinned evenly after the normals are known."""
+
+_HALF_ANGLE = np.deg2rad(3.0)
+_HALF_WIDTH = 0.12
+_MAX_GAP_ANGLE = np.deg2rad(8.0)
+_MIN_GAP = 0.15
+_MAX_RMS = 0.04
+
+
+@dataclass(frozen=True, eq=False)
+class PreparedScan:
+    """The returns of one scan in the laser frame at its stamp."""
+
+    points: NDArray[np.float32]
+    """(N, 2) metres, ascending in bearing."""
+    normals: NDArray[np.float32]
+    """(N, 2) unit vectors towards the sensor, (0, 0) where the surface is not straight."""
+
+
+def prepare_scan(points_in_laser: NDArray[np.float64]) -> PreparedScan:
+    """Sort points (N, 2) by bearing, estimate normals and thin to at most ``MAX_POINTS``."""
+    bearings = np.arctan2(points_in_laser[:, 1], points_in_laser[:, 0])
+    points = points_in_laser[np.argsort(bearings, kind="stable")].astype(np.float32)
+    normals = np.zeros_like(points)
+    estimate_normals(points, _HALF_ANGLE, _HALF_WIDTH, _MAX_GAP_ANGLE, _MIN_GAP, _MAX_RMS, normals)
+    step = -(-len(points) // MAX_POINTS)
+    return PreparedScan(points[::step], normals[::step]) if step > 1 else PreparedScan(points, normals)
+
+
+class ScanStore:
+    """A growing array of prepared scans; scan ``k`` is row ``k`` of each array."""
+
+    def __init__(self, capacity: int = 64) -> None:
+        self._points = np.zeros((capacity, MAX_POINTS, 2), dtype=np.float32)
+        self._normals = np.zeros((capacity, MAX_POINTS, 2), dtype=np.float32)
+        self._counts = np.zeros(capacity, dtype=np.int32)
+        self._tables = np.zeros((capacity, TABLE_SIZE + 1), dtype=np.int16)
+        self._size = 0
+
+    def __len__(self) -> int:
+        return self._size
+
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """(K, MAX_POINTS, 2); only the first ``counts[k]`` of row k are meant."""
+        return self._points[: self._size]
+
+    @property
+    def normals(self) -> NDArray[np.float32]:
+        """(K, MAX_POINTS, 2)"""
+        return self._normals[: self._size]
+
+    @property
+    def counts(self) -> NDArray[np.int32]:
+        """(K,)"""
+        return self._counts[: self._size]
+
+    @property
+    def tables(self) -> NDArray[np.int16]:
+        """(K, TABLE_SIZE + 1) bearing tables."""
+        return self._tables[: self._size]
+
+    def packed(
+        self,
+    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int32], NDArray[np.int16]]:
+        """Points, normals, counts and bearing tables, as the matching kernels take them."""
+        return self.points, self.normals, self.counts, self.tables
+
+    def points_of(self, index: int) -> NDArray[np.float32]:
+        """(N, 2) points of one scan in its laser frame."""
+        return self._points[index, : self._counts[index]]
+
+    def add(self, scan: PreparedScan) -> int:
+        """Append; returns the scan's index."""
+        if self._size == len(self._counts):
+            self._grow()
+        index, count = self._size, len(scan.points)
+        self._points[index, :count] = scan.points
+        self._normals[index, :count] = scan.normals
+        self._counts[index] = count
+        fill_bearing_table(scan.points, self._tables[index])
+        self._size += 1
+        return index
+
+    def _grow(self) -> None:
+        for name in ("_points", "_normals", "_counts", "_tables"):
+            old = getattr(self, name)
+            setattr(self, name, np.concatenate([old, np.zeros_like(old)]))

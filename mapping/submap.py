@@ -1,0 +1,46 @@
+"""Submaps: a few metres of keyframes about a middle one, taken as rigid."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.scan_store import ScanStore
+from maps.se2 import Pose, between, transform_points
+
+SPACING = 2.0
+"""Metres of path from one submap to the next."""
+HALF_LENGTH = 3.0
+"""Metres of path to each side of the middle."""
+
+_POINT_SPACING = 0.1
+
+
+@dataclass(frozen=True)
+class Submap:
+    """Keyframes ``first`` to ``last`` (inclusive) about the keyframe ``middle``, whose frame is the submap's."""
+
+    first: int
+    middle: int
+    last: int
+
+    @property
+    def keyframes(self) -> NDArray[np.int64]:
+        """(M,) indices."""
+        return np.arange(self.first, self.last + 1)
+
+    def poses(self, map_from_keyframe: Pose) -> Pose:
+        """(M, 3) poses of the keyframes in the submap's frame."""
+        return between(map_from_keyframe[self.middle], map_from_keyframe[self.keyframes])
+
+    def points(self, store: ScanStore, map_from_keyframe: Pose) -> NDArray[np.float64]:
+        """(N, 2) points in the submap's frame, one per cell of 0.1 m."""
+        poses = self.poses(map_from_keyframe)
+        clouds = [
+            transform_points(pose, store.points_of(int(k)))
+            for pose, k in zip(poses, self.keyframes, strict=True)
+        ]
+        points = np.concatenate(clouds)
+        cells = np.floor(points / _POINT_SPACING).astype(np.int64)
+        _, index = np.unique(cells[:, 0] * 1_000_003 + cells[:, 1], return_index=True)
+        return points[np.sort(index)]
