@@ -38,7 +38,8 @@ def build_map(reader: BagReader, config: MappingConfig, report: Report, *, quiet
     with report.stage("optimizing"), progress_bar("Optimizing", quiet=quiet) as advance_to:
         result = mapper.finish(advance_to)
     report.add("inputs", _describe_input(reader))
-    report.add("counts", {"messages": reader.counts, "mapping": result.counts, **_describe_result(result)})
+    report.add("counts", {**result.counts, "messages": reader.counts})
+    report.add("result", _describe_result(result))
     report.add("mapping_seconds", result.seconds)
     report.add("consistency", _residuals(result))
     for sentence in [*reader.warnings, *result.warnings]:
@@ -106,12 +107,10 @@ def _describe_input(reader: BagReader) -> dict[str, object]:
 
 
 def _describe_result(result: MappingResult) -> dict[str, object]:
-    places = result.trajectory.map_from_base[:, :2]
+    places = result.trajectory.map_from_base[result.keyframe_indices, :2]  # the scans between them jitter
     seconds = (result.trajectory.stamps[-1] - result.trajectory.stamps[0]) * 1e-9
     rows, columns = result.grid.cells.shape
     return {
-        "scans": len(result.trajectory),
-        "keyframes": len(result.keyframe_indices),
         "log_seconds": seconds,
         "path_metres": np.sum(np.hypot(*np.diff(places, axis=0).T)),
         "map_metres": [columns * result.grid.resolution, rows * result.grid.resolution],

@@ -12,12 +12,12 @@ from pipelines.report import Report
 def print_mapping(report: Report, folder: Path) -> None:
     """The size of the work, warnings, and where the files are."""
     figures = report.as_dict()
-    counts, total = figures["counts"], figures["stages"]["total"]
-    width, height = counts["map_metres"]
+    result, seconds = figures["result"], figures["stages"]["total"]["wall_seconds"]
+    width, height = result["map_metres"]
     console = Console(highlight=False, soft_wrap=True)
     console.print(
-        f"Mapped {counts['scans']} scans over {counts['path_metres']:.1f} m of path "
-        f"into a map of {width:.0f} × {height:.0f} m in {total['wall_seconds']:.1f} s."
+        f"Mapped {figures['counts']['scans']} scans over {result['path_metres']:.1f} m of path "
+        f"into a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s."
     )
     print_warnings(report.warnings)
     console.print(

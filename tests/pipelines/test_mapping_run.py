@@ -1,0 +1,79 @@
+import json
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from mapping.config import MappingConfig
+from maps.errors import UserError
+from maps.scan import Scan
+from pipelines.mapping_run import MAP_FILES, build_map, save_mapping
+from pipelines.report import Report
+
+BEARINGS = np.deg2rad(np.arange(-135.0, 135.0))
+
+
+def scan_of_a_room(index: int) -> Scan:
+    """From a car that drives 5 cm a scan along x, in the middle of a room of 10 × 6 m."""
+    x = 0.05 * index
+    with np.errstate(divide="ignore"):
+        to_ends = np.where(np.cos(BEARINGS) > 0, 6.0 - x, -4.0 - x) / np.cos(BEARINGS)
+        to_sides = 3.0 / np.abs(np.sin(BEARINGS))
+    ranges = np.minimum(to_ends, to_sides)
+    return Scan(index * 25_000_000, BEARINGS, ranges, np.zeros_like(ranges), np.zeros(3), 30.0)
+
+
+class RoomReader:
+    """Stands in for a bag; presses Ctrl-C after some scans."""
+
+    scan_topic, odom_topic = "/scan", None
+    base_from_laser, base_from_laser_source = np.zeros(3), "assumed identity"
+    counts: dict[str, int] = {}  # noqa: RUF012
+    warnings = ["The bag is cut."]  # noqa: RUF012
+    messages_read = 0
+
+    def __init__(self, scans: int, interrupt_after: int | None = None) -> None:
+        self.message_count = scans
+        self._interrupt_after = interrupt_after
+
+    def __iter__(self) -> Iterator[Scan]:
+        for index in range(1, self.message_count + 1):
+            self.messages_read = index
+            yield scan_of_a_room(index)
+            if self.messages_read == self._interrupt_after:
+                signal.raise_signal(signal.SIGINT)
+
+
+def build(reader: Any, report: Report) -> Any:
+    return build_map(reader, MappingConfig(), report, quiet=True)
+
+
+def test_bag_becomes_files_and_report(tmp_path: Path) -> None:
+    report = Report("racecar map")
+    result = build(RoomReader(40), report)
+    save_mapping(result, report, tmp_path, "room")
+    assert {path.name for path in tmp_path.iterdir()} == set(MAP_FILES)
+    np.testing.assert_allclose(result.trajectory.map_from_base[-1], [0.05 * 39, 0, 0], atol=0.02)
+    written = json.loads((tmp_path / "report.json").read_text())
+    assert written["counts"]["scans"] == 40
+    assert written["result"]["path_metres"] == pytest.approx(0.05 * 39, abs=0.3)
+    assert written["inputs"]["scan_topic"] == "/scan"
+    assert "The bag is cut." in written["warnings"]
+    assert any("odometry" in sentence for sentence in written["warnings"])
+    assert {"reading", "scan matching", "optimizing", "writing"} <= written["stages"].keys()
+
+
+def test_interrupt_makes_a_map_of_what_was_read() -> None:
+    report = Report("racecar map")
+    result = build(RoomReader(40, interrupt_after=20), report)
+    assert 20 <= len(result.trajectory) <= 21
+    assert any("Ctrl-C" in sentence for sentence in report.warnings)
+    assert report.as_dict()["counts"]["interrupted"] is True
+
+
+def test_no_scan() -> None:
+    with pytest.raises(UserError, match="no usable scan on /scan"):
+        build(RoomReader(0), Report("racecar map"))
