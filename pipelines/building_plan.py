@@ -7,7 +7,7 @@ from pipelines.floor_canvas import FloorCanvas
 
 
 def draw_building() -> OccupancyGrid:
-    """The floor, its lower left corner near the map's origin."""
+    """The floor, drawn from its lower left corner; the map's origin is in the south corridor."""
     plan = FloorCanvas((-0.5, -0.5), (50.5, 30.5))
     _draw_corridors(plan)
     _draw_southern_rooms(plan)
@@ -15,7 +15,7 @@ def draw_building() -> OccupancyGrid:
     _draw_western_labs(plan)
     _draw_eastern_hall(plan)
     _draw_lobby(plan)
-    return plan.finish()
+    return plan.finish(origin=(9.0, 7.2))
 
 
 def _draw_corridors(plan: FloorCanvas) -> None:

@@ -57,12 +57,15 @@ class FloorCanvas:
         inside = nearby < np.broadcast_to(widths, len(np.asarray(centers)))[nearest] / 2
         self._open |= inside.reshape(self._open.shape)
 
-    def finish(self) -> OccupancyGrid:
-        """The drawing as a map: free where open, occupied where solid touches it, else unknown."""
+    def finish(self, origin: tuple[float, float] = (0.0, 0.0)) -> OccupancyGrid:
+        """The drawing as a map: free where open, occupied where solid touches it, else unknown.
+
+        The place drawn at ``origin`` becomes the origin of the map.
+        """
         cells = np.full(self._open.shape, UNKNOWN, dtype=np.int8)
         cells[binary_dilation(self._open, structure=np.ones((3, 3), dtype=np.bool_))] = OCCUPIED
         cells[self._open] = FREE
-        return OccupancyGrid(cells, self._resolution, np.array([*self._lower, 0.0]))
+        return OccupancyGrid(cells, self._resolution, np.array([*(self._lower - np.array(origin)), 0.0]))
 
     def _box(self, x0: float, y0: float, x1: float, y1: float) -> NDArray[np.bool_]:
         inside: NDArray[np.bool_] = (self._x > x0) & (self._x < x1) & (self._y > y0) & (self._y < y1)

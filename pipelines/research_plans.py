@@ -11,8 +11,8 @@ from pipelines.floor_canvas import FloorCanvas
 def draw_twin_corridors(length: float = 40.0, apart: float = 6.0, width: float = 2.0) -> OccupancyGrid:
     """Two parallel corridors with the same door niches, joined at both ends.
 
-    Along them nothing tells one from the other. The map's origin is at the western end of the southern one,
-    ``apart`` is from middle to middle.
+    Along them nothing tells one from the other. The map's origin is in the southern one,
+    5 m from its western end; ``apart`` is from middle to middle.
     """
     plan = FloorCanvas((-2.0, -2.5), (length + 2.0, apart + 2.5))
     for y in (0.0, apart):
@@ -23,7 +23,7 @@ def draw_twin_corridors(length: float = 40.0, apart: float = 6.0, width: float =
     for x in (0.0, length):
         plan.open_box(x - width / 2, -width / 2, x + width / 2, apart + width / 2)
     plan.solid_disc(length - 0.7, apart / 2, 0.25)  # one end is known by its pillar
-    return plan.finish()
+    return plan.finish(origin=(5.0, 0.0))
 
 
 def draw_bare_corridor(length: float = 60.0, width: float = 2.2) -> OccupancyGrid:
@@ -44,8 +44,8 @@ def draw_bare_corridor(length: float = 60.0, width: float = 2.2) -> OccupancyGri
 def draw_long_track(size: float = 125.0, pitch: float = 25.0, width: float = 2.4) -> OccupancyGrid:
     """A kilometre of corridor that winds through a square and closes only at its end, all blocks the same.
 
-    ``size / pitch`` must be odd so that the winding comes back. The origin is at the south-western corner,
-    the southern side leads straight to the eastern one; every ``pitch`` metres stands the same niche.
+    ``size / pitch`` must be odd so that the winding comes back. The origin is on the southern side,
+    10 m from its western corner; every ``pitch`` metres stands the same niche.
     """
     columns = round(size / pitch) + 1
     if columns % 2:
@@ -67,4 +67,4 @@ def draw_long_track(size: float = 125.0, pitch: float = 25.0, width: float = 2.4
     for x in np.arange(pitch / 2, size, pitch / 2):
         plan.open_box(x - 0.5, 0.0, x + 0.5, half + niche)
         plan.open_box(x + 2.0, -half - niche, x + 3.0, 0.0)
-    return plan.finish()
+    return plan.finish(origin=(10.0, 0.0))
