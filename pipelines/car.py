@@ -1,0 +1,51 @@
+"""The simulated car: what its body, engine and steering can do."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+WHEELBASE = 0.33
+MAX_STEERING = 0.4
+"""Radians; the turning radius is then 0.78 m."""
+MAX_STEERING_RATE = 3.2
+MAX_ACCELERATION = 3.0
+MAX_BRAKING = 4.0
+MAX_SIDE_ACCELERATION = 6.0
+"""m/s²; what the tyres hold in a bend."""
+
+BODY_CENTERS = np.array([[0.0, 0.0], [0.3, 0.0]])
+"""Two discs on the car's axis that cover its body, metres; base_link is in the middle of the rear axle."""
+BODY_RADIUS = 0.2
+
+
+@dataclass
+class Car:
+    """A kinematic bicycle: the pose of the rear axle's middle, moved by speed and steering."""
+
+    x: float
+    y: float
+    yaw: float
+    speed: float = 0.0
+    steering: float = 0.0
+
+    @property
+    def turning_speed(self) -> float:
+        """Radians per second."""
+        return self.speed * math.tan(self.steering) / WHEELBASE
+
+    def move(self, wanted_speed: float, wanted_steering: float, seconds: float) -> None:
+        """Go on for a short time towards the wanted speed (m/s) and steering angle, along an exact arc."""
+        rate = MAX_BRAKING if abs(wanted_speed) < abs(self.speed) else MAX_ACCELERATION
+        self.speed = _towards(wanted_speed, self.speed, rate * seconds)
+        wanted_steering = min(max(wanted_steering, -MAX_STEERING), MAX_STEERING)
+        self.steering = _towards(wanted_steering, self.steering, MAX_STEERING_RATE * seconds)
+        turn, way = self.turning_speed * seconds, self.speed * seconds
+        chord = way if abs(turn) < 1e-9 else way * math.sin(turn / 2) / (turn / 2)
+        self.x += chord * math.cos(self.yaw + turn / 2)
+        self.y += chord * math.sin(self.yaw + turn / 2)
+        self.yaw += turn
+
+
+def _towards(wanted: float, now: float, step: float) -> float:
+    return now + min(max(wanted - now, -step), step)
