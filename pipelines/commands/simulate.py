@@ -1,0 +1,75 @@
+"""``racecar simulate``: a car drives a map and records a bag."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pipelines.options import MapOption, QuietOption, SeedOption
+from pipelines.simulator_config import NoiseLevel
+
+
+def simulate(
+    map: MapOption,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out",
+            metavar="BAG",
+            help="Bag to write: a .bag file (ROS 1), else a folder (ROS 2).",
+            show_default=False,
+        ),
+    ],
+    noise: Annotated[NoiseLevel, typer.Option("--noise", help="Of the wheel odometry.")] = NoiseLevel.SLIGHT,
+    seed: SeedOption = 0,
+    duration: Annotated[
+        float | None,
+        typer.Option(
+            "--duration",
+            metavar="SECONDS",
+            min=1.0,
+            max=100_000.0,
+            help="How long to drive; until all of the map is seen when not given, two laps on a track.",
+            show_default=False,
+        ),
+    ] = None,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="M/S", min=0.3, max=15.0, help="Top speed; bends are slower.")
+    ] = 2.0,
+    walkers: Annotated[
+        int, typer.Option("--walkers", metavar="N", min=0, max=100, help="Persons who walk about.")
+    ] = 0,
+    slip: Annotated[
+        float,
+        typer.Option("--slip", metavar="SHARE", min=0.0, max=0.99, help="Wheel slip at full acceleration."),
+    ] = 0.0,
+    quiet: QuietOption = False,
+) -> None:
+    """Drive a car through a map and record /scan, /odom and /ground_truth; ground_truth.tum is put beside.
+
+    Besides the shipped maps it knows places that are hard to map: twin_corridors, bare_corridor, long_track.
+
+    Example: racecar simulate --map building --out runs/drive.bag
+    """
+    from rich.console import Console
+
+    from pipelines.floor_plan import load_or_draw
+    from pipelines.progress import progress_bar
+    from pipelines.simulator import Simulation, write_bag
+    from pipelines.simulator_config import SimulationConfig
+    from pipelines.tum import save_tum
+
+    config = SimulationConfig(
+        noise=noise, seed=seed, duration=duration, max_speed=speed, walkers=walkers, slip=slip
+    )
+    simulation = Simulation(load_or_draw(map), config)
+    with progress_bar("Driving", quiet=quiet) as progress:
+        write_bag(simulation, out, progress)
+    truth = out.absolute().parent / "ground_truth.tum"
+    save_tum(simulation.ground_truth, truth)
+    if not quiet:
+        driven = abs(simulation.drive.speed).mean() * simulation.drive.seconds
+        Console().print(
+            f"Drove {driven:.0f} m in {simulation.drive.seconds:.0f} s: {out} holds "
+            f"{len(simulation.ground_truth)} scans, {truth} the true path."
+        )

@@ -1,0 +1,40 @@
+"""What can be chosen about a simulated drive."""
+
+from enum import Enum
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class NoiseLevel(str, Enum):
+    """How bad the wheel odometry is."""
+
+    NONE = "none"
+    SLIGHT = "slight"
+    FULL = "full"
+
+
+class SimulationConfig(BaseModel):
+    """A drive, its car's sensors, and who walks about meanwhile."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    noise: NoiseLevel = NoiseLevel.SLIGHT
+    """Of the wheel odometry: none (exact), slight (a well kept car), full (per cents of error, and slip)."""
+    seed: int = Field(0, ge=0)
+    duration: float | None = Field(None, gt=0.0)
+    """Seconds; None: until the map is covered and the car is home again."""
+    laps: int = Field(2, ge=1)
+    """How often the car goes round where the map is a circuit, unless a duration is given."""
+    max_speed: float = Field(2.0, gt=0.0, le=15.0)
+    """m/s."""
+    start: tuple[float, float, float] | None = None
+    """Pose in the map to start near; None: near the map's origin."""
+    walkers: int = Field(0, ge=0, le=100)
+    """Persons who walk about."""
+    slip: float = Field(0.0, ge=0.0, lt=1.0)
+    """Share by which the wheels run ahead at full acceleration and turns are overstated at the tyres' limit,
+    on top of what the noise level brings."""
+    range_noise: float = Field(0.01, ge=0.0)
+    """Standard deviation in metres."""
+    dropouts: float = Field(0.002, ge=0.0, le=1.0)
+    """Share of beams that come back empty."""
