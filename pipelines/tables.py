@@ -41,6 +41,18 @@ def relations_table(title: str, errors: RelationErrors) -> Table:
     return table
 
 
+def demo_table(mapping: TrajectoryErrors, localization: TrajectoryErrors) -> Table:
+    """Mean errors of both stages of the demo against the truth."""
+    table = Table(title="Mean error against the truth", title_justify="left")
+    for column in ("stage", "position (m)", "heading (°)", "poses"):
+        table.add_column(column, justify="left" if column == "stage" else "right")
+    for stage, missed in (("mapping", mapping), ("localization", localization)):
+        figures = missed.summary()
+        position, heading = figures["absolute_position_m"]["mean"], figures["absolute_heading_deg"]["mean"]
+        table.add_row(stage, f"{position:.4f}", f"{heading:.3f}", f"{missed.matched} of {missed.total}")
+    return table
+
+
 def _table(title: str, *, caption: str, columns: tuple[str, ...]) -> Table:
     table = Table(title=title, caption=caption, title_justify="left", caption_justify="left")
     table.add_column("error")

@@ -1,0 +1,47 @@
+"""``racecar demo``: the whole way, with no input needed."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pipelines.options import JsonOption, QuietOption, SeedOption
+
+
+def demo(
+    out: Annotated[
+        Path, typer.Option("--out", metavar="DIR", help="Folder for the results; made when missing.")
+    ] = Path("demo"),
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Drive a simulated building, map it, find the car on that map, and measure both; takes some minutes.
+
+    Example: racecar demo --out demo
+    """
+    from rich.console import Console
+
+    from maps.map_files import load_map
+    from pipelines.demo_run import run_demo
+    from pipelines.outputs import output_folder
+    from pipelines.report import Report
+    from pipelines.tables import demo_table
+
+    console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+    report = Report("racecar demo")
+    report.add("inputs", {"world": "building", "seed": seed})
+    world = load_map(Path("building"))
+    with output_folder(out) as folder:
+        errors = run_demo(world, folder, report, seed=seed, announce=console.print, quiet=quiet)
+        report.write(folder / "report.json")
+    if json is not None:
+        report.write(json)
+    seconds = report.as_dict()["stages"]["total"]["wall_seconds"]
+    console.print(demo_table(errors.mapping, errors.localization))
+    console.print(f"Done in {seconds:.0f} s. Open these:")
+    console.print(f"  {out / 'map' / 'map.png'}  the map, the path driven and the loops closed", markup=False)
+    console.print(
+        f"  {out / 'localized' / 'overlay.png'}  scans of the second drive laid over it", markup=False
+    )
+    console.print(f"  {out / 'report.json'}  all figures", markup=False)
