@@ -8,7 +8,7 @@ import numpy as np
 from mapping.config import MappingConfig
 from mapping.mapper import Mapper, MappingResult
 from maps.errors import UserError
-from maps.map_files import save_map
+from maps.map_files import load_map, save_map
 from maps.odometry import Odometry
 from maps.scan import Scan
 from maps.se2 import between
@@ -56,7 +56,7 @@ def save_mapping(result: MappingResult, report: Report, folder: Path, title: str
         save_g2o(keyframes, result.constraints, folder / "pose_graph.g2o")
         save_map_picture(
             folder / "map.png",
-            result.grid,
+            load_map(folder),  # as whoever reads the files sees it
             result.trajectory,
             result.keyframe_indices,
             result.constraints,
