@@ -4,12 +4,16 @@ import errno
 import logging
 import os
 import sys
-from importlib import import_module
-from importlib.util import find_spec
 
 import typer
 
 from maps.errors import UserError
+from pipelines.commands.check import check
+from pipelines.commands.demo import demo
+from pipelines.commands.evaluate import evaluate
+from pipelines.commands.localize import localize
+from pipelines.commands.map import map
+from pipelines.commands.simulate import simulate
 
 _USER_ERROR = 2
 _INTERRUPTED = 130
@@ -23,9 +27,8 @@ def _describe() -> None:
     """From a rosbag of a small car with a 2D LiDAR to a map, and from the map to the car's pose."""
 
 
-for _name in ("map", "localize", "evaluate", "simulate", "check", "demo"):
-    if find_spec(f"pipelines.commands.{_name}"):
-        app.command(_name)(getattr(import_module(f"pipelines.commands.{_name}"), _name))
+for _command in (map, localize, evaluate, simulate, check, demo):
+    app.command()(_command)
 
 
 def main() -> None:
