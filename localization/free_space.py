@@ -13,31 +13,33 @@ from maps.se2 import Pose
 
 _SMALLEST_AREA = 1.0
 """Square metres; a smaller patch of free cells is a speck of the mapping, not a place for a car."""
+_UNKNOWN_REACH = 1.0
+"""Metres."""
 
 
 @dataclass(frozen=True, eq=False)
 class FreeSpace:
-    """The free cells of a grid that a car can stand on."""
+    """The cells of a grid that a car can stand on."""
 
     grid: OccupancyGrid
-    is_free: NDArray[np.bool_]
+    is_open: NDArray[np.bool_]
     """(rows, columns)"""
 
     @property
     def cell_count(self) -> int:
-        """How many cells are free."""
-        return int(np.count_nonzero(self.is_free))
+        """How many cells there are."""
+        return int(np.count_nonzero(self.is_open))
 
     def contains(self, points_in_map: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) whether points (N, 2) lie on it."""
         cells = self.grid.cell_of(points_in_map)
         inside = self.grid.contains(cells)
-        inside[inside] = self.is_free[tuple(cells[inside].T)]
+        inside[inside] = self.is_open[tuple(cells[inside].T)]
         return inside
 
     def draw_poses(self, count: int, rng: np.random.Generator) -> Pose:
         """(count, 3) poses in the map, spread evenly over all places and headings."""
-        cells = np.argwhere(self.is_free)
+        cells = np.argwhere(self.is_open)
         chosen = rng.choice(cells, size=count)
         within_cell = rng.uniform(-0.5, 0.5, size=(count, 2))
         positions = self.grid.center_of(chosen + within_cell)
@@ -45,10 +47,11 @@ class FreeSpace:
 
 
 def find_free_space(grid: OccupancyGrid, max_cells: int) -> FreeSpace:
-    """The patches of free cells, of a square metre and more, that hang together.
+    """Patches of free cells, of a square metre and more, and the unknown floor within a metre of them.
 
-    Where that is more than ``max_cells``, patches that reach the grid's edge are left out if others
-    remain: on the map of a track, the endless floor around it. Raises UserError when nothing is free.
+    (A map may not know the floor that the mapping car itself stood on.) Where that is more than
+    ``max_cells``, patches that reach the grid's edge are left out if others remain: on the map of a
+    track, the endless floor around it. Raises UserError when nothing is free.
     """
     free = (grid.cells > UNKNOWN) & (grid.cells < OCCUPIED_FROM)
     patches, count = ndimage.label(free)
@@ -63,4 +66,9 @@ def find_free_space(grid: OccupancyGrid, max_cells: int) -> FreeSpace:
     inner[np.unique(np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]]))] = False
     if areas[wanted].sum() / grid.resolution**2 > max_cells and inner.any():
         wanted = inner
-    return FreeSpace(grid, wanted[patches])
+    steps = int(_UNKNOWN_REACH / grid.resolution)
+    is_open = wanted[patches]
+    if steps > 0:
+        passable = grid.cells < OCCUPIED_FROM
+        is_open = ndimage.binary_dilation(is_open, np.ones((3, 3)), iterations=steps, mask=passable)
+    return FreeSpace(grid, is_open)

@@ -1,5 +1,6 @@
 """The localizer of a live car: odometry and scans in, poses out."""
 
+from dataclasses import replace
 from threading import Lock
 
 import numpy as np
@@ -11,6 +12,7 @@ from localization.motion_source import RESTART_SECONDS, MotionSource, MotionStep
 from localization.particle_filter import ParticleFilter
 from localization.pose_estimate import PoseEstimate
 from localization.range_table import build_range_table
+from localization.refinement import find_walls, refine
 from localization.start_poses import draw_about, draw_anywhere, draw_start
 from localization.tempering import temper
 from localization.weighing import scan_log_likelihood
@@ -41,6 +43,7 @@ class Localizer:
         Raises UserError when the map has no free space or too much of it.
         """
         self._table = build_range_table(grid, config.table_megabytes)
+        self._walls = find_walls(grid)
         self._config = config
         self._rng = rng
         self._lock = Lock()
@@ -71,17 +74,20 @@ class Localizer:
         """The pose at a scan's stamp; a scan out of order gives the last scan's pose again."""
         with self._lock:
             if self._is_late(scan.stamp):
-                return self._filter.estimate(self._last_stamp or scan.stamp)
+                return self._filter.estimate(self._last_stamp or scan.stamp, is_start=False)
             is_after_gap = self._is_after_gap(scan.stamp)
             self._last_stamp = scan.stamp
             step = self._motion.step_to(scan.stamp)
             self._filter.predict(step.base_from_next_base, step.deviations)
             if self._is_settled and (is_after_gap or self._lost_scans >= _LOST_AFTER):
-                self._start_over(self._filter.estimate(scan.stamp))
+                self._start_over(self._filter.estimate(scan.stamp, is_start=False))
+            was_settled = self._is_settled
             beams = select_beams(scan, self._config.beams, self._motion.odometry_about(scan.stamp))
             if len(beams) > 0 and self._is_news(step):
                 self._weigh(beams)
-            estimate = self._filter.estimate(scan.stamp)
+            estimate = self._filter.estimate(scan.stamp, is_start=not was_settled)
+            if self._is_tracked(estimate):
+                estimate = replace(estimate, map_from_base=refine(estimate.map_from_base, beams, self._walls))
             self._filter.resample(min(len(self._filter), self._wanted_particles(estimate)))
             self._motion.follow(scan.stamp, estimate.map_from_base)
             return estimate
@@ -134,6 +140,10 @@ class Localizer:
         return scan_log_likelihood(map_from_base, beams, self._table, self._config.squash)
 
     def _wanted_particles(self, estimate: PoseEstimate) -> int:
+        tracked = self._is_tracked(estimate)
+        return self._config.particles if tracked else self._config.scattered_particles
+
+    @staticmethod
+    def _is_tracked(estimate: PoseEstimate) -> bool:
         deviation = np.sqrt(np.trace(estimate.covariance[:2, :2]))
-        is_tracked = estimate.cluster_weight > 0.9 and deviation < _TRACKED_WITHIN
-        return self._config.particles if is_tracked else self._config.scattered_particles
+        return bool(estimate.cluster_weight > 0.9 and deviation < _TRACKED_WITHIN)

@@ -38,8 +38,8 @@ class ParticleFilter:
         self._log_weights += log_likelihood
         self._log_weights -= logsumexp(self._log_weights)
 
-    def estimate(self, stamp: int) -> PoseEstimate:
-        """The mean of the heaviest cluster."""
+    def estimate(self, stamp: int, is_start: bool) -> PoseEstimate:
+        """The heaviest cluster's mean, with the stamp and whether a search came before it noted on it."""
         weights = self.weights
         cluster = dominant_cluster(self.map_from_base, weights)
         mean, covariance = mean_and_covariance(self.map_from_base[cluster], weights[cluster])
@@ -50,10 +50,11 @@ class ParticleFilter:
             cluster_weight=float(weights[cluster].sum()),
             effective_sample_size=effective_sample_size(weights),
             particle_count=len(self),
+            is_start=is_start,
         )
 
     def resample(self, count: int) -> None:
-        """Draw ``count`` particles anew when less than half are effective or there are more than ``count``."""
+        """Draw ``count`` particles anew when under half are effective, or there are more than ``count``."""
         weights = self.weights
         if effective_sample_size(weights) >= 0.5 * len(self) and len(self) <= count:
             return

@@ -25,6 +25,8 @@ class PoseEstimate:
     """Share of the probability that lies in the cluster, 0 to 1."""
     effective_sample_size: float
     particle_count: int
+    is_start: bool
+    """Whether the pose was searched anew and does not continue the one before."""
 
 
 def dominant_cluster(map_from_base: Pose, weights: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -58,9 +58,9 @@ def build_range_table(grid: OccupancyGrid, max_megabytes: int) -> RangeTable:
 def _cell_codes(grid: OccupancyGrid, free_space: FreeSpace) -> NDArray[np.int32]:
     """(rows, columns) running number of each cell the car can be on, else the kernel's negative codes."""
     is_obstacle = grid.cells >= OCCUPIED_FROM
-    steps_away = distance_transform_cdt(~(is_obstacle | free_space.is_free), metric="chessboard")
+    steps_away = distance_transform_cdt(~(is_obstacle | free_space.is_open), metric="chessboard")
     codes = (OBSTACLE - steps_away).astype(np.int32)
-    codes[free_space.is_free] = np.arange(free_space.cell_count, dtype=np.int32)
+    codes[free_space.is_open] = np.arange(free_space.cell_count, dtype=np.int32)
     return codes
 
 
