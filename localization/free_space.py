@@ -70,5 +70,7 @@ def find_free_space(grid: OccupancyGrid, max_cells: int) -> FreeSpace:
     is_open = wanted[patches]
     if steps > 0:
         passable = grid.cells < OCCUPIED_FROM
-        is_open = ndimage.binary_dilation(is_open, np.ones((3, 3)), iterations=steps, mask=passable)
+        is_open = ndimage.binary_dilation(
+            is_open, np.ones((3, 3), dtype=np.bool_), iterations=steps, mask=passable
+        )
     return FreeSpace(grid, is_open)

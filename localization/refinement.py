@@ -36,7 +36,7 @@ def find_walls(grid: OccupancyGrid) -> Walls:
 
 
 def refine(map_from_base: Pose, beams: Beams, walls: Walls) -> Pose:
-    """The pose (3,) near an estimate (3,) where most end points lie on walls; the estimate if there is none."""
+    """The pose (3,) near an estimate (3,) where most end points lie on walls, or else the estimate."""
     is_return = np.isfinite(beams.ranges)
     if np.count_nonzero(is_return) < _FEWEST_POINTS:
         return map_from_base

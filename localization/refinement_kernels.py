@@ -24,7 +24,9 @@ def align_to_walls(
 ) -> Pose:
     """The pose (3,) near a start that brings points (N, 2) to the walls' surfaces.
 
-    ``distances`` (rows, columns) are metres to the centre of the nearest occupied cell. Weights of Geman and McClure; the start holds the pose where walls do not, as along a corridor.
+    ``distances`` (rows, columns) are metres to the centre of the nearest occupied cell. In drawn maps the
+    surface is half a cell before that, in maps made from scans it is there: a quarter is between.
+    Weights of Geman and McClure; the start holds the pose where walls do not, as along a corridor.
     """
     pose = grid_from_base.copy()
     for scale in _SCALES:

@@ -1,0 +1,99 @@
+"""``racecar localize``: a bag and a map become the car's poses."""
+
+from typing import Annotated
+
+import typer
+
+from pipelines.options import (
+    BagArgument,
+    ConfigOption,
+    JsonOption,
+    LaserPoseOption,
+    MapOption,
+    NoOdomOption,
+    OdomTopicOption,
+    OutputFolderOption,
+    QuietOption,
+    ScanTopicOption,
+    SeedOption,
+)
+
+
+def localize(
+    bag: BagArgument,
+    map: MapOption,
+    out: OutputFolderOption,
+    initial_pose: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(
+            "--initial-pose",
+            metavar="X Y YAW",
+            help="Where the car starts, in metres and radians of the map.",
+            show_default=False,
+        ),
+    ] = None,
+    anywhere: Annotated[
+        bool, typer.Option("--global", help="Search the whole map for where the car starts.")
+    ] = False,
+    config: ConfigOption = None,
+    scan_topic: ScanTopicOption = None,
+    odom_topic: OdomTopicOption = None,
+    no_odom: NoOdomOption = False,
+    laser_pose: LaserPoseOption = None,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Tell where the car was on a map: trajectory.tum, overlay.png and report.json.
+
+    Without --initial-pose and --global the car starts where the mapping drive was at that time, if the map's
+    folder holds its trajectory.tum, else anywhere.
+
+    Example: racecar localize drive.bag --map runs/drive --out runs/localized
+    """
+    from pipelines.report import Report
+
+    report = Report("racecar localize")
+    with report.stage("loading"):
+        import numpy as np
+
+        from localization.localizer import Localizer
+        from localization.warm_up import warm_up
+        from maps.errors import UserError
+        from maps.map_files import load_map
+        from pipelines.bag_reader import BagReader
+        from pipelines.config_file import load_config
+        from pipelines.localization_run import mapping_trajectory, replay, save_localization
+        from pipelines.localization_summary import print_localization
+        from pipelines.outputs import output_folder
+
+        warm_up()
+
+    if initial_pose is not None and anywhere:
+        raise UserError("--initial-pose and --global exclude each other; give one of them.")
+    settings = load_config(config).localization
+    report.add(
+        "inputs", {"bag": bag, "map": map, "config": config, "seed": seed, "settings": settings.model_dump()}
+    )
+    with (
+        output_folder(out) as folder,
+        BagReader(
+            bag,
+            scan_topic=scan_topic,
+            odom_topic=odom_topic,
+            use_odometry=not no_odom,
+            base_from_laser=None if laser_pose is None else np.array(laser_pose),
+        ) as reader,
+    ):
+        with report.stage("preparing the map"):
+            grid, driven = load_map(map), mapping_trajectory(map)
+            localizer = Localizer(grid, settings, np.random.default_rng(seed))
+        if initial_pose is not None:
+            localizer.set_pose(np.array(initial_pose))
+        is_open = initial_pose is None and not anywhere
+        run = replay(reader, localizer, grid, report, start=driven if is_open else None, quiet=quiet)
+        save_localization(run, grid, driven, report, folder, title=bag.name)
+    if json is not None:
+        report.write(json)
+    if not quiet:
+        print_localization(report, out)
