@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from maps.distance_field import sample_field
 from maps.occupancy_grid import OccupancyGrid
 from maps.se2 import Pose, wrap_angle
 from pipelines.car import MAX_BRAKING, MAX_SIDE_ACCELERATION, MAX_STEERING, WHEELBASE, Car
@@ -93,14 +94,19 @@ def _legs(
     for first, last in zip([0, *changes], [*changes, len(backwards)], strict=True):
         way = smooth_way(points[first : last + 1], grid, clearance)
         gear = -1 if backwards[first] else 1
-        legs.append(
-            _Leg(way, _allowed_speed(way, min(max_speed, _REVERSE_SPEED) if gear < 0 else max_speed), gear)
-        )
+        room = sample_field(clearance, grid, way)
+        limit = np.minimum(max_speed if gear > 0 else _REVERSE_SPEED, _speed_in_narrow(room))
+        legs.append(_Leg(way, _allowed_speed(way, np.minimum(limit, max_speed)), gear))
     return legs
 
 
-def _allowed_speed(points: NDArray[np.float64], max_speed: float) -> NDArray[np.float64]:
-    """(N,) what the tyres hold in the bends, and the brakes before them and before the end."""
+def _speed_in_narrow(room: NDArray[np.float32]) -> NDArray[np.float64]:
+    """(N,) m/s at which the driver dares to pass walls at distances (N,)."""
+    return np.maximum(1.5, 2.0 + 10.0 * (room.astype(np.float64) - 0.45))
+
+
+def _allowed_speed(points: NDArray[np.float64], limit: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) what of a limit (N,) the tyres hold in the bends, and the brakes before them and the end."""
     along = lengths_along(points)
     ahead, behind = np.minimum(along + 0.4, along[-1]), np.maximum(along - 0.4, 0.0)
     reach = [
@@ -111,7 +117,7 @@ def _allowed_speed(points: NDArray[np.float64], max_speed: float) -> NDArray[np.
     curvature = np.abs(turn) / np.maximum(0.5 * (ahead - behind), STEP)
     curvature[(along < 0.2) | (along > along[-1] - 0.2)] = 0.0
     in_bends = np.sqrt(_CAUTION * MAX_SIDE_ACCELERATION / np.maximum(curvature, 1e-6))
-    allowed: NDArray[np.float64] = np.minimum(in_bends, max_speed)
+    allowed: NDArray[np.float64] = np.minimum(in_bends, limit)
     allowed[-1] = 0.0
     gain = 2.0 * _CAUTION * MAX_BRAKING * np.diff(along)
     for i in range(len(points) - 2, -1, -1):

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from maps.occupancy_grid import OccupancyGrid
 from maps.ray_casting import cast_rays
-from maps.se2 import Pose, compose, interpolate
+from maps.se2 import Pose, compose, interpolate, inverse, transform_points
 from pipelines.driver import TICK, Drive
 
 BEAMS = 1081
@@ -46,8 +46,10 @@ def sweep(
     map_from_laser = compose(map_from_base, BASE_FROM_LASER)
     ranges = cast_rays(grid, map_from_laser, BEARINGS, RANGE_MAX)
     for leg_before, leg_after in zip(*legs, strict=True):
-        moved = (TIME_OFFSETS / SCAN_TIME)[:, None] * (leg_after - leg_before)
-        ranges = np.minimum(ranges, _range_to_disc(map_from_laser, leg_before + moved, leg_radius))
+        beams = _beams_towards(map_from_laser[BEAMS // 2], leg_before, leg_radius)
+        moved = (TIME_OFFSETS[beams] / SCAN_TIME)[:, None] * (leg_after - leg_before)
+        to_leg = _range_to_disc(map_from_laser[beams], BEARINGS[beams], leg_before + moved, leg_radius)
+        ranges[beams] = np.minimum(ranges[beams], to_leg)
     return ranges
 
 
@@ -60,12 +62,28 @@ def measure(
     return np.where(is_empty, np.inf, np.maximum(measured, 0.0)).astype(np.float32)
 
 
-def _range_to_disc(map_from_laser: Pose, center: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
-    """(BEAMS,) distance along each beam to a disc at center (BEAMS, 2); inf past it and from inside it."""
-    heading = map_from_laser[:, 2] + BEARINGS
+def _beams_towards(map_from_laser: Pose, center: NDArray[np.float64], radius: float) -> slice:
+    """The beams that may meet a disc, with room for what car and disc move in a sweep."""
+    x, y = transform_points(inverse(map_from_laser), center[None])[0]
+    distance = np.hypot(x, y)
+    if distance < 1.0:
+        return slice(0, BEAMS)
+    spread = np.arcsin(min(1.0, (radius + 0.3) / distance)) + 0.15
+    first, last = np.searchsorted(BEARINGS, np.arctan2(y, x) + np.array([-spread, spread]))
+    return slice(int(first), int(last))
+
+
+def _range_to_disc(
+    map_from_laser: Pose, bearings: NDArray[np.float64], center: NDArray[np.float64], radius: float
+) -> NDArray[np.float64]:
+    """(N,) metres along bearings (N,) from poses (N, 3) to a disc at center (N, 2).
+
+    It is inf for a beam that passes the disc or starts inside it.
+    """
+    heading = map_from_laser[:, 2] + bearings
     x, y = (center - map_from_laser[:, :2]).T
-    along = x * np.cos(heading) + y * np.sin(heading)
-    aside = y * np.cos(heading) - x * np.sin(heading)
+    cos, sin = np.cos(heading), np.sin(heading)
+    along, aside = x * cos + y * sin, y * cos - x * sin
     into = radius**2 - aside**2
     entry = along - np.sqrt(np.maximum(into, 0.0))
     return np.where((into > 0.0) & (entry > 0.0), entry, np.inf)

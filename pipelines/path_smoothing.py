@@ -9,7 +9,7 @@ from maps.occupancy_grid import OccupancyGrid
 STEP = 0.1
 """Metres between the points of a smoothed way."""
 _ROUNDS = 400
-_WANTED_CLEARANCE = 0.5
+_WANTED_CLEARANCE = 0.65
 _FIXED_ENDS = 4
 """Points at either end that keep their places, so that a way leaves and arrives at the planned headings."""
 
@@ -19,7 +19,7 @@ def smooth_way(
 ) -> NDArray[np.float64]:
     """Points (M, 2), ``STEP`` apart, of a way (N, 2) that is pulled straight like an elastic band.
 
-    No point moves to where it has less clearance than 0.5 m, unless it gains by it.
+    No point moves to where it has less clearance than 0.65 m, unless it gains by it.
     """
     points = resample(points, STEP)
     if len(points) <= 2 * _FIXED_ENDS:

@@ -35,9 +35,9 @@ class Walkers:
         return legs.reshape(-1, 2)
 
     def _set_off(self, i: int) -> None:
-        """To another place; which one is chosen among three, so that most walks are short."""
+        """To the nearest of some other places, so that most walks are short."""
         goals = np.zeros(len(self._lattice.reachable), dtype=np.bool_)
-        goals[self._generator.choice(self._nodes, size=3)] = True
+        goals[self._generator.choice(self._nodes, size=8)] = True
         goals[self._ends[i]] = False
         nodes = self._lattice.cheapest_way(self._ends[i], goals)
         self._ways[i] = np.concatenate(
