@@ -36,18 +36,14 @@ def map(
 
     Example: racecar map drive.bag --out runs/drive
     """
+    import numpy as np
+
+    from pipelines.bag_reader import BagReader
+    from pipelines.config_file import load_config
+    from pipelines.outputs import output_folder
     from pipelines.report import Report
 
     report = Report("racecar map")
-    with report.stage("loading"):
-        import numpy as np
-
-        from pipelines.bag_reader import BagReader
-        from pipelines.config_file import load_config
-        from pipelines.mapping_run import build_map, save_mapping
-        from pipelines.outputs import output_folder
-        from pipelines.run_summary import print_mapping
-
     settings = load_config(config).mapping
     report.add("inputs", {"bag": bag, "config": config, "seed": seed, "settings": settings.model_dump()})
     with (
@@ -60,6 +56,9 @@ def map(
             base_from_laser=None if laser_pose is None else np.array(laser_pose),
         ) as reader,
     ):
+        with report.stage("loading"):  # after the bag was opened, so that its faults are told at once
+            from pipelines.mapping_run import build_map, save_mapping
+            from pipelines.run_summary import print_mapping
         result = build_map(reader, settings, report, quiet=quiet)
         save_mapping(result, report, folder, title=bag.name)
     if json is not None:
