@@ -23,11 +23,11 @@ def racecar() -> Racecar:
 
 @pytest.fixture(scope="session")
 def drive(racecar: Racecar, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a short simulated drive on the track: drive.bag and ground_truth.tum."""
+    """A folder with a short simulated drive in the building: drive.bag and ground_truth.tum."""
     folder = tmp_path_factory.mktemp("drive")
     done = racecar(
-        *("simulate", "--map", "track", "--out", folder / "drive.bag"),
-        *("--noise", "slight", "--seed", "3", "--duration", "12", "--quiet"),
+        *("simulate", "--map", "building", "--out", folder / "drive.bag"),
+        *("--noise", "slight", "--seed", "3", "--duration", "10", "--quiet"),
     )
     assert done.returncode == 0, done.stderr
     return folder

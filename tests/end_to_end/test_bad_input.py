@@ -31,7 +31,7 @@ def test_cut_bag_gives_the_map_of_what_is_left(
     assert "Traceback" not in done.stderr
     report = json.loads((out / "report.json").read_text())
     assert report["warnings"]
-    assert report["counts"]["scans"] > share * 12 * 40 * 0.8
+    assert report["counts"]["scans"] > share * 10 * 40 * 0.8
 
 
 @pytest.mark.parametrize(
@@ -44,19 +44,17 @@ def test_cut_bag_gives_the_map_of_what_is_left(
         ("unknown.txt", b"x"),
     ],
 )
-@pytest.mark.parametrize("command", ["map", "localize", "check"])
-def test_file_that_is_no_bag(
-    racecar: Racecar, tmp_path: Path, command: str, name: str, contents: bytes
-) -> None:
+def test_file_that_is_no_bag(racecar: Racecar, tmp_path: Path, name: str, contents: bytes) -> None:
     bag, out = tmp_path / name, tmp_path / "out"
     bag.write_bytes(contents)
-    more = {"map": ["--out", out], "localize": ["--map", "track", "--global", "--out", out], "check": []}
-    assert_refused(racecar(command, bag, *more[command]), name, out)
+    assert_refused(racecar("map", bag, "--out", out), name, out)
+    assert_refused(racecar("check", bag), name, out)
 
 
 def test_bag_that_is_not_there(racecar: Racecar, tmp_path: Path) -> None:
-    out = tmp_path / "out"
-    assert_refused(racecar("map", tmp_path / "absent.bag", "--out", out), "absent.bag", out)
+    bag, out = tmp_path / "absent.bag", tmp_path / "out"
+    assert_refused(racecar("map", bag, "--out", out), "absent.bag", out)
+    assert_refused(racecar("localize", bag, "--map", "track", "--out", out), "absent.bag", out)
 
 
 @pytest.mark.parametrize("flag", ["--scan-topic", "--odom-topic"])
