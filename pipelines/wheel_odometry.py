@@ -36,7 +36,7 @@ class OdometryNoise:
 
 NOISE = {
     NoiseLevel.NONE: OdometryNoise(),
-    NoiseLevel.SLIGHT: OdometryNoise(0.01, 0.01, 0.002, 0.005, 0.005, 0.0),
+    NoiseLevel.SLIGHT: OdometryNoise(0.01, 0.01, 0.0005, 0.003, 0.003, 0.0),
     NoiseLevel.FULL: OdometryNoise(0.04, 0.05, 0.02, 0.01, 0.015, 0.1),
 }
 
