@@ -12,11 +12,11 @@ def warm_up() -> None:
     """Go the whole way on a short drive; the compiled kernels stay on disk."""
     with tempfile.TemporaryDirectory() as folder:
         run_demo(
-            load_map(Path("track")),
+            load_map(Path("building")),
             Path(folder),
             Report("warm up"),
             seed=0,
-            mapping_seconds=40.0,  # a lap and more, so that a loop is closed
+            mapping_seconds=60.0,  # enough for loops to be closed
             localization_seconds=3.0,
             announce=lambda sentence: None,
             quiet=True,
