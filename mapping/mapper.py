@@ -29,6 +29,8 @@ from maps.trajectory import Trajectory
 _WINDOW = 60
 _WINDOW_HELD = 20
 _WINDOW_EVERY = 5
+_CALIBRATE_EVERY = 50
+_CALIBRATE_OVER = 1000
 _STALE_ODOMETRY = 500_000_000
 _WORTH_OPTIMIZING = (0.15, 0.03)
 
@@ -76,6 +78,7 @@ class Mapper:
         self._last_pose: Pose = IDENTITY
         self._last_motion: Pose = IDENTITY
         self._scans_without_odometry = 0
+        self._keyframe_pose_in_odometry: Pose = IDENTITY
         self._seconds: dict[str, float] = {}
 
     def add_odometry(self, odometry: Odometry) -> None:
@@ -172,6 +175,8 @@ class Mapper:
         if index > 0:
             self._tie(index, last_from_this, odometry)
         self._keyframe_odometry = odometry
+        if index % _CALIBRATE_EVERY == 0:
+            self._calibrate(max(0, index - _CALIBRATE_OVER))
         if index % _WINDOW_EVERY == 0 and index > _WINDOW_HELD:
             with self._timed("optimization"):
                 first = max(0, index + 1 - _WINDOW)
@@ -199,7 +204,9 @@ class Mapper:
 
     def _odometry_constraint(self, index: int, step: Pose) -> Constraint:
         corrected = self._calibration.correct(step)
-        return Constraint(index - 1, index, corrected, self._calibration.information(), "odometry")
+        matched = between(self._map_from_keyframe[index - 1], self._map_from_keyframe[index])
+        information = self._calibration.information(between(corrected, matched))
+        return Constraint(index - 1, index, corrected, information, "odometry")
 
     def _close_loops(self) -> None:
         steps = self._map_from_keyframe[-2:]
@@ -221,22 +228,27 @@ class Mapper:
         distance, angle = _WORTH_OPTIMIZING
         return bool(np.hypot(error[0], error[1]) > distance or abs(error[2]) > angle)
 
+    def _calibrate(self, first: int) -> None:
+        """Learn the wheels' errors from the keyframe steps from ``first`` on."""
+        known = [i for i, step in enumerate(self._odometry_steps) if step is not None and i >= first]
+        measured = np.array([self._odometry_steps[i] for i in known]).reshape(-1, 3)
+        matched = between(self._map_from_keyframe[:-1], self._map_from_keyframe[1:])
+        self._calibration = calibrate(measured, matched[known])
+
     def _settle(self) -> None:
         """Match all pairs of keyframes once more from where they are now, and solve the whole graph."""
         if len(self._keyframes) == 1:
             return
-        known = [i for i, step in enumerate(self._odometry_steps) if step is not None]
         self._map_from_keyframe = self._graph.optimize(self._map_from_keyframe)
-        steps = between(self._map_from_keyframe[:-1], self._map_from_keyframe[1:])
-        measured = np.array([self._odometry_steps[i] for i in known]).reshape(-1, 3)
-        self._calibration = calibrate(measured, steps[known])
+        self._calibrate(0)
         graph = PoseGraph()
         count = len(self._keyframes)
         pairs = np.array([(i - back, i) for i in range(count) for back in TIED_TO if back <= i])
         for constraint in constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3):
             graph.add(constraint)
-        for i, step in zip(known, measured, strict=True):
-            graph.add(self._odometry_constraint(i + 1, step))
+        for i, step in enumerate(self._odometry_steps):
+            if step is not None:
+                graph.add(self._odometry_constraint(i + 1, step))
         for constraint in self._graph.constraints:
             if constraint.kind == "loop_closure":
                 graph.add(constraint)

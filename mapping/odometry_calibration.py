@@ -13,7 +13,9 @@ from maps.se2 import Pose, wrap_angle
 
 _ITERATIONS = 20
 _MIN_STEPS = 20
-_SIGMA_BOUNDS = (0.005, 0.2)
+_SIGMA_BOUNDS = (0.01, 0.3)
+_HEAVY_TAILS = 2.0
+"""The errors of wheels are not Gaussian: their median tells a spread that the tail exceeds."""
 
 
 @dataclass(frozen=True)
@@ -38,10 +40,14 @@ class OdometryCalibration:
             [steps[..., 0] * self.path_scale, steps[..., 1] * self.path_scale, wrap_angle(turn)], axis=-1
         )
 
-    def information(self) -> NDArray[np.float64]:
-        """(3, 3) of one corrected step."""
-        variances = np.array([self.sigma_distance, self.sigma_distance, self.sigma_turn]) ** 2
-        return np.diag(1.0 / variances)
+    def information(self, surprise: Pose) -> NDArray[np.float64]:
+        """(3, 3) of one corrected step that differs by ``surprise`` (3,) from what scan matching measured.
+
+        Slipping wheels show in the directions that the scans observe, and are trusted no further than that;
+        where the scans observe nothing there is no surprise, and odometry holds in full.
+        """
+        usual = np.array([self.sigma_distance, self.sigma_distance, self.sigma_turn])
+        return np.diag(1.0 / np.maximum(usual, np.abs(surprise)) ** 2)
 
 
 def calibrate(odometry_steps: Pose, matched_steps: Pose) -> OdometryCalibration:
@@ -57,8 +63,8 @@ def calibrate(odometry_steps: Pose, matched_steps: Pose) -> OdometryCalibration:
     (path_scale,) = _robust_fit(length[:, None], along, np.array([1.0]))
     rough = OdometryCalibration(turn_per_metre, turn_scale, path_scale)
     error = matched_steps - rough.correct(odometry_steps)
-    distance = 1.4826 * np.median(np.abs(error[:, :2]))
-    turn = 1.4826 * np.median(np.abs(wrap_angle(error[:, 2])))
+    distance = _HEAVY_TAILS * 1.4826 * np.median(np.abs(error[:, :2]))
+    turn = _HEAVY_TAILS * 1.4826 * np.median(np.abs(wrap_angle(error[:, 2])))
     low, high = _SIGMA_BOUNDS
     return OdometryCalibration(
         turn_per_metre,

@@ -1,7 +1,9 @@
 """The pose graph: keyframes as nodes, constraints as edges, solved by GTSAM.
 
-Every edge but the anchor has a Cauchy loss. That of the loop closures is annealed: wide at first, so that
-true closures far from the present estimate still pull, and narrow in the end, so that false ones let go.
+Scan matches and loop closures have a Cauchy loss. That of the loop closures is annealed: wide at first, so
+that true closures far from the present estimate still pull, and narrow in the end, so that false ones let go.
+Odometry is not robust: where it is all there is, along bare corridors, a robust chain would tear at one link
+instead of sharing the error out.
 """
 
 import gtsam
@@ -61,10 +63,9 @@ class PoseGraph:
 
 
 def _factor(constraint: Constraint, width: float) -> gtsam.BetweenFactorPose2:
-    noise = gtsam.noiseModel.Robust.Create(
-        gtsam.noiseModel.mEstimator.Cauchy.Create(width),
-        gtsam.noiseModel.Gaussian.Information(constraint.information),
-    )
+    noise = gtsam.noiseModel.Gaussian.Information(constraint.information)
+    if constraint.kind != "odometry":
+        noise = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(width), noise)
     return gtsam.BetweenFactorPose2(
         constraint.from_keyframe,
         constraint.to_keyframe,

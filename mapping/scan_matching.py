@@ -17,6 +17,7 @@ SLIDING_FLOOR = 0.01
 MAX_ITERATIONS = 20
 
 _WORKERS = 2
+_WORTH_THREADS = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +82,7 @@ def match(
             hessians[a:b], qualities[a:b],
         )  # fmt: skip
 
-    if groups < 4 * _WORKERS:
+    if groups < _WORTH_THREADS:
         work(np.arange(groups))
     else:
         with ThreadPoolExecutor(_WORKERS) as pool:
