@@ -9,6 +9,7 @@ from maps.se2 import Pose
 
 _PARTICLES_PER_SQUARE_METRE = 400
 _MOST_PARTICLES = 1_000_000
+_BEYOND_ANY_MAP = 1e9
 
 
 def draw_start(
@@ -19,7 +20,7 @@ def draw_start(
     Raises UserError when the pose is not finite, off the map or far from free space.
     """
     pose = np.asarray(map_from_base, dtype=np.float64)
-    if not np.all(np.isfinite(pose)):
+    if not np.all(np.abs(pose) < _BEYOND_ANY_MAP):
         raise UserError(
             "The initial pose is not three finite numbers; give x and y in metres and yaw in radians."
         )

@@ -83,7 +83,7 @@ def _draw_path(axes: Axes, trajectory: Trajectory, moments: Sequence[Moment]) ->
             markeredgecolor="white",
             markersize=9,
             label=label,
-            zorder=5,
+            zorder=7,
         )
     for number, moment in enumerate(moments, start=1):
         axes.annotate(
@@ -115,6 +115,8 @@ def _draw_moment(axes: Axes, grid: OccupancyGrid, trajectory: Trajectory, moment
 
 
 def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lower left and upper right of what is known and of the path, in metres of the map frame."""
-    places = np.vstack([grid.center_of(np.argwhere(grid.cells != UNKNOWN)), trajectory.map_from_base[:, :2]])
+    """Lower left and upper right of the path and the map but for specks, in metres of the map frame."""
+    known = grid.center_of(np.argwhere(grid.cells != UNKNOWN))
+    specks = [0.001, 0.999]
+    places = np.vstack([np.quantile(known, specks, axis=0), trajectory.map_from_base[:, :2]])
     return places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN

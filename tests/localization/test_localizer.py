@@ -1,0 +1,193 @@
+import threading
+
+import numpy as np
+import pytest
+from drives import BASE_FROM_LASER, BEARINGS, Drive, drive, room
+
+from localization.config import LocalizationConfig
+from localization.localizer import Localizer
+from localization.pose_estimate import PoseEstimate
+from maps.errors import UserError
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.se2 import IDENTITY, compose, wrap_angle
+
+SECOND = 1_000_000_000
+
+
+def localizer(seed: int = 0, **settings: float) -> Localizer:
+    return Localizer(room(), LocalizationConfig(**settings), np.random.default_rng(seed))
+
+
+def replay(filter: Localizer, messages: list[Scan | Odometry]) -> list[PoseEstimate]:
+    estimates = []
+    for message in messages:
+        if isinstance(message, Scan):
+            estimates.append(filter.add_scan(message))
+        else:
+            filter.add_odometry(message)
+    return estimates
+
+
+def errors(estimates: list[PoseEstimate], driven: Drive) -> tuple[np.ndarray, np.ndarray]:
+    difference = np.array([estimate.map_from_base for estimate in estimates]) - driven.truth
+    return np.hypot(difference[:, 0], difference[:, 1]), np.abs(wrap_angle(difference[:, 2]))
+
+
+@pytest.mark.parametrize(("speed", "odometry_scale"), [(0.5, 1.03), (3.0, 1.03), (6.0, 1.03), (6.0, 1.25)])
+def test_tracks_from_a_rough_start(speed: float, odometry_scale: float) -> None:
+    driven = drive(room(), 4.0, np.random.default_rng(0), speed=speed, odometry_scale=odometry_scale)
+    filter = localizer()
+    filter.set_pose(driven.truth[0] + [0.4, -0.3, 0.15])
+    metres, radians = errors(replay(filter, driven.messages), driven)
+    assert metres.mean() < 0.05
+    assert np.rad2deg(radians).mean() < 1.0
+    assert metres.max() < 0.2
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_finds_itself_anywhere(seed: int) -> None:
+    driven = drive(room(), 2.0, np.random.default_rng(seed))
+    metres, radians = errors(replay(localizer(seed), driven.messages), driven)
+    assert metres[10:].max() < 0.1
+    assert np.rad2deg(radians[10:]).max() < 2.0
+
+
+def test_runs_without_odometry() -> None:
+    driven = drive(room(), 4.0, np.random.default_rng(0))
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    scans = [message for message in driven.messages if isinstance(message, Scan)]
+    metres, _ = errors(replay(filter, scans), driven)
+    assert metres.mean() < 0.1
+
+
+def test_same_seed_same_bits() -> None:
+    driven = drive(room(), 1.0, np.random.default_rng(0))
+    runs = [replay(localizer(seed), driven.messages) for seed in (7, 7, 8)]
+    poses = [np.array([estimate.map_from_base for estimate in run]) for run in runs]
+    assert poses[0].tobytes() == poses[1].tobytes()
+    assert poses[0].tobytes() != poses[2].tobytes()
+
+
+def test_motion_between_scans_is_not_lost_when_scans_are_skipped() -> None:
+    """Scans without a usable beam cannot correct the pose: odometry alone carries it."""
+    driven = drive(room(), 1.5, np.random.default_rng(0), odometry_scale=1.0)
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    blind = [
+        message if isinstance(message, Odometry) or message.stamp < SECOND // 4 else blinded(message)
+        for message in driven.messages
+    ]
+    metres, _ = errors(replay(filter, blind), driven)
+    assert metres[-1] < 0.25
+    assert np.hypot(*(driven.truth[-1] - driven.truth[5])[:2]) > 1.0
+
+
+def test_found_again_after_being_carried_during_a_gap() -> None:
+    driven = drive(room(), 4.0, np.random.default_rng(0))
+    cut = [m for m in driven.messages if m.stamp < SECOND or (isinstance(m, Scan) and m.stamp > 3.2 * SECOND)]
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    estimates = replay(filter, cut)
+    assert np.hypot(*(estimates[-1].map_from_base - driven.truth[-1])[:2]) < 0.1
+    assert sum(estimate.is_start for estimate in estimates) == 2
+
+
+def test_notices_that_scans_no_longer_fit() -> None:
+    driven = drive(room(), 4.0, np.random.default_rng(0))
+    filter = localizer()
+    filter.set_pose(compose(driven.truth[0], [-2.5, 0.5, 2.5]))
+    metres, _ = errors(replay(filter, driven.messages), driven)
+    assert metres[-1] < 0.1
+
+
+@pytest.mark.parametrize("pose", [(np.nan, 0.0, 0.0), (np.inf, 0.0, 0.0), (1e3, 1e3, 0.0), (1e300, 0.0, 0.0)])
+def test_impossible_start_is_a_sentence(pose: tuple[float, float, float]) -> None:
+    with pytest.raises(UserError, match="initial pose"):
+        localizer().set_pose(np.array(pose))
+
+
+def blinded(scan: Scan) -> Scan:
+    nothing = np.full(len(scan.bearings), np.nan)
+    return Scan(scan.stamp, scan.bearings, nothing, scan.time_offsets, scan.base_from_laser, scan.max_range)
+
+
+def scan(stamp: int, ranges: np.ndarray, offsets: np.ndarray | None = None) -> Scan:
+    count = len(ranges)
+    offsets = np.zeros(count) if offsets is None else offsets
+    return Scan(stamp, BEARINGS[:count], ranges, offsets, BASE_FROM_LASER, 30.0)
+
+
+STRANGE = [
+    scan(SECOND, np.full(271, np.nan)),
+    scan(2 * SECOND, np.empty(0)),
+    scan(3 * SECOND, np.array([2.0])),
+    scan(3 * SECOND, np.full(271, np.inf)),
+    scan(1, np.full(271, 3.0)),
+    scan(3600 * SECOND, np.full(271, 3.0), np.full(271, np.nan)),
+    scan(3601 * SECOND, np.full(271, 3.0), np.full(271, -1e6)),
+    scan(-(2**40), np.full(271, -5.0)),
+    scan(2 * SECOND, np.full(100, 1e9)),
+]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("with_odometry", [True, False])
+@pytest.mark.parametrize("strange", STRANGE)
+def test_lives_through_strange_input(strange: Scan, with_odometry: bool) -> None:
+    driven = drive(room(), 0.5, np.random.default_rng(0))
+    filter = localizer()
+    strange_odometry = [
+        Odometry(SECOND, np.array([np.nan, 0.0, 0.0]), IDENTITY),
+        Odometry(-SECOND, np.array([1e9, 0.0, 0.0]), IDENTITY),
+        Odometry(10**18, np.array([-1e9, 0.0, 9.0]), IDENTITY),
+    ]
+    for message in [strange, *driven.messages, strange, *strange_odometry, strange, *driven.messages]:
+        if isinstance(message, Scan):
+            estimate = filter.add_scan(message)
+            assert np.all(np.isfinite(estimate.map_from_base))
+            assert np.all(np.isfinite(estimate.covariance))
+        elif with_odometry:
+            filter.add_odometry(message)
+
+
+def test_odometry_and_scans_from_two_threads() -> None:
+    """However the threads interleave, no motion is lost and nothing is torn."""
+    driven = drive(room(), 3.0, np.random.default_rng(0))
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    estimates: list[PoseEstimate] = []
+    failures: list[BaseException] = []
+    done = threading.Event()
+
+    def guarded(work: object) -> None:
+        try:
+            work()  # type: ignore[operator]
+        except BaseException as error:
+            failures.append(error)
+
+    def add_odometry() -> None:
+        for message in driven.messages:
+            if isinstance(message, Odometry):
+                filter.add_odometry(message)
+
+    def add_scans() -> None:
+        for message in driven.messages:
+            if isinstance(message, Scan):
+                estimates.append(filter.add_scan(message))
+        done.set()
+
+    def relocate() -> None:
+        while not done.wait(0.05):
+            filter.set_pose(driven.truth[len(estimates) - 1 if estimates else 0])
+
+    threads = [threading.Thread(target=guarded, args=[work]) for work in (add_odometry, add_scans, relocate)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=60)
+    assert not failures
+    assert not any(thread.is_alive() for thread in threads)
+    metres, _ = errors(estimates, driven)
+    assert np.median(metres) < 0.1

@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from localization.sensor_model import beam_log_probabilities, beam_probabilities
+
+
+def by_the_formulas(z: int, d: int) -> float:
+    """The course's unnormalized mixture, term by term."""
+    gaussian = [np.exp(-((k - d) ** 2) / (2 * 8.0**2)) / np.sqrt(2 * np.pi * 8.0**2) for k in range(201)]
+    hit = gaussian[z] / sum(gaussian)
+    short = 2 / d * (1 - z / d) if d != 0 and 0 <= z <= d else 0.0
+    return 0.74 * hit + 0.07 * short + 0.07 * (z == 200) + 0.12 / 200
+
+
+@pytest.mark.parametrize("d", [0, 1, 7, 100, 199, 200])
+def test_columns_follow_the_course(d: int) -> None:
+    column = np.array([by_the_formulas(z, d) for z in range(201)])
+    np.testing.assert_allclose(beam_probabilities()[:, d], column / column.sum(), rtol=1e-12)
+
+
+def test_every_column_sums_to_one() -> None:
+    np.testing.assert_allclose(beam_probabilities().sum(axis=0), 1.0, atol=1e-12)
+    assert beam_probabilities().shape == (201, 201)
+    assert beam_probabilities().min() > 0.0
+
+
+def test_log_probabilities_are_squashed_and_rounded_to_pixels() -> None:
+    logs = beam_log_probabilities(np.array([1.02, 50.0]), 100.0, 0.05, 2.2)
+    np.testing.assert_allclose(logs[0], np.log(beam_probabilities()[20]) / 2.2, rtol=1e-5)
+    np.testing.assert_allclose(logs[1], np.log(beam_probabilities()[200]) / 2.2, rtol=1e-5)
+
+
+def test_a_miss_of_a_short_sighted_sensor_agrees_with_all_that_is_beyond_its_sight() -> None:
+    logs = beam_log_probabilities(np.array([np.inf]), 5.0, 0.05, 1.0)[0]
+    assert np.all(logs[100:] == logs[200])
+    assert logs[99] < logs[100] - 0.5
+
+
+def test_computing_logs_leaves_the_table_as_it_was() -> None:
+    first = beam_log_probabilities(np.array([1.0, np.inf]), 3.0, 0.05, 2.2)
+    first[:] = 0.0
+    assert np.all(beam_log_probabilities(np.array([1.0, np.inf]), 3.0, 0.05, 2.2) < 0.0)
