@@ -218,8 +218,9 @@ def _doubts(run: LocalizationRun, reader: BagReader) -> list[str]:
             f"The pose was searched anew {starts - 1} times, after gaps in the scans or because they no "
             "longer fitted the map; the path may jump there."
         )
-    share = float(np.nanmean([*run.shares_on_wall, np.nan] if run.shares_on_wall else [0.0]))
-    if not share >= _POOR_FIT:
+    shares = [share for share in run.shares_on_wall if not np.isnan(share)]
+    share = sum(shares) / max(len(shares), 1)
+    if share < _POOR_FIT:
         sentences.append(
             f"Only {share:.0%} of the scans' end points lie on walls of the map: it is the wrong map, "
             "outdated, or the car was lost; look at overlay.png."
