@@ -21,5 +21,5 @@ class MappingConfig(BaseModel):
     close_loops: bool = Field(default=True, description="Recognize places that the car has been to before.")
     verify_loops: bool = Field(
         default=True,
-        description="Test loop closures by what the scans look through, and by their neighbours.",
+        description="Test loop closures by what scans look through, and by their neighbours.",
     )

@@ -68,7 +68,8 @@ class LikelihoodPyramid:
 
     def cells_of(self, points: NDArray[np.float64]) -> NDArray[np.int32]:
         """(..., 2) row and column of points (..., 2) of the submap's frame."""
-        return (np.floor(points[..., ::-1] / CELL).astype(np.int64) - self._origin[::-1]).astype(np.int32)
+        cells: NDArray[np.int64] = np.floor(points[..., ::-1] / CELL).astype(np.int64) - self._origin[::-1]
+        return cells.astype(np.int32)
 
 
 def search(
@@ -79,7 +80,10 @@ def search(
     min_score: float,
     rival_share: float,
 ) -> Fit | None:
-    """The pose (3,) near ``guess`` at which ``moving_points`` (N, 2) lie best on ``fixed``; None below ``min_score``."""
+    """The pose (3,) near ``guess`` at which ``moving_points`` (N, 2) lie best on ``fixed``.
+
+    None when the best score lies below ``min_score``; a rival is sought above ``rival_share`` of the best.
+    """
     half_turns = int(np.ceil(window.turn / ANGLE_STEP))
     turns = np.arange(-half_turns, half_turns + 1) * ANGLE_STEP
     cos, sin = np.cos(guess[2] + turns), np.sin(guess[2] + turns)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 @njit(cache=True, nogil=True)
 def sliding_maximum(level: NDArray[np.uint8], reach: int, out: NDArray[np.uint8]) -> None:
-    """``out[r, c]`` = maximum of ``level`` at r or r + reach, c or c + reach: one more step of the pyramid."""
+    """``out[r, c]`` = maximum of ``level`` at r or r + reach, c or c + reach: one step up the pyramid."""
     rows, columns = level.shape
     for r in range(rows):
         below = min(r + reach, rows - 1)
@@ -46,7 +46,7 @@ def branch_and_bound(
     ``pyramid`` (L, rows, columns): level h holds the maximum over a block of 2^h cells, which bounds
     every score inside the block from above. ``cells`` (A, N, 2) are the points' cells at each angle, already
     moved so that the grid of level 0 begins ``2^(L-1)`` cells inside. Shifts run over [-reach, reach]. A
-    leaf within ``exclusion_cells`` and ``exclusion_angles`` of ``excluded`` (angle, row, column) is passed over;
+    leaf within ``exclusion_cells`` and ``exclusion_angles`` of ``excluded`` (angle, row, column) is left out;
     ``first_only`` returns the first leaf above the floor instead of the best.
     """
     top = len(pyramid) - 1

@@ -25,13 +25,14 @@ def place(index: int, guess: Pose, store: ScanStore, poses: Pose) -> Pose:
     fixed = np.array([index - back for back in PLACED_AGAINST if back <= index])
     pairs = np.column_stack([fixed, np.full(len(fixed), index)])
     pairings = Pairings(np.array([0, len(fixed)]), pairs, poses[fixed], np.zeros((len(fixed), 3)))
-    return match(guess[None], pairings, store, store, prior_information=PLACING_PRIOR).poses[0]
+    placed: Pose = match(guess[None], pairings, store, store, prior_information=PLACING_PRIOR).poses[0]
+    return placed
 
 
 def constrain(
     pairs: NDArray[np.int64], poses: Pose, store: ScanStore, widest: float, max_change: float = np.inf
 ) -> list[Constraint]:
-    """Scan matching constraints of keyframe pairs (P, 2), earlier and later one; poor matches are left out."""
+    """Scan matching constraints of keyframe pairs (P, 2), earlier and later; poor matches are left out."""
     if len(pairs) == 0:
         return []
     guesses = between(poses[pairs[:, 0]], poses[pairs[:, 1]])

@@ -55,7 +55,6 @@ class Hypothesis:
     reach: float
     """Metres that were searched to find it: the wider, the more witnesses it needs."""
     accepted: bool = False
-    stats: tuple[float, ...] = ()
 
 
 @dataclass(eq=False)
@@ -72,7 +71,7 @@ class LoopCloser:
     _pyramids: dict[int, LikelihoodPyramid] = field(default_factory=dict)
 
     def add_keyframe(self, distance: float) -> Submap | None:
-        """Note a keyframe ``distance`` metres after the last; returns the submap that it completes, if any."""
+        """Note a keyframe ``distance`` metres after the last; returns the submap that it completes."""
         self.path.append((self.path[-1] + distance) if self.path else 0.0)
         last = len(self.path) - 1
         path = np.array(self.path[max(0, last - 2000) :])
@@ -90,7 +89,7 @@ class LoopCloser:
         return submap
 
     def close(self, poses: Pose) -> list[Constraint]:
-        """Seek the newest submap among the earlier ones; returns the loop closures that this settles as true."""
+        """Seek the newest submap among the earlier ones; returns the loop closures that this settles."""
         query = len(self.submaps) - 1
         for index, reach, turn in self._candidates(query, poses):
             hypothesis = self._try(self.submaps[index], index, self.submaps[query], poses, reach, turn)
@@ -110,7 +109,7 @@ class LoopCloser:
         n = query + 1
         edges = np.array(self._edges)
         graph = csr_array((edges[:, 2], (edges[:, 0].astype(int), edges[:, 1].astype(int))), shape=(n, n))
-        distances = dijkstra(graph, directed=False, indices=query)[:-1]
+        distances = dijkstra(graph, directed=False, indices=np.array([query]))[0, :-1]
         middles = np.array([submap.middle for submap in self.submaps])
         apart = np.hypot(*(poses[middles[:-1], :2] - poses[middles[-1], :2]).T)
         reach = np.minimum(BASE_REACH + DRIFT_PER_METRE * distances, MAX_REACH)
@@ -152,10 +151,10 @@ class LoopCloser:
         if fit.rival > 0.0:
             self._count("ambiguous")
             return None
-        return self._refine(fixed, moving, poses, fit.pose, reach, fit.score)
+        return self._refine(fixed, moving, poses, fit.pose, reach)
 
     def _refine(
-        self, fixed: Submap, moving: Submap, poses: Pose, guess: Pose, reach: float, score: float
+        self, fixed: Submap, moving: Submap, poses: Pose, guess: Pose, reach: float
     ) -> Hypothesis | None:
         fixed_poses, moving_poses = fixed.poses(poses), moving.poses(poses)
         a, b = nearest_pairs(fixed_poses, compose(guess, moving_poses), MAX_PAIRS)
@@ -164,7 +163,6 @@ class LoopCloser:
         result = match(guess[None], pairings, self.store, self.store, widest=0.4)
         pose = result.poses[0]
         test = see_through(self.store, pairs, fixed_poses[a], compose(pose, moving_poses[b]))
-        stats = (score, result.overlap[0], result.residual[0], test.agreement, test.coverage)
         if (
             result.residual[0] > MAX_RESIDUAL
             or test.agreement < MIN_AGREEMENT
@@ -174,7 +172,7 @@ class LoopCloser:
             return None
         self._count("verified")
         information = match_information(20.0 * result.hessians[0] / len(pairs), float(result.residual[0]))
-        return Hypothesis(fixed, moving, pose, information, reach, stats=stats)
+        return Hypothesis(fixed, moving, pose, information, reach)
 
     def _settle(self, poses: Pose) -> list[Hypothesis]:
         recent = [h for h in self.hypotheses if self.path[-1] - self.path[h.moving.middle] < 60.0]
@@ -183,7 +181,7 @@ class LoopCloser:
             if h.accepted:
                 continue
             witnesses = {g.moving.middle for g in recent if g is not h and self._agree(g, h, poses)}
-            if len(witnesses) >= max(1.0, h.reach / METRES_PER_WITNESS):
+            if not self.verify or len(witnesses) >= max(1.0, h.reach / METRES_PER_WITNESS):
                 settled.append(h)
         for h in settled:
             h.accepted = True

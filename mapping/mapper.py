@@ -32,6 +32,7 @@ _WINDOW_EVERY = 5
 _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
 _STALE_ODOMETRY = 500_000_000
+_WHEELS_CONTRADICTED = (0.3, 0.15)
 _WORTH_OPTIMIZING = (0.15, 0.03)
 
 
@@ -158,6 +159,17 @@ class Mapper:
         if last is None:
             return odometry, self._last_motion
         return odometry, self._calibration.correct(between(last, odometry))
+
+    def _motion_since_keyframe(self, pose: Pose, odometry: Pose | None) -> Pose:
+        """By the wheels, which are smoother over so short a way, unless scan odometry contradicts them."""
+        by_scans = between(self._keyframe_pose_in_odometry, pose)
+        if odometry is None or self._keyframe_odometry is None:
+            return by_scans
+        by_wheels = self._calibration.correct(between(self._keyframe_odometry, odometry))
+        apart = between(by_scans, by_wheels)
+        distance, angle = _WHEELS_CONTRADICTED
+        slipped = np.hypot(apart[0], apart[1]) > distance or abs(apart[2]) > angle
+        return by_scans if slipped else by_wheels
 
     def _is_far(self, keyframe_from_scan: Pose) -> bool:
         distance = np.hypot(keyframe_from_scan[0], keyframe_from_scan[1])

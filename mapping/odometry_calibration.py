@@ -81,10 +81,10 @@ def _robust_fit(
     """Least squares with Cauchy weights; a weak tie to ``expected`` decides what the data leave open."""
     tie = 0.05 * np.eye(design.shape[1])
     weight = np.ones(len(observed))
-    solution = expected
+    solution = expected.copy()
     for _ in range(_ITERATIONS):
         normal = design.T @ (weight[:, None] * design) + tie
-        solution = np.linalg.solve(normal, design.T @ (weight * observed) + tie @ expected)
+        solution[:] = np.linalg.solve(normal, design.T @ (weight * observed) + tie @ expected)
         residual = observed - design @ solution
         spread = 1.4826 * np.median(np.abs(residual)) + 1e-6
         weight = 1.0 / (1.0 + (residual / (2.0 * spread)) ** 2)

@@ -63,7 +63,7 @@ class PoseGraph:
 
 
 def _factor(constraint: Constraint, width: float) -> gtsam.BetweenFactorPose2:
-    noise = gtsam.noiseModel.Gaussian.Information(constraint.information)
+    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(constraint.information)
     if constraint.kind != "odometry":
         noise = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(width), noise)
     return gtsam.BetweenFactorPose2(

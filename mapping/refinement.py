@@ -14,7 +14,7 @@ NEAR_IN_TIME = (-3, -2, -1, 0, 1, 2, 3, 4)
 NEAR_IN_SPACE = 6
 _SPATIAL_CANDIDATES = 30
 _MAX_TURN = 1.0
-_PRIOR = (25.0, 25.0, 100.0)
+_PRIOR = (5.0, 5.0, 20.0)
 _WIDEST = 0.3
 _CHUNK = 2000
 
@@ -26,7 +26,7 @@ def refine_scans(
     keyframes: ScanStore,
     map_from_keyframe: Pose,
 ) -> Pose:
-    """Poses (N, 3) of N scans, given their points in the laser frame, the keyframe that each follows, and guesses."""
+    """Poses (N, 3) of scans, from their points in the laser frame, the keyframe each follows and guesses."""
     tree = cKDTree(map_from_keyframe[:, :2])
     poses = np.array(guesses)
     for first in range(0, len(points), _CHUNK):
@@ -47,7 +47,7 @@ def _refine_chunk(
 ) -> Pose:
     scans = ScanStore(len(points))
     for cloud in points:
-        scans.add(prepare_scan(cloud))
+        scans.add(prepare_scan(cloud.astype(np.float64)))
     partners = [
         np.concatenate(pair)
         for pair in zip(
@@ -73,7 +73,7 @@ def _near_in_space(
 ) -> list[NDArray[np.int64]]:
     """Keyframes of other passes, near and facing alike."""
     most = min(_SPATIAL_CANDIDATES, len(map_from_keyframe))
-    _, nearest = tree.query(guesses[:, :2], k=np.arange(1, most + 1))
+    nearest: NDArray[np.int64] = np.array(tree.query(guesses[:, :2], k=np.arange(1, most + 1))[1])
     turned = np.abs(wrap_angle(map_from_keyframe[nearest, 2] - guesses[:, 2:3]))
     other_pass = np.abs(nearest - after_keyframe[:, None]) > len(NEAR_IN_TIME) - 2
     return [

@@ -65,7 +65,7 @@ def match(
     widest: float = 0.5,
     prior_information: tuple[float, float, float] = (0.0, 0.0, 0.0),
 ) -> Matches:
-    """Match G groups from their guesses (G, 3); correspondences are sought up to ``widest`` metres at first."""
+    """Match G groups from their guesses (G, 3); partners are sought up to ``widest`` metres at first."""
     groups = len(guesses)
     poses = np.array(guesses, dtype=np.float64)
     hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
@@ -76,7 +76,8 @@ def match(
             return
         a, b = part[0], part[-1] + 1
         match_groups(
-            poses[a:b], pairings.starts[a : b + 1], pairings.pairs, pairings.fixed_poses, pairings.moving_poses,
+            poses[a:b], pairings.starts[a : b + 1], pairings.pairs,
+            pairings.fixed_poses, pairings.moving_poses,
             prior, fixed.packed(), moving.packed(),
             widest, NARROWEST, KERNEL_WIDTH, MIN_NORMAL_DOT, SLIDING_FLOOR, MAX_ITERATIONS,
             hessians[a:b], qualities[a:b],

@@ -5,7 +5,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 TABLE_SIZE = 720
-"""Bearing bins of the look-up table; the table has one entry more, so that a bin's end is the next one's start."""
+"""Bearing bins of the look-up table; it has one entry more, so that a bin's end is the next one's start."""
 
 _FloatArray = NDArray[np.float32]
 _Matrix = NDArray[np.float64]
@@ -13,7 +13,7 @@ _Matrix = NDArray[np.float64]
 
 @njit(cache=True, nogil=True)
 def _wrap(angle: float) -> float:
-    return angle - 2.0 * np.pi * np.floor((angle + np.pi) / (2.0 * np.pi))
+    return float(angle - 2.0 * np.pi * np.floor((angle + np.pi) / (2.0 * np.pi)))
 
 
 @njit(cache=True, nogil=True)
@@ -37,7 +37,7 @@ def estimate_normals(
     max_rms: float,
     normals: _FloatArray,
 ) -> None:
-    """Normals (N, 2) of points sorted by bearing, towards the sensor; (0, 0) where the surface is not straight.
+    """Normals (N, 2) of points sorted by bearing, towards the sensor; (0, 0) where a surface is not straight.
 
     A point's neighbours are taken on both sides until they span ``half_angle`` and ``half_width``, and
     not beyond a jump from one surface to another.
@@ -96,7 +96,7 @@ def estimate_normals(
 def nearest_by_bearing(
     x: float, y: float, points: _FloatArray, count: int, table: NDArray[np.int16], max_distance: float
 ) -> int:
-    """Index of the point nearest to (x, y) within ``max_distance``, -1 if none; looks only along like bearings."""
+    """Index of the point nearest to (x, y) within ``max_distance``, -1 if none; looks along like bearings."""
     distance = np.sqrt(x * x + y * y)
     if distance <= max_distance:
         first, last = 0, count
@@ -285,7 +285,7 @@ def match_group(
             break
         off = _relative(start, pose)
         regular = hessian + np.diag(prior_information + 1e-3 * sums[9])
-        step = -np.linalg.solve(regular, gradient + prior_information * off)
+        step = -np.linalg.solve(regular, gradient + prior_information * off).astype(np.float64)
         pose[:] = _compose(pose, step)
         settled = abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4
         if settled and distance <= narrowest:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from mapping.scan_matching_kernels import TABLE_SIZE, estimate_normals, fill_bearing_table
 
 MAX_POINTS = 361
-"""Beams kept of a scan: half a degree over 180°; denser scans are thinned evenly after the normals are known."""
+"""Beams kept of a scan: half a degree over 180°; denser scans are thinned once the normals are known."""
 
 _HALF_ANGLE = np.deg2rad(3.0)
 _HALF_WIDTH = 0.12

@@ -18,7 +18,7 @@ _POINT_SPACING = 0.1
 
 @dataclass(frozen=True)
 class Submap:
-    """Keyframes ``first`` to ``last`` (inclusive) about the keyframe ``middle``, whose frame is the submap's."""
+    """Keyframes ``first`` to ``last`` (inclusive) about keyframe ``middle``, whose frame is the submap's."""
 
     first: int
     middle: int
@@ -40,7 +40,8 @@ class Submap:
             transform_points(pose, store.points_of(int(k)))
             for pose, k in zip(poses, self.keyframes, strict=True)
         ]
-        points = np.concatenate(clouds)
+        points: NDArray[np.float64] = np.concatenate(clouds)
         cells = np.floor(points / _POINT_SPACING).astype(np.int64)
         _, index = np.unique(cells[:, 0] * 1_000_003 + cells[:, 1], return_index=True)
-        return points[np.sort(index)]
+        kept: NDArray[np.float64] = points[np.sort(index)]
+        return kept

@@ -17,7 +17,7 @@ class OccupancyGrid:
     """Cells over the plane, in the convention of ``nav_msgs/OccupancyGrid``."""
 
     cells: NDArray[np.int8]
-    """(rows, columns): -1 unknown, else percent occupied, 0 to 100. Row 0 is at the origin, rows go up in y."""
+    """(rows, columns): -1 unknown, else percent occupied, 0 to 100. Row 0 is at the origin, rows go up y."""
     resolution: float
     """Metres per cell."""
     map_from_grid: Pose

@@ -1,0 +1,52 @@
+"""The whole mapper on a simulated drive, whose truth is known."""
+
+import numpy as np
+import pytest
+
+from mapping.config import MappingConfig
+from mapping.mapper import Mapper, MappingResult
+from maps.errors import UserError
+from maps.map_files import load_map
+from maps.scan import Scan
+from maps.se2 import between
+from maps.shipped import shipped_map
+from pipelines.simulator import Simulation, SimulationConfig
+
+
+def drive(*, odometry: bool = True) -> tuple[MappingResult, Simulation]:
+    plan = load_map(shipped_map("building"))
+    simulation = Simulation(plan, SimulationConfig(noise="slight", duration=20.0))
+    mapper = Mapper(MappingConfig())
+    for message in simulation.messages():
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        elif odometry:
+            mapper.add_odometry(message)
+    return mapper.finish(), simulation
+
+
+def mean_error(result: MappingResult, simulation: Simulation) -> float:
+    true = simulation.ground_truth.map_from_base[: len(result.trajectory)]
+    error = between(
+        between(true[0], true), between(result.trajectory.map_from_base[0], result.trajectory.map_from_base)
+    )
+    return float(np.hypot(error[:, 0], error[:, 1]).mean())
+
+
+def test_maps_a_drive_and_repeats_to_the_bit() -> None:
+    result, simulation = drive()
+    assert mean_error(result, simulation) < 0.1
+    again, _ = drive()
+    assert np.array_equal(result.trajectory.map_from_base, again.trajectory.map_from_base)
+    assert np.array_equal(result.grid.cells, again.grid.cells)
+
+
+def test_runs_without_odometry_and_says_so() -> None:
+    result, _ = drive(odometry=False)
+    assert result.counts["odometry_constraints"] == 0
+    assert "no wheel odometry" in result.warnings[0]
+
+
+def test_without_a_scan_there_is_no_map() -> None:
+    with pytest.raises(UserError, match="no usable scan"):
+        Mapper(MappingConfig()).finish()

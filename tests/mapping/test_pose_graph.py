@@ -1,0 +1,63 @@
+"""The pose graph shares out what odometry gathered, and lets go of a false loop closure."""
+
+import numpy as np
+
+from mapping.constraint import Constraint, Kind
+from mapping.odometry_calibration import calibrate
+from mapping.pose_graph import PoseGraph
+from maps.se2 import Pose, between, compose
+
+
+def circle(count: int = 60) -> Pose:
+    angle = np.linspace(0.0, 2.0 * np.pi, count)
+    return np.column_stack([10 * np.cos(angle), 10 * np.sin(angle), np.angle(1j * np.exp(1j * angle))])
+
+
+def constraint(a: int, b: int, pose: Pose, sigma: float, kind: Kind) -> Constraint:
+    return Constraint(a, b, pose, np.eye(3) / sigma**2, kind)
+
+
+def drifted(true: Pose) -> tuple[PoseGraph, Pose]:
+    graph, poses = PoseGraph(), [true[0]]
+    for k in range(1, len(true)):
+        step = between(true[k - 1], true[k]) + np.array([0.0, 0.0, 0.005])
+        graph.add(constraint(k - 1, k, step, 0.02, "odometry"))
+        poses.append(compose(poses[-1], step))
+    return graph, np.array(poses)
+
+
+def largest_error(poses: Pose, true: Pose) -> float:
+    return float(np.hypot(*(poses - true)[:, :2].T).max())
+
+
+def test_a_loop_closure_takes_the_drift_out() -> None:
+    true = circle()
+    graph, poses = drifted(true)
+    before = largest_error(poses, true)
+    graph.add(constraint(0, 59, between(true[0], true[59]), 0.01, "loop_closure"))
+    assert before > 1.0
+    assert largest_error(graph.optimize(poses), true) < 0.3 * before
+
+
+def test_false_loop_closures_are_let_go() -> None:
+    true = circle()
+    graph, poses = drifted(true)
+    for a, b in ((0, 59), (2, 58), (4, 57), (1, 56)):
+        graph.add(constraint(a, b, between(true[a], true[b]), 0.01, "loop_closure"))
+    clean = largest_error(graph.optimize(poses), true)
+    graph.add(constraint(10, 40, np.array([1.0, -2.0, 0.5]), 0.01, "loop_closure"))
+    assert largest_error(graph.optimize(poses), true) < clean + 0.2
+
+
+def test_wheels_are_calibrated_in_spite_of_slip() -> None:
+    rng = np.random.default_rng(0)
+    matched = np.column_stack(
+        [rng.uniform(0.1, 0.3, 400), rng.normal(0, 0.003, 400), rng.normal(0, 0.1, 400)]
+    )
+    wheels = matched / [0.95, 0.95, 1.04] - [0.0, 0.0, 0.0]
+    wheels[:, 2] -= 0.03 * wheels[:, 0]
+    wheels[::10] *= 1.5
+    result = calibrate(wheels, matched)
+    assert abs(result.path_scale - 0.95) < 0.01
+    corrected = result.correct(wheels)
+    assert np.median(np.abs(corrected[:, 2] - matched[:, 2])) < 0.003
