@@ -53,7 +53,7 @@ class PoseGraph:
         """
         graph = gtsam.NonlinearFactorGraph()
         for constraint, factor in zip(reversed(self.constraints), reversed(self._factors), strict=True):
-            if constraint.to_keyframe < first:
+            if constraint.to_keyframe < first and constraint.kind != "loop_closure":
                 break
             if constraint.from_keyframe >= first:
                 graph.add(factor)
