@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from maps.errors import UserError
-from maps.occupancy_grid import UNKNOWN, OccupancyGrid
-from maps.ray_casting import OCCUPIED_FROM
+from maps.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 from maps.se2 import Pose
 
 _SMALLEST_AREA = 1.0

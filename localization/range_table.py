@@ -9,8 +9,7 @@ from scipy.ndimage import distance_transform_cdt
 from localization.free_space import FreeSpace, find_free_space
 from localization.range_table_kernels import OBSTACLE, fill_heading, transpose_block
 from maps.errors import UserError
-from maps.occupancy_grid import OccupancyGrid
-from maps.ray_casting import OCCUPIED_FROM
+from maps.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 
 HEADINGS = 512
 _FEWEST_HEADINGS = 128

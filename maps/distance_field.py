@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
-from maps.occupancy_grid import OccupancyGrid
-from maps.ray_casting_kernels import OCCUPIED_FROM
+from maps.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from maps.se2 import inverse, transform_points
 
 

@@ -10,6 +10,8 @@ from maps.se2 import Pose, inverse, transform_points
 UNKNOWN = -1
 FREE = 0
 OCCUPIED = 100
+OCCUPIED_FROM = 50
+"""Percent; a cell at least this occupied is an obstacle and stops a ray."""
 
 
 @dataclass(frozen=True, eq=False)

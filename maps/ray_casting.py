@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from maps.occupancy_grid import OCCUPIED, OccupancyGrid
-from maps.ray_casting_kernels import OCCUPIED_FROM, cast_beams, cast_fans
+from maps.ray_casting_kernels import cast_beams, cast_fans
 from maps.se2 import IDENTITY, Pose, between
-
-__all__ = ["OCCUPIED_FROM", "cast_ray_fan", "cast_rays", "warm_up"]
 
 
 def cast_ray_fan(

@@ -6,8 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-OCCUPIED_FROM = 50
-"""Percent; a cell at least this occupied stops a ray."""
+from maps.occupancy_grid import OCCUPIED_FROM
 
 
 @njit(cache=True, nogil=True)

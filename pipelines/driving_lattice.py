@@ -17,8 +17,7 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from maps.errors import UserError
-from maps.occupancy_grid import FREE, OccupancyGrid
-from maps.ray_casting import OCCUPIED_FROM
+from maps.occupancy_grid import FREE, OCCUPIED_FROM, OccupancyGrid
 from maps.se2 import Pose, compose, transform_points, wrap_angle
 from pipelines.car import BODY_CENTERS
 from pipelines.driving_lattice_kernels import cheapest_goal
