@@ -16,7 +16,7 @@ from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import OdometryCalibration, calibrate
 from mapping.pose_graph import PoseGraph
 from mapping.refinement import refine_scans
-from mapping.rendering import Rays, rays_of, render
+from mapping.rendering import Rays, points_of, rays_of, render
 from mapping.scan_odometry import ScanOdometry
 from mapping.scan_store import ScanStore, prepare_scan
 from maps.errors import UserError
@@ -43,6 +43,8 @@ class MappingResult:
     trajectory: Trajectory
     """One pose of the base per scan."""
     grid: OccupancyGrid
+    points: NDArray[np.float32]
+    """(N, 2) metres in the map: the returns of all keyframes."""
     keyframe_indices: NDArray[np.int64]
     """(K,) scans that are keyframes."""
     constraints: list[Constraint]
@@ -136,6 +138,7 @@ class Mapper:
         return MappingResult(
             trajectory=Trajectory(np.array(self._stamps, dtype=np.int64), map_from_base),
             grid=grid,
+            points=points_of(self._rays, self._map_from_keyframe),
             keyframe_indices=np.array(self._keyframe_scans, dtype=np.int64),
             constraints=[self._between_bases(constraint) for constraint in self._graph.constraints],
             seconds=dict(self._seconds),
