@@ -7,10 +7,7 @@ colour channels, the darker the more occupied (the other way round with ``negate
 """
 
 import math
-import os
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -23,6 +20,7 @@ from PIL import Image
 from maps.errors import UserError
 from maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from maps.shipped import shipped_map, shipped_names
+from maps.whole_files import write_atomically
 
 MODES = ("trinary", "scale", "raw")
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
@@ -92,23 +90,10 @@ def save_map(grid: OccupancyGrid, yaml_path: Path) -> None:
         "occupied_thresh": OCCUPIED_THRESHOLD,
         "free_thresh": FREE_THRESHOLD,
     }
-    with _written_beside(image_path) as beside:
+    with write_atomically(image_path) as beside:
         Image.fromarray(pixels[::-1]).save(beside, format="PPM")
-    with _written_beside(yaml_path) as beside:
+    with write_atomically(yaml_path) as beside:
         beside.write_text(yaml.safe_dump(header, sort_keys=False, default_flow_style=None), encoding="utf-8")
-
-
-@contextmanager
-def _written_beside(path: Path) -> Iterator[Path]:
-    """A place beside the path to write to; what is written there takes the path's name on success."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}.part")
-    try:
-        yield beside
-        beside.replace(path)
-    except OSError as error:
-        raise UserError(f"Cannot write {path}: {error.strerror or error}.") from error
-    finally:
-        beside.unlink(missing_ok=True)
 
 
 def _read_header(yaml_path: Path) -> _Header:

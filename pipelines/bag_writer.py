@@ -23,8 +23,9 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from maps.errors import UserError
 from maps.odometry import Odometry
 from maps.se2 import Pose
+from maps.whole_files import write_atomically
 from pipelines.bag_messages import LASER_SCAN, ODOMETRY, TRANSFORMS, ros1_types, ros2_types
-from pipelines.outputs import output_folder, write_atomically
+from pipelines.outputs import output_folder
 
 _LATCHED = Qos(
     QosHistory.KEEP_LAST,

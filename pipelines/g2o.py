@@ -7,7 +7,7 @@ import gtsam
 
 from mapping.constraint import Constraint
 from maps.se2 import Pose
-from pipelines.outputs import write_atomically
+from maps.whole_files import write_atomically
 
 
 def save_g2o(map_from_keyframe: Pose, constraints: Sequence[Constraint], path: Path) -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from mapping.constraint import Constraint
 from maps.occupancy_grid import UNKNOWN, OccupancyGrid
 from maps.trajectory import Trajectory
-from pipelines.outputs import write_atomically
+from maps.whole_files import write_atomically
 
 PATH_COLOR, LOOP_COLOR, START_COLOR, END_COLOR = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
 """Okabe and Ito's palette, told apart by the colour-blind too."""

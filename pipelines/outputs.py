@@ -1,7 +1,6 @@
-"""Results appear whole or not at all: written beside their place and renamed at the end."""
+"""Results appear whole or not at all: a folder's as a single file's."""
 
 import os
-import secrets
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -9,28 +8,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from maps.errors import UserError
+from maps.whole_files import cannot_write, write_atomically
 
-
-@contextmanager
-def write_atomically(path: Path) -> Iterator[Path]:
-    """Yield a path beside `path`, of the same suffix, and rename it to `path` on success.
-
-    Missing parent folders are made. On an error nothing is left behind. Raises UserError when the place
-    cannot be written to.
-    """
-    if path.is_dir():
-        raise UserError(f"{path} is a folder; name a file to write to.")
-    partial = path.with_name(f".{path.stem}.{secrets.token_hex(4)}{path.suffix}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        partial.touch()
-    except OSError as error:
-        raise _cannot_write(path, error) from error
-    try:
-        yield partial
-        partial.replace(path)
-    finally:
-        partial.unlink(missing_ok=True)
+__all__ = ["output_folder", "write_atomically"]
 
 
 @contextmanager
@@ -46,7 +26,7 @@ def output_folder(path: Path) -> Iterator[Path]:
     try:
         staging = Path(tempfile.mkdtemp(prefix=".racecar-", dir=home))
     except OSError as error:
-        raise _cannot_write(path, error) from error
+        raise cannot_write(path, error) from error
     try:
         yield staging
         _move_files(staging, path)
@@ -62,9 +42,4 @@ def _move_files(source: Path, destination: Path) -> None:
             for name in names:
                 Path(folder, name).replace(target / name)
     except OSError as error:
-        raise _cannot_write(destination, error) from error
-
-
-def _cannot_write(path: Path, error: OSError) -> UserError:
-    reason = (error.strerror or str(error)).lower()
-    return UserError(f"Cannot write to {path}: {reason}; choose another place.")
+        raise cannot_write(destination, error) from error

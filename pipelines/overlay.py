@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from maps.occupancy_grid import UNKNOWN, OccupancyGrid
 from maps.se2 import Pose
 from maps.trajectory import Trajectory
+from maps.whole_files import write_atomically
 from pipelines.map_picture import (
     END_COLOR,
     LOOP_COLOR,
@@ -20,7 +21,6 @@ from pipelines.map_picture import (
     START_COLOR,
     draw_grid,
 )
-from pipelines.outputs import write_atomically
 
 _SCAN_COLOR = LOOP_COLOR
 _PANEL_COLUMNS = 3

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.outputs import write_atomically
+from maps.whole_files import write_atomically
 
 _REPORTED_PACKAGES = ("racecar-slam", "numpy", "numba", "scipy", "gtsam", "kiss-icp", "rosbags", "evo")
 

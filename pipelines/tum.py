@@ -6,8 +6,8 @@ import numpy as np
 
 from maps.errors import UserError
 from maps.trajectory import Trajectory
+from maps.whole_files import write_atomically
 from pipelines.number_lines import read_number_lines
-from pipelines.outputs import write_atomically
 
 _LAYOUT = "t x y z qx qy qz qw"
 

@@ -216,9 +216,10 @@ def test_graded_cells_are_saved_as_map_saver_does(tmp_path: Path) -> None:
     np.testing.assert_array_equal(load_map(tmp_path).cells, [[0, -1, -1, 100]])
 
 
-def test_saving_into_a_missing_folder_is_told(tmp_path: Path) -> None:
+def test_saving_where_nothing_can_be_written_is_told(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
     with pytest.raises(UserError, match="Cannot write"):
-        save_map(OccupancyGrid(np.zeros((1, 1), np.int8), 0.05, np.zeros(3)), tmp_path / "no" / "map.yaml")
+        save_map(OccupancyGrid(np.zeros((1, 1), np.int8), 0.05, np.zeros(3)), tmp_path / "file" / "map.yaml")
 
 
 @pytest.mark.skipif(not DATA.exists(), reason="needs the recordings")

@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from maps.errors import UserError
-from pipelines.outputs import output_folder, write_atomically
+from pipelines.outputs import output_folder
 
 
 def names(folder: Path) -> list[str]:
@@ -60,20 +60,3 @@ def test_folder_that_cannot_be_written_is_refused_at_once() -> None:
     with pytest.raises(UserError, match="/proc/run"), output_folder(Path("/proc/run")):
         entered = True
     assert not entered
-
-
-def test_file_is_replaced_on_success_only(tmp_path: Path) -> None:
-    path = tmp_path / "deep" / "figures.json"
-    with write_atomically(path) as partial:
-        assert partial.suffix == ".json"
-        partial.write_text("first")
-    with pytest.raises(ValueError), write_atomically(path) as partial:
-        partial.write_text("second")
-        raise ValueError
-    assert path.read_text() == "first"
-    assert names(path.parent) == ["figures.json"]
-
-
-def test_file_that_is_a_folder(tmp_path: Path) -> None:
-    with pytest.raises(UserError, match="is a folder"), write_atomically(tmp_path):
-        pass
