@@ -1,5 +1,7 @@
 """``racecar map``: a bag becomes a map."""
 
+from typing import Annotated
+
 import typer
 
 from pipelines.options import (
@@ -17,6 +19,10 @@ from pipelines.options import (
 
 _INTERRUPTED = 130
 
+PlyOption = Annotated[
+    bool, typer.Option("--ply", help="Also write points.ply, the map as a cloud of points.")
+]
+
 
 def map(
     bag: BagArgument,
@@ -26,6 +32,7 @@ def map(
     odom_topic: OdomTopicOption = None,
     no_odom: NoOdomOption = False,
     laser_pose: LaserPoseOption = None,
+    ply: PlyOption = False,
     seed: SeedOption = 0,
     json: JsonOption = None,
     quiet: QuietOption = False,
@@ -58,8 +65,12 @@ def map(
     ):
         with report.stage("loading"):  # after the bag was opened, so that its faults are told at once
             from pipelines.mapping_run import build_map, save_mapping
+            from pipelines.point_map import save_point_map
             from pipelines.run_summary import print_mapping
         result = build_map(reader, settings, report, quiet=quiet)
+        if ply:
+            with report.stage("writing"):
+                save_point_map(result.points, result.grid.resolution, folder / "points.ply")
         save_mapping(result, report, folder, title=bag.name)
     if json is not None:
         report.write(json)
