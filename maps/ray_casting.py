@@ -7,9 +7,9 @@ A ray that starts in an occupied cell measures 0; one that meets nothing measure
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from maps.occupancy_grid import OCCUPIED, OccupancyGrid
+from maps.occupancy_grid import OccupancyGrid
 from maps.ray_casting_kernels import cast_beams, cast_fans
-from maps.se2 import IDENTITY, Pose, between
+from maps.se2 import Pose, between
 
 
 def cast_ray_fan(
@@ -34,13 +34,6 @@ def cast_rays(
     distances = np.empty(len(bearings))
     cast_beams(grid.cells, _starts(grid, poses), bearings, max_range / grid.resolution, distances)
     return distances * grid.resolution
-
-
-def warm_up() -> None:
-    """Compile the kernels (or load them from numba's cache) so that the first scan is as fast as the rest."""
-    grid = OccupancyGrid(np.full((1, 1), OCCUPIED, dtype=np.int8), 1.0, IDENTITY)
-    cast_ray_fan(grid, IDENTITY[None], [0.0], 1.0)
-    cast_rays(grid, IDENTITY, [0.0], 1.0)
 
 
 def _starts(grid: OccupancyGrid, map_from_laser: ArrayLike) -> Pose:

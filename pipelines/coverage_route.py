@@ -17,7 +17,6 @@ from pipelines.path_smoothing import lengths_along
 SIGHT = 3.0
 """Metres; what is this near to the way, round corners as one drives, counts as seen."""
 
-
 SMALL_POCKET = 1.0
 """Square metres; a smaller place that is left unseen is not gone to."""
 

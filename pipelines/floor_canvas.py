@@ -43,11 +43,7 @@ class FloorCanvas:
 
     def solid_disc(self, x: float, y: float, radius: float) -> None:
         """Put a round thing."""
-        self._open &= ~self._disc(x, y, radius)
-
-    def open_disc(self, x: float, y: float, radius: float) -> None:
-        """Clear a round place."""
-        self._open |= self._disc(x, y, radius)
+        self._open &= (self._x - x) ** 2 + (self._y - y) ** 2 >= radius**2
 
     def open_lane(self, centers: ArrayLike, widths: ArrayLike) -> None:
         """Clear a lane along points (N, 2), closer together than a cell, with its width (N,) at each."""
@@ -69,8 +65,4 @@ class FloorCanvas:
 
     def _box(self, x0: float, y0: float, x1: float, y1: float) -> NDArray[np.bool_]:
         inside: NDArray[np.bool_] = (self._x > x0) & (self._x < x1) & (self._y > y0) & (self._y < y1)
-        return inside
-
-    def _disc(self, x: float, y: float, radius: float) -> NDArray[np.bool_]:
-        inside: NDArray[np.bool_] = (self._x - x) ** 2 + (self._y - y) ** 2 < radius**2
         return inside

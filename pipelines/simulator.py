@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from maps.occupancy_grid import OccupancyGrid
 from maps.odometry import Odometry
-from maps.ray_casting import warm_up
 from maps.scan import Scan
 from maps.trajectory import Trajectory
 from pipelines import laser_sensor
@@ -74,7 +73,6 @@ class Simulation:
 
     def sweeps(self) -> Iterator[Sweep]:
         """What the laser says, 40 times a second."""
-        warm_up()
         generator = np.random.default_rng([self._config.seed, 2])
         walkers = Walkers(self._config.walkers, self._lattice, np.random.default_rng([self._config.seed, 3]))
         legs = walkers.walk(0.0)

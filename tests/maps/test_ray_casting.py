@@ -8,7 +8,7 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.typing import NDArray
 
 from maps.occupancy_grid import OccupancyGrid
-from maps.ray_casting import cast_ray_fan, cast_rays, warm_up
+from maps.ray_casting import cast_ray_fan, cast_rays
 from maps.se2 import IDENTITY, Pose, compose, inverse
 
 
@@ -95,12 +95,3 @@ def test_a_fan_is_all_bearings_from_all_poses() -> None:
 def test_each_ray_may_have_a_pose_of_its_own() -> None:
     poses = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, np.pi / 2]])
     np.testing.assert_allclose(cast_rays(box(), poses, np.zeros(3), max_range=30.0), [4.95, 3.95, 2.95])
-
-
-def test_warming_up_compiles_what_is_called_later() -> None:
-    from maps.ray_casting_kernels import cast_beams, cast_fans
-
-    warm_up()
-    cast_ray_fan(box(), np.zeros((2, 3)), np.zeros(3), 30.0)
-    cast_rays(box(), np.zeros(3), np.zeros(3), 30.0)
-    assert len(cast_fans.signatures) == len(cast_beams.signatures) == 1
