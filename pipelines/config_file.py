@@ -59,7 +59,7 @@ def _suggest(location: list[str]) -> str:
     known = _keys_at(location[:-1])
     nearest = get_close_matches(location[-1], known, n=1)
     if nearest:
-        return f"did you mean '{'.'.join([*location[:-1], nearest[0]])}'?".removesuffix("?")
+        return f"did you mean '{'.'.join([*location[:-1], nearest[0]])}'"
     return f"known there: {', '.join(known)}"
 
 
