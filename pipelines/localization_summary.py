@@ -5,8 +5,8 @@ from pathlib import Path
 from rich.console import Console
 
 from pipelines.localization_run import LOCALIZATION_FILES
+from pipelines.printed_warnings import print_warnings
 from pipelines.report import Report
-from pipelines.run_summary import print_warnings
 
 
 def print_localization(report: Report, folder: Path) -> None:

@@ -1,11 +1,11 @@
 """What a person is told at the end of a run."""
 
-from collections.abc import Iterable
 from pathlib import Path
 
 from rich.console import Console
 
 from pipelines.mapping_run import MAP_FILES
+from pipelines.printed_warnings import print_warnings
 from pipelines.report import Report
 
 
@@ -23,10 +23,3 @@ def print_mapping(report: Report, folder: Path) -> None:
     console.print(
         f"Look at {folder / 'map.png'}; also in {folder}: {', '.join(MAP_FILES[1:])}.", markup=False
     )
-
-
-def print_warnings(sentences: Iterable[str]) -> None:
-    """One line each, on stderr."""
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
-    for sentence in sentences:
-        console.print(f"Warning: {sentence}", style="yellow", markup=False)
