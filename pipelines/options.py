@@ -1,9 +1,12 @@
-"""The flags that several commands share, so that each is spelt and explained in one way."""
+"""The flags that several commands share, so that each is spelt, explained and understood in one way."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+if TYPE_CHECKING:
+    from pipelines.bag_reader import BagReader
 
 BagArgument = Annotated[
     Path,
@@ -63,3 +66,25 @@ JsonOption = Annotated[
     typer.Option("--json", metavar="FILE", help="Also write the figures to this file.", show_default=False),
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
+
+
+def open_bag(
+    path: Path,
+    *,
+    scan_topic: str | None,
+    odom_topic: str | None,
+    no_odom: bool,
+    laser_pose: tuple[float, float, float] | None,
+) -> "BagReader":
+    """The bag, read as the flags say. Raises UserError when it cannot be."""
+    import numpy as np
+
+    from pipelines.bag_reader import BagReader
+
+    return BagReader(
+        path,
+        scan_topic=scan_topic,
+        odom_topic=odom_topic,
+        use_odometry=not no_odom,
+        base_from_laser=None if laser_pose is None else np.array(laser_pose),
+    )

@@ -10,6 +10,7 @@ from pipelines.options import (
     OdomTopicOption,
     QuietOption,
     ScanTopicOption,
+    open_bag,
 )
 
 if TYPE_CHECKING:
@@ -31,21 +32,15 @@ def check(
 
     Example: racecar check drive.bag
     """
-    import numpy as np
     from rich.console import Console
 
     from pipelines.bag_check import check_bag
-    from pipelines.bag_reader import BagReader
     from pipelines.progress import progress_bar
     from pipelines.report import write_json
 
     with (
-        BagReader(
-            bag,
-            scan_topic=scan_topic,
-            odom_topic=odom_topic,
-            use_odometry=not no_odom,
-            base_from_laser=None if laser_pose is None else np.array(laser_pose),
+        open_bag(
+            bag, scan_topic=scan_topic, odom_topic=odom_topic, no_odom=no_odom, laser_pose=laser_pose
         ) as reader,
         progress_bar("Reading", reader.message_count, quiet=quiet) as progress,
     ):

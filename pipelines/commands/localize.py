@@ -16,6 +16,7 @@ from pipelines.options import (
     QuietOption,
     ScanTopicOption,
     SeedOption,
+    open_bag,
 )
 
 
@@ -61,7 +62,6 @@ def localize(
         from localization.warm_up import warm_up
         from maps.errors import UserError
         from maps.map_files import load_map
-        from pipelines.bag_reader import BagReader
         from pipelines.config_file import load_config
         from pipelines.localization_run import mapping_trajectory, replay, save_localization
         from pipelines.localization_summary import print_localization
@@ -77,12 +77,8 @@ def localize(
     )
     with (
         output_folder(out) as folder,
-        BagReader(
-            bag,
-            scan_topic=scan_topic,
-            odom_topic=odom_topic,
-            use_odometry=not no_odom,
-            base_from_laser=None if laser_pose is None else np.array(laser_pose),
+        open_bag(
+            bag, scan_topic=scan_topic, odom_topic=odom_topic, no_odom=no_odom, laser_pose=laser_pose
         ) as reader,
     ):
         with report.stage("preparing the map"):

@@ -15,6 +15,7 @@ from pipelines.options import (
     QuietOption,
     ScanTopicOption,
     SeedOption,
+    open_bag,
 )
 
 _INTERRUPTED = 130
@@ -43,9 +44,6 @@ def map(
 
     Example: racecar map drive.bag --out runs/drive
     """
-    import numpy as np
-
-    from pipelines.bag_reader import BagReader
     from pipelines.config_file import load_config
     from pipelines.outputs import output_folder
     from pipelines.report import Report
@@ -55,12 +53,8 @@ def map(
     report.add("inputs", {"bag": bag, "config": config, "seed": seed, "settings": settings.model_dump()})
     with (
         output_folder(out) as folder,
-        BagReader(
-            bag,
-            scan_topic=scan_topic,
-            odom_topic=odom_topic,
-            use_odometry=not no_odom,
-            base_from_laser=None if laser_pose is None else np.array(laser_pose),
+        open_bag(
+            bag, scan_topic=scan_topic, odom_topic=odom_topic, no_odom=no_odom, laser_pose=laser_pose
         ) as reader,
     ):
         with report.stage("loading"):  # after the bag was opened, so that its faults are told at once
