@@ -52,25 +52,15 @@ def localize(
 
     Example: racecar localize drive.bag --map runs/drive --out runs/localized
     """
+    from maps.errors import UserError
+    from maps.map_files import load_map
+    from pipelines.config_file import load_config
+    from pipelines.outputs import output_folder
     from pipelines.report import Report
-
-    report = Report("racecar localize")
-    with report.stage("loading"):
-        import numpy as np
-
-        from localization.localizer import Localizer
-        from localization.warm_up import warm_up
-        from maps.errors import UserError
-        from maps.map_files import load_map
-        from pipelines.config_file import load_config
-        from pipelines.localization_run import mapping_trajectory, replay, save_localization
-        from pipelines.localization_summary import print_localization
-        from pipelines.outputs import output_folder
-
-        warm_up()
 
     if initial_pose is not None and anywhere:
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
+    report = Report("racecar localize")
     settings = load_config(config).localization
     report.add(
         "inputs", {"bag": bag, "map": map, "config": config, "seed": seed, "settings": settings.model_dump()}
@@ -81,8 +71,18 @@ def localize(
             bag, scan_topic=scan_topic, odom_topic=odom_topic, no_odom=no_odom, laser_pose=laser_pose
         ) as reader,
     ):
+        grid = load_map(map)
+        with report.stage("loading"):  # after bag and map were opened, so that their faults are told at once
+            import numpy as np
+
+            from localization.localizer import Localizer
+            from localization.warm_up import warm_up
+            from pipelines.localization_run import mapping_trajectory, replay, save_localization
+            from pipelines.localization_summary import print_localization
+
+            warm_up()
+        driven = mapping_trajectory(map)
         with report.stage("preparing the map"):
-            grid, driven = load_map(map), mapping_trajectory(map)
             localizer = Localizer(grid, settings, np.random.default_rng(seed))
         if initial_pose is not None:
             localizer.set_pose(np.array(initial_pose))

@@ -30,6 +30,18 @@ def test_help_loads_nothing_heavy() -> None:
     assert done.returncode == 0
 
 
+@pytest.mark.parametrize("command", [["map"], ["localize", "--map", "building"]])
+def test_a_wrong_path_is_told_before_anything_heavy_is_loaded(command: list[str], tmp_path: Path) -> None:
+    arguments = [*command, str(tmp_path / "no.bag"), "--out", str(tmp_path / "run")]
+    heavy = "{'numba', 'gtsam', 'matplotlib', 'evo', 'open3d', 'scipy'}"
+    code = (
+        f"import sys; from pipelines import cli; code = cli.run({arguments}); "
+        f"sys.exit(code != 2 or bool({heavy} & set(sys.modules)))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], stderr=subprocess.DEVNULL, check=False)
+    assert done.returncode == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
