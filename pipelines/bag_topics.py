@@ -21,6 +21,7 @@ def choose_topic(
 ) -> BagTopic | None:
     """The named topic, or else the one of the first type present with most messages; None without any.
 
+    Where several might be meant, the choice goes into ``findings``.
     Raises UserError when the named topic is not in the bag or of another type.
     """
     if named is not None:
@@ -29,7 +30,8 @@ def choose_topic(
         found = [
             topic for topic in topics.values() if topic.message_type == message_type and topic.message_count
         ]
-        found.sort(key=lambda topic: (_is_no_wheel_odometry(topic), -topic.message_count, topic.name))
+        found = [topic for topic in found if not _is_no_wheel_odometry(topic)] or found
+        found.sort(key=lambda topic: (-topic.message_count, topic.name))
         if len(found) > 1:
             others = ", ".join(topic.name for topic in found[1:])
             what = f"{purpose} are taken from {found[0].name}, not from {others}."

@@ -132,9 +132,23 @@ def test_of_several_topics_the_fullest_is_taken_but_never_the_truth(tmp_path):
     _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
     assert (reader.scan_topic, reader.odom_topic, len(samples)) == ("/scan", "/wheels", 20)
     assert any("/rear" in warning for warning in reader.warnings)
-    assert any("/ground_truth" in warning for warning in reader.warnings)
+    assert not any("/ground_truth" in warning for warning in reader.warnings)
     _, samples, reader = read(reader.path, odom_topic="ground_truth", scan_topic="/rear")
     assert (reader.scan_topic, reader.odom_topic) == ("/rear", "/ground_truth")
+
+
+def test_a_guess_between_wheels_is_told_with_the_flag_that_mends_it(tmp_path):
+    def write(writer):
+        for index in range(20):
+            writer.write_odometry(odometry(index), topic="/odom")
+            writer.write_odometry(odometry(index), topic="/vesc/odom")
+            write_scan(writer, index)
+
+    _, _, reader = read(bag_of(tmp_path / "drive.bag", write))
+    guesses = [finding for finding in reader.findings if "/vesc/odom" in finding.what]
+    assert reader.odom_topic == "/odom"
+    assert len(guesses) == 1
+    assert "--odom-topic" in guesses[0].remedy
 
 
 def test_a_bag_without_scans_names_its_topics(tmp_path):
