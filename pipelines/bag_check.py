@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from maps.errors import UserError
 from maps.odometry import Odometry
 from maps.scan import Scan
 from maps.se2 import Pose
@@ -154,8 +153,6 @@ def check_bag(reader: BagReader, progress: Callable[[float], None] | None = None
             odometry.add(item)
         if progress is not None and reader.messages_read % 256 == 0:
             progress(reader.messages_read)
-    if scans.spacing.count == 0:
-        raise UserError(f"{reader.path} holds no usable scan: {' '.join(reader.warnings)}")
     facts = {
         "scans": _describe_scans(reader, scans),
         "sensor": {"place": list(_rounded(reader.base_from_laser)), "source": reader.base_from_laser_source},

@@ -64,7 +64,8 @@ class BagReader:
     """Scans and odometry of a bag in the order of time; memory does not grow with the bag.
 
     A scan comes after the odometry that covers its last beam, or half a second of log later. Iterating
-    again starts afresh. Close it, or use it as a context manager.
+    again starts afresh, and ends in a UserError when not one scan was usable. Close it, or use it as a
+    context manager.
     """
 
     def __init__(
@@ -87,8 +88,12 @@ class BagReader:
         """
         self._store = BagStore(path)
         self._findings: list[Finding] = []
+        self._odometry: _Samples | None = None
+        self._integrate_twist = False
         try:
-            self._open(scan_topic, odom_topic if use_odometry else None, use_odometry)
+            self._open_scans(scan_topic)
+            if use_odometry:
+                self._open_odometry(odom_topic)
             self._place = self._find_place(base_from_laser)
         except BaseException:
             self._store.close()
@@ -185,8 +190,12 @@ class BagReader:
             else:
                 self._counter["odometry"] += 1
             yield item
+        if last_scan is None:
+            raise UserError(
+                f"{self.path} holds no usable scan on {self.scan_topic}: {' '.join(self.warnings)}"
+            )
 
-    def _open(self, scan_topic: str | None, odom_topic: str | None, use_odometry: bool) -> None:
+    def _open_scans(self, scan_topic: str | None) -> None:
         topics = self._store.topics
         scans = choose_topic(
             topics, (LASER_SCAN, POINT_CLOUD), scan_topic, "Scans", "--scan-topic", self._findings
@@ -200,10 +209,6 @@ class BagReader:
         self._scans = self._sample(scans)
         if not self._scans.messages:
             raise UserError(f"Not one scan of {scans.name} in {self.path} can be read.")
-        self._odometry: _Samples | None = None
-        self._integrate_twist = False
-        if use_odometry:
-            self._open_odometry(odom_topic)
 
     def _open_odometry(self, odom_topic: str | None) -> None:
         topic = choose_topic(

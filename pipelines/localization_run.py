@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from localization.localizer import Localizer
 from localization.pose_estimate import PoseEstimate
 from maps.distance_field import distance_to_occupied, sample_field
-from maps.errors import UserError
 from maps.map_files import find_map
 from maps.occupancy_grid import OccupancyGrid
 from maps.scan import Scan
@@ -89,10 +88,6 @@ def replay(
             else:
                 localizer.add_odometry(message)
             advance_to(reader.messages_read)
-    if not run.estimates:
-        raise UserError(
-            f"There is no usable scan on {reader.scan_topic}; `racecar check` tells what the bag holds."
-        )
     _describe(run, reader, report)
     return run
 
