@@ -1,6 +1,8 @@
 """How far a trajectory is from a reference, through evo: absolute after alignment, and relative."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -116,28 +118,32 @@ def _reference_at(stamps: NDArray[np.int64], reference: Trajectory) -> tuple[NDA
 def _absolute_errors(
     stamps: NDArray[np.int64], aligned: Pose, reference: Pose
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    from evo.core.metrics import APE, PoseRelation
+    from evo.core.metrics import APE
 
-    pair = (_as_evo(stamps, reference), _as_evo(stamps, aligned))
-    errors = []
-    for relation in (PoseRelation.translation_part, PoseRelation.rotation_angle_rad):
-        metric = APE(relation)
-        metric.process_data(pair)
-        errors.append(np.asarray(metric.error, dtype=np.float64))
-    return errors[0], errors[1]
+    return _measure(APE, stamps, aligned, reference)
 
 
 def _relative_errors(
     stamps: NDArray[np.int64], aligned: Pose, reference: Pose
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    from evo.core.metrics import RPE, PoseRelation, Unit
+    from evo.core.metrics import RPE, Unit
 
     if np.sum(np.hypot(*np.diff(reference[:, :2], axis=0).T)) < 2 * _RELATIVE_DISTANCE:
         return np.empty(0), np.empty(0)
+    per_metre = partial(RPE, delta=_RELATIVE_DISTANCE, delta_unit=Unit.meters, pairs_from_reference=True)
+    return _measure(per_metre, stamps, aligned, reference)
+
+
+def _measure(
+    make_metric: Callable[..., Any], stamps: NDArray[np.int64], aligned: Pose, reference: Pose
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """One of evo's metrics, for the positions (m) and for the headings (rad)."""
+    from evo.core.metrics import PoseRelation
+
     pair = (_as_evo(stamps, reference), _as_evo(stamps, aligned))
     errors = []
     for relation in (PoseRelation.translation_part, PoseRelation.rotation_angle_rad):
-        metric = RPE(relation, _RELATIVE_DISTANCE, Unit.meters, pairs_from_reference=True)
+        metric = make_metric(relation)
         metric.process_data(pair)
         errors.append(np.asarray(metric.error, dtype=np.float64))
     return errors[0], errors[1]
