@@ -52,7 +52,7 @@ def save_map_picture(
     marker: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "markersize": 9, "zorder": 5}
     axes.plot(x[:1], y[:1], marker="o", color=START_COLOR, label="start", **marker)
     axes.plot(x[-1:], y[-1:], marker="s", color=END_COLOR, label="end", **marker)
-    save_figure(path, figure, axes)
+    save_figure(path, figure, axes, _DOTS_PER_INCH)
 
 
 def map_figure(grid: OccupancyGrid, trajectory: Trajectory, title: str) -> tuple[Figure, Axes]:
@@ -91,12 +91,12 @@ def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
     axes.set_facecolor(_UNKNOWN_COLOR)
 
 
-def save_figure(path: Path, figure: Figure, axes: Axes) -> None:
+def save_figure(path: Path, figure: Figure, axes: Axes, dots_per_inch: int) -> None:
     """Put the legend under the axes, where it covers nothing, and write the figure whole or not at all."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
     with write_atomically(path) as partial:
-        figure.savefig(partial, dpi=_DOTS_PER_INCH, metadata={"Software": None})
+        figure.savefig(partial, dpi=dots_per_inch, metadata={"Software": None})
 
 
 def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

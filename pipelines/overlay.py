@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from maps.occupancy_grid import UNKNOWN, OccupancyGrid
 from maps.se2 import Pose
 from maps.trajectory import Trajectory
-from maps.whole_files import write_atomically
 from pipelines.map_picture import (
     END_COLOR,
     LOOP_COLOR,
     PATH_COLOR,
     START_COLOR,
     draw_grid,
+    save_figure,
 )
 
 _SCAN_COLOR = LOOP_COLOR
@@ -64,10 +64,7 @@ def save_overlay(
         seconds = (moment.stamp - trajectory.stamps[0]) * 1e-9
         panel = figure.add_subplot(layout[row + 1, column])
         _draw_moment(panel, grid, trajectory, moment, f"{number}: {seconds:.0f} s")
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
-    with write_atomically(path) as partial:
-        figure.savefig(partial, dpi=_DOTS_PER_INCH, metadata={"Software": None})
+    save_figure(path, figure, axes, _DOTS_PER_INCH)
 
 
 def _draw_path(axes: Axes, trajectory: Trajectory, moments: Sequence[Moment]) -> None:
