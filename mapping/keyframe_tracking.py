@@ -11,21 +11,37 @@ from maps.se2 import Pose, between
 PLACED_AGAINST = (1, 2, 4, 7, 11)
 TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
 """Keyframes back along the path. Wide spacing halves the drift compared with the next eight."""
-PLACING_PRIOR = (25.0, 25.0, 100.0)
+CLEARLY_BETTER = 1.15
 MIN_OVERLAP = 0.15
 MAX_RESIDUAL = 0.04
-_MIN_RESIDUAL = 0.01
+_USUAL_RESIDUAL = 0.01
 _INFORMATION_SCALE = 0.1
 """Neighbouring beams, and the same scan in many pairs, err together: each term counts for a tenth."""
 _REGULAR = 1e-3 * np.eye(3)
 
 
-def place(index: int, guess: Pose, store: ScanStore, poses: Pose) -> Pose:
-    """Pose (3,) of keyframe ``index``, matched jointly against several before it, from ``guess`` (3,)."""
+def place(
+    index: int, guesses: Pose, information: NDArray[np.float64], store: ScanStore, poses: Pose
+) -> Pose:
+    """Pose (3,) of keyframe ``index``, matched jointly against several before it, from guesses (H, 3).
+
+    ``information`` (3,) is what the guesses are worth, diagonal, in the frame of the keyframe.
+    A later guess wins only where the scans fit clearly better there than from the first: along an arc or a
+    bare corridor they fit everywhere, and tell nothing.
+    """
     fixed = np.array([index - back for back in PLACED_AGAINST if back <= index])
     pairs = np.column_stack([fixed, np.full(len(fixed), index)])
-    pairings = Pairings(np.array([0, len(fixed)]), pairs, poses[fixed], np.zeros((len(fixed), 3)))
-    placed: Pose = match(guess[None], pairings, store, store, prior_information=PLACING_PRIOR).poses[0]
+    count, groups = len(fixed), len(guesses)
+    pairings = Pairings(
+        np.arange(groups + 1) * count, np.tile(pairs, (groups, 1)), np.tile(poses[fixed], (groups, 1)),
+        np.zeros((groups * count, 3)),
+    )
+    prior = information * _USUAL_RESIDUAL**2 / _INFORMATION_SCALE
+    matches = match(guesses, pairings, store, store, prior_information=prior)
+    best = int(np.argmax(matches.weight))
+    if matches.weight[best] < CLEARLY_BETTER * matches.weight[0]:
+        best = 0
+    placed: Pose = matches.poses[best]
     return placed
 
 
@@ -44,7 +60,7 @@ def constrain(
 
 def match_information(hessian: NDArray[np.float64], residual: float) -> NDArray[np.float64]:
     """(3, 3) information of a match from its Hessian for unit residuals and the residual it ended with."""
-    return hessian * (_INFORMATION_SCALE / max(residual, _MIN_RESIDUAL) ** 2) + _REGULAR
+    return hessian * (_INFORMATION_SCALE / max(residual, _USUAL_RESIDUAL) ** 2) + _REGULAR
 
 
 def _constraint(pair: NDArray[np.int64], matches: Matches, k: int, kind: Kind) -> Constraint:

@@ -32,7 +32,6 @@ _WINDOW_EVERY = 5
 _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
 _STALE_ODOMETRY = 500_000_000
-_WHEELS_CONTRADICTED = (0.3, 0.15)
 _WORTH_OPTIMIZING = (0.15, 0.03)
 
 
@@ -98,11 +97,10 @@ class Mapper:
             self._last_motion, self._last_pose = between(self._last_pose, pose), pose
         if not self._stamps:
             self._start(scan)
-        keyframe_from_scan = (
-            between(self._keyframe_pose_in_odometry, pose) if self._keyframe_scans else IDENTITY
-        )
-        if not self._keyframe_scans or self._is_far(keyframe_from_scan):
-            self._add_keyframe(scan, points, keyframe_from_scan, odometry)
+        motions = self._motions_since_keyframe(pose, odometry)
+        keyframe_from_scan = motions[0]
+        if not self._keyframe_scans or self._is_far(motions):
+            self._add_keyframe(scan, points, motions, odometry)
             self._keyframe_pose_in_odometry = pose
             keyframe_from_scan = IDENTITY
         self._stamps.append(scan.stamp)
@@ -163,32 +161,29 @@ class Mapper:
             return odometry, self._last_motion
         return odometry, self._calibration.correct(between(last, odometry))
 
-    def _motion_since_keyframe(self, pose: Pose, odometry: Pose | None) -> Pose:
-        """By the wheels, which are smoother over so short a way, unless scan odometry contradicts them."""
+    def _motions_since_keyframe(self, pose: Pose, odometry: Pose | None) -> Pose:
+        """(H, 3) by the wheels, which are smoother over so short a way, if there are any; then by the scans."""
         by_scans = between(self._keyframe_pose_in_odometry, pose)
         if odometry is None or self._keyframe_odometry is None:
-            return by_scans
+            return by_scans[None]
         by_wheels = self._calibration.correct(between(self._keyframe_odometry, odometry))
-        apart = between(by_scans, by_wheels)
-        distance, angle = _WHEELS_CONTRADICTED
-        slipped = np.hypot(apart[0], apart[1]) > distance or abs(apart[2]) > angle
-        return by_scans if slipped else by_wheels
+        return np.array([by_wheels, by_scans])
 
-    def _is_far(self, keyframe_from_scan: Pose) -> bool:
-        distance = np.hypot(keyframe_from_scan[0], keyframe_from_scan[1])
+    def _is_far(self, motions: Pose) -> bool:
+        distances = np.hypot(motions[:, 0], motions[:, 1])
         return bool(
-            distance >= self._config.keyframe_distance
-            or abs(keyframe_from_scan[2]) >= self._config.keyframe_angle
+            np.any(distances >= self._config.keyframe_distance)
+            or np.any(np.abs(motions[:, 2]) >= self._config.keyframe_angle)
         )
 
     def _add_keyframe(
-        self, scan: Scan, points: NDArray[np.float64], last_from_this: Pose, odometry: Pose | None
+        self, scan: Scan, points: NDArray[np.float64], motions: Pose, odometry: Pose | None
     ) -> None:
         index = self._keyframes.add(prepare_scan(points))
         self._keyframe_scans.append(len(self._stamps))
         self._rays.append(rays_of(scan, points))
         if index > 0:
-            self._tie(index, last_from_this, odometry)
+            self._tie(index, motions, odometry)
         self._keyframe_odometry = odometry
         if index % _CALIBRATE_EVERY == 0:
             self._calibrate(max(0, index - _CALIBRATE_OVER))
@@ -201,11 +196,12 @@ class Mapper:
         if self._config.close_loops:
             self._close_loops()
 
-    def _tie(self, index: int, last_from_this: Pose, odometry: Pose | None) -> None:
+    def _tie(self, index: int, motions: Pose, odometry: Pose | None) -> None:
         """Place a new keyframe and connect it to those before."""
         with self._timed("scan matching"):
-            guess = compose(self._map_from_keyframe[-1], last_from_this)
-            placed = place(index, guess, self._keyframes, self._map_from_keyframe)
+            guesses = compose(self._map_from_keyframe[-1], motions)
+            worth = np.diag(self._calibration.information(IDENTITY))
+            placed = place(index, guesses, worth, self._keyframes, self._map_from_keyframe)
             self._map_from_keyframe = np.concatenate([self._map_from_keyframe, placed[None]])
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
             constraints = constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3)

@@ -4,7 +4,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from mapping.scan_matching_kernels import match_groups
 from mapping.scan_store import ScanStore
@@ -63,13 +63,13 @@ def match(
     moving: ScanStore,
     *,
     widest: float = 0.5,
-    prior_information: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    prior_information: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Matches:
     """Match G groups from their guesses (G, 3); partners are sought up to ``widest`` metres at first."""
     groups = len(guesses)
     poses = np.array(guesses, dtype=np.float64)
     hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
-    prior = np.array(prior_information)
+    prior = np.asarray(prior_information, dtype=np.float64)
 
     def work(part: NDArray[np.int64]) -> None:
         if len(part) == 0:
