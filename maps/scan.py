@@ -1,10 +1,11 @@
-"""One sweep of a planar LiDAR."""
+"""One sweep of a LiDAR, as seen in the plane."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from maps.cloud import Cloud
 from maps.se2 import Pose, transform_points
 
 
@@ -28,6 +29,8 @@ class Scan:
     """(3,) the sensor's place on the car."""
     max_range: float
     """Metres; readings at or beyond are misses."""
+    cloud: Cloud | None = None
+    """All that a sensor with many rows saw, of which the beams are a section; None of a planar sensor."""
 
     @property
     def is_return(self) -> NDArray[np.bool_]:
