@@ -8,6 +8,7 @@ import sys
 import typer
 
 from maps.errors import UserError
+from pipelines.commands.benchmark import benchmark
 from pipelines.commands.check import check
 from pipelines.commands.demo import demo
 from pipelines.commands.evaluate import evaluate
@@ -29,6 +30,7 @@ def _describe() -> None:
 
 for _command in (map, localize, evaluate, simulate, check, demo):
     app.command()(_command)
+app.add_typer(benchmark, name="benchmark")
 
 
 def main() -> None:

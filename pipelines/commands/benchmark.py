@@ -1,0 +1,98 @@
+"""``racecar benchmark``: the tables of the README, measured."""
+
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from pipelines.options import ConfigOption, JsonOption, QuietOption, SeedOption
+
+_PAGE_WIDTH = 200
+
+benchmark = typer.Typer(help="Measure what the README states.")
+
+
+@benchmark.callback()
+def _describe() -> None:
+    """Measure what the README states: accuracy, time and memory."""
+
+
+@benchmark.command()
+def slam(
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            "--data",
+            metavar="DIR",
+            help="Folder of the logs, or one that has them in slam_benchmark: each a bag with a .relations "
+            "file of the same name. When not given: $RACECAR_DATA, else ../shared/data beside the project.",
+            show_default=False,
+        ),
+    ] = None,
+    logs: Annotated[
+        list[str] | None,
+        typer.Option("--logs", metavar="NAME", help="Only this log; may be repeated.", show_default=False),
+    ] = None,
+    ablation: Annotated[bool, typer.Option("--ablation", help="Also map with one part left out.")] = False,
+    false_loops: Annotated[
+        bool, typer.Option("--false-loops", help="Also put as many wrong loops as true ones into the graphs.")
+    ] = False,
+    config: ConfigOption = None,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Map the logs of the SLAM benchmark, each in a fresh process, and compare with the published figures.
+
+    Example: racecar benchmark slam --json slam.json
+    """
+    from pipelines.benchmark_logs import find_logs, recordings_folder
+    from pipelines.config_file import load_config
+
+    settings = load_config(config).mapping
+    folder = recordings_folder() if data is None else data
+    chosen = find_logs(folder, logs or ())
+
+    from rich.console import Console
+
+    from pipelines.benchmark_ablation import ablate
+    from pipelines.benchmark_mapping import measure_all
+    from pipelines.benchmark_process import in_fresh_process
+    from pipelines.benchmark_published import PUBLISHED
+    from pipelines.benchmark_tables import ablation_table, accuracy_table, false_loops_table, stages_table
+    from pipelines.printed_warnings import print_warnings
+    from pipelines.report import Report
+    from pipelines.warm_up import warm_up
+
+    announce = Console(stderr=True, quiet=quiet, highlight=False).print
+    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
+    report = Report("racecar benchmark slam")
+    report.add("inputs", {"data": folder, "config": config, "seed": seed, "settings": settings.model_dump()})
+
+    announce("Compiling the kernels")
+    in_fresh_process(warm_up)
+    runs = measure_all(
+        chosen, settings, false_loops_seed=seed if false_loops else None, announce=announce, quiet=quiet
+    )
+    report.add("logs", {log: run.as_dict() for log, run in runs.items()})
+    report.add("published", {log: asdict(PUBLISHED[log]) for log in runs if log in PUBLISHED})
+    page.print(accuracy_table(runs), stages_table(runs))
+    if false_loops:
+        bent = {log: run.false_loops for log, run in runs.items() if run.false_loops is not None}
+        report.add("false_loops", {log: figures.as_dict() for log, figures in bent.items()})
+        page.print(false_loops_table(bent))
+    if ablation:
+        variants = ablate(chosen, settings, runs, announce=announce, quiet=quiet)
+        report.add(
+            "ablation",
+            {name: {log: run.accuracy for log, run in changed.items()} for name, changed in variants.items()},
+        )
+        page.print(ablation_table(variants))
+    if not quiet:
+        print_warnings(
+            f"{log}: {sentence}" for log, run in runs.items() for sentence in run.report["warnings"]
+        )
+    if json is not None:
+        report.write(json)
