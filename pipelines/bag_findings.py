@@ -41,6 +41,10 @@ _COUNTED = {
         "scans have a time_increment too long to be true: it is taken as zero.",
         "Correct it in the driver, so that scans can be corrected for the motion during a sweep.",
     ),
+    "point_times_ignored": (
+        "clouds time their points over a second away from their stamp: these times are left aside.",
+        "Let the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
+    ),
     "changed_beam_counts": ("times the number of beams changed.", "Nothing: this is handled."),
     "scans_without_range_max": (
         "scans do not tell the sensor's range: 60 m is assumed.",

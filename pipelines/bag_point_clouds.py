@@ -1,4 +1,4 @@
-"""PointCloud2 messages to planar scans."""
+"""PointCloud2 messages to scans: a planar section, and of a sensor with many rows all points as well."""
 
 from collections import Counter
 from typing import TYPE_CHECKING
@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from maps.cloud import Cloud
 from maps.scan import Scan
 from maps.se2 import inverse, transform_points
+from pipelines.bag_point_fields import positions, time_offsets
 from pipelines.bag_transforms import SensorPlace
 
 if TYPE_CHECKING:
@@ -17,13 +19,13 @@ MAX_RANGE = 100.0
 """Metres; a cloud does not tell the sensor's range, and what lies beyond is left out."""
 _MIN_RANGE = 0.05
 _FLAT = 0.01  # metres of height within which a cloud is that of a planar sensor
-_MOST_BEAMS = 2048  # more than a planar sensor has: the cloud is that of a sensor with many rows
+_THICK = 0.1  # metres of deviation from the best plane, which a planar sensor has not even when tilted
+_MOST_BEAMS = 2048  # more than a planar sensor has
 _BEARING_BUCKET = np.radians(0.25)
-_FORMATS = {7: "f4", 8: "f8"}
 
 
 class PointCloudConverter:
-    """Makes planar scans of the points within a band of heights."""
+    """Makes scans of clouds; the points within a band of heights are the beams."""
 
     def __init__(
         self,
@@ -39,67 +41,63 @@ class PointCloudConverter:
         self._laser_from_base = inverse(place.pose)
         self._min_height, self._max_height = heights
         self._counts = counts
-        self._beam_count = 0
+        self._has_many_rows: bool | None = None
 
     def convert(self, message: "sensor_msgs__msg__PointCloud2", stamp: int) -> Scan | None:
-        """The scan; None where no point is usable."""
-        points = _points(message)
-        bearings, ranges = self._beams(points) if points is not None else (np.empty(0), np.empty(0))
-        if len(bearings) < 2:
-            self._counts["empty_scans"] += 1
-            return None
-        self._counts["beams"] += len(bearings)
-        offsets = np.zeros(len(bearings))
-        return Scan(stamp, bearings, ranges, offsets, self._base_from_laser, MAX_RANGE)
-
-    def _beams(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Bearings, strictly ascending, and ranges seen from the sensor's place."""
-        is_finite = np.isfinite(points).all(axis=1)
-        self._counts["beams_nan"] += int(len(points) - np.count_nonzero(is_finite))
-        points = points[is_finite]
+        """The scan; None where no point is usable. The first cloud tells whether there are many rows."""
+        points, offsets = self._finite_points(message)
         is_flat = len(points) > 0 and bool(np.ptp(points[:, 2]) < _FLAT)
         points = points @ self._base_from_points[:3, :3].T + self._base_from_points[:3, 3]
-        if not is_flat:
-            points = points[(points[:, 2] >= self._min_height) & (points[:, 2] <= self._max_height)]
-        in_laser = transform_points(self._laser_from_base, points[:, :2])
-        ranges = np.hypot(in_laser[:, 0], in_laser[:, 1])
-        bearings = np.arctan2(in_laser[:, 1], in_laser[:, 0])
-        keep = (ranges >= _MIN_RANGE) & (ranges < MAX_RANGE)
-        return _nearest_per_bearing(bearings[keep], ranges[keep])
+        points[:, :2] = transform_points(self._laser_from_base, points[:, :2])
+        ranges, bearings = np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
+        is_in_reach = (ranges >= _MIN_RANGE) & (ranges < MAX_RANGE)
+        is_in_band = (points[:, 2] >= self._min_height) & (points[:, 2] <= self._max_height)
+        candidates = np.flatnonzero(is_in_reach & (is_in_band | is_flat))
+        beams = candidates[_nearest_per_bearing(bearings[candidates], ranges[candidates])]
+        if len(beams) < 2:
+            self._counts["empty_scans"] += 1
+            return None
+        self._counts["beams"] += len(beams)
+        if self._has_many_rows is None:
+            self._has_many_rows = _thickness(points[is_in_reach]) > _THICK
+        return Scan(
+            stamp,
+            bearings[beams],
+            ranges[beams],
+            offsets[beams],
+            self._base_from_laser,
+            MAX_RANGE,
+            _cloud(points[is_in_reach], offsets[is_in_reach]) if self._has_many_rows else None,
+        )
+
+    def _finite_points(
+        self, message: "sensor_msgs__msg__PointCloud2"
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions (N, 3) in the frame of the message, and seconds (N,) from its stamp, zero if not told."""
+        points = positions(message)
+        if points is None:
+            return np.empty((0, 3)), np.empty(0)
+        offsets = time_offsets(message)
+        if offsets is None or np.isnan(offsets).any():
+            self._counts["point_times_ignored"] += offsets is not None
+            offsets = np.zeros(len(points))
+        is_finite = np.isfinite(points).all(axis=1)
+        self._counts["beams_nan"] += int(len(points) - np.count_nonzero(is_finite))
+        return points[is_finite], offsets[is_finite]
 
 
-def _nearest_per_bearing(
-    bearings: NDArray[np.float64], ranges: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """One beam per bearing; of a dense cloud one per quarter of a degree."""
+def _nearest_per_bearing(bearings: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Indices of one beam per bearing, ascending; of a dense cloud one per quarter of a degree."""
     is_dense = len(bearings) > _MOST_BEAMS
     buckets = np.floor(bearings / _BEARING_BUCKET) if is_dense else bearings
     order = np.lexsort((ranges, buckets))
-    order = order[np.diff(buckets[order], prepend=-np.inf) > 0]
-    return bearings[order], ranges[order]
+    return order[np.diff(buckets[order], prepend=-np.inf) > 0]
 
 
-def _points(message: "sensor_msgs__msg__PointCloud2") -> NDArray[np.float64] | None:
-    """(N, 3) in the frame of the message; None where it does not hold what it announces."""
-    fields = {field.name: field for field in message.fields}
-    names = [name for name in ("x", "y", "z") if name in fields]
-    if names[:2] != ["x", "y"] or any(fields[name].datatype not in _FORMATS for name in names):
-        return None
-    row = message.width * message.point_step
-    if len(message.data) < message.height * message.row_step or message.row_step < row:
-        return None
-    endian = ">" if message.is_bigendian else "<"
-    layout = np.dtype(
-        {
-            "names": names,
-            "formats": [endian + _FORMATS[fields[name].datatype] for name in names],
-            "offsets": [fields[name].offset for name in names],
-            "itemsize": message.point_step,
-        }
-    )
-    rows = np.asarray(message.data)[: message.height * message.row_step].reshape(message.height, -1)
-    table = np.ascontiguousarray(rows[:, :row]).view(layout).ravel()
-    points = np.zeros((len(table), 3))
-    for column, name in enumerate(names):
-        points[:, column] = table[name]
-    return points
+def _thickness(points: NDArray[np.float64]) -> float:
+    """Standard deviation in metres of points (N, 3), N > 1, from the plane that fits them best."""
+    return float(np.sqrt(max(np.linalg.eigvalsh(np.cov(points.T))[0], 0.0)))
+
+
+def _cloud(points: NDArray[np.float64], offsets: NDArray[np.float64]) -> Cloud:
+    return Cloud(points.astype(np.float32), offsets.astype(np.float32))
