@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from mapping.config import MappingConfig
 from mapping.constraint import Constraint
-from mapping.deskew import deskew
+from mapping.deskew import deskew, deskew_cloud
 from mapping.keyframe_tracking import TIED_TO, constrain, place
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import OdometryCalibration, calibrate
@@ -90,10 +90,10 @@ class Mapper:
     def add_scan(self, scan: Scan) -> Pose:
         """Take a scan; returns ``map_from_base`` (3,) as known now."""
         with self._timed("deskewing"):
-            points = deskew(scan, self._odometry)
+            points, cloud = deskew(scan, self._odometry), deskew_cloud(scan, self._odometry)
         with self._timed("scan odometry"):
             odometry, motion = self._predict(scan)
-            pose = self._scan_odometry.register(points, motion)
+            pose = self._scan_odometry.register(points if cloud is None else cloud, motion)
             self._last_motion, self._last_pose = between(self._last_pose, pose), pose
         if not self._stamps:
             self._start(scan)
