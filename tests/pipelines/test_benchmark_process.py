@@ -1,0 +1,43 @@
+import multiprocessing
+import os
+import signal
+from functools import partial
+from pathlib import Path
+from time import sleep
+
+import pytest
+
+from maps.errors import UserError
+from pipelines.benchmark_process import in_fresh_process
+from pipelines.relations import load_relations
+
+
+def test_the_process_is_another_one_each_time() -> None:
+    processes = {os.getpid(), in_fresh_process(os.getpid), in_fresh_process(os.getpid)}
+    assert len(processes) == 3
+
+
+def test_errors_come_back() -> None:
+    with pytest.raises(UserError, match="nowhere"):
+        in_fresh_process(partial(load_relations, Path("nowhere.relations")))
+
+
+def test_a_death_is_told() -> None:
+    with pytest.raises(RuntimeError, match="ended with code 3"):
+        in_fresh_process(partial(os._exit, 3))
+
+
+def test_an_interrupt_ends_the_work() -> None:
+    before = signal.signal(signal.SIGALRM, signal.default_int_handler)
+    signal.setitimer(signal.ITIMER_REAL, 0.5)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            in_fresh_process(partial(sleep, 600.0))
+    finally:
+        signal.signal(signal.SIGALRM, before)
+    assert multiprocessing.active_children() == []
+
+
+def test_ctrl_c_is_heard_by_the_one_who_waits() -> None:
+    assert in_fresh_process(partial(signal.raise_signal, signal.SIGINT)) is None
+    assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
