@@ -11,10 +11,12 @@ from localization.range_table_kernels import OBSTACLE, fill_heading, transpose_b
 from maps.errors import UserError
 from maps.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 
-HEADINGS = 512
+HEADINGS = 320
+"""More would cost memory and tell little: of rays at random, 5 % are then off by over 3 cells, of 512 4 %."""
 _FEWEST_HEADINGS = 128
-_BLOCK = 64
-"""Headings filled one after the other before they are sorted in by cell: whole cache lines at a time."""
+_BLOCK = 32
+"""Headings filled one after the other before they are sorted in by cell, half a cache line at a time; those
+behind are filled with those ahead, so that headings come in twice as many."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,20 +31,19 @@ class RangeTable:
 
     @property
     def headings(self) -> int:
-        """A power of two."""
+        """A multiple of 64."""
         return int(self.ranges.shape[1])
 
 
 def build_range_table(grid: OccupancyGrid, max_megabytes: int) -> RangeTable:
-    """The table of a map, with 512 headings or, to stay within the limit, fewer.
+    """The table of a map, with 320 headings or, to stay within the limit, fewer.
 
     Raises UserError when the map has no free cells or too many of them.
     """
     max_bytes = max_megabytes * 10**6
     free_space = find_free_space(grid, max_bytes // HEADINGS)
-    headings = HEADINGS
-    while free_space.cell_count * headings > max_bytes:
-        headings //= 2
+    affordable = max_bytes // free_space.cell_count
+    headings = min(HEADINGS, affordable - affordable % (2 * _BLOCK))
     if headings < _FEWEST_HEADINGS:
         needed = -(-free_space.cell_count * _FEWEST_HEADINGS // 10**6)
         raise UserError(

@@ -29,9 +29,8 @@ def add_up_beams(
     the table gets ``outside``. One particle after the other: its beams lie in one row of the table.
     """
     rows, columns = cell_index.shape
-    headings = ranges.shape[1]
-    shift = np.uint32(32 - round(math.log2(headings)))
-    half = np.uint32(2 ** (31 - round(math.log2(headings))))
+    headings = np.uint64(ranges.shape[1])
+    half = np.uint32(2**31 // ranges.shape[1])
     x0, y0, cos0, sin0, per_metre = grid_in_map
     totals = np.empty(len(map_from_base))
     for i in range(len(map_from_base)):
@@ -48,7 +47,7 @@ def add_up_beams(
         heading = np.uint32(np.int64(yaw * _PER_RADIAN) & 0xFFFFFFFF) + half
         total = np.float32(0.0)
         for beam in range(len(bearings)):
-            direction = np.uint32(np.uint32(heading) + bearings[beam]) >> shift
-            total += log_probabilities[beam, expected[direction]]
+            direction = np.uint64(np.uint32(heading + bearings[beam]))
+            total += log_probabilities[beam, expected[direction * headings >> np.uint64(32)]]
         totals[i] = total
     return totals
