@@ -4,14 +4,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.constraint import Constraint, Kind
+from mapping.correlative_search import LikelihoodPyramid, Window, search
 from mapping.scan_matching import Matches, Pairings, match, one_to_one
 from mapping.scan_store import ScanStore
-from maps.se2 import Pose, between
+from maps.se2 import Pose, between, compose, transform_points
 
 PLACED_AGAINST = (1, 2, 4, 7, 11)
 TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
 """Keyframes back along the path. Wide spacing halves the drift compared with the next eight."""
-CLEARLY_BETTER = 1.15
+CLEARLY_BETTER = 1.25
+LOST_BELOW = 0.2
+SEARCHED_AMONG = 12
+SEARCH_WINDOW = Window(1.5, np.deg2rad(45.0))
+SEARCH_RADIUS = 20.0
+SEARCH_SCORE = 0.4
+MIN_SEARCH_POINTS = 30
 MIN_OVERLAP = 0.15
 MAX_RESIDUAL = 0.04
 _USUAL_RESIDUAL = 0.01
@@ -22,27 +29,55 @@ _REGULAR = 1e-3 * np.eye(3)
 
 def place(
     index: int, guesses: Pose, information: NDArray[np.float64], store: ScanStore, poses: Pose
-) -> Pose:
+) -> tuple[Pose, int]:
     """Pose (3,) of keyframe ``index``, matched jointly against several before it, from guesses (H, 3).
 
-    ``information`` (3,) is what the guesses are worth, diagonal, in the frame of the keyframe.
-    A later guess wins only where the scans fit clearly better there than from the first: along an arc or a
-    bare corridor they fit everywhere, and tell nothing.
+    Also tells which guess led there. ``information`` (3,) is what the guesses are worth, diagonal, in the
+    frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window.
     """
+    count = len(guesses)
+    matches = _match_guesses(index, guesses, information, store, poses)
+    best = _best(matches)
+    if max(matches.overlap) < LOST_BELOW:
+        found = _search_recent(index, guesses[0], store, poses)
+        if found is not None:
+            guesses = np.concatenate([guesses, found[None]])
+            matches = _match_guesses(index, guesses, information, store, poses)
+            best = _best(matches)
+    return matches.poses[best], best if best < count else 0
+
+
+def _match_guesses(
+    index: int, guesses: Pose, information: NDArray[np.float64], store: ScanStore, poses: Pose
+) -> Matches:
     fixed = np.array([index - back for back in PLACED_AGAINST if back <= index])
-    pairs = np.column_stack([fixed, np.full(len(fixed), index)])
     count, groups = len(fixed), len(guesses)
-    pairings = Pairings(
-        np.arange(groups + 1) * count, np.tile(pairs, (groups, 1)), np.tile(poses[fixed], (groups, 1)),
-        np.zeros((groups * count, 3)),
-    )
+    pairs = np.tile(np.column_stack([fixed, np.full(count, index)]), (groups, 1))
+    starts = np.arange(groups + 1) * count
+    pairings = Pairings(starts, pairs, np.tile(poses[fixed], (groups, 1)), np.zeros((groups * count, 3)))
     prior = information * _USUAL_RESIDUAL**2 / _INFORMATION_SCALE
-    matches = match(guesses, pairings, store, store, prior_information=prior)
+    return match(guesses, pairings, store, store, prior_information=prior)
+
+
+def _best(matches: Matches) -> int:
+    """A later guess wins only where the scans fit clearly better from it than from the first: along an arc
+    or a bare corridor they fit nearly everywhere, and best where the car did not move at all."""
     best = int(np.argmax(matches.weight))
-    if matches.weight[best] < CLEARLY_BETTER * matches.weight[0]:
-        best = 0
-    placed: Pose = matches.poses[best]
-    return placed
+    fits = matches.overlap[best] > LOST_BELOW and matches.weight[best] > CLEARLY_BETTER * matches.weight[0]
+    return best if fits else 0
+
+
+def _search_recent(index: int, guess: Pose, store: ScanStore, poses: Pose) -> Pose | None:
+    """Where near ``guess`` (3,) keyframe ``index`` lies best on the last ones, if anywhere."""
+    recent = np.arange(max(0, index - SEARCHED_AMONG), index)
+    clouds = [transform_points(between(poses[index - 1], poses[k]), store.points_of(int(k))) for k in recent]
+    moving = store.points_of(index).astype(np.float64)
+    if len(moving) < MIN_SEARCH_POINTS:
+        return None
+    fixed = LikelihoodPyramid(np.concatenate(clouds), SEARCH_RADIUS)
+    near = moving[np.abs(moving).max(axis=1) < SEARCH_RADIUS]
+    fit = search(fixed, near, between(poses[index - 1], guess), SEARCH_WINDOW, SEARCH_SCORE, 1.0)
+    return None if fit is None else compose(poses[index - 1], fit.pose)
 
 
 def constrain(

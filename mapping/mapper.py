@@ -72,7 +72,8 @@ class Mapper:
         self._stamps: list[int] = []
         self._keyframe_scans: list[int] = []
         self._after_keyframe: list[int] = []
-        self._keyframe_from_scan: list[Pose] = []
+        self._motions: list[Pose] = []
+        self._keyframe_from_next: list[Pose] = []
         self._odometry_steps: list[Pose | None] = []
         self._map_from_keyframe: Pose = np.zeros((0, 3))
         self._last_odometry: Pose | None = None
@@ -80,6 +81,7 @@ class Mapper:
         self._last_pose: Pose = IDENTITY
         self._last_motion: Pose = IDENTITY
         self._scans_without_odometry = 0
+        self._keyframe_rate = np.zeros(3); self._keyframe_stamp=0
         self._keyframe_pose_in_odometry: Pose = IDENTITY
         self._seconds: dict[str, float] = {}
 
@@ -97,17 +99,18 @@ class Mapper:
             self._last_motion, self._last_pose = between(self._last_pose, pose), pose
         if not self._stamps:
             self._start(scan)
-        motions = self._motions_since_keyframe(pose, odometry)
-        keyframe_from_scan = motions[0]
-        if not self._keyframe_scans or self._is_far(motions):
+        motions = self._motions_since_keyframe(scan.stamp, pose, odometry)
+        if not self._keyframe_scans or self._is_far(motions[:-1]):
             self._add_keyframe(scan, points, motions, odometry)
             self._keyframe_pose_in_odometry = pose
-            keyframe_from_scan = IDENTITY
+            self._keyframe_rate = between(*self._map_from_keyframe[-2:])/(scan.stamp-self._keyframe_stamp) if len(self._map_from_keyframe)>1 else np.zeros(3)
+            self._keyframe_stamp = scan.stamp
+            motions = np.zeros((1, 3))
         self._stamps.append(scan.stamp)
         self._clouds.append(points.astype(np.float32))
         self._after_keyframe.append(len(self._keyframe_scans) - 1)
-        self._keyframe_from_scan.append(keyframe_from_scan)
-        map_from_laser = compose(self._map_from_keyframe[-1], keyframe_from_scan)
+        self._motions.append(motions)
+        map_from_laser = compose(self._map_from_keyframe[-1], motions[0])
         return compose(map_from_laser, inverse(self._base_from_laser))
 
     def finish(self, progress: Callable[[float], None] | None = None) -> MappingResult:
@@ -121,7 +124,7 @@ class Mapper:
             self._settle()
         report(0.3)
         keyframe = np.array(self._after_keyframe)
-        map_from_laser = compose(self._map_from_keyframe[keyframe], np.array(self._keyframe_from_scan))
+        map_from_laser = self._scan_poses(keyframe)
         if self._config.refine:
             with self._timed("refinement"):
                 map_from_laser = refine_scans(
@@ -144,6 +147,17 @@ class Mapper:
             warnings=self._warnings(),
         )
 
+    def _scan_poses(self, keyframe):
+        motions = np.array([m[0] for m in self._motions])
+        guesses = compose(self._map_from_keyframe[keyframe], motions)
+        n = len(self._map_from_keyframe)
+        if n==1: return guesses
+        ends = compose(self._map_from_keyframe[:-1], np.array(self._keyframe_from_next))
+        missed = np.concatenate([between(ends, self._map_from_keyframe[1:]), np.zeros((1, 3))])
+        K = np.append(np.array(self._keyframe_scans),len(motions)+1)
+        f = (np.arange(len(motions)) - K[keyframe]) / (K[keyframe+1]-K[keyframe])
+        return compose(guesses, f[:,None]*missed[keyframe])
+
     def _start(self, scan: Scan) -> None:
         self._base_from_laser = scan.base_from_laser
         self._map_from_keyframe = np.array([scan.base_from_laser])
@@ -161,13 +175,15 @@ class Mapper:
             return odometry, self._last_motion
         return odometry, self._calibration.correct(between(last, odometry))
 
-    def _motions_since_keyframe(self, pose: Pose, odometry: Pose | None) -> Pose:
-        """(H, 3) by the wheels, which are smoother over so short a way, if there are any; then by the scans."""
+    def _motions_since_keyframe(self, stamp, pose: Pose, odometry: Pose | None) -> Pose:
+        """(H, 3) by the wheels, which are smoother over so short a way, if there are any; by the scans; and
+        by going on as before."""
         by_scans = between(self._keyframe_pose_in_odometry, pose)
+        steady = self._keyframe_rate*(stamp-self._keyframe_stamp)
         if odometry is None or self._keyframe_odometry is None:
-            return by_scans[None]
+            return np.array([by_scans, steady])
         by_wheels = self._calibration.correct(between(self._keyframe_odometry, odometry))
-        return np.array([by_wheels, by_scans])
+        return np.array([by_wheels, by_scans, steady])
 
     def _is_far(self, motions: Pose) -> bool:
         distances = np.hypot(motions[:, 0], motions[:, 1])
@@ -201,7 +217,10 @@ class Mapper:
         with self._timed("scan matching"):
             guesses = compose(self._map_from_keyframe[-1], motions)
             worth = np.diag(self._calibration.information(IDENTITY))
-            placed = place(index, guesses, worth, self._keyframes, self._map_from_keyframe)
+            placed, chosen = place(index, guesses, worth, self._keyframes, self._map_from_keyframe)
+            for k in range(self._keyframe_scans[-2], len(self._motions)):
+                self._motions[k] = self._motions[k][chosen:chosen+1] if len(self._motions[k])>1 else self._motions[k]
+            self._keyframe_from_next.append(motions[chosen])
             self._map_from_keyframe = np.concatenate([self._map_from_keyframe, placed[None]])
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
             constraints = constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3)
