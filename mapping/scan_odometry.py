@@ -13,9 +13,10 @@ from kiss_icp.threshold import AdaptiveThreshold, get_threshold_estimator
 from kiss_icp.voxelization import voxel_down_sample
 from numpy.typing import NDArray
 
-from maps.se2 import Pose, between
+from mapping.upright import upright_points
+from maps.se2 import IDENTITY, Pose, compose
 
-VOXEL_SIZE = 0.25
+_VOXEL_SIZE = 0.25
 _LOCAL_MAP_RADIUS = 100.0
 _UPDATE_DISTANCE = 0.2
 _UPDATE_ANGLE = 0.1
@@ -24,59 +25,64 @@ _UPDATE_ANGLE = 0.1
 class ScanOdometry:
     """Poses in an odometry frame of its own, from one scan to the next.
 
-    They are kept in space: points of a planar scan leave them in the plane, those of a cloud do not.
+    In the local map a sensor with many rows is free in height, roll and pitch too, and drifts there; what
+    is told is its motion in its own level plane, which that drift does not touch.
     """
 
     def __init__(self) -> None:
         config = KISSConfig()
         config.data.max_range = _LOCAL_MAP_RADIUS
-        config.mapping.voxel_size = VOXEL_SIZE
+        config.mapping.voxel_size = _VOXEL_SIZE
         config.adaptive_threshold.initial_threshold = 0.5
         config.adaptive_threshold.min_motion_th = 0.01
         config.registration.max_num_threads = 1
         self._threshold: AdaptiveThreshold = get_threshold_estimator(config)
         self._registration: Registration = get_registration(config)
         self._local_map: VoxelHashMap = get_voxel_hash_map(config)
-        self._pose: NDArray[np.float64] = np.eye(4)
-        self._updated_at: Pose | None = None
+        self._local_from_sensor: NDArray[np.float64] = np.eye(4)
+        self._local_from_updated: NDArray[np.float64] | None = None
+        self._pose: Pose = IDENTITY
 
     def register(self, points: NDArray[np.float64], last_from_now: Pose) -> Pose:
-        """Pose (3,) of the sensor in the odometry frame, seen from above.
+        """Pose (3,) of the sensor in the odometry frame.
 
-        ``points`` (N, 2), or (N, 3) in space, in metres in the sensor frame, corrected for motion;
-        ``last_from_now`` (3,) the motion since the last scan, as predicted.
+        ``points`` (N, 2), or (N, 3) with z up, in metres in the sensor frame, corrected for motion; all of
+        one kind. ``last_from_now`` (3,) is the motion since the last scan, as predicted.
         """
-        guess = self._pose @ _to_matrix(last_from_now)
-        self._pose = self._align(_in_space(points), guess) if len(points) else guess
-        return _from_matrix(self._pose)
+        last, guess = self._local_from_sensor, self._local_from_sensor @ _to_matrix(last_from_now)
+        in_space = upright_points(points) if points.shape[1] == 3 else _at_height_zero(points)
+        self._local_from_sensor = self._align(in_space, guess) if len(in_space) else guess
+        self._pose = compose(self._pose, _motion(last, self._local_from_sensor))
+        return self._pose
 
     def _align(self, points: NDArray[np.float64], guess: NDArray[np.float64]) -> NDArray[np.float64]:
-        cloud = voxel_down_sample(points, 0.5 * VOXEL_SIZE)
+        cloud = voxel_down_sample(points, 0.5 * _VOXEL_SIZE)
         sigma = self._threshold.get_threshold()
         aligned: NDArray[np.float64] = self._registration.align_points_to_map(
-            points=voxel_down_sample(cloud, 1.5 * VOXEL_SIZE),
+            points=voxel_down_sample(cloud, 1.5 * _VOXEL_SIZE),
             voxel_map=self._local_map,
             initial_guess=guess,
             max_correspondance_distance=3.0 * sigma,
             kernel=sigma,
         )
         self._threshold.update_model_deviation(np.linalg.inv(guess) @ aligned)
-        self._update_local_map(cloud, aligned)
+        if self._local_from_updated is None or _is_far(_motion(self._local_from_updated, aligned)):
+            self._local_map.update(cloud, aligned)
+            self._local_from_updated = aligned
         return aligned
 
-    def _update_local_map(self, cloud: NDArray[np.float64], matrix: NDArray[np.float64]) -> None:
-        pose = _from_matrix(matrix)
-        if self._updated_at is not None:
-            moved = between(self._updated_at, pose)
-            if np.hypot(moved[0], moved[1]) < _UPDATE_DISTANCE and abs(moved[2]) < _UPDATE_ANGLE:
-                return
-        self._local_map.update(cloud, matrix)
-        self._updated_at = pose
+
+def _at_height_zero(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.column_stack([points, np.zeros(len(points))])
 
 
-def _in_space(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points (N, 3); those of a plane at height zero."""
-    return points if points.shape[1] == 3 else np.column_stack([points, np.zeros(len(points))])
+def _is_far(motion: Pose) -> bool:
+    return bool(np.hypot(motion[0], motion[1]) >= _UPDATE_DISTANCE or abs(motion[2]) >= _UPDATE_ANGLE)
+
+
+def _motion(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> Pose:
+    """``a_from_b`` (3,), seen from above, of two poses (4, 4) in space."""
+    return _from_matrix(np.linalg.inv(world_from_a) @ world_from_b)
 
 
 def _to_matrix(pose: Pose) -> NDArray[np.float64]:
