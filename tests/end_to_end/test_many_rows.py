@@ -1,0 +1,96 @@
+"""A LiDAR of 16 rows maps too, from the bag on."""
+
+import json
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from many_rows import BASE_FROM_SENSOR, write_drive
+
+from maps.distance_field import distance_to_occupied, sample_field
+from maps.map_files import load_map
+from maps.occupancy_grid import OCCUPIED_FROM
+from maps.ray_casting import cast_ray_fan
+from maps.se2 import Pose, compose, inverse, transform_points
+from maps.shipped import shipped_map
+from maps.trajectory import Trajectory
+from pipelines.evaluation import compare
+from pipelines.simulator_config import SimulationConfig
+from pipelines.tum import load_tum
+
+Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+BEARINGS = np.radians(np.arange(-180.0, 180.0))
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Trajectory]:
+    """A bag and the true trajectory."""
+    bag = tmp_path_factory.mktemp("many_rows") / "bag"
+    return bag, write_drive(bag, "building", 900, SimulationConfig(noise="slight", duration=15.0, seed=4))
+
+
+@pytest.fixture(scope="module")
+def run(racecar: Racecar, drive: tuple[Path, Trajectory], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("runs") / "map"
+    done = racecar("map", drive[0], "--out", out, "--ply")
+    assert done.returncode == 0, done.stderr
+    return out
+
+
+@pytest.fixture(scope="module")
+def plan_from_map(drive: tuple[Path, Trajectory], run: Path) -> Pose:
+    errors = compare(load_tum(run / "trajectory.tum"), drive[1])
+    assert errors.matched == len(drive[1])
+    assert errors.positions.mean() < 0.05
+    assert np.degrees(errors.headings.mean()) < 0.5
+    return errors.reference_from_map
+
+
+def test_walls_stand_where_the_plan_has_them(run: Path, plan_from_map: Pose) -> None:
+    plan, built = load_map(shipped_map("building")), load_map(run)
+    centres = (np.argwhere(built.cells >= OCCUPIED_FROM)[:, ::-1] + 0.5) * built.resolution
+    walls = transform_points(compose(plan_from_map, built.map_from_grid), centres)
+    assert len(walls) > 1000
+    assert np.mean(sample_field(distance_to_occupied(plan), plan, walls) < 0.1) > 0.98
+
+
+def test_no_wall_that_could_be_seen_is_missing(
+    drive: tuple[Path, Trajectory], run: Path, plan_from_map: Pose
+) -> None:
+    plan, built = load_map(shipped_map("building")), load_map(run)
+    plan_from_sensor = compose(drive[1].map_from_base[::10], BASE_FROM_SENSOR)
+    beams = np.broadcast_to(BEARINGS, (len(plan_from_sensor), len(BEARINGS)))
+    ranges = cast_ray_fan(plan, plan_from_sensor, BEARINGS, 12.0)
+    ends = compose(plan_from_sensor[:, None], in_direction(ranges, beams))[np.isfinite(ranges)]
+    in_map = transform_points(inverse(plan_from_map), ends[:, :2])
+    assert np.mean(sample_field(distance_to_occupied(built), built, in_map) < 0.1) > 0.98
+
+
+def test_the_cloud_of_the_map_is_written(run: Path) -> None:
+    header = (run / "points.ply").read_bytes().split(b"end_header\n")[0]
+    assert int(header.split(b"element vertex ")[1].split()[0]) > 1000
+
+
+def test_check_finds_nothing_wrong(racecar: Racecar, drive: tuple[Path, Trajectory], tmp_path: Path) -> None:
+    done = racecar("check", drive[0], "--json", tmp_path / "check.json")
+    assert done.returncode == 0, done.stderr
+    scans = json.loads((tmp_path / "check.json").read_text())["scans"]
+    assert "Nothing is wrong with it." in done.stdout
+    assert scans["sweep_s"] == pytest.approx(0.1, abs=0.001)
+
+
+@pytest.mark.slow
+def test_without_wheels_the_floor_does_not_hold_the_car_back(
+    racecar: Racecar, drive: tuple[Path, Trajectory], tmp_path: Path
+) -> None:
+    done = racecar("map", drive[0], "--out", tmp_path, "--no-odom")
+    assert done.returncode == 0, done.stderr
+    assert compare(load_tum(tmp_path / "trajectory.tum"), drive[1]).positions.mean() < 0.15
+
+
+def in_direction(ranges: np.ndarray, bearings: np.ndarray) -> Pose:
+    """(..., 3) poses that far away; those without an end at the origin."""
+    ranges = np.where(np.isfinite(ranges), ranges, 0.0)
+    return np.stack([ranges * np.cos(bearings), ranges * np.sin(bearings), np.zeros_like(ranges)], axis=-1)
