@@ -53,13 +53,13 @@ class PointCloudConverter:
         is_in_reach = (ranges >= _MIN_RANGE) & (ranges < MAX_RANGE)
         is_in_band = (points[:, 2] >= self._min_height) & (points[:, 2] <= self._max_height)
         candidates = np.flatnonzero(is_in_reach & (is_in_band | is_flat))
-        beams = candidates[_nearest_per_bearing(bearings[candidates], ranges[candidates])]
+        if self._has_many_rows is None and len(candidates):
+            self._has_many_rows = _thickness(points[is_in_reach]) > _THICK
+        beams = candidates[self._nearest_per_bearing(bearings[candidates], ranges[candidates])]
         if len(beams) < 2:
             self._counts["empty_scans"] += 1
             return None
         self._counts["beams"] += len(beams)
-        if self._has_many_rows is None:
-            self._has_many_rows = _thickness(points[is_in_reach]) > _THICK
         return Scan(
             stamp,
             bearings[beams],
@@ -85,17 +85,20 @@ class PointCloudConverter:
         self._counts["beams_nan"] += int(len(points) - np.count_nonzero(is_finite))
         return points[is_finite], offsets[is_finite]
 
-
-def _nearest_per_bearing(bearings: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.intp]:
-    """Indices of one beam per bearing, ascending; of a dense cloud one per quarter of a degree."""
-    is_dense = len(bearings) > _MOST_BEAMS
-    buckets = np.floor(bearings / _BEARING_BUCKET) if is_dense else bearings
-    order = np.lexsort((ranges, buckets))
-    return order[np.diff(buckets[order], prepend=-np.inf) > 0]
+    def _nearest_per_bearing(
+        self, bearings: NDArray[np.float64], ranges: NDArray[np.float64]
+    ) -> NDArray[np.intp]:
+        """Indices of one beam per bearing, ascending; of a dense cloud one per quarter of a degree."""
+        is_dense = self._has_many_rows or len(bearings) > _MOST_BEAMS
+        buckets = np.floor(bearings / _BEARING_BUCKET) if is_dense else bearings
+        order = np.lexsort((ranges, buckets))
+        return order[np.diff(buckets[order], prepend=-np.inf) > 0]
 
 
 def _thickness(points: NDArray[np.float64]) -> float:
-    """Standard deviation in metres of points (N, 3), N > 1, from the plane that fits them best."""
+    """Standard deviation in metres of points (N, 3) from the plane that fits them best."""
+    if len(points) < 4:
+        return 0.0
     return float(np.sqrt(max(np.linalg.eigvalsh(np.cov(points.T))[0], 0.0)))
 
 
