@@ -1,0 +1,58 @@
+"""A sweep taken in motion lies as if taken at its stamp."""
+
+import numpy as np
+import pytest
+
+from mapping.deskew import deskew, deskew_cloud
+from maps.cloud import Cloud
+from maps.odometry import Odometry, OdometryBuffer
+from maps.scan import Scan
+from maps.se2 import compose, inverse, transform_points
+
+PLACE = np.array([0.3, 0.1, 0.2])
+STAMP = 1_000_000_000
+LANDMARKS = np.array([[4.0, -3.0, 0.2], [5.0, -1.0, 0.5], [5.0, 1.0, 1.9], [3.0, 4.0, -0.1]])
+
+
+def base_at(seconds: float) -> np.ndarray:
+    """A car that turns on a circle."""
+    return np.array([np.sin(seconds), 1.0 - np.cos(seconds), seconds])
+
+
+def buffer() -> OdometryBuffer:
+    odometry = OdometryBuffer()
+    for step in range(-1, 13):
+        seconds = 0.01 * step
+        odometry.add(Odometry(STAMP + 10_000_000 * step, base_at(seconds), np.array([1.0, 0.0, 1.0])))
+    return odometry
+
+
+@pytest.fixture
+def scan() -> Scan:
+    """Each landmark seen at its own time."""
+    offsets = np.array([0.0, 0.03, 0.065, 0.1])
+    seen = LANDMARKS.copy()
+    for point, seconds in zip(seen, offsets, strict=True):
+        odom_from_laser = compose(base_at(seconds), PLACE)
+        point[:2] = transform_points(inverse(odom_from_laser), point[None, :2])[0]
+    bearings, ranges = np.arctan2(seen[:, 1], seen[:, 0]), np.hypot(seen[:, 0], seen[:, 1])
+    cloud = Cloud(seen.astype(np.float32), offsets.astype(np.float32))
+    return Scan(STAMP, bearings, ranges, offsets, PLACE, 30.0, cloud)
+
+
+def test_beams_and_points_lie_where_the_landmarks_are(scan: Scan) -> None:
+    expected = transform_points(inverse(compose(base_at(0.0), PLACE)), LANDMARKS[:, :2])
+    np.testing.assert_allclose(deskew(scan, buffer()), expected, atol=1e-4)
+    points = deskew_cloud(scan, buffer())
+    np.testing.assert_allclose(points[:, :2], expected, atol=1e-4)
+    np.testing.assert_allclose(points[:, 2], LANDMARKS[:, 2], atol=1e-6)
+
+
+def test_without_odometry_all_is_as_measured(scan: Scan) -> None:
+    np.testing.assert_array_equal(deskew(scan, OdometryBuffer()), scan.points_in_laser())
+    np.testing.assert_array_equal(deskew_cloud(scan, OdometryBuffer()), scan.cloud.points)
+
+
+def test_planar_scan_has_no_cloud(scan: Scan) -> None:
+    planar = Scan(STAMP, scan.bearings, scan.ranges, scan.time_offsets, PLACE, 30.0)
+    assert deskew_cloud(planar, buffer()) is None
