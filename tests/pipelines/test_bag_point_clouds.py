@@ -113,3 +113,54 @@ def test_clouds_without_a_usable_point(sent):
     scan, counts = convert(sent)
     assert scan is None
     assert counts["empty_scans"] == 1
+
+
+def around(heights, count=200):
+    """(N, 3) a round wall 3 m away, row by row."""
+    angle, height = np.meshgrid(np.linspace(-3.1, 3.1, count), heights)
+    return np.column_stack([3.0 * np.cos(angle.ravel()), 3.0 * np.sin(angle.ravel()), height.ravel()])
+
+
+def test_sensor_with_many_rows_hands_on_its_whole_cloud_level_and_above_the_base():
+    """The sensor is 0.6 m up, turned and upside down."""
+    place = np.array([[0, 1, 0, 0.3], [1, 0, 0, 0], [0, 0, -1, 0.6], [0, 0, 0, 1.0]])
+    points = around(np.linspace(-1.2, 0.6, 16))
+    scan, _ = convert(message([*points, [np.nan, 0, 0], [500.0, 0, 0]]), place, SensorPlace(place, "test"))
+    assert scan.cloud.points.dtype == np.float32
+    assert len(scan.cloud.points) == len(scan.cloud.time_offsets) == len(points)
+    np.testing.assert_allclose(scan.cloud.points[:, 2], 0.6 - points[:, 2], atol=1e-6)
+    in_base = points[:, [1, 0]] + [0.3, 0.0]
+    turned = scan.base_from_laser[2]
+    cos, sin = np.cos(turned), np.sin(turned)
+    found = scan.cloud.points[:, :2] @ np.array([[cos, sin], [-sin, cos]]) + scan.base_from_laser[:2]
+    np.testing.assert_allclose(found, in_base, atol=1e-5)
+    assert not scan.cloud.time_offsets.any()
+
+
+def test_of_many_rows_one_beam_per_bearing_remains_however_few_they_are():
+    rows = around([0.2, 0.6, 0.8, 2.0], count=100).reshape(4, 100, 3)
+    rows[1, :, :2] *= 0.9
+    rows[2, :, 1] += 1e-5
+    scan, _ = convert(message(rows.reshape(-1, 3)))
+    np.testing.assert_allclose(scan.ranges, 2.7, rtol=1e-6)
+    assert len(scan.ranges) == 100
+
+
+def test_beams_bear_the_times_of_their_points():
+    scan, _ = convert(message([[1.0, 1.0, 0.05], [1.0, -1.0, 0.02]], columns=["x", "y", "time"]))
+    np.testing.assert_allclose(scan.time_offsets, [0.02, 0.05], rtol=1e-6)
+
+
+def test_times_that_cannot_be_true_are_counted_and_left_aside():
+    scan, counts = convert(message([[1.0, 1.0, 50.0], [1.0, -1.0, 20.0]], columns=["x", "y", "time"]))
+    assert not scan.time_offsets.any()
+    assert counts["point_times_ignored"] == 1
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.3])
+def test_planar_sensor_hands_on_no_cloud_even_tilted(tilt):
+    points = around([0.0])
+    points[:, 2] = 0.5 + np.tan(tilt) * points[:, 0]
+    scan, _ = convert(message(points), heights=(-2.0, 2.0))
+    assert scan.cloud is None
+    assert len(scan.ranges) == len(points)
