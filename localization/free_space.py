@@ -1,6 +1,6 @@
 """Where on a map the car can be."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,13 @@ class FreeSpace:
         inside = self.grid.contains(cells)
         inside[inside] = self.is_open[tuple(cells[inside].T)]
         return inside
+
+    def within(self, metres: float, point_in_map: NDArray[np.float64]) -> "FreeSpace":
+        """The part of it that is no farther from a point (2,), as the crow flies."""
+        row, column = self.grid.cell_of(point_in_map[None])[0]
+        rows, columns = np.ogrid[: self.is_open.shape[0], : self.is_open.shape[1]]
+        is_near = np.hypot(rows - row, columns - column) * self.grid.resolution <= metres
+        return replace(self, is_open=self.is_open & is_near)
 
     def draw_poses(self, count: int, rng: np.random.Generator) -> Pose:
         """(count, 3) poses in the map, spread evenly over all places and headings."""

@@ -19,7 +19,7 @@ from localization.weighing import scan_log_likelihood
 from maps.occupancy_grid import OccupancyGrid
 from maps.odometry import Odometry
 from maps.scan import Scan
-from maps.se2 import Pose
+from maps.se2 import Pose, compose
 
 _NEWS_AFTER = 0.02
 """Metres plus radians of motion after which a scan tells something new. Scans of a car that stands repeat
@@ -28,8 +28,11 @@ _LOST_FIT = -4.5
 _LOST_AFTER = 20
 """A good pose on a fair map explains a beam with a mean log-probability of -3.2 to -4; when the best
 particle stays below this fit for so many scans, the filter starts over."""
-_GAP_SECONDS = 2.0
-"""Between two scans; in a longer one the car may have been carried to anywhere."""
+_FAR_ADVANTAGE = np.log(2.0)
+"""By how much a far place must fit better than one near the last: each beam twice as probable, on average.
+What has changed since the map was made costs nearly as much at the right place, and may not at one alike."""
+_FASTEST_DRIVE = 5.0
+"""Metres per second that a car goes at most while nothing measures its motion."""
 _TRACKED_WITHIN = 0.5
 """Metres of standard deviation within which the place counts as known."""
 
@@ -48,7 +51,7 @@ class Localizer:
         self._rng = rng
         self._lock = Lock()
         self._motion = MotionSource(config)
-        self._last_stamp: int | None = None
+        self._last: PoseEstimate | None = None
         self._travel_since_weighing = 0.0
         self._scatter()
 
@@ -73,14 +76,12 @@ class Localizer:
     def add_scan(self, scan: Scan) -> PoseEstimate:
         """The pose at a scan's stamp; a scan out of order gives the last scan's pose again."""
         with self._lock:
-            if self._is_late(scan.stamp):
-                return self._filter.estimate(self._last_stamp or scan.stamp, is_start=False)
-            is_after_gap = self._is_after_gap(scan.stamp)
-            self._last_stamp = scan.stamp
+            if self._last is not None and 0 <= self._last.stamp - scan.stamp < RESTART_SECONDS * 1e9:
+                return replace(self._last, is_start=False)
             step = self._motion.step_to(scan.stamp)
             self._filter.predict(step.base_from_next_base, step.deviations)
-            if self._is_settled and (is_after_gap or self._lost_scans >= _LOST_AFTER):
-                self._start_over(self._filter.estimate(scan.stamp, is_start=False))
+            if self._is_settled and (step.is_over_gap or self._lost_scans >= _LOST_AFTER):
+                self._start_over(step)
             was_settled = self._is_settled
             beams = select_beams(scan, self._config.beams, self._motion.odometry_about(scan.stamp))
             if len(beams) > 0 and self._is_news(step):
@@ -90,28 +91,36 @@ class Localizer:
                 estimate = replace(estimate, map_from_base=refine(estimate.map_from_base, beams, self._walls))
             self._filter.resample(min(len(self._filter), self._wanted_particles(estimate)))
             self._motion.follow(scan.stamp, estimate.map_from_base)
+            self._last = estimate
             return estimate
 
     def _scatter(self) -> None:
-        self._start_from(draw_anywhere(self._table.free_space, self._config, self._rng))
+        self._start_from(self._anywhere())
 
-    def _start_from(self, map_from_base: Pose) -> None:
+    def _start_over(self, step: MotionStep) -> None:
+        """Search where the odometry leads or, after a gap in it, where the car can have driven meanwhile.
+
+        The whole map is searched too, for a place that fits far better.
+        """
+        assert self._last is not None
+        predicted = compose(self._last.map_from_base, step.base_from_next_base)
+        if step.is_over_gap and np.isinf(step.travel):
+            reach = self._table.free_space.within(_FASTEST_DRIVE * step.seconds, predicted[:2])
+            nearby = draw_anywhere(reach, self._config, self._rng) if reach.cell_count else self._anywhere()
+        else:
+            nearby = draw_about(predicted, self._config.scattered_particles, self._config, self._rng)
+        self._start_from(nearby, or_anywhere=True)
+
+    def _anywhere(self) -> Pose:
+        return draw_anywhere(self._table.free_space, self._config, self._rng)
+
+    def _start_from(self, map_from_base: Pose, or_anywhere: bool = False) -> None:
+        """Search among poses (N, 3) and, with ``or_anywhere``, for one elsewhere that fits far better."""
         self._filter = ParticleFilter(map_from_base, self._rng)
+        self._or_anywhere = or_anywhere
         self._is_settled = False
         self._lost_scans = 0
         self._motion.forget_speed()
-
-    def _start_over(self, last: PoseEstimate) -> None:
-        """Search about the last pose and, more thinly, the whole map; the next scan decides."""
-        nearby = draw_about(last.map_from_base, self._config.scattered_particles, self._config, self._rng)
-        anywhere = draw_anywhere(self._table.free_space, self._config, self._rng)
-        self._start_from(np.concatenate([nearby, anywhere]))
-
-    def _is_late(self, stamp: int) -> bool:
-        return self._last_stamp is not None and 0 <= self._last_stamp - stamp < RESTART_SECONDS * 1e9
-
-    def _is_after_gap(self, stamp: int) -> bool:
-        return self._last_stamp is not None and abs(stamp - self._last_stamp) > _GAP_SECONDS * 1e9
 
     def _is_news(self, step: MotionStep) -> bool:
         self._travel_since_weighing += step.travel
@@ -119,22 +128,31 @@ class Localizer:
 
     def _weigh(self, beams: Beams) -> None:
         self._travel_since_weighing = 0.0
-        if self._is_settled:
-            log_likelihood = self._log_likelihood(self._filter.map_from_base, beams)
-            self._filter.weigh(log_likelihood)
-            fit = log_likelihood.max() * self._config.squash / len(beams)
-            self._lost_scans = self._lost_scans + 1 if fit < _LOST_FIT else 0
-        else:
+        if not self._is_settled:
             self._settle(beams)
+            return
+        log_likelihood = self._log_likelihood(self._filter.map_from_base, beams)
+        self._filter.weigh(log_likelihood)
+        self._lost_scans = self._lost_scans + 1 if self._fit(log_likelihood, beams) < _LOST_FIT else 0
 
     def _settle(self, beams: Beams) -> None:
         """Take in a first scan, for which the cloud is too thin to be weighed at once."""
-        count = min(len(self._filter), self._config.scattered_particles)
-        particles = temper(
-            self._filter.map_from_base, lambda poses: self._log_likelihood(poses, beams), count, self._rng
-        )
+        particles, fit = self._tempered(self._filter.map_from_base, beams)
+        if self._or_anywhere:
+            elsewhere, fit_elsewhere = self._tempered(self._anywhere(), beams)
+            particles = elsewhere if fit_elsewhere > fit + _FAR_ADVANTAGE else particles
         self._filter = ParticleFilter(particles, self._rng)
         self._is_settled = True
+
+    def _tempered(self, cloud: Pose, beams: Beams) -> tuple[Pose, float]:
+        """Particles at the places of a cloud that fit a scan best, and how well they do."""
+        count = min(len(cloud), self._config.scattered_particles)
+        particles = temper(cloud, lambda poses: self._log_likelihood(poses, beams), count, self._rng)
+        return particles, self._fit(self._log_likelihood(particles, beams), beams)
+
+    def _fit(self, log_likelihood: NDArray[np.float64], beams: Beams) -> float:
+        """The mean log-probability of a beam at the best particle."""
+        return float(log_likelihood.max() * self._config.squash / len(beams))
 
     def _log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
         return scan_log_likelihood(map_from_base, beams, self._table, self._config.squash)

@@ -11,6 +11,8 @@ from maps.se2 import IDENTITY, Pose, between
 
 RESTART_SECONDS = 1.0
 """A clock that goes back by more has been set anew; by less, messages came out of order."""
+GAP_SECONDS = 2.0
+"""Between two scans; what happens in a longer one is a matter of searching rather than of noise."""
 _STALE_SECONDS = 0.5
 _FASTEST = 20.0
 """Metres or radians per second; odometry that claims more has jumped."""
@@ -33,6 +35,13 @@ class MotionStep:
     """(3,) standard deviations in metres and radians."""
     travel: float
     """Metres plus radians that the car may have moved; inf where nothing measured it."""
+    seconds: float
+    """inf where the clock was set back, so that nothing tells."""
+
+    @property
+    def is_over_gap(self) -> bool:
+        """Whether so much time has passed that the car may have been carried to anywhere."""
+        return self.seconds > GAP_SECONDS
 
 
 class MotionSource:
@@ -63,9 +72,11 @@ class MotionSource:
         return self._odometry if latest is not None and stamp - latest < _STALE_SECONDS * 1e9 else None
 
     def step_to(self, stamp: int) -> MotionStep:
-        """The motion since the last call, or since the time began anew."""
-        if self._stamp is None or self._stamp - stamp > RESTART_SECONDS * 1e9:
+        """The motion since the last call."""
+        if self._stamp is None:
             seconds = 0.0
+        elif self._stamp - stamp > RESTART_SECONDS * 1e9:
+            seconds = np.inf
             self._odom_from_base = None
         else:
             seconds = max(stamp - self._stamp, 0) * 1e-9
@@ -95,7 +106,7 @@ class MotionSource:
             return None
         possible = self._possible_step(step, seconds)
         noise = odometry_noise(possible, self._config.motion_noise, self._config.slip)
-        return MotionStep(step, noise, travel(possible))
+        return MotionStep(step, noise, travel(possible), seconds)
 
     def _possible_step(self, step: Pose, seconds: float) -> Pose:
         """(3,) how far the car may have gone in each coordinate: as measured, or on as a moment before."""
@@ -108,4 +119,5 @@ class MotionSource:
 
     def _carried_on(self, seconds: float) -> MotionStep:
         step = self._speed * min(seconds, _LONGEST_CARRY)
-        return MotionStep(step, drift_noise(seconds, self._config.drift_noise), np.inf)
+        noise = drift_noise(min(seconds, GAP_SECONDS), self._config.drift_noise)
+        return MotionStep(step, noise, np.inf, seconds)

@@ -8,7 +8,9 @@ from localization.config import LocalizationConfig
 from localization.localizer import Localizer
 from localization.pose_estimate import PoseEstimate
 from maps.errors import UserError
+from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from maps.odometry import Odometry
+from maps.ray_casting import cast_ray_fan
 from maps.scan import Scan
 from maps.se2 import IDENTITY, compose, wrap_angle
 
@@ -92,6 +94,46 @@ def test_found_again_after_being_carried_during_a_gap() -> None:
     estimates = replay(filter, cut)
     assert np.hypot(*(estimates[-1].map_from_base - driven.truth[-1])[:2]) < 0.1
     assert sum(estimate.is_start for estimate in estimates) == 2
+
+
+def twin_rooms() -> OccupancyGrid:
+    """Two rooms of 6 x 4 m, the same but for their place, with no door between."""
+    room = np.full((80, 120), FREE, dtype=np.int8)
+    room[:3], room[-3:], room[:, :3], room[:, -3:] = OCCUPIED, OCCUPIED, OCCUPIED, OCCUPIED
+    room[3:20, 70:80] = OCCUPIED
+    room[60:, 20:26] = OCCUPIED
+    return OccupancyGrid(np.hstack([room, room]), 0.05, IDENTITY)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_after_a_gap_the_near_place_wins_over_a_far_one_that_fits_better(seed: int) -> None:
+    """Since the map was made something was put before the car; on the map its like is in the other room."""
+    mapped, real = twin_rooms(), twin_rooms()
+    mapped.cells[35:45, 200:204] = OCCUPIED
+    real.cells[35:45, 80:84] = OCCUPIED
+    filter = Localizer(mapped, LocalizationConfig(), np.random.default_rng(seed))
+    truth = np.array([2.0, 2.0, 0.0])
+    filter.set_pose(truth)
+    ranges = cast_ray_fan(real, compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
+    for stamp in (0, SECOND // 20, 60 * SECOND, 61 * SECOND):
+        filter.add_odometry(Odometry(stamp, IDENTITY, IDENTITY))
+        estimate = filter.add_scan(scan(stamp, ranges))
+    assert np.hypot(*(estimate.map_from_base - truth)[:2]) < 0.2
+
+
+@pytest.mark.parametrize("with_odometry", [True, False])
+def test_after_a_gap_a_far_place_is_found_where_no_near_one_fits(with_odometry: bool) -> None:
+    """The car was carried across the room; its wheels, if they tell anything, did not turn."""
+    grid, filter = room(), localizer()
+    for stamp, place in ((0, [9.0, 2.0, 0.0]), (60 * SECOND, [3.0, 3.0, 1.0])):
+        truth = compose(grid.map_from_grid, place)
+        if stamp == 0:
+            filter.set_pose(truth)
+        if with_odometry:
+            filter.add_odometry(Odometry(stamp, IDENTITY, IDENTITY))
+        ranges = cast_ray_fan(grid, compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
+        estimate = filter.add_scan(scan(stamp, ranges))
+    assert np.hypot(*(estimate.map_from_base - truth)[:2]) < 0.1
 
 
 def test_notices_that_scans_no_longer_fit() -> None:
