@@ -12,6 +12,7 @@ from maps.se2 import Pose, between, compose, transform_points
 PLACED_AGAINST = (1, 2, 4, 7, 11)
 TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
 """Keyframes back along the path. Wide spacing halves the drift compared with the next eight."""
+SAME_GUESS = (0.05, 0.03)
 CLEARLY_BETTER = 1.25
 LOST_BELOW = 0.2
 SEARCHED_AMONG = 12
@@ -35,16 +36,21 @@ def place(
     Also tells which guess led there. ``information`` (3,) is what the guesses are worth, diagonal, in the
     frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window.
     """
-    count = len(guesses)
-    matches = _match_guesses(index, guesses, information, store, poses)
+    tried = [0, *(k for k in range(1, len(guesses)) if _differ(guesses[0], guesses[k]))]
+    matches = _match_guesses(index, guesses[tried], information, store, poses)
     best = _best(matches)
-    if max(matches.overlap) < LOST_BELOW:
-        found = _search_recent(index, guesses[0], store, poses)
-        if found is not None:
-            guesses = np.concatenate([guesses, found[None]])
-            matches = _match_guesses(index, guesses, information, store, poses)
-            best = _best(matches)
-    return matches.poses[best], best if best < count else 0
+    if matches.overlap.max() > LOST_BELOW:
+        return matches.poses[best], tried[best]
+    found = _search_recent(index, guesses[0], store, poses)
+    if found is None:
+        return matches.poses[best], tried[best]
+    matches = _match_guesses(index, np.stack([guesses[0], found]), information, store, poses)
+    return matches.poses[_best(matches)], 0
+
+
+def _differ(guess: Pose, other: Pose) -> bool:
+    apart = between(guess, other)
+    return bool(np.hypot(apart[0], apart[1]) > SAME_GUESS[0] or abs(apart[2]) > SAME_GUESS[1])
 
 
 def _match_guesses(

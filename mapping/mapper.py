@@ -10,18 +10,17 @@ from numpy.typing import NDArray
 
 from mapping.config import MappingConfig
 from mapping.constraint import Constraint
-from mapping.deskew import deskew, deskew_cloud
+from mapping.dead_reckoning import DeadReckoning
 from mapping.keyframe_tracking import TIED_TO, constrain, place
 from mapping.loop_closure import LoopCloser
-from mapping.odometry_calibration import OdometryCalibration, calibrate
+from mapping.odometry_calibration import calibrate
 from mapping.pose_graph import PoseGraph
-from mapping.refinement import refine_scans
+from mapping.refinement import guess_scans, refine_scans
 from mapping.rendering import Rays, points_of, rays_of, render
-from mapping.scan_odometry import ScanOdometry
 from mapping.scan_store import ScanStore, prepare_scan
 from maps.errors import UserError
 from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry, OdometryBuffer
+from maps.odometry import Odometry
 from maps.scan import Scan
 from maps.se2 import IDENTITY, Pose, between, compose, inverse
 from maps.trajectory import Trajectory
@@ -31,7 +30,6 @@ _WINDOW_HELD = 20
 _WINDOW_EVERY = 5
 _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
-_STALE_ODOMETRY = 500_000_000
 _WORTH_OPTIMIZING = (0.15, 0.03)
 
 
@@ -60,57 +58,41 @@ class Mapper:
 
     def __init__(self, config: MappingConfig) -> None:
         self._config = config
-        self._odometry = OdometryBuffer()
-        self._scan_odometry = ScanOdometry()
+        self._reckoning = DeadReckoning()
         self._graph = PoseGraph()
         self._keyframes = ScanStore()
         self._loops = LoopCloser(self._keyframes, verify=config.verify_loops)
-        self._calibration = OdometryCalibration()
         self._base_from_laser: Pose = IDENTITY
-        self._rays: list[Rays] = []
-        self._clouds: list[NDArray[np.float32]] = []
         self._stamps: list[int] = []
-        self._keyframe_scans: list[int] = []
+        self._clouds: list[NDArray[np.float32]] = []
         self._after_keyframe: list[int] = []
-        self._motions: list[Pose] = []
-        self._keyframe_from_next: list[Pose] = []
-        self._odometry_steps: list[Pose | None] = []
+        self._guesses: list[Pose] = []
         self._map_from_keyframe: Pose = np.zeros((0, 3))
-        self._last_odometry: Pose | None = None
-        self._keyframe_odometry: Pose | None = None
-        self._last_pose: Pose = IDENTITY
-        self._last_motion: Pose = IDENTITY
-        self._scans_without_odometry = 0
-        self._keyframe_rate = np.zeros(3); self._keyframe_stamp=0
-        self._keyframe_pose_in_odometry: Pose = IDENTITY
+        self._keyframe_scans: list[int] = []
+        self._rays: list[Rays] = []
+        self._keyframe_from_next: list[Pose] = []
+        self._wheel_steps: list[Pose | None] = []
         self._seconds: dict[str, float] = {}
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample of wheel odometry."""
-        self._odometry.add(odometry)
+        self._reckoning.add_odometry(odometry)
 
     def add_scan(self, scan: Scan) -> Pose:
         """Take a scan; returns ``map_from_base`` (3,) as known now."""
-        with self._timed("deskewing"):
-            points, cloud = deskew(scan, self._odometry), deskew_cloud(scan, self._odometry)
         with self._timed("scan odometry"):
-            odometry, motion = self._predict(scan)
-            pose = self._scan_odometry.register(points if cloud is None else cloud, motion)
-            self._last_motion, self._last_pose = between(self._last_pose, pose), pose
+            points = self._reckoning.advance(scan)
+        guesses = self._reckoning.motions()
         if not self._stamps:
-            self._start(scan)
-        motions = self._motions_since_keyframe(scan.stamp, pose, odometry)
-        if not self._keyframe_scans or self._is_far(motions[:-1]):
-            self._add_keyframe(scan, points, motions, odometry)
-            self._keyframe_pose_in_odometry = pose
-            self._keyframe_rate = between(*self._map_from_keyframe[-2:])/(scan.stamp-self._keyframe_stamp) if len(self._map_from_keyframe)>1 else np.zeros(3)
-            self._keyframe_stamp = scan.stamp
-            motions = np.zeros((1, 3))
+            self._base_from_laser = scan.base_from_laser
+        if not self._stamps or self._is_far(guesses):
+            self._add_keyframe(scan, points, guesses)
+            guesses = np.zeros((1, 3))
         self._stamps.append(scan.stamp)
         self._clouds.append(points.astype(np.float32))
         self._after_keyframe.append(len(self._keyframe_scans) - 1)
-        self._motions.append(motions)
-        map_from_laser = compose(self._map_from_keyframe[-1], motions[0])
+        self._guesses.append(guesses)
+        map_from_laser = compose(self._map_from_keyframe[-1], guesses[0])
         return compose(map_from_laser, inverse(self._base_from_laser))
 
     def finish(self, progress: Callable[[float], None] | None = None) -> MappingResult:
@@ -123,12 +105,18 @@ class Mapper:
         with self._timed("optimization"):
             self._settle()
         report(0.3)
-        keyframe = np.array(self._after_keyframe)
-        map_from_laser = self._scan_poses(keyframe)
+        after_keyframe = np.array(self._after_keyframe)
+        map_from_laser = guess_scans(
+            np.array([guesses[0] for guesses in self._guesses]),
+            after_keyframe,
+            np.array(self._keyframe_from_next).reshape(-1, 3),
+            np.array(self._keyframe_scans),
+            self._map_from_keyframe,
+        )
         if self._config.refine:
             with self._timed("refinement"):
                 map_from_laser = refine_scans(
-                    self._clouds, keyframe, map_from_laser, self._keyframes, self._map_from_keyframe
+                    self._clouds, after_keyframe, map_from_laser, self._keyframes, self._map_from_keyframe
                 )
             map_from_laser[self._keyframe_scans] = self._map_from_keyframe
         report(0.8)
@@ -147,60 +135,25 @@ class Mapper:
             warnings=self._warnings(),
         )
 
-    def _scan_poses(self, keyframe):
-        motions = np.array([m[0] for m in self._motions])
-        guesses = compose(self._map_from_keyframe[keyframe], motions)
-        n = len(self._map_from_keyframe)
-        if n==1: return guesses
-        ends = compose(self._map_from_keyframe[:-1], np.array(self._keyframe_from_next))
-        missed = np.concatenate([between(ends, self._map_from_keyframe[1:]), np.zeros((1, 3))])
-        K = np.append(np.array(self._keyframe_scans),len(motions)+1)
-        f = (np.arange(len(motions)) - K[keyframe]) / (K[keyframe+1]-K[keyframe])
-        return compose(guesses, f[:,None]*missed[keyframe])
-
-    def _start(self, scan: Scan) -> None:
-        self._base_from_laser = scan.base_from_laser
-        self._map_from_keyframe = np.array([scan.base_from_laser])
-
-    def _predict(self, scan: Scan) -> tuple[Pose | None, Pose]:
-        """Odometry's pose of the laser, if it has one, and the motion since the last scan."""
-        latest = self._odometry.latest_stamp
-        if latest is None or scan.stamp - latest > _STALE_ODOMETRY:
-            self._scans_without_odometry += 1
-            self._last_odometry = None
-            return None, self._last_motion
-        odometry = compose(self._odometry.pose_at(scan.stamp), scan.base_from_laser)
-        last, self._last_odometry = self._last_odometry, odometry
-        if last is None:
-            return odometry, self._last_motion
-        return odometry, self._calibration.correct(between(last, odometry))
-
-    def _motions_since_keyframe(self, stamp, pose: Pose, odometry: Pose | None) -> Pose:
-        """(H, 3) by the wheels, which are smoother over so short a way, if there are any; by the scans; and
-        by going on as before."""
-        by_scans = between(self._keyframe_pose_in_odometry, pose)
-        steady = self._keyframe_rate*(stamp-self._keyframe_stamp)
-        if odometry is None or self._keyframe_odometry is None:
-            return np.array([by_scans, steady])
-        by_wheels = self._calibration.correct(between(self._keyframe_odometry, odometry))
-        return np.array([by_wheels, by_scans, steady])
-
-    def _is_far(self, motions: Pose) -> bool:
-        distances = np.hypot(motions[:, 0], motions[:, 1])
+    def _is_far(self, guesses: Pose) -> bool:
+        """Has the laser left the last keyframe, by the wheels or by the scans?"""
+        measured = guesses[:-1]
+        distances, angles = np.hypot(measured[:, 0], measured[:, 1]), np.abs(measured[:, 2])
         return bool(
-            np.any(distances >= self._config.keyframe_distance)
-            or np.any(np.abs(motions[:, 2]) >= self._config.keyframe_angle)
+            distances.max() >= self._config.keyframe_distance or angles.max() >= self._config.keyframe_angle
         )
 
-    def _add_keyframe(
-        self, scan: Scan, points: NDArray[np.float64], motions: Pose, odometry: Pose | None
-    ) -> None:
+    def _add_keyframe(self, scan: Scan, points: NDArray[np.float64], guesses: Pose) -> None:
         index = self._keyframes.add(prepare_scan(points))
+        step = IDENTITY
+        if index == 0:
+            self._map_from_keyframe = self._base_from_laser[None].copy()
+        else:
+            step = self._place(index, guesses)
+            self._tie(index)
         self._keyframe_scans.append(len(self._stamps))
         self._rays.append(rays_of(scan, points))
-        if index > 0:
-            self._tie(index, motions, odometry)
-        self._keyframe_odometry = odometry
+        self._reckoning.start_keyframe(step)
         if index % _CALIBRATE_EVERY == 0:
             self._calibrate(max(0, index - _CALIBRATE_OVER))
         if index % _WINDOW_EVERY == 0 and index > _WINDOW_HELD:
@@ -212,30 +165,37 @@ class Mapper:
         if self._config.close_loops:
             self._close_loops()
 
-    def _tie(self, index: int, motions: Pose, odometry: Pose | None) -> None:
-        """Place a new keyframe and connect it to those before."""
+    def _place(self, index: int, guesses: Pose) -> Pose:
+        """Place a new keyframe in the map; returns its pose (3,) seen from the one before."""
+        last = self._map_from_keyframe[-1]
+        worth = np.diag(self._reckoning.calibration.information(IDENTITY))
         with self._timed("scan matching"):
-            guesses = compose(self._map_from_keyframe[-1], motions)
-            worth = np.diag(self._calibration.information(IDENTITY))
-            placed, chosen = place(index, guesses, worth, self._keyframes, self._map_from_keyframe)
-            for k in range(self._keyframe_scans[-2], len(self._motions)):
-                self._motions[k] = self._motions[k][chosen:chosen+1] if len(self._motions[k])>1 else self._motions[k]
-            self._keyframe_from_next.append(motions[chosen])
-            self._map_from_keyframe = np.concatenate([self._map_from_keyframe, placed[None]])
+            placed, chosen = place(
+                index, compose(last, guesses), worth, self._keyframes, self._map_from_keyframe
+            )
+        self._map_from_keyframe = np.concatenate([self._map_from_keyframe, placed[None]])
+        self._keyframe_from_next.append(guesses[chosen])
+        for k in range(self._keyframe_scans[-1], len(self._guesses)):
+            self._guesses[k] = self._guesses[k][min(chosen, len(self._guesses[k]) - 1)][None]
+        return between(last, placed)
+
+    def _tie(self, index: int) -> None:
+        """Connect a new keyframe to those before."""
+        with self._timed("scan matching"):
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
             constraints = constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3)
-        step = None
-        if odometry is not None and self._keyframe_odometry is not None:
-            step = between(self._keyframe_odometry, odometry)
-            constraints.append(self._odometry_constraint(index, step))
-        self._odometry_steps.append(step)
+        wheel_step = self._reckoning.wheel_step()
+        if wheel_step is not None:
+            constraints.append(self._odometry_constraint(index, wheel_step))
+        self._wheel_steps.append(wheel_step)
         for constraint in constraints:
             self._graph.add(constraint)
 
     def _odometry_constraint(self, index: int, step: Pose) -> Constraint:
-        corrected = self._calibration.correct(step)
+        calibration = self._reckoning.calibration
+        corrected = calibration.correct(step)
         matched = between(self._map_from_keyframe[index - 1], self._map_from_keyframe[index])
-        information = self._calibration.information(between(corrected, matched))
+        information = calibration.information(between(corrected, matched))
         return Constraint(index - 1, index, corrected, information, "odometry")
 
     def _close_loops(self) -> None:
@@ -249,7 +209,7 @@ class Mapper:
             self._graph.add(closure)
         if any(self._is_strained(closure) for closure in closures):
             with self._timed("optimization"):
-                self._map_from_keyframe = self._graph.optimize(self._map_from_keyframe)
+                self._map_from_keyframe = self._graph.optimize_roughly(self._map_from_keyframe)
 
     def _is_strained(self, constraint: Constraint) -> bool:
         a, b = constraint.from_keyframe, constraint.to_keyframe
@@ -260,23 +220,23 @@ class Mapper:
 
     def _calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
-        known = [i for i, step in enumerate(self._odometry_steps) if step is not None and i >= first]
-        measured = np.array([self._odometry_steps[i] for i in known]).reshape(-1, 3)
+        known = [i for i, step in enumerate(self._wheel_steps) if step is not None and i >= first]
+        measured = np.array([self._wheel_steps[i] for i in known]).reshape(-1, 3)
         matched = between(self._map_from_keyframe[:-1], self._map_from_keyframe[1:])
-        self._calibration = calibrate(measured, matched[known])
+        self._reckoning.calibration = calibrate(measured, matched[known])
 
     def _settle(self) -> None:
         """Match all pairs of keyframes once more from where they are now, and solve the whole graph."""
         if len(self._keyframes) == 1:
             return
-        self._map_from_keyframe = self._graph.optimize(self._map_from_keyframe)
+        self._map_from_keyframe = self._graph.optimize_roughly(self._map_from_keyframe)
         self._calibrate(0)
         graph = PoseGraph()
         count = len(self._keyframes)
         pairs = np.array([(i - back, i) for i in range(count) for back in TIED_TO if back <= i])
         for constraint in constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3):
             graph.add(constraint)
-        for i, step in enumerate(self._odometry_steps):
+        for i, step in enumerate(self._wheel_steps):
             if step is not None:
                 graph.add(self._odometry_constraint(i + 1, step))
         for constraint in self._graph.constraints:
@@ -303,13 +263,13 @@ class Mapper:
             "scan_matching_constraints": kinds.count("scan_matching"),
             "odometry_constraints": kinds.count("odometry"),
             "loop_closures": kinds.count("loop_closure"),
-            "scans_without_odometry": self._scans_without_odometry,
+            "scans_without_odometry": self._reckoning.scans_without_odometry,
             **{f"loops_{name}": count for name, count in self._loops.log.items()},
         }
 
     def _warnings(self) -> list[str]:
         warnings = []
-        if self._scans_without_odometry == len(self._stamps):
+        if self._reckoning.scans_without_odometry == len(self._stamps):
             warnings.append(
                 "There was no wheel odometry: lengths of bare corridors are not to be trusted, "
                 "and fast turns may have been lost."

@@ -16,6 +16,8 @@ from maps.se2 import Pose
 _ANCHOR_SIGMA = 1e-4
 _LOCAL_WIDTH = 1.0
 _LOOP_WIDTHS = (30.0, 5.0, 1.0)
+_TOLERANCE = 1e-4
+_ROUGH_TOLERANCE = 1e-3
 
 
 class PoseGraph:
@@ -32,6 +34,13 @@ class PoseGraph:
 
     def optimize(self, poses: Pose) -> Pose:
         """The poses (K, 3) that agree best with all constraints; the first one is held where it is."""
+        return self._anneal(poses, _LOOP_WIDTHS, _TOLERANCE)
+
+    def optimize_roughly(self, poses: Pose) -> Pose:
+        """The same to a few centimetres, which is as much as a drive that goes on has use for."""
+        return self._anneal(poses, _LOOP_WIDTHS[:2], _ROUGH_TOLERANCE)
+
+    def _anneal(self, poses: Pose, widths: tuple[float, ...], tolerance: float) -> Pose:
         local, loops = gtsam.NonlinearFactorGraph(), []
         for constraint, factor in zip(self.constraints, self._factors, strict=True):
             if constraint.kind == "loop_closure":
@@ -39,11 +48,11 @@ class PoseGraph:
             else:
                 local.add(factor)
         _anchor(local, 0, poses[0])
-        for width in _LOOP_WIDTHS if loops else _LOOP_WIDTHS[-1:]:
+        for width in widths if loops else widths[-1:]:
             graph = gtsam.NonlinearFactorGraph(local)
             for constraint in loops:
                 graph.add(_factor(constraint, width))
-            poses = _solve(graph, poses, 0)
+            poses = _solve(graph, poses, 0, tolerance)
         return poses
 
     def optimize_latest(self, poses: Pose, first: int, held: int) -> Pose:
@@ -59,7 +68,7 @@ class PoseGraph:
                 graph.add(factor)
         for key in range(first, first + held):
             _anchor(graph, key, poses[key])
-        return np.concatenate([poses[:first], _solve(graph, poses[first:], first)])
+        return np.concatenate([poses[:first], _solve(graph, poses[first:], first, _TOLERANCE)])
 
 
 def _factor(constraint: Constraint, width: float) -> gtsam.BetweenFactorPose2:
@@ -79,12 +88,14 @@ def _anchor(graph: gtsam.NonlinearFactorGraph, key: int, pose: Pose) -> None:
     graph.add(gtsam.PriorFactorPose2(key, gtsam.Pose2(*pose), noise))
 
 
-def _solve(graph: gtsam.NonlinearFactorGraph, poses: Pose, first: int) -> NDArray[np.float64]:
+def _solve(
+    graph: gtsam.NonlinearFactorGraph, poses: Pose, first: int, tolerance: float
+) -> NDArray[np.float64]:
     values = gtsam.Values()
     for key, pose in enumerate(poses, start=first):
         values.insert(key, gtsam.Pose2(*pose))
     parameters = gtsam.LevenbergMarquardtParams()
-    parameters.setRelativeErrorTol(1e-4)
+    parameters.setRelativeErrorTol(tolerance)
     solution = gtsam.LevenbergMarquardtOptimizer(graph, values, parameters).optimize()
     nodes = (solution.atPose2(key) for key in range(first, first + len(poses)))
     return np.array([[node.x(), node.y(), node.theta()] for node in nodes])

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from mapping.scan_matching import Pairings, match
 from mapping.scan_store import ScanStore, prepare_scan
-from maps.se2 import Pose, wrap_angle
+from maps.se2 import Pose, between, compose, wrap_angle
 
 NEAR_IN_TIME = (-3, -2, -1, 0, 1, 2, 3, 4)
 NEAR_IN_SPACE = 6
@@ -16,7 +16,29 @@ _SPATIAL_CANDIDATES = 30
 _MAX_TURN = 1.0
 _PRIOR = (5.0, 5.0, 20.0)
 _WIDEST = 0.3
+_KERNEL_WIDTH = 0.08
+"""Wider than between keyframes, whose guesses are better."""
 _CHUNK = 2000
+
+
+def guess_scans(
+    keyframe_from_scan: Pose,
+    after_keyframe: NDArray[np.int64],
+    keyframe_from_next: Pose,
+    keyframe_scans: NDArray[np.int64],
+    map_from_keyframe: Pose,
+) -> Pose:
+    """Poses (N, 3) of scans from the motion (N, 3) since the keyframe each follows, by dead reckoning.
+
+    The motion (K - 1, 3) from one keyframe to the next was measured in the same way; what it missed by is
+    spread over the scans between the two.
+    """
+    ends = compose(map_from_keyframe[:-1], keyframe_from_next)
+    missed = np.concatenate([between(ends, map_from_keyframe[1:]), np.zeros((1, 3))])
+    starts = np.append(keyframe_scans, len(keyframe_from_scan) + 1)
+    share = (np.arange(len(keyframe_from_scan)) - starts[after_keyframe]) / np.diff(starts)[after_keyframe]
+    guesses = compose(map_from_keyframe[after_keyframe], keyframe_from_scan)
+    return compose(guesses, share[:, None] * missed[after_keyframe])
 
 
 def refine_scans(
@@ -60,7 +82,15 @@ def _refine_chunk(
     fixed = np.concatenate(partners).astype(np.int64)
     pairs = np.column_stack([fixed, np.repeat(np.arange(len(points)), np.diff(starts))])
     pairings = Pairings(starts, pairs, map_from_keyframe[fixed], np.zeros((len(fixed), 3)))
-    return match(guesses, pairings, keyframes, scans, widest=_WIDEST, prior_information=_PRIOR).poses
+    return match(
+        guesses,
+        pairings,
+        keyframes,
+        scans,
+        widest=_WIDEST,
+        kernel_width=_KERNEL_WIDTH,
+        prior_information=_PRIOR,
+    ).poses
 
 
 def _near_in_time(after_keyframe: NDArray[np.int64], count: int) -> list[NDArray[np.int64]]:

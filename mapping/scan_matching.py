@@ -10,12 +10,6 @@ from mapping.scan_matching_kernels import match_groups
 from mapping.scan_store import ScanStore
 from maps.se2 import Pose
 
-NARROWEST = 0.15
-KERNEL_WIDTH = 0.04
-MIN_NORMAL_DOT = 0.7
-SLIDING_FLOOR = 0.01
-MAX_ITERATIONS = 20
-
 _WORKERS = 2
 _WORTH_THREADS = 64
 
@@ -63,9 +57,11 @@ def match(
     moving: ScanStore,
     *,
     widest: float = 0.5,
+    kernel_width: float = 0.04,
     prior_information: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Matches:
-    """Match G groups from their guesses (G, 3); partners are sought up to ``widest`` metres at first."""
+    """Match G groups from their guesses (G, 3); partners are sought up to ``widest`` metres at first,
+    and those ``kernel_width`` off their line weigh a quarter."""
     groups = len(guesses)
     poses = np.array(guesses, dtype=np.float64)
     hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
@@ -79,8 +75,7 @@ def match(
             poses[a:b], pairings.starts[a : b + 1], pairings.pairs,
             pairings.fixed_poses, pairings.moving_poses,
             prior, fixed.packed(), moving.packed(),
-            widest, NARROWEST, KERNEL_WIDTH, MIN_NORMAL_DOT, SLIDING_FLOOR, MAX_ITERATIONS,
-            hessians[a:b], qualities[a:b],
+            widest, kernel_width, hessians[a:b], qualities[a:b],
         )  # fmt: skip
 
     if groups < _WORTH_THREADS:

@@ -7,6 +7,15 @@ from numpy.typing import NDArray
 TABLE_SIZE = 720
 """Bearing bins of the look-up table; it has one entry more, so that a bin's end is the next one's start."""
 
+NARROWEST = 0.15
+"""Metres within which partners are sought in the end."""
+MIN_NORMAL_DOT = 0.7
+SLIDING_FLOOR = 0.01
+MAX_ITERATIONS = 20
+
+FOLLOWED = 4
+"""Points to each side of the last partner that may be the next one, once the search has narrowed."""
+
 _FloatArray = NDArray[np.float32]
 _Matrix = NDArray[np.float64]
 
@@ -118,8 +127,24 @@ def nearest_by_bearing(
 
 
 @njit(cache=True, nogil=True)
+def nearest_to_last(
+    x: float, y: float, points: _FloatArray, count: int, last: int, max_distance: float
+) -> int:
+    """The same among the points next to the partner that was nearest in the iteration before, ``last``."""
+    best, best_squared = -1, max_distance * max_distance
+    for j in range(max(last - FOLLOWED, 0), min(last + FOLLOWED + 1, count)):
+        dx, dy = points[j, 0] - x, points[j, 1] - y
+        squared = dx * dx + dy * dy
+        if squared < best_squared:
+            best, best_squared = j, squared
+    return best
+
+
+@njit(cache=True, nogil=True)
 def _accumulate(
     sums: _Matrix,
+    partners: NDArray[np.int16],
+    follow: bool,
     target_from_source: _Matrix,
     moving: _Matrix,
     forward: bool,
@@ -132,7 +157,6 @@ def _accumulate(
     target_table: NDArray[np.int16],
     max_distance: float,
     kernel_width: float,
-    min_normal_dot: float,
 ) -> None:
     """Add the point-to-line terms of one pair of scans, in one direction, to ``sums``.
 
@@ -151,7 +175,13 @@ def _accumulate(
         px, py = np.float64(source[i, 0]), np.float64(source[i, 1])
         sums[12] += 1.0
         x, y = c * px - s * py + tx, s * px + c * py + ty
-        j = nearest_by_bearing(x, y, target, target_count, target_table, max_distance)
+        if partners[i] >= 0:
+            j = nearest_to_last(x, y, target, target_count, partners[i], max_distance)
+        elif follow:
+            continue
+        else:
+            j = nearest_by_bearing(x, y, target, target_count, target_table, max_distance)
+        partners[i] = j
         if j < 0:
             continue
         nx, ny = np.float64(target_normals[j, 0]), np.float64(target_normals[j, 1])
@@ -160,7 +190,7 @@ def _accumulate(
         # The target's normal seen from the source.
         ax, ay = c * nx + s * ny, -s * nx + c * ny
         sx, sy = np.float64(source_normals[i, 0]), np.float64(source_normals[i, 1])
-        if (sx != 0.0 or sy != 0.0) and ax * sx + ay * sy < min_normal_dot:
+        if (sx != 0.0 or sy != 0.0) and ax * sx + ay * sy < MIN_NORMAL_DOT:
             continue
         residual = nx * (x - target[j, 0]) + ny * (y - target[j, 1])
         ratio = kernel_width * kernel_width / (kernel_width * kernel_width + residual * residual)
@@ -188,18 +218,18 @@ def _accumulate(
 
 
 @njit(cache=True, nogil=True)
-def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float, floor: float) -> None:
+def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
     """Take the direction along which the surfaces let the scan slide out of the normal equations.
 
     Along a bare corridor the translational information is not zero but what noisy normals pretend:
-    their variance times the sum of weights. That much (``floor`` × weight) is subtracted from the
+    their variance times the sum of weights. That much (``SLIDING_FLOOR`` × weight) is subtracted from the
     smaller eigenvalue, by shrinking the Jacobian along its eigenvector.
     """
     a, b, d = hessian[0, 0], hessian[0, 1], hessian[1, 1]
     mean, half = 0.5 * (a + d), 0.5 * (a - d)
     root = np.sqrt(half * half + b * b)
     small = mean - root
-    kept = small - floor * weight
+    kept = small - SLIDING_FLOOR * weight
     shrink = 0.0
     if kept > 0.0 and small > 0.0:
         shrink = np.sqrt(kept / small)
@@ -234,11 +264,7 @@ def match_group(
     targets: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
     sources: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
     widest: float,
-    narrowest: float,
     kernel_width: float,
-    min_normal_dot: float,
-    sliding_floor: float,
-    max_iterations: int,
     hessian: _Matrix,
     quality: _Matrix,
 ) -> None:
@@ -247,7 +273,7 @@ def match_group(
     Row k of ``pairs`` names a fixed scan among ``targets`` at ``fixed_poses[k]`` and a moving one among
     ``sources`` at ``moving_poses[k]``, each in its own group's frame. Iteratively reweighted Gauss-Newton
     on SE(2) with the step on the right, Geman-McClure weights, and a correspondence distance that shrinks
-    from ``widest`` to ``narrowest``; ``prior_information`` (3,) ties the pose to where it started.
+    from ``widest`` to ``NARROWEST``; ``prior_information`` (3,) ties the pose to where it started.
     ``hessian`` (3, 3) is left in the tangent frame of the moving group, for residuals of unit variance;
     ``quality`` (3,) as the share of points that found a partner, the weighted root mean square residual
     and the sum of weights.
@@ -258,29 +284,31 @@ def match_group(
     gradient = np.zeros(3)
     start = pose.copy()
     distance = widest
-    for _ in range(max_iterations):
+    partners = np.full((2, len(pairs), points_t.shape[1]), -1, dtype=np.int16)
+    follow = False
+    for _ in range(MAX_ITERATIONS):
         sums[:] = 0.0
         for k in range(len(pairs)):
             t, s = pairs[k, 0], pairs[k, 1]
             target_from_source = _relative(fixed_poses[k], _compose(pose, moving_poses[k]))
             source_from_target = _relative(target_from_source, np.zeros(3))
             _accumulate(
-                sums, target_from_source, moving_poses[k], True,
+                sums, partners[0, k], follow, target_from_source, moving_poses[k], True,
                 points_s[s], normals_s[s], counts_s[s],
                 points_t[t], normals_t[t], counts_t[t], tables_t[t],
-                distance, kernel_width, min_normal_dot,
+                distance, kernel_width,
             )  # fmt: skip
             _accumulate(
-                sums, source_from_target, moving_poses[k], False,
+                sums, partners[1, k], follow, source_from_target, moving_poses[k], False,
                 points_t[t], normals_t[t], counts_t[t],
                 points_s[s], normals_s[s], counts_s[s], tables_s[s],
-                distance, kernel_width, min_normal_dot,
+                distance, kernel_width,
             )  # fmt: skip
         hessian[0, 0], hessian[0, 1], hessian[0, 2] = sums[0], sums[1], sums[2]
         hessian[1, 0], hessian[1, 1], hessian[1, 2] = sums[1], sums[3], sums[4]
         hessian[2, 0], hessian[2, 1], hessian[2, 2] = sums[2], sums[4], sums[5]
         gradient[0], gradient[1], gradient[2] = sums[6], sums[7], sums[8]
-        remove_sliding(hessian, gradient, sums[9], sliding_floor)
+        remove_sliding(hessian, gradient, sums[9])
         if sums[11] < 6.0:
             break
         off = _relative(start, pose)
@@ -288,9 +316,10 @@ def match_group(
         step = -np.linalg.solve(regular, gradient + prior_information * off).astype(np.float64)
         pose[:] = _compose(pose, step)
         settled = abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4
-        if settled and distance <= narrowest:
+        if settled and distance <= NARROWEST:
             break
-        distance = max(narrowest, 0.7 * distance)
+        follow = distance <= NARROWEST
+        distance = max(NARROWEST, 0.7 * distance)
     quality[0] = sums[11] / max(sums[12], 1.0)
     quality[1] = np.sqrt(sums[10] / max(sums[9], 1e-9))
     quality[2] = sums[9]
@@ -307,11 +336,7 @@ def match_groups(
     targets: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
     sources: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
     widest: float,
-    narrowest: float,
     kernel_width: float,
-    min_normal_dot: float,
-    sliding_floor: float,
-    max_iterations: int,
     hessians: _Matrix,
     qualities: _Matrix,
 ) -> None:
@@ -320,6 +345,5 @@ def match_groups(
         a, b = starts[g], starts[g + 1]
         match_group(
             poses[g], pairs[a:b], fixed_poses[a:b], moving_poses[a:b], prior_information, targets, sources,
-            widest, narrowest, kernel_width, min_normal_dot, sliding_floor, max_iterations,
-            hessians[g], qualities[g],
+            widest, kernel_width, hessians[g], qualities[g],
         )  # fmt: skip

@@ -1,0 +1,80 @@
+"""Dead reckoning: how far the laser has moved since the last keyframe, as wheels, scans and habit tell it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from mapping.deskew import deskew, deskew_cloud
+from mapping.odometry_calibration import OdometryCalibration
+from mapping.scan_odometry import ScanOdometry
+from maps.odometry import Odometry, OdometryBuffer
+from maps.scan import Scan
+from maps.se2 import IDENTITY, Pose, between, compose
+
+_STALE_AFTER = 500_000_000
+
+
+class DeadReckoning:
+    """Follows the laser from scan to scan; none of its guesses is to be trusted alone.
+
+    Wheels slip, and some logs count backwards; scan odometry sticks along bare corridors and arcs; and a car
+    does not always go on as before. Which guess is right shows when a keyframe is matched from each.
+    """
+
+    def __init__(self) -> None:
+        self.calibration = OdometryCalibration()
+        self.scans_without_odometry = 0
+        self._odometry = OdometryBuffer()
+        self._scan_odometry = ScanOdometry()
+        self._stamp = 0
+        self._by_scans: Pose = IDENTITY
+        self._last_motion: Pose = IDENTITY
+        self._by_wheels: Pose | None = None
+        self._keyframe_stamp = 0
+        self._keyframe_by_scans: Pose = IDENTITY
+        self._keyframe_by_wheels: Pose | None = None
+        self._velocity: Pose = IDENTITY
+
+    def add_odometry(self, odometry: Odometry) -> None:
+        """Take a sample of wheel odometry."""
+        self._odometry.add(odometry)
+
+    def advance(self, scan: Scan) -> NDArray[np.float64]:
+        """Move on to the next scan; returns its end points (M, 2), corrected for motion, in its frame."""
+        points, cloud = deskew(scan, self._odometry), deskew_cloud(scan, self._odometry)
+        by_wheels = self._wheels_at(scan)
+        motion = self._last_motion
+        if by_wheels is not None and self._by_wheels is not None:
+            motion = self.calibration.correct(between(self._by_wheels, by_wheels))
+        by_scans = self._scan_odometry.register(points if cloud is None else cloud, motion)
+        self._last_motion = between(self._by_scans, by_scans)
+        self._stamp, self._by_wheels, self._by_scans = scan.stamp, by_wheels, by_scans
+        return points
+
+    def motions(self) -> Pose:
+        """(H, 3) guesses of keyframe_from_laser, the most trusted first: by the wheels, where they are
+        known; by scan odometry; and by going on with the velocity of the last keyframe."""
+        by_scans = between(self._keyframe_by_scans, self._by_scans)
+        steady = self._velocity * (self._stamp - self._keyframe_stamp)
+        step = self.wheel_step()
+        guesses = [by_scans, steady] if step is None else [self.calibration.correct(step), by_scans, steady]
+        return np.array(guesses)
+
+    def wheel_step(self) -> Pose | None:
+        """(3,) keyframe_from_laser as the wheels measured it, not corrected; None where they did not."""
+        if self._by_wheels is None or self._keyframe_by_wheels is None:
+            return None
+        return between(self._keyframe_by_wheels, self._by_wheels)
+
+    def start_keyframe(self, step: Pose) -> None:
+        """From here on the current scan is the keyframe; it lies ``step`` (3,) from the last one."""
+        self._velocity = step / max(self._stamp - self._keyframe_stamp, 1)
+        self._keyframe_stamp = self._stamp
+        self._keyframe_by_scans, self._keyframe_by_wheels = self._by_scans, self._by_wheels
+
+    def _wheels_at(self, scan: Scan) -> Pose | None:
+        """odom_from_laser (3,), None without recent odometry."""
+        latest = self._odometry.latest_stamp
+        if latest is None or scan.stamp - latest > _STALE_AFTER:
+            self.scans_without_odometry += 1
+            return None
+        return compose(self._odometry.pose_at(scan.stamp), scan.base_from_laser)
