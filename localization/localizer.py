@@ -131,7 +131,7 @@ class Localizer:
         if not self._is_settled:
             self._settle(beams)
             return
-        log_likelihood = self._log_likelihood(self._filter.map_from_base, beams)
+        log_likelihood = self._filter.explain(lambda poses: self._log_likelihood(poses, beams))
         self._filter.weigh(log_likelihood)
         self._lost_scans = self._lost_scans + 1 if self._fit(log_likelihood, beams) < _LOST_FIT else 0
 

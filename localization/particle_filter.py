@@ -7,7 +7,12 @@ from scipy.special import logsumexp
 from localization.motion_model import move
 from localization.pose_estimate import PoseEstimate, dominant_cluster, mean_and_covariance
 from localization.resampling import effective_sample_size, systematic_resample
+from localization.tempering import LogLikelihood
 from maps.se2 import Pose
+
+_ONE_STRAY_IN = 100
+_STRAY = np.array([0.3, 0.3, 0.15])
+"""Standard deviations in metres and radians."""
 
 
 class ParticleFilter:
@@ -32,6 +37,22 @@ class ParticleFilter:
     def predict(self, base_from_next_base: Pose, deviations: Pose) -> None:
         """Move all particles by an increment (3,) and noise of standard deviations (3,)."""
         self.map_from_base = move(self.map_from_base, base_from_next_base, deviations, self._rng)
+
+    def explain(self, log_likelihood: LogLikelihood) -> NDArray[np.float64]:
+        """(N,) how well each particle explains what was measured; a few first try to do so better elsewhere.
+
+        Many scans that agree make the cloud so narrow that what the map lacks can lead it astray; a stray
+        that is right draws it back.
+        """
+        explained = log_likelihood(self.map_from_base)
+        strays = self._rng.integers(len(self), size=-(-len(self) // _ONE_STRAY_IN))
+        places = self.map_from_base[strays] + _STRAY * self._rng.standard_normal((len(strays), 3))
+        proposed = log_likelihood(places)
+        is_better = proposed > explained[strays]
+        explained[strays[is_better]] = proposed[is_better]
+        self.map_from_base = self.map_from_base.copy()
+        self.map_from_base[strays[is_better]] = places[is_better]
+        return explained
 
     def weigh(self, log_likelihood: NDArray[np.float64]) -> None:
         """Take in how well each particle (N,) explains what was measured."""
