@@ -229,7 +229,7 @@ class Mapper:
         """Match all pairs of keyframes once more from where they are now, and solve the whole graph."""
         if len(self._keyframes) == 1:
             return
-        self._map_from_keyframe = self._graph.optimize_roughly(self._map_from_keyframe)
+        self._map_from_keyframe = self._graph.optimize(self._map_from_keyframe)
         self._calibrate(0)
         graph = PoseGraph()
         count = len(self._keyframes)

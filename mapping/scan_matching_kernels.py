@@ -13,7 +13,7 @@ MIN_NORMAL_DOT = 0.7
 SLIDING_FLOOR = 0.01
 MAX_ITERATIONS = 20
 
-FOLLOWED = 4
+FOLLOWED = 8
 """Points to each side of the last partner that may be the next one, once the search has narrowed."""
 
 _FloatArray = NDArray[np.float32]
@@ -111,7 +111,8 @@ def nearest_by_bearing(
         first, last = 0, count
     else:
         bearing = np.arctan2(y, x)
-        half = np.arcsin(max_distance / distance)
+        sine = max_distance / distance
+        half = 1.05 * sine if sine < 0.5 else np.arcsin(sine)
         scale = TABLE_SIZE / (2.0 * np.pi)
         low = int(np.floor((bearing - half + np.pi) * scale))
         high = int(np.floor((bearing + half + np.pi) * scale)) + 1
@@ -177,8 +178,6 @@ def _accumulate(
         x, y = c * px - s * py + tx, s * px + c * py + ty
         if partners[i] >= 0:
             j = nearest_to_last(x, y, target, target_count, partners[i], max_distance)
-        elif follow:
-            continue
         else:
             j = nearest_by_bearing(x, y, target, target_count, target_table, max_distance)
         partners[i] = j
