@@ -26,7 +26,7 @@ def scan_log_likelihood(
     x, y, yaw = grid.map_from_grid
     log_likelihood: NDArray[np.float64] = add_up_beams(
         map_from_base,
-        beams.base_from_laser[:2],
+        beams.base_from_laser[:2].copy(),  # one that is read-only would be compiled for anew
         np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / grid.resolution]),
         table.cell_index,
         table.ranges,
