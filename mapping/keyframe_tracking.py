@@ -14,6 +14,8 @@ TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
 """Keyframes back along the path. Wide spacing halves the drift compared with the next eight."""
 SAME_GUESS = (0.05, 0.03)
 CLEARLY_BETTER = 1.25
+FIT_OVERLAP = 0.1
+FIT_RESIDUAL = 0.02
 LOST_BELOW = 0.2
 SEARCHED_AMONG = 12
 SEARCH_WINDOW = Window(1.5, np.deg2rad(45.0))
@@ -69,8 +71,8 @@ def _best(matches: Matches) -> int:
     """A later guess wins only where the scans fit clearly better from it than from the first: along an arc
     or a bare corridor they fit nearly everywhere, and best where the car did not move at all."""
     best = int(np.argmax(matches.weight))
-    fits = matches.overlap[best] > LOST_BELOW and matches.weight[best] > CLEARLY_BETTER * matches.weight[0]
-    return best if fits else 0
+    fits = matches.overlap[best] > FIT_OVERLAP and matches.residual[best] < FIT_RESIDUAL
+    return best if fits and matches.weight[best] > CLEARLY_BETTER * matches.weight[0] else 0
 
 
 def _search_recent(index: int, guess: Pose, store: ScanStore, poses: Pose) -> Pose | None:

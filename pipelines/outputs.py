@@ -1,4 +1,4 @@
-"""Results appear whole or not at all: a folder's as a single file's."""
+"""Folders of results appear whole or not at all: written beside their place and moved at the end."""
 
 import os
 import shutil
@@ -8,9 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from maps.errors import UserError
-from maps.whole_files import cannot_write, write_atomically
-
-__all__ = ["output_folder", "write_atomically"]
+from maps.whole_files import cannot_write
 
 
 @contextmanager

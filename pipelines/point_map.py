@@ -7,7 +7,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.outputs import write_atomically
+from maps.whole_files import write_atomically
 
 
 def save_point_map(points: NDArray[np.float32], spacing: float, path: Path) -> None:
