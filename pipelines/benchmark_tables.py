@@ -6,6 +6,7 @@ from rich import box
 from rich.table import Table
 
 from pipelines.benchmark_false_loops import FalseLoopFigures
+from pipelines.benchmark_growth import GrowthFigures
 from pipelines.benchmark_mapping import LogFigures
 from pipelines.benchmark_published import PUBLISHED, SOURCES
 
@@ -72,6 +73,24 @@ def false_loops_table(figures: Mapping[str, FalseLoopFigures]) -> Table:
             f"{found.rotation_after_deg:.3f}",
             f"{found.rotation_ratio:.3f}",
         )
+    return table
+
+
+def growth_table(figures: GrowthFigures) -> Table:
+    """Time per scan by tenth of a long drive, and what the drive costs in the end."""
+    table = _table(
+        f"Time per scan (ms) by tenth of a drive of {1e-3 * figures.path_metres:.1f} km "
+        f"with {figures.scans} scans and {figures.keyframes} keyframes"
+    )
+    tenths = (f"{number}." for number in range(1, len(figures.milliseconds_per_scan) + 1))
+    _add_columns(table, "tenth", *tenths, "last / first", "MB per keyframe", "finish (s)")
+    table.add_row(
+        "ms",
+        *(f"{milliseconds:.2f}" for milliseconds in figures.milliseconds_per_scan),
+        f"{figures.ratio:.2f}",
+        f"{figures.megabytes_per_keyframe:.3f}",
+        f"{figures.finish_seconds:.1f}",
+    )
     return table
 
 

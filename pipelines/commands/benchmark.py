@@ -96,3 +96,46 @@ def slam(
         )
     if json is not None:
         report.write(json)
+
+
+@benchmark.command()
+def growth(
+    minutes: Annotated[
+        float, typer.Option("--minutes", min=0.1, metavar="MINUTES", help="Length of the simulated drive.")
+    ] = 120.0,
+    config: ConfigOption = None,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Map a long simulated drive through the building and tell whether a scan costs more towards its end.
+
+    Example: racecar benchmark growth --minutes 20
+    """
+    from pipelines.config_file import load_config
+
+    settings = load_config(config).mapping
+
+    from rich.console import Console
+
+    from pipelines.benchmark_growth import measure_growth
+    from pipelines.benchmark_process import in_fresh_process
+    from pipelines.benchmark_tables import growth_table
+    from pipelines.report import Report
+    from pipelines.warm_up import warm_up
+
+    announce = Console(stderr=True, quiet=quiet, highlight=False).print
+    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
+    report = Report("racecar benchmark growth")
+    report.add(
+        "inputs", {"minutes": minutes, "config": config, "seed": seed, "settings": settings.model_dump()}
+    )
+
+    announce("Compiling the kernels")
+    in_fresh_process(warm_up)
+    announce(f"Driving for {minutes:g} simulated minutes")
+    figures = measure_growth(minutes, settings, seed, quiet=quiet)
+    report.add("growth", {**asdict(figures), "ratio": figures.ratio})
+    page.print(growth_table(figures))
+    if json is not None:
+        report.write(json)
