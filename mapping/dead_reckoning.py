@@ -1,8 +1,11 @@
 """Dead reckoning: how far the laser has moved since the last keyframe, as wheels, scans and habit tell it."""
 
+from dataclasses import astuple
+
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
 from mapping.deskew import deskew, deskew_cloud
 from mapping.odometry_calibration import OdometryCalibration
 from mapping.scan_odometry import ScanOdometry
@@ -70,6 +73,48 @@ class DeadReckoning:
         self._velocity = step / max(self._stamp - self._keyframe_stamp, 1)
         self._keyframe_stamp = self._stamp
         self._keyframe_by_scans, self._keyframe_by_wheels = self._by_scans, self._by_wheels
+
+    def restart_scan_odometry(self) -> None:
+        """Forget of scan odometry what `to_arrays` does not tell."""
+        self._scan_odometry = ScanOdometry.from_arrays(self._scan_odometry.to_arrays())
+
+    def to_arrays(self) -> Arrays:
+        """All there is to know; right after a restart of scan odometry another goes on from it exactly."""
+        stamps, poses = self._odometry.samples
+        return {
+            "calibration": np.array(astuple(self.calibration)),
+            "scans_without_odometry": np.array(self.scans_without_odometry),
+            "odometry_stamps": stamps,
+            "odometry_poses": poses,
+            "stamp": np.array(self._stamp),
+            "by_scans": self._by_scans,
+            "last_motion": self._last_motion,
+            "by_wheels": pose_or_nan(self._by_wheels),
+            "keyframe_stamp": np.array(self._keyframe_stamp),
+            "keyframe_by_scans": self._keyframe_by_scans,
+            "keyframe_by_wheels": pose_or_nan(self._keyframe_by_wheels),
+            "velocity": self._velocity,
+            **named("scan_odometry", self._scan_odometry.to_arrays()),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays) -> "DeadReckoning":
+        """Dead reckoning that goes on from where another was."""
+        reckoning = cls()
+        reckoning.calibration = OdometryCalibration(*arrays["calibration"].tolist())
+        reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
+        for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
+            reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
+        reckoning._stamp = int(arrays["stamp"])
+        reckoning._by_scans = arrays["by_scans"].astype(np.float64)
+        reckoning._last_motion = arrays["last_motion"].astype(np.float64)
+        reckoning._by_wheels = pose_or_none(arrays["by_wheels"])
+        reckoning._keyframe_stamp = int(arrays["keyframe_stamp"])
+        reckoning._keyframe_by_scans = arrays["keyframe_by_scans"].astype(np.float64)
+        reckoning._keyframe_by_wheels = pose_or_none(arrays["keyframe_by_wheels"])
+        reckoning._velocity = arrays["velocity"].astype(np.float64)
+        reckoning._scan_odometry = ScanOdometry.from_arrays(part_of("scan_odometry", arrays))
+        return reckoning
 
     def _wheels_at(self, scan: Scan) -> Pose | None:
         """odom_from_laser (3,), None without recent odometry."""

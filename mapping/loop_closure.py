@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
+from mapping.arrays import Arrays
 from mapping.constraint import Constraint
 from mapping.correlative_search import LikelihoodPyramid, Window, search
 from mapping.keyframe_tracking import match_information
@@ -31,6 +32,9 @@ CANDIDATES = 4
 CANDIDATE_SPACING = 3.0
 MIN_SCORE = 0.5
 RIVAL_SHARE = 0.85
+LIKELY_SHARE = 0.25
+"""Of the reach: so far off a place usually is, and a place found farther off must fit far better."""
+NEAR_SHARE = 0.65
 MIN_AGREEMENT = 0.85
 MIN_COVERAGE = 0.4
 MAX_RESIDUAL = 0.04
@@ -88,6 +92,46 @@ class LoopCloser:
         self.submaps.append(submap)
         return submap
 
+    def forget_pyramids(self) -> None:
+        """Forget what `to_arrays` does not tell; it is made anew when needed."""
+        self._pyramids.clear()
+
+    def to_arrays(self) -> Arrays:
+        """All there is to know; right after `forget_pyramids` another goes on from it exactly."""
+        found = self.hypotheses
+        ends = [[self.submaps.index(h.fixed), self.submaps.index(h.moving)] for h in found]
+        return {
+            "submaps": np.array([[s.first, s.middle, s.last] for s in self.submaps], np.int32).reshape(-1, 3),
+            "path": np.array(self.path),
+            "edges": np.array(self._edges).reshape(-1, 3),
+            "hypothesis_submaps": np.array(ends, dtype=np.int32).reshape(-1, 2),
+            "hypothesis_poses": np.array([h.fixed_from_moving for h in found]).reshape(-1, 3),
+            "hypothesis_information": np.array([h.information for h in found]).reshape(-1, 3, 3),
+            "hypothesis_reaches": np.array([h.reach for h in found]),
+            "hypothesis_accepted": np.array([h.accepted for h in found], dtype=np.bool_),
+            "log_names": np.array(list(self.log), dtype=np.str_),
+            "log_counts": np.array(list(self.log.values()), dtype=np.int64),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays, store: ScanStore, *, verify: bool) -> "LoopCloser":
+        """Loop closure over the keyframes of ``store`` that goes on from where another was."""
+        closer = cls(store, verify, [Submap(*row) for row in arrays["submaps"].tolist()])
+        closer.path = arrays["path"].tolist()
+        closer.log = dict(zip(arrays["log_names"].tolist(), arrays["log_counts"].tolist(), strict=True))
+        closer._edges = [(int(a), int(b), length) for a, b, length in arrays["edges"].tolist()]
+        for ends, pose, information, reach, accepted in zip(
+            arrays["hypothesis_submaps"].tolist(),
+            arrays["hypothesis_poses"].astype(np.float64),
+            arrays["hypothesis_information"].astype(np.float64),
+            arrays["hypothesis_reaches"].tolist(),
+            arrays["hypothesis_accepted"].tolist(),
+            strict=True,
+        ):
+            fixed, moving = (closer.submaps[k] for k in ends)
+            closer.hypotheses.append(Hypothesis(fixed, moving, pose, information, reach, accepted))
+        return closer
+
     def close(self, poses: Pose) -> list[Constraint]:
         """Seek the newest submap among the earlier ones; returns the loop closures that this settles."""
         query = len(self.submaps) - 1
@@ -144,11 +188,17 @@ class LoopCloser:
         points = points[:: max(1, len(points) // MOVING_POINTS)]
         guess = between(poses[fixed.middle], poses[moving.middle])
         self._count("searched")
-        fit = search(self._pyramid(index, poses), points, guess, Window(reach, turn), MIN_SCORE, RIVAL_SHARE)
+        pyramid = self._pyramid(index, poses)
+        fit = search(pyramid, points, guess, Window(reach, turn), MIN_SCORE, RIVAL_SHARE)
         if fit is None:
             return None
         self._count("scored")
-        if fit.rival > 0.0:
+        likely = BASE_REACH + LIKELY_SHARE * (reach - BASE_REACH)
+        is_far = np.hypot(*(fit.pose[:2] - guess[:2])) > likely
+        near = Window(likely, turn)
+        if fit.rival > 0.0 or (
+            is_far and search(pyramid, points, guess, near, NEAR_SHARE * fit.score, 1.0) is not None
+        ):
             self._count("ambiguous")
             return None
         return self._refine(fixed, moving, poses, fit.pose, reach)

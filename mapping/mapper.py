@@ -8,16 +8,19 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
 from mapping.config import MappingConfig
 from mapping.constraint import Constraint
 from mapping.dead_reckoning import DeadReckoning
+from mapping.drive import Drive
 from mapping.keyframe_tracking import TIED_TO, constrain, place
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
 from mapping.pose_graph import PoseGraph
-from mapping.refinement import guess_scans, refine_scans
+from mapping.refinement import refine_scans
 from mapping.rendering import Rays, points_of, rays_of, render
 from mapping.scan_store import ScanStore, prepare_scan
+from mapping.session import Session
 from maps.errors import UserError
 from maps.occupancy_grid import OccupancyGrid
 from maps.odometry import Odometry
@@ -31,6 +34,8 @@ _WINDOW_EVERY = 5
 _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
 _WORTH_OPTIMIZING = (0.15, 0.03)
+_CAN_BE_SAVED_EVERY = 100
+"""Keyframes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,16 +68,48 @@ class Mapper:
         self._keyframes = ScanStore()
         self._loops = LoopCloser(self._keyframes, verify=config.verify_loops)
         self._base_from_laser: Pose = IDENTITY
-        self._stamps: list[int] = []
-        self._clouds: list[NDArray[np.float32]] = []
-        self._after_keyframe: list[int] = []
-        self._guesses: list[Pose] = []
+        self._drive = Drive()
         self._map_from_keyframe: Pose = np.zeros((0, 3))
-        self._keyframe_scans: list[int] = []
         self._rays: list[Rays] = []
-        self._keyframe_from_next: list[Pose] = []
         self._wheel_steps: list[Pose | None] = []
         self._seconds: dict[str, float] = {}
+        self._can_be_saved = False
+
+    @property
+    def can_be_saved(self) -> bool:
+        """Does `to_arrays` tell all there is to know? It does after every hundredth keyframe, where what cannot
+        be told is forgotten, whether anybody saves the rest or not."""
+        return self._can_be_saved
+
+    def to_arrays(self) -> Arrays:
+        """Everything so far; while `can_be_saved`, another mapper goes on from it to the same bits."""
+        return {
+            **self._session().to_arrays(),
+            **named("drive", self._drive.to_arrays()),
+            **named("reckoning", self._reckoning.to_arrays()),
+            "wheel_steps": np.array([pose_or_nan(step) for step in self._wheel_steps]).reshape(-1, 3),
+            "base_from_laser": self._base_from_laser,
+            "stages": np.array(list(self._seconds), dtype=np.str_),
+            "seconds": np.array(list(self._seconds.values())),
+        }
+
+    @classmethod
+    def from_arrays(cls, config: MappingConfig, arrays: Arrays) -> "Mapper":
+        """A mapper of the same settings that goes on from where another was. Raises KeyError when an array
+        is missing."""
+        mapper = cls(config)
+        session = Session.from_arrays(arrays, verify=config.verify_loops)
+        mapper._keyframes, mapper._rays, mapper._loops = session.keyframes, session.rays, session.loops
+        mapper._map_from_keyframe = session.map_from_keyframe
+        for constraint in session.constraints:
+            mapper._graph.add(constraint)
+        mapper._drive = Drive.from_arrays(part_of("drive", arrays))
+        mapper._reckoning = DeadReckoning.from_arrays(part_of("reckoning", arrays))
+        mapper._wheel_steps = [pose_or_none(step) for step in arrays["wheel_steps"]]
+        mapper._base_from_laser = arrays["base_from_laser"].astype(np.float64)
+        mapper._seconds = dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True))
+        mapper._can_be_saved = True
+        return mapper
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample of wheel odometry."""
@@ -83,21 +120,19 @@ class Mapper:
         with self._timed("scan odometry"):
             points = self._reckoning.advance(scan)
         guesses = self._reckoning.motions()
-        if not self._stamps:
+        self._can_be_saved = False
+        if len(self._drive) == 0:
             self._base_from_laser = scan.base_from_laser
-        if not self._stamps or self._is_far(guesses):
+        if len(self._drive) == 0 or self._is_far(guesses):
             self._add_keyframe(scan, points, guesses)
             guesses = np.zeros((1, 3))
-        self._stamps.append(scan.stamp)
-        self._clouds.append(points.astype(np.float32))
-        self._after_keyframe.append(len(self._keyframe_scans) - 1)
-        self._guesses.append(guesses)
+        self._drive.add(scan.stamp, points, guesses)
         map_from_laser = compose(self._map_from_keyframe[-1], guesses[0])
         return compose(map_from_laser, inverse(self._base_from_laser))
 
     def finish(self, progress: Callable[[float], None] | None = None) -> MappingResult:
         """Settle the keyframes, refine every scan and render the grid. Raises UserError without any scan."""
-        if not self._stamps:
+        if len(self._drive) == 0:
             raise UserError(
                 "There was no usable scan, so there is no map; `racecar check` tells what a bag holds."
             )
@@ -105,30 +140,27 @@ class Mapper:
         with self._timed("optimization"):
             self._settle()
         report(0.3)
-        after_keyframe = np.array(self._after_keyframe)
-        map_from_laser = guess_scans(
-            np.array([guesses[0] for guesses in self._guesses]),
-            after_keyframe,
-            np.array(self._keyframe_from_next).reshape(-1, 3),
-            np.array(self._keyframe_scans),
-            self._map_from_keyframe,
-        )
+        map_from_laser = self._drive.guess(self._map_from_keyframe)
         if self._config.refine:
             with self._timed("refinement"):
                 map_from_laser = refine_scans(
-                    self._clouds, after_keyframe, map_from_laser, self._keyframes, self._map_from_keyframe
+                    self._drive.clouds,
+                    self._drive.after_keyframe,
+                    map_from_laser,
+                    self._keyframes,
+                    self._map_from_keyframe,
                 )
-            map_from_laser[self._keyframe_scans] = self._map_from_keyframe
+            map_from_laser[self._drive.keyframe_scans] = self._map_from_keyframe
         report(0.8)
         with self._timed("rendering"):
             grid = render(self._rays, self._map_from_keyframe, self._config.resolution)
         report(1.0)
         map_from_base = compose(map_from_laser, inverse(self._base_from_laser))
         return MappingResult(
-            trajectory=Trajectory(np.array(self._stamps, dtype=np.int64), map_from_base),
+            trajectory=Trajectory(np.array(self._drive.stamps, dtype=np.int64), map_from_base),
             grid=grid,
             points=points_of(self._rays, self._map_from_keyframe),
-            keyframe_indices=np.array(self._keyframe_scans, dtype=np.int64),
+            keyframe_indices=np.array(self._drive.keyframe_scans, dtype=np.int64),
             constraints=[self._between_bases(constraint) for constraint in self._graph.constraints],
             seconds=dict(self._seconds),
             counts=self._counts(),
@@ -145,13 +177,13 @@ class Mapper:
 
     def _add_keyframe(self, scan: Scan, points: NDArray[np.float64], guesses: Pose) -> None:
         index = self._keyframes.add(prepare_scan(points))
-        step = IDENTITY
+        step, chosen = IDENTITY, 0
         if index == 0:
             self._map_from_keyframe = self._base_from_laser[None].copy()
         else:
-            step = self._place(index, guesses)
+            step, chosen = self._place(index, guesses)
             self._tie(index)
-        self._keyframe_scans.append(len(self._stamps))
+        self._drive.start_keyframe(guesses, chosen)
         self._rays.append(rays_of(scan, points))
         self._reckoning.start_keyframe(step)
         if index % _CALIBRATE_EVERY == 0:
@@ -164,9 +196,27 @@ class Mapper:
                 )
         if self._config.close_loops:
             self._close_loops()
+        if index > 0 and index % _CAN_BE_SAVED_EVERY == 0:
+            self._forget_what_cannot_be_saved()
 
-    def _place(self, index: int, guesses: Pose) -> Pose:
-        """Place a new keyframe in the map; returns its pose (3,) seen from the one before."""
+    def _forget_what_cannot_be_saved(self) -> None:
+        self._reckoning.restart_scan_odometry()
+        self._loops.forget_pyramids()
+        self._can_be_saved = True
+
+    def _session(self) -> Session:
+        return Session(
+            self._keyframes,
+            self._rays,
+            np.tile(inverse(self._base_from_laser), (len(self._keyframes), 1)),
+            self._map_from_keyframe,
+            self._graph.constraints,
+            self._loops,
+        )
+
+    def _place(self, index: int, guesses: Pose) -> tuple[Pose, int]:
+        """Place a new keyframe in the map; returns its pose (3,) seen from the one before, and which guess
+        led there."""
         last = self._map_from_keyframe[-1]
         worth = np.diag(self._reckoning.calibration.information(IDENTITY))
         with self._timed("scan matching"):
@@ -174,10 +224,7 @@ class Mapper:
                 index, compose(last, guesses), worth, self._keyframes, self._map_from_keyframe
             )
         self._map_from_keyframe = np.concatenate([self._map_from_keyframe, placed[None]])
-        self._keyframe_from_next.append(guesses[chosen])
-        for k in range(self._keyframe_scans[-1], len(self._guesses)):
-            self._guesses[k] = self._guesses[k][min(chosen, len(self._guesses[k]) - 1)][None]
-        return between(last, placed)
+        return between(last, placed), chosen
 
     def _tie(self, index: int) -> None:
         """Connect a new keyframe to those before."""
@@ -258,7 +305,7 @@ class Mapper:
     def _counts(self) -> dict[str, int]:
         kinds = [constraint.kind for constraint in self._graph.constraints]
         return {
-            "scans": len(self._stamps),
+            "scans": len(self._drive),
             "keyframes": len(self._keyframes),
             "scan_matching_constraints": kinds.count("scan_matching"),
             "odometry_constraints": kinds.count("odometry"),
@@ -269,7 +316,7 @@ class Mapper:
 
     def _warnings(self) -> list[str]:
         warnings = []
-        if self._reckoning.scans_without_odometry == len(self._stamps):
+        if self._reckoning.scans_without_odometry == len(self._drive):
             warnings.append(
                 "There was no wheel odometry: lengths of bare corridors are not to be trusted, "
                 "and fast turns may have been lost."

@@ -5,6 +5,8 @@ through its pipeline class, so that wheel odometry can be the initial guess and 
 only at keyframes: a car that stands still then does not smear it.
 """
 
+from collections import deque
+
 import numpy as np
 from kiss_icp.config import KISSConfig
 from kiss_icp.mapping import VoxelHashMap, get_voxel_hash_map
@@ -13,6 +15,7 @@ from kiss_icp.threshold import AdaptiveThreshold, get_threshold_estimator
 from kiss_icp.voxelization import voxel_down_sample
 from numpy.typing import NDArray
 
+from mapping.arrays import Arrays, pack, unpack
 from mapping.upright import upright_points
 from maps.se2 import IDENTITY, Pose, compose
 
@@ -20,6 +23,9 @@ _VOXEL_SIZE = 0.25
 _LOCAL_MAP_RADIUS = 100.0
 _UPDATE_DISTANCE = 0.2
 _UPDATE_ANGLE = 0.1
+_INITIAL_THRESHOLD = 0.5
+_REMEMBERED = 60
+"""Updates of the local map that outlast a restart: the last twelve metres of path, or more."""
 
 
 class ScanOdometry:
@@ -29,11 +35,12 @@ class ScanOdometry:
     is told is its motion in its own level plane, which that drift does not touch.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, threshold: float = _INITIAL_THRESHOLD) -> None:
+        """``threshold`` in metres: how far a prediction is off, to begin with."""
         config = KISSConfig()
         config.data.max_range = _LOCAL_MAP_RADIUS
         config.mapping.voxel_size = _VOXEL_SIZE
-        config.adaptive_threshold.initial_threshold = 0.5
+        config.adaptive_threshold.initial_threshold = threshold
         config.adaptive_threshold.min_motion_th = 0.01
         config.registration.max_num_threads = 1
         self._threshold: AdaptiveThreshold = get_threshold_estimator(config)
@@ -41,7 +48,31 @@ class ScanOdometry:
         self._local_map: VoxelHashMap = get_voxel_hash_map(config)
         self._local_from_sensor: NDArray[np.float64] = np.eye(4)
         self._local_from_updated: NDArray[np.float64] | None = None
+        self._updates: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque(maxlen=_REMEMBERED)
         self._pose: Pose = IDENTITY
+
+    def to_arrays(self) -> Arrays:
+        """What is needed to go on: not all of the local map, which cannot be had, but its latest updates."""
+        points, lengths = pack([cloud for cloud, _ in self._updates], np.zeros((0, 3)))
+        return {
+            "pose": self._pose,
+            "local_from_sensor": self._local_from_sensor,
+            "threshold": np.array(self._threshold.get_threshold()),
+            "updates": np.array([pose for _, pose in self._updates]).reshape(-1, 4, 4),
+            "update_points": points,
+            "update_lengths": lengths,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays) -> "ScanOdometry":
+        """Scan odometry that goes on from where another was."""
+        odometry = cls(float(arrays["threshold"]))
+        odometry._pose = arrays["pose"].astype(np.float64)
+        clouds = unpack(arrays["update_points"].astype(np.float64), arrays["update_lengths"])
+        for cloud, local_from_sensor in zip(clouds, arrays["updates"].astype(np.float64), strict=True):
+            odometry._update(cloud, local_from_sensor)
+        odometry._local_from_sensor = arrays["local_from_sensor"].astype(np.float64)
+        return odometry
 
     def register(self, points: NDArray[np.float64], last_from_now: Pose) -> Pose:
         """Pose (3,) of the sensor in the odometry frame.
@@ -67,9 +98,13 @@ class ScanOdometry:
         )
         self._threshold.update_model_deviation(np.linalg.inv(guess) @ aligned)
         if self._local_from_updated is None or _is_far(_motion(self._local_from_updated, aligned)):
-            self._local_map.update(cloud, aligned)
-            self._local_from_updated = aligned
+            self._update(cloud, aligned)
         return aligned
+
+    def _update(self, cloud: NDArray[np.float64], local_from_sensor: NDArray[np.float64]) -> None:
+        self._local_map.update(cloud, local_from_sensor)
+        self._local_from_updated = local_from_sensor
+        self._updates.append((cloud, local_from_sensor))
 
 
 def _at_height_zero(points: NDArray[np.float64]) -> NDArray[np.float64]:

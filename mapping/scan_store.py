@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.arrays import Arrays, unpack
 from mapping.scan_matching_kernels import TABLE_SIZE, estimate_normals, fill_bearing_table
 
 MAX_POINTS = 361
@@ -91,6 +92,30 @@ class ScanStore:
         fill_bearing_table(scan.points, self._tables[index])
         self._size += 1
         return index
+
+    def extend(self, other: "ScanStore") -> None:
+        """Append all scans of another store."""
+        for points, normals, count in zip(other.points, other.normals, other.counts, strict=True):
+            self.add(PreparedScan(points[:count], normals[:count]))
+
+    def to_arrays(self) -> Arrays:
+        """Points and normals of all scans, one after the other, and how many each has."""
+        is_meant = np.arange(MAX_POINTS) < self.counts[:, None]
+        return {
+            "points": self.points[is_meant],
+            "normals": self.normals[is_meant],
+            "counts": self.counts.astype(np.int16),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays) -> "ScanStore":
+        """The store that was written so."""
+        store = cls(max(len(arrays["counts"]), 64))
+        points = unpack(arrays["points"].astype(np.float32), arrays["counts"])
+        normals = unpack(arrays["normals"].astype(np.float32), arrays["counts"])
+        for scan in zip(points, normals, strict=True):
+            store.add(PreparedScan(*scan))
+        return store
 
     def _grow(self) -> None:
         for name in ("_points", "_normals", "_counts", "_tables"):

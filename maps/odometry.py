@@ -4,7 +4,7 @@ from collections import deque
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from maps.se2 import Pose, interpolate
 
@@ -34,6 +34,12 @@ class OdometryBuffer:
     def latest_stamp(self) -> int | None:
         """Nanoseconds, None while empty."""
         return self._samples[-1][0] if self._samples else None
+
+    @property
+    def samples(self) -> tuple[NDArray[np.int64], Pose]:
+        """Stamps (N,) in nanoseconds and ``odom_from_base`` (N, 3), as far back as they are kept."""
+        stamps = np.array([stamp for stamp, _ in self._samples], dtype=np.int64)
+        return stamps, np.array([pose for _, pose in self._samples]).reshape(-1, 3)
 
     def add(self, odometry: Odometry) -> bool:
         """Take a sample; False when it is not newer than the last and was left out."""

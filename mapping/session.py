@@ -1,0 +1,82 @@
+"""A session: what a later drive needs of earlier ones to carry on their map.
+
+As arrays it has these names; K keyframes, S submaps, C constraints:
+
+=========================  ==================  =============================================================
+name                       shape, type         meaning
+=========================  ==================  =============================================================
+keyframe_from_base         (K, 3) float64      inverse of the laser's place on the car: metres, radians
+map_from_keyframe          (K, 3) float64      poses of the laser in the map: metres, radians
+scans.counts               (K,) int16          points of each keyframe
+scans.points               (sum, 2) float32    metres in the laser frame, ascending in bearing
+scans.normals              (sum, 2) float32    unit vectors towards the laser; (0, 0) where there is none
+rays.lengths               (K,) int64          rays of each keyframe
+rays.returns               (K,) int64          how many of them met something; these come first
+rays.ends                  (sum, 2) float32    metres in the laser frame
+constraints.keyframes      (C, 2) int32        from, to
+constraints.poses          (C, 3) float64      the second keyframe seen from the first: metres, radians
+constraints.information    (C, 3, 3) float64   in the tangent frame of the second keyframe
+constraints.kinds          (C,) int8           0 odometry, 1 scan matching, 2 loop closure
+loops.submaps              (S, 3) int32        first, middle and last keyframe
+loops.path                 (K,) float64        metres driven
+loops.edges                (E, 3) float64      submap, submap, metres from one to the other
+loops.hypothesis_submaps   (H, 2) int32        fixed, moving
+loops.hypothesis_...                           pose (3,), information (3, 3), reach in metres, accepted
+loops.log_...              (L,)                names and counts of what loop closure did
+=========================  ==================  =============================================================
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from mapping import constraint
+from mapping.arrays import Arrays, named, pack, part_of, unpack
+from mapping.constraint import Constraint
+from mapping.loop_closure import LoopCloser
+from mapping.rendering import Rays
+from mapping.scan_store import ScanStore
+from maps.se2 import Pose
+
+
+@dataclass(eq=False)
+class Session:
+    """Keyframes, what ties them together, and where they pass the same place."""
+
+    keyframes: ScanStore
+    rays: list[Rays]
+    """(K) of the keyframes."""
+    keyframe_from_base: Pose
+    """(K, 3) a keyframe's frame is that of the laser."""
+    map_from_keyframe: Pose
+    """(K, 3)"""
+    constraints: list[Constraint]
+    loops: LoopCloser
+
+    def to_arrays(self) -> Arrays:
+        """The arrays that the module's documentation names."""
+        ends, lengths = pack([rays.ends for rays in self.rays], np.zeros((0, 2), dtype=np.float32))
+        returns = np.array([rays.returns for rays in self.rays], dtype=np.int64)
+        return {
+            "keyframe_from_base": self.keyframe_from_base,
+            "map_from_keyframe": self.map_from_keyframe,
+            **named("scans", self.keyframes.to_arrays()),
+            **named("rays", {"ends": ends, "lengths": lengths, "returns": returns}),
+            **named("constraints", constraint.to_arrays(self.constraints)),
+            **named("loops", self.loops.to_arrays()),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays, *, verify: bool) -> "Session":
+        """The session that was written so. Raises KeyError when an array is missing."""
+        keyframes = ScanStore.from_arrays(part_of("scans", arrays))
+        ends = unpack(arrays["rays.ends"].astype(np.float32), arrays["rays.lengths"])
+        returns = arrays["rays.returns"].tolist()
+        return cls(
+            keyframes,
+            [Rays(*rays) for rays in zip(ends, returns, strict=True)],
+            arrays["keyframe_from_base"].astype(np.float64),
+            arrays["map_from_keyframe"].astype(np.float64),
+            constraint.from_arrays(part_of("constraints", arrays)),
+            LoopCloser.from_arrays(part_of("loops", arrays), keyframes, verify=verify),
+        )
