@@ -4,6 +4,7 @@ Each submap is sought among the earlier ones that lie, for all that is known, wi
 is a hypothesis, kept open until its neighbours along the path tell the same story.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -132,30 +133,52 @@ class LoopCloser:
             closer.hypotheses.append(Hypothesis(fixed, moving, pose, information, reach, accepted))
         return closer
 
+    def followed_by(self, later: "LoopCloser", store: ScanStore) -> "LoopCloser":
+        """Both over ``store``, which holds the keyframes of the later one after those of this one. Nothing
+        connects them yet, and neither brings its hypotheses."""
+        keyframes, submaps = len(self.path), len(self.submaps)
+        moved = [Submap(*(keyframes + k for k in (s.first, s.middle, s.last))) for s in later.submaps]
+        both = LoopCloser(store, later.verify, [*self.submaps, *moved])
+        driven = self.path[-1] if self.path else 0.0
+        both.path = [*self.path, *(driven + metres for metres in later.path)]
+        both._edges = [*self._edges, *((submaps + a, submaps + b, d) for a, b, d in later._edges)]
+        return both
+
     def close(self, poses: Pose) -> list[Constraint]:
         """Seek the newest submap among the earlier ones; returns the loop closures that this settles."""
-        query = len(self.submaps) - 1
-        for index, reach, turn in self._candidates(query, poses):
+        newest = len(self.submaps) - 1
+        return self.seek(newest, newest, poses)
+
+    def seek(self, query: int, among: int, poses: Pose) -> list[Constraint]:
+        """Seek a submap among the first so many; returns the loop closures that this settles."""
+        for index, reach, turn in self._candidates(query, among, poses):
             hypothesis = self._try(self.submaps[index], index, self.submaps[query], poses, reach, turn)
             if hypothesis is not None:
                 self.hypotheses.append(hypothesis)
+        return self.accept(self._settled(query, poses))
+
+    def accept(self, hypotheses: Sequence[Hypothesis]) -> list[Constraint]:
+        """Hold hypotheses for true; returns them as constraints."""
+        for h in hypotheses:
+            h.accepted = True
+            self._edges.append((self.submaps.index(h.fixed), self.submaps.index(h.moving), 0.1))
         return [
             Constraint(h.fixed.middle, h.moving.middle, h.fixed_from_moving, h.information, "loop_closure")
-            for h in self._settle(poses)
+            for h in hypotheses
         ]
 
     def _count(self, what: str) -> None:
         self.log[what] = self.log.get(what, 0) + 1
 
-    def _candidates(self, query: int, poses: Pose) -> list[tuple[int, float, float]]:
-        if query == 0:
+    def _candidates(self, query: int, among: int, poses: Pose) -> list[tuple[int, float, float]]:
+        if among == 0:
             return []
-        n = query + 1
+        n = len(self.submaps)
         edges = np.array(self._edges)
         graph = csr_array((edges[:, 2], (edges[:, 0].astype(int), edges[:, 1].astype(int))), shape=(n, n))
-        distances = dijkstra(graph, directed=False, indices=np.array([query]))[0, :-1]
+        distances = dijkstra(graph, directed=False, indices=np.array([query]))[0, :among]
         middles = np.array([submap.middle for submap in self.submaps])
-        apart = np.hypot(*(poses[middles[:-1], :2] - poses[middles[-1], :2]).T)
+        apart = np.hypot(*(poses[middles[:among], :2] - poses[middles[query], :2]).T)
         reach = np.minimum(BASE_REACH + DRIFT_PER_METRE * distances, MAX_REACH)
         turn = np.minimum(BASE_TURN + TURN_PER_METRE * distances, MAX_TURN)
         chosen: list[tuple[int, float, float]] = []
@@ -201,11 +224,13 @@ class LoopCloser:
         ):
             self._count("ambiguous")
             return None
-        return self._refine(fixed, moving, poses, fit.pose, reach)
+        return self.verified(fixed, moving, poses, fit.pose, reach)
 
-    def _refine(
+    def verified(
         self, fixed: Submap, moving: Submap, poses: Pose, guess: Pose, reach: float
     ) -> Hypothesis | None:
+        """The hypothesis that a match from ``guess`` (3,) ends in; None when what scans look through refutes
+        it."""
         fixed_poses, moving_poses = fixed.poses(poses), moving.poses(poses)
         a, b = nearest_pairs(fixed_poses, compose(guess, moving_poses), MAX_PAIRS)
         pairs = np.column_stack([fixed.keyframes[a], moving.keyframes[b]])
@@ -224,22 +249,20 @@ class LoopCloser:
         information = match_information(20.0 * result.hessians[0] / len(pairs), float(result.residual[0]))
         return Hypothesis(fixed, moving, pose, information, reach)
 
-    def _settle(self, poses: Pose) -> list[Hypothesis]:
-        recent = [h for h in self.hypotheses if self.path[-1] - self.path[h.moving.middle] < 60.0]
+    def _settled(self, query: int, poses: Pose) -> list[Hypothesis]:
+        now = self.path[self.submaps[query].last]
+        recent = [h for h in self.hypotheses if abs(now - self.path[h.moving.middle]) < 60.0]
         settled = []
         for h in recent:
             if h.accepted:
                 continue
-            witnesses = {g.moving.middle for g in recent if g is not h and self._agree(g, h, poses)}
+            witnesses = {g.moving.middle for g in recent if g is not h and self.agree(g, h, poses)}
             if not self.verify or len(witnesses) >= max(1.0, h.reach / METRES_PER_WITNESS):
                 settled.append(h)
-        for h in settled:
-            h.accepted = True
-            a, b = self.submaps.index(h.fixed), self.submaps.index(h.moving)
-            self._edges.append((a, b, 0.1))
         return settled
 
-    def _agree(self, g: Hypothesis, h: Hypothesis, poses: Pose) -> bool:
+    def agree(self, g: Hypothesis, h: Hypothesis, poses: Pose) -> bool:
+        """Do two hypotheses of submaps not far apart along the path tell the same story?"""
         apart = abs(self.path[g.moving.middle] - self.path[h.moving.middle])
         if apart > AGREE_WITHIN or apart < 1.0:
             return False
