@@ -34,10 +34,11 @@ class GrowthFigures:
     scans: int
     keyframes: int
     milliseconds_per_scan: list[float]
-    """Mean time of one scan in each tenth of the drive."""
+    """Mean processor time of one scan in each tenth of the drive; other work on the machine does not show."""
     megabytes_per_keyframe: float
     """By how much the resident memory rose while scans came in; not a number where there is no /proc."""
     finish_seconds: float
+    """Wall time."""
 
     @property
     def ratio(self) -> float:
@@ -75,7 +76,7 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
 def _feed(
     mapper: Mapper, simulation: Simulation, advance_to: Callable[[float], None]
 ) -> tuple[NDArray[np.float64], float]:
-    """Seconds (N,) that each scan took, and by how many megabytes the memory grew."""
+    """Seconds (N,) of processor time that each scan took, and by how many megabytes the memory grew."""
     seconds: list[float] = []
     seen, before = 0, 0.0
     for message in simulation.messages():
@@ -85,9 +86,9 @@ def _feed(
         seen += 1
         if seen % _TAKEN:
             continue
-        started = time.perf_counter()
+        started = time.process_time()
         mapper.add_scan(message)
-        seconds.append(time.perf_counter() - started)
+        seconds.append(time.process_time() - started)
         if len(seconds) == 1:
             before = _memory_mb()  # with the kernels loaded and the drive in memory
         advance_to(seen)

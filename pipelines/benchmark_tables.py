@@ -77,9 +77,9 @@ def false_loops_table(figures: Mapping[str, FalseLoopFigures]) -> Table:
 
 
 def growth_table(figures: GrowthFigures) -> Table:
-    """Time per scan by tenth of a long drive, and what the drive costs in the end."""
+    """Processor time per scan by tenth of a long drive, and what the drive costs in the end."""
     table = _table(
-        f"Time per scan (ms) by tenth of a drive of {1e-3 * figures.path_metres:.1f} km "
+        f"Processor time per scan (ms) by tenth of a drive of {1e-3 * figures.path_metres:.1f} km "
         f"with {figures.scans} scans and {figures.keyframes} keyframes"
     )
     tenths = (f"{number}." for number in range(1, len(figures.milliseconds_per_scan) + 1))

@@ -18,7 +18,7 @@ def test_the_figures_of_a_short_drive(
     monkeypatch.setattr("pipelines.warm_up.warm_up", dict)  # its kernels are compiled by other tests
     path = tmp_path / "figures.json"
     assert run(["benchmark", "growth", "--minutes", "0.1", "--json", str(path)]) == 0
-    assert "Time per scan" in capsys.readouterr().out
+    assert "Processor time per scan" in capsys.readouterr().out
     growth = json.loads(path.read_text())["growth"]
     assert growth["scans"] == 60  # 6 s at 10 a second
     assert 5 < growth["path_metres"] < 12
