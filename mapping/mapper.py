@@ -13,10 +13,11 @@ from mapping.config import MappingConfig
 from mapping.constraint import Constraint
 from mapping.dead_reckoning import DeadReckoning
 from mapping.drive import Drive
+from mapping.joining import join
 from mapping.keyframe_tracking import TIED_TO, constrain, place
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
-from mapping.pose_graph import PoseGraph
+from mapping.pose_graph import PoseGraph, is_strained
 from mapping.refinement import refine_scans
 from mapping.rendering import Rays, points_of, rays_of, render
 from mapping.scan_store import ScanStore, prepare_scan
@@ -33,7 +34,6 @@ _WINDOW_HELD = 20
 _WINDOW_EVERY = 5
 _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
-_WORTH_OPTIMIZING = (0.15, 0.03)
 _CAN_BE_SAVED_EVERY = 100
 """Keyframes."""
 
@@ -47,10 +47,14 @@ class MappingResult:
     grid: OccupancyGrid
     points: NDArray[np.float32]
     """(N, 2) metres in the map: the returns of all keyframes."""
+    map_from_keyframe: Pose
+    """(K, 3) of the base at every keyframe, those of earlier drives first."""
     keyframe_indices: NDArray[np.int64]
-    """(K,) scans that are keyframes."""
+    """(L,) scans that are keyframes: the last L of all keyframes."""
     constraints: list[Constraint]
     """Between the bases of keyframes."""
+    session: Session
+    """What a later drive needs to carry on the map."""
     seconds: dict[str, float]
     """Wall time by stage."""
     counts: dict[str, int]
@@ -77,8 +81,8 @@ class Mapper:
 
     @property
     def can_be_saved(self) -> bool:
-        """Does `to_arrays` tell all there is to know? It does after every hundredth keyframe, where what cannot
-        be told is forgotten, whether anybody saves the rest or not."""
+        """Does `to_arrays` tell all there is to know? It does after every hundredth keyframe, where what
+        cannot be told is forgotten, whether anybody saves the rest or not."""
         return self._can_be_saved
 
     def to_arrays(self) -> Arrays:
@@ -130,8 +134,14 @@ class Mapper:
         map_from_laser = compose(self._map_from_keyframe[-1], guesses[0])
         return compose(map_from_laser, inverse(self._base_from_laser))
 
-    def finish(self, progress: Callable[[float], None] | None = None) -> MappingResult:
-        """Settle the keyframes, refine every scan and render the grid. Raises UserError without any scan."""
+    def finish(
+        self, progress: Callable[[float], None] | None = None, earlier: Session | None = None
+    ) -> MappingResult:
+        """Settle the keyframes, refine every scan and render the grid.
+
+        With an ``earlier`` session this drive carries on its map, and the result lies in its frame. Raises
+        UserError without any scan, and when the drive is not recognized anywhere on the earlier map.
+        """
         if len(self._drive) == 0:
             raise UserError(
                 "There was no usable scan, so there is no map; `racecar check` tells what a bag holds."
@@ -139,33 +149,45 @@ class Mapper:
         report = progress or (lambda share: None)
         with self._timed("optimization"):
             self._settle()
+        session = self._session()
+        if earlier is not None:
+            with self._timed("joining"):
+                session = join(earlier, session)
         report(0.3)
-        map_from_laser = self._drive.guess(self._map_from_keyframe)
-        if self._config.refine:
-            with self._timed("refinement"):
-                map_from_laser = refine_scans(
-                    self._drive.clouds,
-                    self._drive.after_keyframe,
-                    map_from_laser,
-                    self._keyframes,
-                    self._map_from_keyframe,
-                )
-            map_from_laser[self._drive.keyframe_scans] = self._map_from_keyframe
+        map_from_laser = self._place_scans(session)
         report(0.8)
         with self._timed("rendering"):
-            grid = render(self._rays, self._map_from_keyframe, self._config.resolution)
+            grid = render(session.rays, session.map_from_keyframe, self._config.resolution)
         report(1.0)
         map_from_base = compose(map_from_laser, inverse(self._base_from_laser))
         return MappingResult(
             trajectory=Trajectory(np.array(self._drive.stamps, dtype=np.int64), map_from_base),
             grid=grid,
-            points=points_of(self._rays, self._map_from_keyframe),
+            points=points_of(session.rays, session.map_from_keyframe),
+            map_from_keyframe=compose(session.map_from_keyframe, session.keyframe_from_base),
             keyframe_indices=np.array(self._drive.keyframe_scans, dtype=np.int64),
-            constraints=[self._between_bases(constraint) for constraint in self._graph.constraints],
+            constraints=session.constraints_between_bases(),
+            session=session,
             seconds=dict(self._seconds),
-            counts=self._counts(),
+            counts=self._counts(session),
             warnings=self._warnings(),
         )
+
+    def _place_scans(self, session: Session) -> Pose:
+        """map_from_laser (N, 3) of every scan, among the keyframes of all drives."""
+        first = len(session.keyframes) - len(self._keyframes)
+        map_from_laser = self._drive.guess(session.map_from_keyframe[first:])
+        if self._config.refine:
+            with self._timed("refinement"):
+                map_from_laser = refine_scans(
+                    self._drive.clouds,
+                    first + self._drive.after_keyframe,
+                    map_from_laser,
+                    session.keyframes,
+                    session.map_from_keyframe,
+                )
+            map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
+        return map_from_laser
 
     def _is_far(self, guesses: Pose) -> bool:
         """Has the laser left the last keyframe, by the wheels or by the scans?"""
@@ -254,16 +276,9 @@ class Mapper:
             closures = self._loops.close(self._map_from_keyframe)
         for closure in closures:
             self._graph.add(closure)
-        if any(self._is_strained(closure) for closure in closures):
+        if any(is_strained(closure, self._map_from_keyframe) for closure in closures):
             with self._timed("optimization"):
                 self._map_from_keyframe = self._graph.optimize_roughly(self._map_from_keyframe)
-
-    def _is_strained(self, constraint: Constraint) -> bool:
-        a, b = constraint.from_keyframe, constraint.to_keyframe
-        measured = constraint.from_pose_to_pose
-        error = between(measured, between(self._map_from_keyframe[a], self._map_from_keyframe[b]))
-        distance, angle = _WORTH_OPTIMIZING
-        return bool(np.hypot(error[0], error[1]) > distance or abs(error[2]) > angle)
 
     def _calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
@@ -291,27 +306,20 @@ class Mapper:
                 graph.add(constraint)
         self._graph = graph
         self._map_from_keyframe = graph.optimize(self._map_from_keyframe)
+        if graph.drop_refuted(self._map_from_keyframe):
+            self._map_from_keyframe = graph.optimize(self._map_from_keyframe)
 
-    def _between_bases(self, constraint: Constraint) -> Constraint:
-        """The same constraint between the bases instead of the lasers."""
-        base, laser = self._base_from_laser, inverse(self._base_from_laser)
-        moved = compose(compose(base, constraint.from_pose_to_pose), laser)
-        adjoint = _adjoint(laser)
-        information = adjoint.T @ constraint.information @ adjoint
-        return Constraint(
-            constraint.from_keyframe, constraint.to_keyframe, moved, information, constraint.kind
-        )
-
-    def _counts(self) -> dict[str, int]:
-        kinds = [constraint.kind for constraint in self._graph.constraints]
+    def _counts(self, session: Session) -> dict[str, int]:
+        kinds = [constraint.kind for constraint in session.constraints]
         return {
             "scans": len(self._drive),
-            "keyframes": len(self._keyframes),
+            "keyframes": len(session.keyframes),
+            "keyframes_of_earlier_drives": len(session.keyframes) - len(self._keyframes),
             "scan_matching_constraints": kinds.count("scan_matching"),
             "odometry_constraints": kinds.count("odometry"),
             "loop_closures": kinds.count("loop_closure"),
             "scans_without_odometry": self._reckoning.scans_without_odometry,
-            **{f"loops_{name}": count for name, count in self._loops.log.items()},
+            **{f"loops_{name}": count for name, count in session.loops.log.items()},
         }
 
     def _warnings(self) -> list[str]:
@@ -330,10 +338,3 @@ class Mapper:
             yield
         finally:
             self._seconds[stage] = self._seconds.get(stage, 0.0) + time.perf_counter() - start
-
-
-def _adjoint(pose: Pose) -> NDArray[np.float64]:
-    """(3, 3) of SE(2): carries a twist from the frame of b to that of a, for a_from_b."""
-    x, y, yaw = pose
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.array([[cos, -sin, y], [sin, cos, -x], [0.0, 0.0, 1.0]])

@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.constraint import Constraint
-from maps.se2 import Pose
+from maps.se2 import Pose, between
 
 _ANCHOR_SIGMA = 1e-4
 _LOCAL_WIDTH = 1.0
 _LOOP_WIDTHS = (30.0, 5.0, 1.0)
 _TOLERANCE = 1e-4
 _ROUGH_TOLERANCE = 1e-3
+_STRAINED = (0.15, 0.03)
+_REFUTED = (0.3, 0.06)
 
 
 class PoseGraph:
@@ -55,6 +57,18 @@ class PoseGraph:
             poses = _solve(graph, poses, 0, tolerance)
         return poses
 
+    def drop_refuted(self, poses: Pose) -> bool:
+        """Take out the loop closures that the solution does not bear out; tells whether there were any."""
+        kept = [
+            k
+            for k, constraint in enumerate(self.constraints)
+            if constraint.kind != "loop_closure" or not is_strained(constraint, poses, _REFUTED)
+        ]
+        found = len(kept) < len(self.constraints)
+        self.constraints = [self.constraints[k] for k in kept]
+        self._factors = [self._factors[k] for k in kept]
+        return found
+
     def optimize_latest(self, poses: Pose, first: int, held: int) -> Pose:
         """The same for the keyframes from ``first`` on, of which the first ``held`` stay where they are.
 
@@ -69,6 +83,16 @@ class PoseGraph:
         for key in range(first, first + held):
             _anchor(graph, key, poses[key])
         return np.concatenate([poses[:first], _solve(graph, poses[first:], first, _TOLERANCE)])
+
+
+def is_strained(constraint: Constraint, poses: Pose, limits: tuple[float, float] = _STRAINED) -> bool:
+    """Does a constraint contradict the poses (K, 3) by more than ``limits``, metres and radians?
+
+    The usual limits are those beyond which it is worth optimizing anew.
+    """
+    solved = between(poses[constraint.from_keyframe], poses[constraint.to_keyframe])
+    error = between(constraint.from_pose_to_pose, solved)
+    return bool(np.hypot(error[0], error[1]) > limits[0] or abs(error[2]) > limits[1])
 
 
 def _factor(constraint: Constraint, width: float) -> gtsam.BetweenFactorPose2:

@@ -29,6 +29,7 @@ loops.log_...              (L,)                names and counts of what loop clo
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from mapping import constraint
 from mapping.arrays import Arrays, named, pack, part_of, unpack
@@ -36,7 +37,7 @@ from mapping.constraint import Constraint
 from mapping.loop_closure import LoopCloser
 from mapping.rendering import Rays
 from mapping.scan_store import ScanStore
-from maps.se2 import Pose
+from maps.se2 import Pose, compose, inverse
 
 
 @dataclass(eq=False)
@@ -52,6 +53,20 @@ class Session:
     """(K, 3)"""
     constraints: list[Constraint]
     loops: LoopCloser
+
+    def constraints_between_bases(self) -> list[Constraint]:
+        """The same constraints between the bases of the keyframes instead of the lasers."""
+        return [self._between_bases(constraint) for constraint in self.constraints]
+
+    def _between_bases(self, constraint: Constraint) -> Constraint:
+        a_from_base = self.keyframe_from_base[constraint.from_keyframe]
+        b_from_base = self.keyframe_from_base[constraint.to_keyframe]
+        moved = compose(compose(inverse(a_from_base), constraint.from_pose_to_pose), b_from_base)
+        adjoint = _adjoint(b_from_base)
+        information = adjoint.T @ constraint.information @ adjoint
+        return Constraint(
+            constraint.from_keyframe, constraint.to_keyframe, moved, information, constraint.kind
+        )
 
     def to_arrays(self) -> Arrays:
         """The arrays that the module's documentation names."""
@@ -80,3 +95,10 @@ class Session:
             constraint.from_arrays(part_of("constraints", arrays)),
             LoopCloser.from_arrays(part_of("loops", arrays), keyframes, verify=verify),
         )
+
+
+def _adjoint(pose: Pose) -> NDArray[np.float64]:
+    """(3, 3) of SE(2): carries a twist from the frame of b to that of a, for a_from_b."""
+    x, y, yaw = pose
+    cos, sin = np.cos(yaw), np.sin(yaw)
+    return np.array([[cos, -sin, y], [sin, cos, -x], [0.0, 0.0, 1.0]])

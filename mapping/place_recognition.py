@@ -1,0 +1,100 @@
+"""Where on an earlier map does a drive lie, when nothing is known of it?
+
+Each submap of the drive is sought all over the earlier map and with any heading. What is found is believed
+once several submaps along the path tell the same story, and no other story is told by nearly as many.
+"""
+
+import numpy as np
+
+from mapping.correlative_search import LikelihoodPyramid, Window, search
+from mapping.loop_closure import MIN_SCORE, RIVAL_SHARE, Hypothesis, LoopCloser
+from mapping.submap import Submap
+from maps.se2 import Pose, between, compose
+
+PLACE_SPACING = 3.0
+PLACE_TURN = np.deg2rad(60.0)
+WINDOW = Window(4.0, np.pi)
+RADIUS = 20.0
+MOVING_RADIUS = 15.0
+MOVING_POINTS = 250
+MIN_POINTS = 50
+SAME_PLACE = 1.0
+SAME_HEADING = np.deg2rad(10.0)
+MIN_SUPPORT = 4
+"""Submaps that must tell the same story, 2 m of path from one to the next."""
+CLEAR_MAJORITY = 2
+
+
+def recognize(loops: LoopCloser, earlier: int, poses: Pose) -> list[Hypothesis]:
+    """Hypotheses of one story, that tell where the submaps after the ``earlier`` first ones lie on those.
+
+    The poses (K, 3) of both groups are in frames that have nothing to do with each other. Empty when the
+    place was not recognized.
+    """
+    places = _places(loops.submaps[:earlier], poses)
+    pyramids = [LikelihoodPyramid(place.points(loops.store, poses), RADIUS) for place in places]
+    found: list[Hypothesis] = []
+    for moving in loops.submaps[earlier:]:
+        found += _seek(loops, moving, places, pyramids, poses)
+        story = _told_by_most(loops, found, poses)
+        if story:
+            return story
+    return []
+
+
+def _places(submaps: list[Submap], poses: Pose) -> list[Submap]:
+    """One submap of each place and heading."""
+    chosen: list[Submap] = []
+    for submap in submaps:
+        if not any(
+            _is_near(poses[other.middle], poses[submap.middle], PLACE_SPACING, PLACE_TURN) for other in chosen
+        ):
+            chosen.append(submap)
+    return chosen
+
+
+def _seek(
+    loops: LoopCloser, moving: Submap, places: list[Submap], pyramids: list[LikelihoodPyramid], poses: Pose
+) -> list[Hypothesis]:
+    """The verified places of one submap: the best, and all that score nearly as high."""
+    points = moving.points(loops.store, poses)
+    points = points[np.abs(points).max(axis=1) < MOVING_RADIUS]
+    if len(points) < MIN_POINTS:
+        return []
+    points = points[:: max(1, len(points) // MOVING_POINTS)]
+    fits: list[tuple[float, Submap, Pose]] = []
+    best = MIN_SCORE
+    for place, pyramid in zip(places, pyramids, strict=True):
+        fit = search(pyramid, points, np.zeros(3), WINDOW, RIVAL_SHARE * best, RIVAL_SHARE)
+        if fit is not None and fit.rival == 0.0:
+            fits.append((fit.score, place, fit.pose))
+            best = max(best, fit.score)
+    fits.sort(key=lambda fit: -fit[0])
+    hypotheses: list[Hypothesis] = []
+    seen: list[Pose] = []
+    for score, place, pose in fits:
+        map_from_moving = compose(poses[place.middle], pose)
+        is_known = any(_is_near(other, map_from_moving, SAME_PLACE, SAME_HEADING) for other in seen)
+        if score < max(MIN_SCORE, RIVAL_SHARE * best) or is_known:
+            continue
+        seen.append(map_from_moving)
+        hypothesis = loops.verified(place, moving, poses, pose, WINDOW.reach)
+        if hypothesis is not None:
+            hypotheses.append(hypothesis)
+    return hypotheses
+
+
+def _told_by_most(loops: LoopCloser, found: list[Hypothesis], poses: Pose) -> list[Hypothesis]:
+    """The hypotheses of the story that clearly most submaps tell; empty while there is none."""
+    stories = [[g for g in found if g is h or loops.agree(g, h, poses)] for h in found]
+    support = [len({h.moving.middle for h in story}) for story in stories]
+    if not support or max(support) < MIN_SUPPORT:
+        return []
+    winner = stories[int(np.argmax(support))]
+    others = [n for n, story in zip(support, stories, strict=True) if not any(h in winner for h in story)]
+    return winner if max(support) >= CLEAR_MAJORITY * max(others, default=0) else []
+
+
+def _is_near(a: Pose, b: Pose, distance: float, turn: float) -> bool:
+    apart = between(a, b)
+    return bool(np.hypot(apart[0], apart[1]) < distance and abs(apart[2]) < turn)
