@@ -38,7 +38,7 @@ def ranges(walls: np.ndarray, pose: Pose, bearings: np.ndarray = BEARINGS) -> np
     def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
         return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         facing = cross(direction, along)
         distance, share = cross(start, along) / facing, cross(start, direction) / facing
         meets = (distance > 0.0) & (share >= 0.0) & (share <= 1.0)
