@@ -1,0 +1,94 @@
+"""What wheels, scans and habit tell of the way since the last keyframe."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from worlds import ROOM, scan_at
+
+from mapping.dead_reckoning import DeadReckoning
+from mapping.odometry_calibration import OdometryCalibration
+from maps.odometry import Odometry
+from maps.se2 import IDENTITY, Pose, between, compose
+
+PERIOD = 100_000_000
+PLACE = np.array([0.27, 0.05, 0.1])
+START = np.array([-2.0, -0.5, 0.1])
+poses = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-np.pi, np.pi)).map(np.array)
+steps = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.02, 0.02), st.floats(-0.15, 0.15)).map(np.array)
+
+
+def drive(step: Pose, count: int, *, odom_from_map: Pose | None = IDENTITY) -> DeadReckoning:
+    """The first scan is the keyframe; ``count`` more follow, the base a ``step`` (3,) further at each."""
+    reckoning = DeadReckoning()
+    map_from_base = START
+    for number in range(count + 1):
+        stamp = number * PERIOD
+        if odom_from_map is not None:
+            reckoning.add_odometry(Odometry(stamp, compose(odom_from_map, map_from_base), IDENTITY))
+        reckoning.advance(scan_at(ROOM, compose(map_from_base, PLACE), stamp, PLACE))
+        if number == 0:
+            reckoning.start_keyframe(IDENTITY)
+        map_from_base = compose(map_from_base, step)
+    return reckoning
+
+
+def laser_step(step: Pose, count: int) -> Pose:
+    """keyframe_from_laser (3,) after ``count`` steps (3,) of the base."""
+    end = START
+    for _ in range(count):
+        end = compose(end, step)
+    return between(compose(START, PLACE), compose(end, PLACE))
+
+
+@settings(max_examples=15, deadline=None)
+@given(steps, poses)
+def test_wheels_and_scans_tell_the_motion_of_the_laser(step: Pose, odom_from_map: Pose) -> None:
+    """Wherever the odometry frame lies."""
+    by_wheels, by_scans, _ = drive(step, 3, odom_from_map=odom_from_map).motions()
+    expected = laser_step(step, 3)
+    np.testing.assert_allclose(by_wheels, expected, atol=1e-9)
+    np.testing.assert_allclose(by_scans, expected, atol=0.05)
+
+
+def test_wheels_are_trusted_first_and_corrected() -> None:
+    reckoning = drive(np.array([0.1, 0.0, 0.02]), 3)
+    measured = reckoning.wheel_step()
+    reckoning.calibration = OdometryCalibration(turn_per_metre=0.1, turn_scale=1.1, path_scale=0.9)
+    assert not np.allclose(reckoning.calibration.correct(measured), measured, atol=0.01)
+    np.testing.assert_allclose(reckoning.motions()[0], reckoning.calibration.correct(measured))
+    np.testing.assert_allclose(reckoning.wheel_step(), measured)
+
+
+@settings(max_examples=10, deadline=None)
+@given(steps, st.integers(1, 4))
+def test_habit_is_the_velocity_of_the_last_keyframe(step: Pose, later: int) -> None:
+    """Whatever the sensors say."""
+    reckoning = drive(IDENTITY, 2)
+    reckoning.start_keyframe(step)
+    for number in range(3, 3 + later):
+        reckoning.advance(scan_at(ROOM, compose(START, PLACE), number * PERIOD, PLACE))
+    np.testing.assert_allclose(reckoning.motions()[-1], step * later / 2, atol=1e-9)
+
+
+def test_a_keyframe_starts_the_way_anew() -> None:
+    reckoning = drive(np.array([0.1, 0.0, 0.02]), 3)
+    reckoning.start_keyframe(laser_step(np.array([0.1, 0.0, 0.02]), 3))
+    np.testing.assert_allclose(reckoning.motions(), np.zeros((3, 3)), atol=1e-12)
+
+
+def test_without_odometry_scans_come_first_and_it_is_counted() -> None:
+    step = np.array([0.1, 0.0, 0.02])
+    reckoning = drive(step, 3, odom_from_map=None)
+    assert reckoning.wheel_step() is None
+    assert len(reckoning.motions()) == 2
+    np.testing.assert_allclose(reckoning.motions()[0], laser_step(step, 3), atol=0.05)
+    assert reckoning.scans_without_odometry == 4
+
+
+@pytest.mark.parametrize(("late", "is_known"), [(0.4, True), (0.6, False)])
+def test_odometry_that_has_stopped_is_not_taken_for_standing_still(late: float, is_known: bool) -> None:
+    reckoning = drive(np.array([0.1, 0.0, 0.0]), 2)
+    reckoning.advance(scan_at(ROOM, compose(START, PLACE), 2 * PERIOD + round(late * 1e9), PLACE))
+    assert (reckoning.wheel_step() is not None) == is_known
+    assert reckoning.scans_without_odometry == (not is_known)
