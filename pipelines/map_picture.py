@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from mapping.constraint import Constraint
 from maps.occupancy_grid import UNKNOWN, OccupancyGrid
+from maps.se2 import Pose
 from maps.trajectory import Trajectory
 from maps.whole_files import write_atomically
 
@@ -33,13 +34,16 @@ def save_map_picture(
     path: Path,
     grid: OccupancyGrid,
     trajectory: Trajectory,
-    keyframe_indices: NDArray[np.int64],
+    map_from_keyframe: Pose,
     constraints: Sequence[Constraint],
     title: str,
 ) -> None:
-    """Draw the map as PNG. Raises UserError when the place cannot be written to."""
+    """Draw the map as PNG; the constraints are between keyframes at poses (K, 3).
+
+    Raises UserError when the place cannot be written to.
+    """
     figure, axes = map_figure(grid, trajectory, title)
-    keyframes = trajectory.map_from_base[keyframe_indices, :2]
+    keyframes = map_from_keyframe[:, :2]
     loops = [
         (keyframes[constraint.from_keyframe], keyframes[constraint.to_keyframe])
         for constraint in constraints

@@ -1,42 +1,69 @@
 """From a bag to a map and its files: what ``racecar map`` and ``racecar demo`` share."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 
 from mapping.config import MappingConfig
 from mapping.mapper import Mapper, MappingResult
+from mapping.session import Session
 from maps.errors import UserError
 from maps.map_files import load_map, save_map
 from maps.odometry import Odometry
 from maps.scan import Scan
 from maps.se2 import between
 from pipelines.bag_reader import BagReader
+from pipelines.checkpoint import Checkpoint
 from pipelines.g2o import save_g2o
 from pipelines.interrupts import stop_on_interrupt
 from pipelines.map_picture import save_map_picture
 from pipelines.progress import progress_bar
 from pipelines.report import Report
+from pipelines.session_file import SESSION_FILE, save_session
 from pipelines.tum import save_tum
 
-MAP_FILES = ("map.png", "map.yaml", "map.pgm", "trajectory.tum", "pose_graph.g2o", "report.json")
+MAP_FILES = (
+    "map.png",
+    "map.yaml",
+    "map.pgm",
+    "trajectory.tum",
+    "pose_graph.g2o",
+    SESSION_FILE,
+    "report.json",
+)
 
 
-def build_map(reader: BagReader, config: MappingConfig, report: Report, *, quiet: bool) -> MappingResult:
+def build_map(
+    reader: BagReader,
+    config: MappingConfig,
+    report: Report,
+    *,
+    quiet: bool,
+    earlier: Session | None = None,
+    checkpoint: Checkpoint | None = None,
+    announce: Callable[[str], None] = lambda sentence: None,
+) -> MappingResult:
     """Feed a bag through the mapper; figures and warnings go into the report.
 
-    Ctrl-C ends the reading and what was read becomes the map; a second one raises KeyboardInterrupt.
-    Raises UserError when the bag holds no usable scan.
+    With an ``earlier`` session its map is carried on. With a ``checkpoint`` the run goes on from it, which
+    is announced, and writes new ones on the way. Ctrl-C ends the reading and what was read becomes the map;
+    a second one raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the
+    drive is not recognized on the earlier map.
     """
-    mapper = Mapper(config)
-    scans = _feed(mapper, reader, report, quiet=quiet)
+    mapper, taken = _start(config, checkpoint, announce)
+    scans = _feed(mapper, taken, reader, report, checkpoint, quiet=quiet)
     if not scans:
         raise UserError(
             f"There is no usable scan on {reader.scan_topic}; `racecar check` tells what the bag holds."
         )
     with report.stage("optimizing"), progress_bar("Optimizing", quiet=quiet) as advance_to:
-        result = mapper.finish(advance_to)
+        try:
+            result = mapper.finish(advance_to, earlier)
+        except UserError:
+            if checkpoint is not None:
+                checkpoint.remove()  # to go on from it would end the same way
+            raise
     report.add("inputs", _describe_input(reader))
     report.add("counts", {**result.counts, "messages": reader.counts})
     report.add("result", _describe_result(result))
@@ -49,42 +76,72 @@ def build_map(reader: BagReader, config: MappingConfig, report: Report, *, quiet
 
 def save_mapping(result: MappingResult, report: Report, folder: Path, title: str) -> None:
     """Write every file of a mapping run into an existing folder."""
-    keyframes = result.trajectory.map_from_base[result.keyframe_indices]
     with report.stage("writing"):
         save_map(result.grid, folder / "map.yaml")
         save_tum(result.trajectory, folder / "trajectory.tum")
-        save_g2o(keyframes, result.constraints, folder / "pose_graph.g2o")
+        save_g2o(result.map_from_keyframe, result.constraints, folder / "pose_graph.g2o")
         save_map_picture(
             folder / "map.png",
             load_map(folder),  # as whoever reads the files sees it
             result.trajectory,
-            result.keyframe_indices,
+            result.map_from_keyframe,
             result.constraints,
             title,
         )
+        save_session(result.session, folder / SESSION_FILE)
     report.write(folder / "report.json")
 
 
-def _feed(mapper: Mapper, reader: BagReader, report: Report, *, quiet: bool) -> int:
-    """Hand every message to the mapper; the number of scans."""
+def _start(
+    config: MappingConfig, checkpoint: Checkpoint | None, announce: Callable[[str], None]
+) -> tuple[Mapper, int]:
+    """The mapper to begin with, and how many messages it has taken."""
+    try:
+        resumed = checkpoint.resume(config) if checkpoint else None
+    except UserError as error:
+        announce(f"The checkpoint is left aside and the run begins anew: {error}")
+        resumed = None
+    if checkpoint is None or resumed is None:
+        return Mapper(config), 0
+    announce(f"An earlier run was cut short: this one goes on from {checkpoint.path}.")
+    return resumed
+
+
+def _feed(
+    mapper: Mapper,
+    taken: int,
+    reader: BagReader,
+    report: Report,
+    checkpoint: Checkpoint | None,
+    *,
+    quiet: bool,
+) -> int:
+    """Hand every message after those that it has taken to the mapper; the number of scans."""
     scans = 0
     with (
         stop_on_interrupt() as interrupted,
         progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to,
     ):
-        for message in _timed(reader, report):
-            with report.stage("scan matching"):
-                if isinstance(message, Scan):
-                    mapper.add_scan(message)
-                    scans += 1
-                else:
-                    mapper.add_odometry(message)
+        for number, message in enumerate(_timed(reader, report), start=1):
+            scans += isinstance(message, Scan)
+            if number > taken:
+                with report.stage("scan matching"):
+                    _hand_on(message, mapper)
+                if checkpoint is not None:
+                    checkpoint.save_when_due(mapper, number)
             advance_to(reader.messages_read)
             if interrupted():
                 report.add("counts", {"interrupted": True})
                 report.warn(f"Stopped by Ctrl-C after {scans} scans; the map shows these.")
                 break
     return scans
+
+
+def _hand_on(message: Scan | Odometry, mapper: Mapper) -> None:
+    if isinstance(message, Scan):
+        mapper.add_scan(message)
+    else:
+        mapper.add_odometry(message)
 
 
 def _timed(reader: BagReader, report: Report) -> Iterator[Scan | Odometry]:
@@ -119,7 +176,7 @@ def _describe_result(result: MappingResult) -> dict[str, object]:
 
 def _residuals(result: MappingResult) -> dict[str, dict[str, float]]:
     """By kind of constraint: how many there are and how far, on average, the solution is from them."""
-    keyframes = result.trajectory.map_from_base[result.keyframe_indices]
+    keyframes = result.map_from_keyframe
     by_kind: dict[str, list[np.ndarray]] = {}
     for constraint in result.constraints:
         solved = between(keyframes[constraint.from_keyframe], keyframes[constraint.to_keyframe])

@@ -1,5 +1,6 @@
 """``racecar map``: a bag becomes a map."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -20,6 +21,15 @@ from pipelines.options import (
 
 _INTERRUPTED = 130
 
+ContinueOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--continue",
+        metavar="DIR",
+        help="Carry on the map that an earlier run left in DIR; the new drive finds its place there.",
+        show_default=False,
+    ),
+]
 PlyOption = Annotated[
     bool, typer.Option("--ply", help="Also write points.ply, the map as a cloud of points.")
 ]
@@ -33,17 +43,24 @@ def map(
     odom_topic: OdomTopicOption = None,
     no_odom: NoOdomOption = False,
     laser_pose: LaserPoseOption = None,
+    continue_: ContinueOption = None,
     ply: PlyOption = False,
     seed: SeedOption = 0,
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Build a map from a bag: map.yaml, map.pgm, trajectory.tum, pose_graph.g2o, map.png and report.json.
+    """Build a map from a bag: map.yaml, map.pgm, trajectory.tum, pose_graph.g2o, map.png, report.json
+    and session.npz, from which another drive can carry on the map.
 
-    Ctrl-C ends the reading and makes a map of what was read.
+    Ctrl-C ends the reading and makes a map of what was read. A run that was killed goes on where it was when
+    the same command is given again.
 
     Example: racecar map drive.bag --out runs/drive
+
+    Another day: racecar map more.bag --out runs/both --continue runs/drive
     """
+    from rich.console import Console
+
     from pipelines.config_file import load_config
     from pipelines.outputs import output_folder
     from pipelines.report import Report
@@ -51,6 +68,8 @@ def map(
     report = Report("racecar map")
     settings = load_config(config).mapping
     report.add("inputs", {"bag": bag, "config": config, "seed": seed, "settings": settings.model_dump()})
+    if continue_ is not None:
+        report.add("inputs", {"continue": continue_})
     with (
         output_folder(out) as folder,
         open_bag(
@@ -58,14 +77,28 @@ def map(
         ) as reader,
     ):
         with report.stage("loading"):  # after the bag was opened, so that its faults are told at once
+            from pipelines.checkpoint import Checkpoint, describe_run
             from pipelines.mapping_run import build_map, save_mapping
             from pipelines.point_map import save_point_map
             from pipelines.run_summary import print_mapping
-        result = build_map(reader, settings, report, quiet=quiet)
+            from pipelines.session_file import load_session
+        earlier = load_session(continue_, verify_loops=settings.verify_loops) if continue_ else None
+        checkpoint = Checkpoint(out, describe_run(reader, settings))
+        console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
+        result = build_map(
+            reader,
+            settings,
+            report,
+            quiet=quiet,
+            earlier=earlier,
+            checkpoint=checkpoint,
+            announce=lambda sentence: console.print(sentence, markup=False),
+        )
         if ply:
             with report.stage("writing"):
                 save_point_map(result.points, result.grid.resolution, folder / "points.ply")
         save_mapping(result, report, folder, title=bag.name)
+    checkpoint.remove()
     if json is not None:
         report.write(json)
     if not quiet:

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
-MAP_FILES = {"map.yaml", "map.pgm", "trajectory.tum", "pose_graph.g2o", "map.png", "report.json"}
+MAP_FILES = {
+    *("map.yaml", "map.pgm", "trajectory.tum", "pose_graph.g2o", "map.png", "report.json", "session.npz"),
+}
 
 
 @pytest.fixture(scope="module")

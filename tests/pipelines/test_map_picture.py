@@ -34,7 +34,9 @@ def test_picture_shows_map_path_and_loops(tmp_path: Path, yaw: float) -> None:
     loop = Constraint(0, 3, np.zeros(3), np.eye(3), "loop_closure")
     near = Constraint(0, 1, np.zeros(3), np.eye(3), "scan_matching")
     path = tmp_path / "map.png"
-    save_map_picture(path, room(yaw), circle(), np.array([0, 30, 60, 99]), [near, loop], "drive.bag")
+    save_map_picture(
+        path, room(yaw), circle(), circle().map_from_base[[0, 30, 60, 99]], [near, loop], "drive.bag"
+    )
     image = np.asarray(Image.open(path).convert("RGB"))
     assert image.shape[1] >= 2000
     assert has_color(image, PATH_COLOR)
@@ -45,12 +47,12 @@ def test_picture_shows_map_path_and_loops(tmp_path: Path, yaw: float) -> None:
 
 def test_same_run_same_bytes(tmp_path: Path) -> None:
     for name in ("a.png", "b.png"):
-        save_map_picture(tmp_path / name, room(), circle(), np.array([0, 99]), [], "drive.bag")
+        save_map_picture(tmp_path / name, room(), circle(), circle().map_from_base[[0, 99]], [], "drive.bag")
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
 def test_smallest_run(tmp_path: Path) -> None:
     grid = OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), 0.05, np.zeros(3))
     alone = Trajectory(np.array([0]), np.zeros((1, 3)))
-    save_map_picture(tmp_path / "map.png", grid, alone, np.array([0]), [], "one scan")
+    save_map_picture(tmp_path / "map.png", grid, alone, alone.map_from_base, [], "one scan")
     assert (tmp_path / "map.png").stat().st_size > 0
