@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from mapping.arrays import Arrays
 from mapping.constraint import Constraint
-from mapping.correlative_search import LikelihoodPyramid, Window, search
+from mapping.correlative_search import Fit, LikelihoodPyramid, Window, search
 from mapping.keyframe_tracking import match_information
 from mapping.scan_matching import Pairings, match
 from mapping.scan_store import ScanStore
@@ -211,20 +211,32 @@ class LoopCloser:
         points = points[:: max(1, len(points) // MOVING_POINTS)]
         guess = between(poses[fixed.middle], poses[moving.middle])
         self._count("searched")
-        pyramid = self._pyramid(index, poses)
-        fit = search(pyramid, points, guess, Window(reach, turn), MIN_SCORE, RIVAL_SHARE)
+        fit = self._search(self._pyramid(index, poses), points, guess, Window(reach, turn))
+        if fit is None:
+            return None
+        return self.verified(fixed, moving, poses, fit.pose, reach)
+
+    def _search(
+        self, fixed: LikelihoodPyramid, points: NDArray[np.float64], guess: Pose, window: Window
+    ) -> Fit | None:
+        """The one place in the window where the points fit; None when there is none, or more than one.
+
+        Drift seldom fills the window: a place near the guess wins against as good a one farther off, and one
+        farther off must fit far better than any near.
+        """
+        near_window = Window(BASE_REACH + LIKELY_SHARE * (window.reach - BASE_REACH), window.turn)
+        near = search(fixed, points, guess, near_window, MIN_SCORE, RIVAL_SHARE)
+        floor = MIN_SCORE if near is None else min(near.score / RIVAL_SHARE, 1.0)
+        far = search(fixed, points, guess, window, floor, RIVAL_SHARE)
+        fit = near if far is None else far
         if fit is None:
             return None
         self._count("scored")
-        likely = BASE_REACH + LIKELY_SHARE * (reach - BASE_REACH)
-        is_far = np.hypot(*(fit.pose[:2] - guess[:2])) > likely
-        near = Window(likely, turn)
-        if fit.rival > 0.0 or (
-            is_far and search(pyramid, points, guess, near, NEAR_SHARE * fit.score, 1.0) is not None
-        ):
+        beaten = near is not None and far is not None and near.score > NEAR_SHARE * far.score
+        if beaten or fit.rival > 0.0:
             self._count("ambiguous")
             return None
-        return self.verified(fixed, moving, poses, fit.pose, reach)
+        return fit
 
     def verified(
         self, fixed: Submap, moving: Submap, poses: Pose, guess: Pose, reach: float
