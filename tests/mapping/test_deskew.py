@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from mapping.deskew import deskew, deskew_cloud
 from maps.cloud import Cloud
@@ -56,3 +58,34 @@ def test_without_odometry_all_is_as_measured(scan: Scan) -> None:
 def test_planar_scan_has_no_cloud(scan: Scan) -> None:
     planar = Scan(STAMP, scan.bearings, scan.ranges, scan.time_offsets, PLACE, 30.0)
     assert deskew_cloud(planar, buffer()) is None
+
+
+poses = st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-np.pi, np.pi)).map(np.array)
+
+
+@given(poses, st.floats(-6.0, 6.0), st.floats(-4.0, 4.0))
+def test_any_steady_motion_is_taken_out_wherever_odometry_starts(
+    odom_from_start: np.ndarray, speed: float, turning_speed: float
+) -> None:
+    offsets = np.linspace(0.0, 0.1, len(LANDMARKS))
+
+    def start_from_laser(seconds: float) -> np.ndarray:
+        yaw = turning_speed * seconds
+        chord = speed * seconds * np.sinc(yaw / (2.0 * np.pi))
+        return compose([chord * np.cos(yaw / 2), chord * np.sin(yaw / 2), yaw], PLACE)
+
+    odometry = OdometryBuffer()
+    for seconds in np.arange(-0.01, 0.12, 0.001):
+        base = compose(start_from_laser(seconds), inverse(PLACE))
+        sample = Odometry(STAMP + round(1e9 * seconds), compose(odom_from_start, base), np.zeros(3))
+        odometry.add(sample)
+    seen = np.array(
+        [
+            transform_points(inverse(start_from_laser(seconds)), point[None, :2])[0]
+            for seconds, point in zip(offsets, LANDMARKS, strict=True)
+        ]
+    )
+    bearings, ranges = np.arctan2(seen[:, 1], seen[:, 0]), np.hypot(seen[:, 0], seen[:, 1])
+    sweep = Scan(STAMP, bearings, ranges, offsets, PLACE, 30.0)
+    expected = transform_points(inverse(PLACE), LANDMARKS[:, :2])
+    np.testing.assert_allclose(deskew(sweep, odometry), expected, atol=1e-4)
