@@ -1,0 +1,63 @@
+"""A mapper that was put into arrays and back goes on to the same bits."""
+
+import numpy as np
+import pytest
+
+from mapping import mapper as mapper_module
+from mapping.arrays import Arrays
+from mapping.config import MappingConfig
+from mapping.mapper import Mapper
+from mapping.session import Session
+from maps.map_files import load_map
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.shipped import shipped_map
+from pipelines.simulator import Simulation, SimulationConfig
+
+
+@pytest.fixture(scope="module")
+def messages() -> list[Scan | Odometry]:
+    simulation = Simulation(load_map(shipped_map("building")), SimulationConfig(seed=2, duration=8.0))
+    return list(simulation.messages())
+
+
+def feed(mapper: Mapper, messages: list[Scan | Odometry], *, odometry: bool = True) -> None:
+    for message in messages:
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        elif odometry:
+            mapper.add_odometry(message)
+
+
+@pytest.mark.parametrize("odometry", [True, False])
+def test_goes_on_to_the_same_bits(
+    messages: list[Scan | Odometry], monkeypatch: pytest.MonkeyPatch, odometry: bool
+) -> None:
+    monkeypatch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", 10)
+    whole, saved = Mapper(MappingConfig()), dict[int, Arrays]()
+    for k, message in enumerate(messages):
+        feed(whole, [message], odometry=odometry)
+        if isinstance(message, Scan) and whole.can_be_saved:
+            saved[k + 1] = {name: array.copy() for name, array in whole.to_arrays().items()}
+    expected = whole.finish()
+    assert len(saved) >= 2
+    taken, arrays = list(saved.items())[1]
+    assert all(array.dtype != object for array in arrays.values())
+    resumed = Mapper.from_arrays(MappingConfig(), arrays)
+    feed(resumed, messages[taken:], odometry=odometry)
+    result = resumed.finish()
+    assert np.array_equal(result.trajectory.map_from_base, expected.trajectory.map_from_base)
+    assert np.array_equal(result.trajectory.stamps, expected.trajectory.stamps)
+    assert np.array_equal(result.grid.cells, expected.grid.cells)
+    assert result.counts == expected.counts
+
+
+def test_a_session_reads_back_as_it_was(messages: list[Scan | Odometry]) -> None:
+    mapper = Mapper(MappingConfig())
+    feed(mapper, messages)
+    arrays = mapper.finish().session.to_arrays()
+    again = Session.from_arrays(arrays, verify=True).to_arrays()
+    assert arrays.keys() == again.keys()
+    for name, array in arrays.items():
+        assert array.dtype == again[name].dtype, name
+        assert np.array_equal(array, again[name]), name
