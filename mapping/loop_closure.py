@@ -24,6 +24,8 @@ from maps.se2 import Pose, between, compose
 
 DRIFT_PER_METRE = 0.04
 TURN_PER_METRE = np.deg2rad(0.06)
+UNTIED = 60.0
+"""Metres of drift that a keyframe stands for which only dead reckoning ties to those before."""
 BASE_REACH = 0.5
 BASE_TURN = np.deg2rad(4.0)
 MAX_REACH = 20.0
@@ -71,13 +73,20 @@ class LoopCloser:
     submaps: list[Submap] = field(default_factory=list)
     hypotheses: list[Hypothesis] = field(default_factory=list)
     path: list[float] = field(default_factory=list)
+    """(K,) metres driven up to each keyframe."""
+    doubt: list[float] = field(default_factory=list)
+    """(K,) the same, with each keyframe that scans do not tie counted as many metres more."""
     log: dict[str, int] = field(default_factory=dict)
     _edges: list[tuple[int, int, float]] = field(default_factory=list)
     _pyramids: dict[int, LikelihoodPyramid] = field(default_factory=dict)
 
-    def add_keyframe(self, distance: float) -> Submap | None:
-        """Note a keyframe ``distance`` metres after the last; returns the submap that it completes."""
+    def add_keyframe(self, distance: float, *, is_tied: bool = True) -> Submap | None:
+        """Note a keyframe ``distance`` metres after the last; returns the submap that it completes.
+
+        ``is_tied`` tells whether scan matching ties it to the keyframes before.
+        """
         self.path.append((self.path[-1] + distance) if self.path else 0.0)
+        self.doubt.append((self.doubt[-1] if self.doubt else 0.0) + distance + (0.0 if is_tied else UNTIED))
         last = len(self.path) - 1
         path = np.array(self.path[max(0, last - 2000) :])
         offset = max(0, last - 2000)
@@ -89,7 +98,7 @@ class LoopCloser:
         submap = Submap(first, middle, last)
         if self.submaps:
             n = len(self.submaps)
-            self._edges.append((n - 1, n, self.path[middle] - self.path[self.submaps[-1].middle]))
+            self._edges.append((n - 1, n, self.doubt[middle] - self.doubt[self.submaps[-1].middle]))
         self.submaps.append(submap)
         return submap
 
@@ -104,6 +113,7 @@ class LoopCloser:
         return {
             "submaps": np.array([[s.first, s.middle, s.last] for s in self.submaps], np.int32).reshape(-1, 3),
             "path": np.array(self.path),
+            "doubt": np.array(self.doubt),
             "edges": np.array(self._edges).reshape(-1, 3),
             "hypothesis_submaps": np.array(ends, dtype=np.int32).reshape(-1, 2),
             "hypothesis_poses": np.array([h.fixed_from_moving for h in found]).reshape(-1, 3),
@@ -119,6 +129,7 @@ class LoopCloser:
         """Loop closure over the keyframes of ``store`` that goes on from where another was."""
         closer = cls(store, verify, [Submap(*row) for row in arrays["submaps"].tolist()])
         closer.path = arrays["path"].tolist()
+        closer.doubt = arrays["doubt"].tolist()
         closer.log = dict(zip(arrays["log_names"].tolist(), arrays["log_counts"].tolist(), strict=True))
         closer._edges = [(int(a), int(b), length) for a, b, length in arrays["edges"].tolist()]
         for ends, pose, information, reach, accepted in zip(
@@ -141,6 +152,8 @@ class LoopCloser:
         both = LoopCloser(store, later.verify, [*self.submaps, *moved])
         driven = self.path[-1] if self.path else 0.0
         both.path = [*self.path, *(driven + metres for metres in later.path)]
+        doubted = self.doubt[-1] if self.doubt else 0.0
+        both.doubt = [*self.doubt, *(doubted + metres for metres in later.doubt)]
         both._edges = [*self._edges, *((submaps + a, submaps + b, d) for a, b, d in later._edges)]
         return both
 

@@ -199,12 +199,12 @@ class Mapper:
 
     def _add_keyframe(self, scan: Scan, points: NDArray[np.float64], guesses: Pose) -> None:
         index = self._keyframes.add(prepare_scan(points))
-        step, chosen = IDENTITY, 0
+        step, chosen, is_tied = IDENTITY, 0, True
         if index == 0:
             self._map_from_keyframe = self._base_from_laser[None].copy()
         else:
             step, chosen = self._place(index, guesses)
-            self._tie(index)
+            is_tied = self._tie(index)
         self._drive.start_keyframe(guesses, chosen)
         self._rays.append(rays_of(scan, points))
         self._reckoning.start_keyframe(step)
@@ -217,7 +217,7 @@ class Mapper:
                     self._map_from_keyframe, first, _WINDOW_HELD
                 )
         if self._config.close_loops:
-            self._close_loops()
+            self._close_loops(is_tied=is_tied)
         if index > 0 and index % _CAN_BE_SAVED_EVERY == 0:
             self._forget_what_cannot_be_saved()
 
@@ -248,17 +248,19 @@ class Mapper:
         self._map_from_keyframe = np.concatenate([self._map_from_keyframe, placed[None]])
         return between(last, placed), chosen
 
-    def _tie(self, index: int) -> None:
-        """Connect a new keyframe to those before."""
+    def _tie(self, index: int) -> bool:
+        """Connect a new keyframe to those before; tells whether scan matching did so."""
         with self._timed("scan matching"):
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
             constraints = constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3)
+        is_tied = len(constraints) > 0
         wheel_step = self._reckoning.wheel_step()
         if wheel_step is not None:
             constraints.append(self._odometry_constraint(index, wheel_step))
         self._wheel_steps.append(wheel_step)
         for constraint in constraints:
             self._graph.add(constraint)
+        return is_tied
 
     def _odometry_constraint(self, index: int, step: Pose) -> Constraint:
         calibration = self._reckoning.calibration
@@ -267,10 +269,10 @@ class Mapper:
         information = calibration.information(between(corrected, matched))
         return Constraint(index - 1, index, corrected, information, "odometry")
 
-    def _close_loops(self) -> None:
+    def _close_loops(self, *, is_tied: bool) -> None:
         steps = self._map_from_keyframe[-2:]
         distance = float(np.hypot(*(steps[-1, :2] - steps[0, :2])))
-        if self._loops.add_keyframe(distance) is None:
+        if self._loops.add_keyframe(distance, is_tied=is_tied) is None:
             return
         with self._timed("loop closure"):
             closures = self._loops.close(self._map_from_keyframe)

@@ -19,7 +19,8 @@ constraints.information    (C, 3, 3) float64   in the tangent frame of the secon
 constraints.kinds          (C,) int8           0 odometry, 1 scan matching, 2 loop closure
 loops.submaps              (S, 3) int32        first, middle and last keyframe
 loops.path                 (K,) float64        metres driven
-loops.edges                (E, 3) float64      submap, submap, metres from one to the other
+loops.doubt                (K,) float64        the same, more where scans tie a keyframe to none before it
+loops.edges                (E, 3) float64      submap, submap, metres of doubt from one to the other
 loops.hypothesis_submaps   (H, 2) int32        fixed, moving
 loops.hypothesis_...                           pose (3,), information (3, 3), reach in metres, accepted
 loops.log_...              (L,)                names and counts of what loop closure did
