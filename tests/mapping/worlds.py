@@ -56,9 +56,10 @@ def points_at(walls: np.ndarray, pose: Pose) -> np.ndarray:
     return scan_at(walls, pose).points_in_laser()
 
 
-def store_of(walls: np.ndarray, poses: Pose) -> ScanStore:
-    """Scans from poses (K, 3)."""
+def store_of(walls: np.ndarray, poses: Pose, sight: float = MAX_RANGE) -> ScanStore:
+    """Scans from poses (K, 3), which see so many metres far."""
     store = ScanStore(len(poses))
     for pose in poses:
-        store.add(prepare_scan(points_at(walls, pose)))
+        points = points_at(walls, pose)
+        store.add(prepare_scan(points[np.hypot(points[:, 0], points[:, 1]) < sight]))
     return store
