@@ -1,0 +1,121 @@
+"""A second drive carries on the map of a first; a killed run goes on where it was."""
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from maps.map_files import load_map
+from maps.se2 import between
+from maps.shipped import shipped_map
+from maps.trajectory import Trajectory
+from pipelines.mapping_run import MAP_FILES
+from pipelines.simulator import Simulation, write_bag
+from pipelines.simulator_config import SimulationConfig
+from pipelines.tum import load_tum
+
+Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+
+DIES = """
+import os, signal
+from pathlib import Path
+from mapping import mapper
+from pipelines import checkpoint, cli
+
+save, written = checkpoint.save_arrays, []
+
+def save_and_die(*arguments):
+    save(*arguments)
+    written.append(True)
+    if len(written) == {checkpoints}:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+checkpoint.save_arrays, checkpoint.EVERY_SECONDS, mapper._CAN_BE_SAVED_EVERY = save_and_die, 0.0, 20
+cli.main()
+"""
+"""``racecar``, that may be saved at every twentieth keyframe and dies as soon as it was saved so often."""
+
+
+def mortal(checkpoints: int, *arguments: object) -> "subprocess.CompletedProcess[str]":
+    command = [sys.executable, "-c", DIES.format(checkpoints=checkpoints), *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def simulate(bag: Path, plan: str, config: SimulationConfig) -> Trajectory:
+    simulation = Simulation(load_map(shipped_map(plan)), config)
+    write_bag(simulation, bag, lambda share: None)
+    return simulation.ground_truth
+
+
+def test_a_second_drive_carries_on_the_map(racecar: Racecar, tmp_path: Path) -> None:
+    first = simulate(tmp_path / "first.bag", "building", SimulationConfig(seed=1, duration=25.0))
+    x, y, yaw = first.map_from_base[len(first) // 2].tolist()
+    config = SimulationConfig(seed=2, duration=15.0, start=(x, y, yaw + np.pi))
+    second = simulate(tmp_path / "second.bag", "building", config)
+    simulate(tmp_path / "elsewhere.bag", "track", SimulationConfig(seed=3, duration=10.0))
+    assert racecar("map", tmp_path / "first.bag", "--out", tmp_path / "one").returncode == 0
+
+    done = racecar("map", tmp_path / "second.bag", "--out", tmp_path / "both", "--continue", tmp_path / "one")
+    assert done.returncode == 0, done.stderr
+    found = load_tum(tmp_path / "both" / "trajectory.tum")
+    assert len(found) == len(second)
+    true = between(first.map_from_base[0], second.map_from_base)  # the first drive begins the map
+    error = np.hypot(*(found.map_from_base - true)[:, :2].T)
+    assert error.max() < 0.05
+    counts = {
+        name: json.loads((tmp_path / name / "report.json").read_text())["counts"] for name in ("one", "both")
+    }
+    assert counts["both"]["keyframes_of_earlier_drives"] == counts["one"]["keyframes"]
+    assert (load_map(tmp_path / "both").cells == 100).sum() >= (load_map(tmp_path / "one").cells == 100).sum()
+    poses = (tmp_path / "both" / "pose_graph.g2o").read_text().count("VERTEX_SE2")
+    assert poses == counts["both"]["keyframes"]
+
+    out = tmp_path / "neither"
+    done = racecar("map", tmp_path / "elsewhere.bag", "--out", out, "--continue", tmp_path / "one")
+    assert done.returncode == 2
+    assert "not recognized anywhere on the earlier map" in done.stderr
+    assert done.stderr.strip().count("\n") == 0
+    assert not out.exists()
+    assert not (tmp_path / "neither.checkpoint.npz").exists()
+
+
+def test_nothing_to_carry_on(racecar: Racecar, drive: Path, tmp_path: Path) -> None:
+    done = racecar("map", drive / "drive.bag", "--out", tmp_path / "out", "--continue", drive)
+    assert done.returncode == 2
+    assert "no session.npz" in done.stderr
+    assert done.stderr.strip().count("\n") == 0
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_killed_run_goes_on_to_the_same_bytes(drive: Path, tmp_path: Path) -> None:
+    arguments = ("map", drive / "drive.bag", "--out", tmp_path / "killed")
+    died = mortal(2, *arguments)
+    assert died.returncode == -9
+    assert (tmp_path / "killed.checkpoint.npz").exists()
+    assert not (tmp_path / "killed").exists()
+
+    other = mortal(99, "map", drive / "drive.bag", "--out", tmp_path / "killed", "--no-odom", "--quiet")
+    assert other.returncode == 0, other.stderr  # other settings: the checkpoint is not for this run
+    assert not (tmp_path / "killed.checkpoint.npz").exists()
+
+    assert mortal(2, *arguments).returncode == -9
+    resumed = mortal(99, *arguments)
+    assert resumed.returncode == 0, resumed.stderr
+    assert "goes on from" in resumed.stderr
+    assert not (tmp_path / "killed.checkpoint.npz").exists()
+    uninterrupted = mortal(99, "map", drive / "drive.bag", "--out", tmp_path / "whole", "--quiet")
+    assert uninterrupted.returncode == 0, uninterrupted.stderr
+    assert uninterrupted.stderr == ""
+    for name in set(MAP_FILES) - {"report.json"}:
+        assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+
+
+def test_a_damaged_checkpoint_is_left_aside(racecar: Racecar, drive: Path, tmp_path: Path) -> None:
+    (tmp_path / "out.checkpoint.npz").write_bytes(b"PK\x03\x04 cut")
+    done = racecar("map", drive / "drive.bag", "--out", tmp_path / "out")
+    assert done.returncode == 0, done.stderr
+    assert "begins anew" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["out"]
