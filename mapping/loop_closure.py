@@ -42,6 +42,7 @@ MIN_AGREEMENT = 0.85
 MIN_COVERAGE = 0.4
 MAX_RESIDUAL = 0.04
 MAX_PAIRS = 40
+ROUGH_KERNEL_WIDTH = 0.1
 PYRAMID_RADIUS = 25.0
 MOVING_POINTS = 500
 AGREE_DISTANCE = 0.35
@@ -260,7 +261,10 @@ class LoopCloser:
         a, b = nearest_pairs(fixed_poses, compose(guess, moving_poses), MAX_PAIRS)
         pairs = np.column_stack([fixed.keyframes[a], moving.keyframes[b]])
         pairings = Pairings(np.array([0, len(pairs)]), pairs, fixed_poses[a], moving_poses[b])
-        result = match(guess[None], pairings, self.store, self.store, widest=0.4)
+        # A wide kernel first: the search ends up to a cell off, and the narrow one would weigh away the walls
+        # across a corridor, which alone tell the place along it.
+        rough = match(guess[None], pairings, self.store, self.store, kernel_width=ROUGH_KERNEL_WIDTH)
+        result = match(rough.poses, pairings, self.store, self.store, widest=0.2)
         pose = result.poses[0]
         test = see_through(self.store, pairs, fixed_poses[a], compose(pose, moving_poses[b]))
         if (
