@@ -89,7 +89,7 @@ class ScanStore:
         self._points[index, :count] = scan.points
         self._normals[index, :count] = scan.normals
         self._counts[index] = count
-        fill_bearing_table(scan.points, self._tables[index])
+        fill_bearing_table(self._points[index, :count], self._tables[index])
         self._size += 1
         return index
 

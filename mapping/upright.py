@@ -24,4 +24,5 @@ def upright_points(points: NDArray[np.float64]) -> NDArray[np.float64]:
     lengths = np.diff(starts, append=len(points))
     lowest, highest = np.repeat(height[starts], lengths), np.repeat(height[starts + lengths - 1], lengths)
     stands = (height > lowest + _MARGIN) & (height < highest - _MARGIN)
-    return points[order[stands]]
+    upright: NDArray[np.float64] = points[order[stands]]
+    return upright
