@@ -72,4 +72,7 @@ def _close_loops(joint: Session, known: int, story: list[Hypothesis]) -> Session
             graph.add(closure)
         if any(is_strained(closure, poses) for closure in closures):
             poses = graph.optimize_roughly(poses)
-    return replace(joint, map_from_keyframe=graph.optimize(poses), constraints=graph.constraints)
+    poses = graph.optimize(poses)
+    if graph.drop_refuted(poses):
+        poses = graph.optimize(poses)
+    return replace(joint, map_from_keyframe=poses, constraints=graph.constraints)
