@@ -49,11 +49,11 @@ def map(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Build a map from a bag: map.yaml, map.pgm, trajectory.tum, pose_graph.g2o, map.png, report.json
-    and session.npz, from which another drive can carry on the map.
+    """Build a map from a bag: map.yaml, map.pgm, trajectory.tum, pose_graph.g2o, map.png, report.json and session.npz.
 
-    Ctrl-C ends the reading and makes a map of what was read. A run that was killed goes on where it was when
-    the same command is given again.
+    Ctrl-C ends the reading and makes a map of what was read.
+
+    A run that was killed goes on where it was, when it is started again.
 
     Example: racecar map drive.bag --out runs/drive
 
