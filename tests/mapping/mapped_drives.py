@@ -1,0 +1,101 @@
+"""Simulated drives through the mapper, and how far from the truth it ends."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from mapping.config import MappingConfig
+from mapping.mapper import Mapper, MappingResult
+from maps.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
+from maps.scan import Scan
+from maps.se2 import Pose, between, compose, inverse, transform_points
+from pipelines.floor_plan import load_or_draw
+from pipelines.simulator import Simulation
+from pipelines.simulator_config import SimulationConfig
+
+
+@dataclass(frozen=True, eq=False)
+class MappedDrive:
+    """A drive that was mapped."""
+
+    plan: OccupancyGrid
+    result: MappingResult
+    truth: Pose
+    """(N, 3) the pose of each scan in the plan."""
+
+    @property
+    def errors(self) -> Pose:
+        """(N, 3) of the poses seen from the first one."""
+        found = self.result.trajectory.map_from_base
+        return between(between(self.truth[0], self.truth), between(found[0], found))
+
+    @property
+    def drift(self) -> float:
+        """Largest error of a position, as a share of the way driven."""
+        length = np.hypot(*np.diff(self.truth[:, :2], axis=0).T).sum()
+        return float(np.hypot(self.errors[:, 0], self.errors[:, 1]).max() / length)
+
+    @property
+    def length_error(self) -> float:
+        """Of the distance from the start to the place farthest from it, as a share."""
+        found = self.result.trajectory.map_from_base
+        true = np.hypot(*(self.truth - self.truth[0])[:, :2].T)
+        farthest = int(np.argmax(true))
+        return float(abs(np.hypot(*(found[farthest] - found[0])[:2]) / true[farthest] - 1.0))
+
+    @property
+    def loop_errors(self) -> np.ndarray:
+        """(L, 2) metres and degrees by which each accepted loop closure misses the truth."""
+        true = self.truth[self.result.keyframe_indices]
+        loops = [c for c in self.result.constraints if c.kind == "loop_closure"]
+        missed = np.array(
+            [between(between(true[c.from_keyframe], true[c.to_keyframe]), c.from_pose_to_pose) for c in loops]
+        ).reshape(-1, 3)
+        return np.column_stack([np.hypot(missed[:, 0], missed[:, 1]), np.rad2deg(np.abs(missed[:, 2]))])
+
+    def mean_relation_error(self, reach: float = 10.0, pairs: int = 2000) -> float:
+        """Metres, over random pairs of scans up to ``reach`` metres apart in truth, in one pass or in two."""
+        rng = np.random.default_rng(0)
+        found, tree = self.result.trajectory.map_from_base, cKDTree(self.truth[:, :2])
+        a = rng.integers(0, len(self.truth), pairs)
+        b = np.array([rng.choice(tree.query_ball_point(self.truth[k, :2], reach)) for k in a])
+        missed = between(between(self.truth[a], self.truth[b]), between(found[a], found[b]))
+        return float(np.hypot(missed[:, 0], missed[:, 1]).mean())
+
+    def share_off_walls(self, distance: float = 0.2) -> float:
+        """Of the map's occupied cells, those farther than ``distance`` metres from any wall of the plan.
+
+        Each cell is carried into the plan along with the keyframe nearest to it, so that a map that is bent
+        as a whole does not count.
+        """
+        grid, keyframes = self.result.grid, self.result.keyframe_indices
+        cells = grid.center_of(np.argwhere(grid.cells >= 65))
+        found = self.result.trajectory.map_from_base[keyframes]
+        nearest = cKDTree(found[:, :2]).query(cells)[1]
+        plan_from_map = compose(self.truth[keyframes], inverse(found))
+        placed = np.array(
+            [
+                transform_points(plan_from_map[k], cell[None])[0]
+                for k, cell in zip(nearest, cells, strict=True)
+            ]
+        )
+        walls = self.plan.center_of(np.argwhere(self.plan.cells >= OCCUPIED_FROM))
+        return float((cKDTree(walls).query(placed)[0] > distance).mean())
+
+
+def map_drive(plan: str, *, close_loops: bool = True, every: int = 1, **settings: object) -> MappedDrive:
+    """Simulate with some settings of `SimulationConfig` and map every so many scans."""
+    grid = load_or_draw(Path(plan))
+    simulation = Simulation(grid, SimulationConfig(**settings))
+    mapper = Mapper(MappingConfig(close_loops=close_loops))
+    scans = 0
+    for message in simulation.messages():
+        if not isinstance(message, Scan):
+            mapper.add_odometry(message)
+            continue
+        if scans % every == 0:
+            mapper.add_scan(message)
+        scans += 1
+    return MappedDrive(grid, mapper.finish(), simulation.ground_truth.map_from_base[:scans:every])

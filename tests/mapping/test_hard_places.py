@@ -1,0 +1,71 @@
+"""Places and drives that are hard to map, and how true the maps are: the short ones, then the long ones."""
+
+import numpy as np
+import pytest
+from mapped_drives import MappedDrive, map_drive
+
+SLIPPING = {"noise": "slight", "slip": 0.25, "max_speed": 6.0}
+
+
+def assert_no_wrong_loop(drive: MappedDrive) -> None:
+    assert len(drive.loop_errors) > 0
+    distance, angle = drive.loop_errors.max(axis=0)
+    assert distance < 0.25
+    assert angle < 3.0
+
+
+def test_slipping_wheels_on_a_race_track() -> None:
+    assert map_drive("track", close_loops=False, duration=6.0, seed=1, **SLIPPING).drift < 0.004
+
+
+def test_length_of_a_bare_corridor() -> None:
+    drive = map_drive("bare_corridor", noise="slight", seed=1, duration=60.0, every=4)
+    assert drive.length_error < 0.003
+
+
+def test_look_alike_corridors_close_no_wrong_loop() -> None:
+    assert_no_wrong_loop(map_drive("twin_corridors", noise="slight", seed=1, every=4))
+
+
+def test_people_leave_hardly_a_trace() -> None:
+    """Of all cells that were ever hit, every tenth is a person. In a short drive some places were looked at
+    a single time, and still show who stood there."""
+    drive = map_drive("building", noise="slight", seed=1, duration=24.0, walkers=8, every=3)
+    assert drive.share_off_walls() < 0.003
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1, 2, 3, 4, 5])
+def test_slipping_wheels_for_a_longer_while(seed: int) -> None:
+    assert map_drive("track", close_loops=False, duration=25.0, seed=seed, **SLIPPING).drift < 0.004
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", ["none", "slight"])
+def test_length_of_a_bare_corridor_there_and_back(noise: str) -> None:
+    assert map_drive("bare_corridor", noise=noise, seed=2).length_error < 0.003
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", ["slight", "full"])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_wrong_loop_whatever_the_wheels_say(noise: str, seed: int) -> None:
+    assert_no_wrong_loop(map_drive("twin_corridors", noise=noise, seed=seed))
+
+
+@pytest.mark.slow
+def test_people_leave_no_trace_in_a_longer_drive() -> None:
+    drive = map_drive("building", noise="slight", seed=1, duration=180.0, walkers=8)
+    assert drive.share_off_walls() < 0.001
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("noise", ["slight", "full"])
+@pytest.mark.parametrize(
+    ("plan", "duration"), [("long_track", None), ("twin_corridors", 700.0), ("building", 1200.0)]
+)
+def test_kilometres(plan: str, duration: float | None, noise: str) -> None:
+    drive = map_drive(plan, noise=noise, seed=1, duration=duration, every=2)
+    assert np.hypot(*np.diff(drive.truth[:, :2], axis=0).T).sum() > 1000.0
+    assert_no_wrong_loop(drive)
+    assert drive.mean_relation_error() < 0.05
