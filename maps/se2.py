@@ -24,18 +24,24 @@ def compose(a_from_b: ArrayLike, b_from_c: ArrayLike) -> Pose:
     """``a_from_c``; shapes (..., 3) broadcast against each other."""
     left, right = np.asarray(a_from_b, dtype=np.float64), np.asarray(b_from_c, dtype=np.float64)
     cos, sin = np.cos(left[..., 2]), np.sin(left[..., 2])
-    x = left[..., 0] + cos * right[..., 0] - sin * right[..., 1]
-    y = left[..., 1] + sin * right[..., 0] + cos * right[..., 1]
-    return np.stack([x, y, wrap_angle(left[..., 2] + right[..., 2])], axis=-1)
+    x, y = right[..., 0], right[..., 1]
+    pose = np.empty(np.broadcast_shapes(left.shape, right.shape))  # filled in place: stacking takes longer
+    pose[..., 0] = left[..., 0] + cos * x - sin * y
+    pose[..., 1] = left[..., 1] + sin * x + cos * y
+    pose[..., 2] = wrap_angle(left[..., 2] + right[..., 2])
+    return pose
 
 
 def inverse(a_from_b: ArrayLike) -> Pose:
     """``b_from_a``."""
     pose = np.asarray(a_from_b, dtype=np.float64)
     cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
-    x = -cos * pose[..., 0] - sin * pose[..., 1]
-    y = sin * pose[..., 0] - cos * pose[..., 1]
-    return np.stack([x, y, wrap_angle(-pose[..., 2])], axis=-1)
+    x, y = pose[..., 0], pose[..., 1]
+    inverted = np.empty(pose.shape)
+    inverted[..., 0] = -cos * x - sin * y
+    inverted[..., 1] = sin * x - cos * y
+    inverted[..., 2] = wrap_angle(-pose[..., 2])
+    return inverted
 
 
 def between(world_from_a: ArrayLike, world_from_b: ArrayLike) -> Pose:
