@@ -49,7 +49,7 @@ def map(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Build a map from a bag: map.yaml, map.pgm, trajectory.tum, pose_graph.g2o, map.png, report.json and session.npz.
+    """Build a map from a bag, and write what the README lists: map.png, map.yaml, trajectory.tum and more.
 
     Ctrl-C ends the reading and makes a map of what was read.
 
