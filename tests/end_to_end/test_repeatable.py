@@ -1,0 +1,28 @@
+"""The same bag makes the same map, to the byte, in whichever process."""
+
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+pytestmark = pytest.mark.slow
+
+
+def test_a_drive_with_loops_people_and_bad_odometry(racecar: Racecar, tmp_path: Path) -> None:
+    bag = tmp_path / "drive.bag"
+    done = racecar(
+        *("simulate", "--map", "building", "--out", bag, "--quiet"),
+        *("--noise", "full", "--seed", "2", "--duration", "70", "--walkers", "4"),
+    )
+    assert done.returncode == 0, done.stderr
+    for out in ("once", "again"):
+        done = racecar("map", bag, "--out", tmp_path / out, "--quiet")
+        assert done.returncode == 0, done.stderr
+    once, again = ((tmp_path / out / "pose_graph.g2o").read_text() for out in ("once", "again"))
+    edges = (line.split()[1:3] for line in once.splitlines() if line.startswith("EDGE_SE2"))
+    assert any(int(b) - int(a) > 40 for a, b in edges)  # a loop was closed
+    assert once == again
+    for name in ("map.pgm", "trajectory.tum"):
+        assert (tmp_path / "once" / name).read_bytes() == (tmp_path / "again" / name).read_bytes(), name
