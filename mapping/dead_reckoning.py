@@ -79,7 +79,14 @@ class DeadReckoning:
         self._scan_odometry = ScanOdometry.from_arrays(self._scan_odometry.to_arrays())
 
     def to_arrays(self) -> Arrays:
-        """All there is to know; right after a restart of scan odometry another goes on from it exactly."""
+        """All there is to know; right after a restart of scan odometry another goes on from it exactly.
+
+        Poses (3,) are float64, metres and radians; stamps int64, nanoseconds. ``calibration`` (5,) holds the
+        fields of `OdometryCalibration`, ``odometry_stamps`` (M,) and ``odometry_poses`` (M, 3) the latest
+        odom_from_base. ``by_scans`` and ``by_wheels`` are the laser now, in the frames of scan odometry and
+        of the wheels, ``keyframe_by_...`` the same at the last keyframe; NaN where wheels tell nothing.
+        ``last_motion`` leads from the last scan to this one; ``velocity`` is per nanosecond.
+        """
         stamps, poses = self._odometry.samples
         return {
             "calibration": np.array(astuple(self.calibration)),

@@ -86,7 +86,12 @@ class Mapper:
         return self._can_be_saved
 
     def to_arrays(self) -> Arrays:
-        """Everything so far; while `can_be_saved`, another mapper goes on from it to the same bits."""
+        """Everything so far; while `can_be_saved`, another mapper goes on from it to the same bits.
+
+        The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
+        ``wheel_steps`` (K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did
+        not; ``base_from_laser`` (3,); wall ``seconds`` (T,) of the ``stages`` (T,).
+        """
         return {
             **self._session().to_arrays(),
             **named("drive", self._drive.to_arrays()),
