@@ -55,8 +55,8 @@ class ScanOdometry:
         """What is needed to go on: not all of the local map, which cannot be had, but its latest updates.
 
         ``pose`` (3,) and ``local_from_sensor`` (4, 4), metres and radians, in frames of its own;
-        ``threshold`` () in metres; of each of U updates the sensor's place ``updates`` (U, 4, 4) and its points, in metres
-        in the sensor's frame, ``update_lengths`` (U,) of the ``update_points`` (sum, 3). All float64.
+        ``threshold`` () in metres; of each of U updates the sensor's place ``updates`` (U, 4, 4) and its
+        points, in metres in the sensor's frame, ``update_lengths`` (U,) of the ``update_points`` (sum, 3).
         """
         points, lengths = pack([cloud for cloud, _ in self._updates], np.zeros((0, 3)))
         return {
