@@ -245,7 +245,7 @@ class Mapper:
         """Place a new keyframe in the map; returns its pose (3,) seen from the one before, and which guess
         led there."""
         last = self._map_from_keyframe[-1]
-        worth = np.diag(self._reckoning.calibration.information(IDENTITY))
+        worth = self._reckoning.calibration.worth
         with self._timed("scan matching"):
             placed, chosen = place(
                 index, compose(last, guesses), worth, self._keyframes, self._map_from_keyframe

@@ -14,6 +14,7 @@ from maps.se2 import Pose, wrap_angle
 _ITERATIONS = 20
 _MIN_STEPS = 20
 _SIGMA_BOUNDS = (0.01, 0.3)
+_TAIL = 0.8
 _HEAVY_TAILS = 2.0
 """The errors of wheels are not Gaussian: their median tells a spread that the tail exceeds."""
 
@@ -30,6 +31,9 @@ class OdometryCalibration:
     """Metres."""
     sigma_turn: float = 0.05
     """Radians."""
+    tail_distance: float = 0.05
+    """Metres that four steps in five err less than."""
+    tail_turn: float = 0.05
 
     def correct(self, steps: Pose) -> Pose:
         """Odometry steps (..., 3) with the systematic errors taken out."""
@@ -39,6 +43,12 @@ class OdometryCalibration:
         return np.stack(
             [steps[..., 0] * self.path_scale, steps[..., 1] * self.path_scale, wrap_angle(turn)], axis=-1
         )
+
+    @property
+    def worth(self) -> NDArray[np.float64]:
+        """(3,) information, diagonal, of a corrected step of which nothing is known yet: it may be one of the
+        bad ones."""
+        return np.array([self.tail_distance, self.tail_distance, self.tail_turn]) ** -2.0
 
     def information(self, surprise: Pose) -> NDArray[np.float64]:
         """(3, 3) of one corrected step that differs by ``surprise`` (3,) from what scan matching measured.
@@ -63,16 +73,24 @@ def calibrate(odometry_steps: Pose, matched_steps: Pose) -> OdometryCalibration:
     (path_scale,) = _robust_fit(length[:, None], along, np.array([1.0]))
     rough = OdometryCalibration(turn_per_metre, turn_scale, path_scale)
     error = matched_steps - rough.correct(odometry_steps)
-    distance = _HEAVY_TAILS * 1.4826 * np.median(np.abs(error[:, :2]))
-    turn = _HEAVY_TAILS * 1.4826 * np.median(np.abs(wrap_angle(error[:, 2])))
-    low, high = _SIGMA_BOUNDS
+    spreads = [_spread(error[:, :2]), _spread(wrap_angle(error[:, 2]))]
     return OdometryCalibration(
         turn_per_metre,
         turn_scale,
         path_scale,
-        float(np.clip(distance, low, high)),
-        float(np.clip(turn, low, high)),
+        sigma_distance=spreads[0][0],
+        sigma_turn=spreads[1][0],
+        tail_distance=spreads[0][1],
+        tail_turn=spreads[1][1],
     )
+
+
+def _spread(error: NDArray[np.float64]) -> tuple[float, float]:
+    """Standard deviation of the usual errors, and what four in five stay below."""
+    usual = _HEAVY_TAILS * 1.4826 * np.median(np.abs(error))
+    tail = max(usual, np.quantile(np.abs(error), _TAIL))
+    low, high = _SIGMA_BOUNDS
+    return float(np.clip(usual, low, high)), float(np.clip(tail, low, high))
 
 
 def _robust_fit(

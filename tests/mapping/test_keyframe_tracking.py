@@ -10,7 +10,7 @@ from mapping.keyframe_tracking import constrain, place
 from mapping.odometry_calibration import OdometryCalibration
 from maps.se2 import IDENTITY, Pose, between, compose
 
-WORTH = np.diag(OdometryCalibration().information(IDENTITY))
+WORTH = OdometryCalibration().worth
 BEFORE = 12
 AHEAD = np.array([0.1, 0.0, 0.0])
 
