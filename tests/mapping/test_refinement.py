@@ -1,7 +1,7 @@
 """Scans between keyframes: first where dead reckoning has them, then where they fit."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from worlds import CORRIDOR, ROOM, points_at, store_of
 
@@ -62,6 +62,7 @@ def test_what_dead_reckoning_missed_is_spread_between_keyframes(step: Pose, slip
 @given(steps, st.integers(0, 10_000))
 def test_scans_find_their_place(step: Pose, seed: int) -> None:
     true = path(step)
+    assume(np.all(true[:, 1] > -1.9))  # no car drives through the pillar, or out through the wall behind it
     off = np.random.default_rng(seed).uniform(-1.0, 1.0, (SCANS, 3)) * [0.06, 0.06, 0.03]
     clouds = [points_at(ROOM, pose).astype(np.float32) for pose in true]
     keyframes = true[KEYFRAME_SCANS]
