@@ -6,7 +6,7 @@ import numpy as np
 
 from mapping.loop_closure import Hypothesis
 from mapping.place_recognition import recognize
-from mapping.pose_graph import PoseGraph, is_strained
+from mapping.pose_graph import PoseGraph
 from mapping.scan_store import ScanStore
 from mapping.session import Session
 from maps.errors import UserError
@@ -67,12 +67,6 @@ def _close_loops(joint: Session, known: int, story: list[Hypothesis]) -> Session
     poses = graph.optimize_roughly(joint.map_from_keyframe)
     start = loops.submaps.index(story[0].moving)
     for query in sorted(range(known, len(loops.submaps)), key=lambda k: abs(k - start)):
-        closures = loops.seek(query, known, poses)
-        for closure in closures:
-            graph.add(closure)
-        if any(is_strained(closure, poses) for closure in closures):
-            poses = graph.optimize_roughly(poses)
-    poses = graph.optimize(poses)
-    if graph.drop_refuted(poses):
-        poses = graph.optimize(poses)
+        poses = graph.close(loops.seek(query, known, poses), poses)
+    poses = graph.settle(poses)
     return replace(joint, map_from_keyframe=poses, constraints=graph.constraints)

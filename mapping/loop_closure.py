@@ -218,11 +218,9 @@ class LoopCloser:
     def _try(
         self, fixed: Submap, index: int, moving: Submap, poses: Pose, reach: float, turn: float
     ) -> Hypothesis | None:
-        points = moving.points(self.store, poses)
-        points = points[np.abs(points).max(axis=1) < 15.0]
-        if len(points) < 50:
+        points = moving.sample(self.store, poses, MOVING_POINTS)
+        if points is None:
             return None
-        points = points[:: max(1, len(points) // MOVING_POINTS)]
         guess = between(poses[fixed.middle], poses[moving.middle])
         self._count("searched")
         fit = self._search(self._pyramid(index, poses), points, guess, Window(reach, turn))

@@ -17,7 +17,7 @@ from mapping.joining import join
 from mapping.keyframe_tracking import TIED_TO, constrain, place
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
-from mapping.pose_graph import PoseGraph, is_strained
+from mapping.pose_graph import PoseGraph
 from mapping.refinement import refine_scans
 from mapping.rendering import Rays, points_of, rays_of, render
 from mapping.scan_store import ScanStore, prepare_scan
@@ -281,11 +281,8 @@ class Mapper:
             return
         with self._timed("loop closure"):
             closures = self._loops.close(self._map_from_keyframe)
-        for closure in closures:
-            self._graph.add(closure)
-        if any(is_strained(closure, self._map_from_keyframe) for closure in closures):
-            with self._timed("optimization"):
-                self._map_from_keyframe = self._graph.optimize_roughly(self._map_from_keyframe)
+        with self._timed("optimization"):
+            self._map_from_keyframe = self._graph.close(closures, self._map_from_keyframe)
 
     def _calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
@@ -312,9 +309,7 @@ class Mapper:
             if constraint.kind == "loop_closure":
                 graph.add(constraint)
         self._graph = graph
-        self._map_from_keyframe = graph.optimize(self._map_from_keyframe)
-        if graph.drop_refuted(self._map_from_keyframe):
-            self._map_from_keyframe = graph.optimize(self._map_from_keyframe)
+        self._map_from_keyframe = graph.settle(self._map_from_keyframe)
 
     def _counts(self, session: Session) -> dict[str, int]:
         kinds = [constraint.kind for constraint in session.constraints]

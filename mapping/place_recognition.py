@@ -17,9 +17,7 @@ PLACE_SPACING = 3.0
 PLACE_TURN = np.deg2rad(60.0)
 WINDOW = Window(4.0, np.pi)
 RADIUS = 20.0
-MOVING_RADIUS = 15.0
 MOVING_POINTS = 150
-MIN_POINTS = 50
 MIN_SCORE = 0.5
 """Who comes the other way sees half of the same walls; what fits by chance is refuted afterwards."""
 SAME_PLACE = 1.0
@@ -62,11 +60,9 @@ def _seek(
     loops: LoopCloser, moving: Submap, places: list[Submap], pyramids: list[LikelihoodPyramid], poses: Pose
 ) -> list[Hypothesis]:
     """The verified places of one submap: the best, and all that score nearly as high."""
-    points = moving.points(loops.store, poses)
-    points = points[np.abs(points).max(axis=1) < MOVING_RADIUS]
-    if len(points) < MIN_POINTS:
+    points = moving.sample(loops.store, poses, MOVING_POINTS)
+    if points is None:
         return []
-    points = points[:: max(1, len(points) // MOVING_POINTS)]
 
     def fit(pyramid: LikelihoodPyramid) -> Fit | None:
         return search(pyramid, points, IDENTITY, WINDOW, MIN_SCORE, RIVAL_SHARE)

@@ -6,6 +6,8 @@ Odometry is not robust: where it is all there is, along bare corridors, a robust
 instead of sharing the error out.
 """
 
+from collections.abc import Sequence
+
 import gtsam
 import numpy as np
 from numpy.typing import NDArray
@@ -57,7 +59,19 @@ class PoseGraph:
             poses = _solve(graph, poses, 0, tolerance)
         return poses
 
-    def drop_refuted(self, poses: Pose) -> bool:
+    def settle(self, poses: Pose) -> Pose:
+        """Optimize, and once more without the loop closures that the solution does not bear out."""
+        poses = self.optimize(poses)
+        return self.optimize(poses) if self._drop_refuted(poses) else poses
+
+    def close(self, closures: Sequence[Constraint], poses: Pose) -> Pose:
+        """Take loop closures into the graph; where they strain the poses (K, 3), optimize these roughly."""
+        for closure in closures:
+            self.add(closure)
+        strained = any(is_strained(closure, poses) for closure in closures)
+        return self.optimize_roughly(poses) if strained else poses
+
+    def _drop_refuted(self, poses: Pose) -> bool:
         """Take out the loop closures that the solution does not bear out; tells whether there were any."""
         kept = [
             k

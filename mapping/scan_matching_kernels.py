@@ -14,7 +14,7 @@ SLIDING_FLOOR = 0.01
 MAX_ITERATIONS = 20
 
 FOLLOWED = 8
-"""Points to each side of the last partner that may be the next one, once the search has narrowed."""
+"""Points to each side of the last partner that may be the next one."""
 
 _FloatArray = NDArray[np.float32]
 _Matrix = NDArray[np.float64]
@@ -145,7 +145,6 @@ def nearest_to_last(
 def _accumulate(
     sums: _Matrix,
     partners: NDArray[np.int16],
-    follow: bool,
     target_from_source: _Matrix,
     moving: _Matrix,
     forward: bool,
@@ -284,7 +283,6 @@ def match_group(
     start = pose.copy()
     distance = widest
     partners = np.full((2, len(pairs), points_t.shape[1]), -1, dtype=np.int16)
-    follow = False
     for _ in range(MAX_ITERATIONS):
         sums[:] = 0.0
         for k in range(len(pairs)):
@@ -292,13 +290,13 @@ def match_group(
             target_from_source = _relative(fixed_poses[k], _compose(pose, moving_poses[k]))
             source_from_target = _relative(target_from_source, np.zeros(3))
             _accumulate(
-                sums, partners[0, k], follow, target_from_source, moving_poses[k], True,
+                sums, partners[0, k], target_from_source, moving_poses[k], True,
                 points_s[s], normals_s[s], counts_s[s],
                 points_t[t], normals_t[t], counts_t[t], tables_t[t],
                 distance, kernel_width,
             )  # fmt: skip
             _accumulate(
-                sums, partners[1, k], follow, source_from_target, moving_poses[k], False,
+                sums, partners[1, k], source_from_target, moving_poses[k], False,
                 points_t[t], normals_t[t], counts_t[t],
                 points_s[s], normals_s[s], counts_s[s], tables_s[s],
                 distance, kernel_width,
@@ -317,7 +315,6 @@ def match_group(
         settled = abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4
         if settled and distance <= NARROWEST:
             break
-        follow = distance <= NARROWEST
         distance = max(NARROWEST, 0.7 * distance)
     quality[0] = sums[11] / max(sums[12], 1.0)
     quality[1] = np.sqrt(sums[10] / max(sums[9], 1e-9))

@@ -14,6 +14,8 @@ HALF_LENGTH = 3.0
 """Metres of path to each side of the middle."""
 
 _POINT_SPACING = 0.1
+_SAMPLE_RADIUS = 15.0
+_MIN_SAMPLE = 50
 
 
 @dataclass(frozen=True)
@@ -45,3 +47,9 @@ class Submap:
         _, index = np.unique(cells[:, 0] * 1_000_003 + cells[:, 1], return_index=True)
         kept: NDArray[np.float64] = points[np.sort(index)]
         return kept
+
+    def sample(self, store: ScanStore, map_from_keyframe: Pose, most: int) -> NDArray[np.float64] | None:
+        """Some ``most`` of the points near the middle, with which to seek it; None when there are too few."""
+        points = self.points(store, map_from_keyframe)
+        points = points[np.abs(points).max(axis=1) < _SAMPLE_RADIUS]
+        return None if len(points) < _MIN_SAMPLE else points[:: max(1, len(points) // most)]
