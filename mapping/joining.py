@@ -65,7 +65,7 @@ def _close_loops(joint: Session, known: int, story: list[Hypothesis]) -> Session
     for constraint in [*joint.constraints, *told]:
         graph.add(constraint)
     poses = graph.optimize_roughly(joint.map_from_keyframe)
-    start = loops.submaps.index(story[0].moving)
+    start = story[0].moving.index
     for query in sorted(range(known, len(loops.submaps)), key=lambda k: abs(k - start)):
         poses = graph.close(loops.seek(query, known, poses), poses)
     poses = graph.settle(poses)

@@ -4,6 +4,8 @@ Each submap is sought among the earlier ones that lie, for all that is known, wi
 is a hypothesis, kept open until its neighbours along the path tell the same story.
 """
 
+from array import array
+from bisect import bisect_left, bisect_right, insort
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -49,6 +51,7 @@ AGREE_DISTANCE = 0.35
 AGREE_ANGLE = np.deg2rad(2.5)
 AGREE_WITHIN = 14.0
 METRES_PER_WITNESS = 4.0
+WITNESSES_WITHIN = 60.0
 
 
 @dataclass(eq=False)
@@ -73,12 +76,14 @@ class LoopCloser:
     verify: bool = True
     submaps: list[Submap] = field(default_factory=list)
     hypotheses: list[Hypothesis] = field(default_factory=list)
+    """In the order of their moving submaps."""
     path: list[float] = field(default_factory=list)
     """(K,) metres driven up to each keyframe."""
     doubt: list[float] = field(default_factory=list)
     """(K,) the same, with each keyframe that scans do not tie counted as many metres more."""
     log: dict[str, int] = field(default_factory=dict)
-    _edges: list[tuple[int, int, float]] = field(default_factory=list)
+    _edges: "array[float]" = field(default_factory=lambda: array("d"))
+    """Submap, submap and metres of doubt between them, flat: it grows all day and is read at each submap."""
     _pyramids: dict[int, LikelihoodPyramid] = field(default_factory=dict)
 
     def add_keyframe(self, distance: float, *, is_tied: bool = True) -> Submap | None:
@@ -96,10 +101,10 @@ class LoopCloser:
             return None
         middle = int(np.searchsorted(path, next_middle)) + offset
         first = int(np.searchsorted(path, self.path[middle] - HALF_LENGTH)) + offset
-        submap = Submap(first, middle, last)
+        n = len(self.submaps)
+        submap = Submap(n, first, middle, last)
         if self.submaps:
-            n = len(self.submaps)
-            self._edges.append((n - 1, n, self.doubt[middle] - self.doubt[self.submaps[-1].middle]))
+            self._edges.extend((n - 1, n, self.doubt[middle] - self.doubt[self.submaps[-1].middle]))
         self.submaps.append(submap)
         return submap
 
@@ -110,7 +115,7 @@ class LoopCloser:
     def to_arrays(self) -> Arrays:
         """All there is to know; right after `forget_pyramids` another goes on from it exactly."""
         found = self.hypotheses
-        ends = [[self.submaps.index(h.fixed), self.submaps.index(h.moving)] for h in found]
+        ends = [[h.fixed.index, h.moving.index] for h in found]
         return {
             "submaps": np.array([[s.first, s.middle, s.last] for s in self.submaps], np.int32).reshape(-1, 3),
             "path": np.array(self.path),
@@ -128,11 +133,12 @@ class LoopCloser:
     @classmethod
     def from_arrays(cls, arrays: Arrays, store: ScanStore, *, verify: bool) -> "LoopCloser":
         """Loop closure over the keyframes of ``store`` that goes on from where another was."""
-        closer = cls(store, verify, [Submap(*row) for row in arrays["submaps"].tolist()])
+        submaps = [Submap(k, *row) for k, row in enumerate(arrays["submaps"].tolist())]
+        closer = cls(store, verify, submaps)
         closer.path = arrays["path"].tolist()
         closer.doubt = arrays["doubt"].tolist()
         closer.log = dict(zip(arrays["log_names"].tolist(), arrays["log_counts"].tolist(), strict=True))
-        closer._edges = [(int(a), int(b), length) for a, b, length in arrays["edges"].tolist()]
+        closer._edges = array("d", arrays["edges"].ravel())
         for ends, pose, information, reach, accepted in zip(
             arrays["hypothesis_submaps"].tolist(),
             arrays["hypothesis_poses"].astype(np.float64),
@@ -149,13 +155,17 @@ class LoopCloser:
         """Both over ``store``, which holds the keyframes of the later one after those of this one. Nothing
         connects them yet, and neither brings its hypotheses."""
         keyframes, submaps = len(self.path), len(self.submaps)
-        moved = [Submap(*(keyframes + k for k in (s.first, s.middle, s.last))) for s in later.submaps]
+        moved = [
+            Submap(submaps + s.index, keyframes + s.first, keyframes + s.middle, keyframes + s.last)
+            for s in later.submaps
+        ]
         both = LoopCloser(store, later.verify, [*self.submaps, *moved])
         driven = self.path[-1] if self.path else 0.0
         both.path = [*self.path, *(driven + metres for metres in later.path)]
         doubted = self.doubt[-1] if self.doubt else 0.0
         both.doubt = [*self.doubt, *(doubted + metres for metres in later.doubt)]
-        both._edges = [*self._edges, *((submaps + a, submaps + b, d) for a, b, d in later._edges)]
+        shifted = np.reshape(later._edges, (-1, 3)) + np.array([submaps, submaps, 0.0])
+        both._edges = array("d", [*self._edges, *shifted.ravel()])
         return both
 
     def close(self, poses: Pose) -> list[Constraint]:
@@ -166,16 +176,16 @@ class LoopCloser:
     def seek(self, query: int, among: int, poses: Pose) -> list[Constraint]:
         """Seek a submap among the first so many; returns the loop closures that this settles."""
         for index, reach, turn in self._candidates(query, among, poses):
-            hypothesis = self._try(self.submaps[index], index, self.submaps[query], poses, reach, turn)
+            hypothesis = self._try(self.submaps[index], self.submaps[query], poses, reach, turn)
             if hypothesis is not None:
-                self.hypotheses.append(hypothesis)
+                insort(self.hypotheses, hypothesis, key=lambda h: h.moving.index)
         return self.accept(self._settled(query, poses))
 
     def accept(self, hypotheses: Sequence[Hypothesis]) -> list[Constraint]:
         """Hold hypotheses for true; returns them as constraints."""
         for h in hypotheses:
             h.accepted = True
-            self._edges.append((self.submaps.index(h.fixed), self.submaps.index(h.moving), 0.1))
+            self._edges.extend((h.fixed.index, h.moving.index, 0.1))
         return [
             Constraint(h.fixed.middle, h.moving.middle, h.fixed_from_moving, h.information, "loop_closure")
             for h in hypotheses
@@ -188,7 +198,7 @@ class LoopCloser:
         if among == 0:
             return []
         n = len(self.submaps)
-        edges = np.array(self._edges)
+        edges = np.reshape(self._edges, (-1, 3))
         graph = csr_array((edges[:, 2], (edges[:, 0].astype(int), edges[:, 1].astype(int))), shape=(n, n))
         distances = dijkstra(graph, directed=False, indices=np.array([query]))[0, :among]
         middles = np.array([submap.middle for submap in self.submaps])
@@ -206,24 +216,22 @@ class LoopCloser:
                 chosen.append((int(index), float(reach[index]), float(turn[index])))
         return chosen
 
-    def _pyramid(self, index: int, poses: Pose) -> LikelihoodPyramid:
-        if index not in self._pyramids:
+    def _pyramid(self, submap: Submap, poses: Pose) -> LikelihoodPyramid:
+        if submap.index not in self._pyramids:
             if len(self._pyramids) >= 48:
                 self._pyramids.pop(next(iter(self._pyramids)))
-            self._pyramids[index] = LikelihoodPyramid(
-                self.submaps[index].points(self.store, poses), PYRAMID_RADIUS
-            )
-        return self._pyramids[index]
+            self._pyramids[submap.index] = LikelihoodPyramid(submap.points(self.store, poses), PYRAMID_RADIUS)
+        return self._pyramids[submap.index]
 
     def _try(
-        self, fixed: Submap, index: int, moving: Submap, poses: Pose, reach: float, turn: float
+        self, fixed: Submap, moving: Submap, poses: Pose, reach: float, turn: float
     ) -> Hypothesis | None:
         points = moving.sample(self.store, poses, MOVING_POINTS)
         if points is None:
             return None
         guess = between(poses[fixed.middle], poses[moving.middle])
         self._count("searched")
-        fit = self._search(self._pyramid(index, poses), points, guess, Window(reach, turn))
+        fit = self._search(self._pyramid(fixed, poses), points, guess, Window(reach, turn))
         if fit is None:
             return None
         return self.verified(fixed, moving, poses, fit.pose, reach)
@@ -278,7 +286,13 @@ class LoopCloser:
 
     def _settled(self, query: int, poses: Pose) -> list[Hypothesis]:
         now = self.path[self.submaps[query].last]
-        recent = [h for h in self.hypotheses if abs(now - self.path[h.moving.middle]) < 60.0]
+
+        def driven(h: Hypothesis) -> float:
+            return self.path[h.moving.middle]
+
+        first = bisect_right(self.hypotheses, now - WITNESSES_WITHIN, key=driven)
+        end = bisect_left(self.hypotheses, now + WITNESSES_WITHIN, key=driven)
+        recent = self.hypotheses[first:end]
         settled = []
         for h in recent:
             if h.accepted:

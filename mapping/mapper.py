@@ -286,10 +286,10 @@ class Mapper:
 
     def _calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
-        known = [i for i, step in enumerate(self._wheel_steps) if step is not None and i >= first]
+        known = [i for i, step in enumerate(self._wheel_steps[first:], first) if step is not None]
         measured = np.array([self._wheel_steps[i] for i in known]).reshape(-1, 3)
-        matched = between(self._map_from_keyframe[:-1], self._map_from_keyframe[1:])
-        self._reckoning.calibration = calibrate(measured, matched[known])
+        matched = between(self._map_from_keyframe[known], self._map_from_keyframe[1:][known])
+        self._reckoning.calibration = calibrate(measured, matched)
 
     def _settle(self) -> None:
         """Match all pairs of keyframes once more from where they are now, and solve the whole graph."""

@@ -31,7 +31,7 @@ loops.log_counts              (L,) int64          how often
 ============================  ==================  ============================================================
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,17 +61,18 @@ class Session:
 
     def constraints_between_bases(self) -> list[Constraint]:
         """The same constraints between the bases of the keyframes instead of the lasers."""
-        return [self._between_bases(constraint) for constraint in self.constraints]
-
-    def _between_bases(self, constraint: Constraint) -> Constraint:
-        a_from_base = self.keyframe_from_base[constraint.from_keyframe]
-        b_from_base = self.keyframe_from_base[constraint.to_keyframe]
-        moved = compose(compose(inverse(a_from_base), constraint.from_pose_to_pose), b_from_base)
+        if not self.constraints:
+            return []
+        ends = np.array([(c.from_keyframe, c.to_keyframe) for c in self.constraints])
+        a_from_base, b_from_base = np.moveaxis(self.keyframe_from_base[ends], 1, 0)
+        a_from_b = np.array([c.from_pose_to_pose for c in self.constraints])
+        moved = compose(compose(inverse(a_from_base), a_from_b), b_from_base)
         adjoint = _adjoint(b_from_base)
-        information = adjoint.T @ constraint.information @ adjoint
-        return Constraint(
-            constraint.from_keyframe, constraint.to_keyframe, moved, information, constraint.kind
-        )
+        information = np.swapaxes(adjoint, 1, 2) @ [c.information for c in self.constraints] @ adjoint
+        return [
+            replace(c, from_pose_to_pose=pose, information=weight)
+            for c, pose, weight in zip(self.constraints, moved, information, strict=True)
+        ]
 
     def to_arrays(self) -> Arrays:
         """The arrays that the module's documentation names."""
@@ -103,7 +104,12 @@ class Session:
 
 
 def _adjoint(pose: Pose) -> NDArray[np.float64]:
-    """(3, 3) of SE(2): carries a twist from the frame of b to that of a, for a_from_b."""
-    x, y, yaw = pose
-    cos, sin = np.cos(yaw), np.sin(yaw)
-    return np.array([[cos, -sin, y], [sin, cos, -x], [0.0, 0.0, 1.0]])
+    """(N, 3, 3) of SE(2): each carries a twist from the frame of b to that of a, for a_from_b (N, 3)."""
+    x, y, yaw = pose.T
+    adjoint = np.zeros((len(pose), 3, 3))
+    adjoint[:, 0, 0] = adjoint[:, 1, 1] = np.cos(yaw)
+    adjoint[:, 1, 0] = np.sin(yaw)
+    adjoint[:, 0, 1] = -np.sin(yaw)
+    adjoint[:, 0, 2], adjoint[:, 1, 2] = y, -x
+    adjoint[:, 2, 2] = 1.0
+    return adjoint

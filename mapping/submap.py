@@ -22,6 +22,8 @@ _MIN_SAMPLE = 50
 class Submap:
     """Keyframes ``first`` to ``last`` (inclusive) about keyframe ``middle``, whose frame is the submap's."""
 
+    index: int
+    """Its number among the submaps."""
     first: int
     middle: int
     last: int
