@@ -1,13 +1,16 @@
 """The beams of a scan that are weighed: few, evenly taken, and corrected for the car's motion."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.odometry import OdometryBuffer
 from maps.scan import Scan
 from maps.se2 import Pose, between, compose
+
+OdometryAt = Callable[[NDArray[np.int64]], Pose]
+"""``odom_from_base`` (N, 3) at stamps (N,) in nanoseconds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,7 +28,7 @@ class Beams:
         return len(self.bearings)
 
 
-def select_beams(scan: Scan, count: int, odometry: OdometryBuffer | None) -> Beams:
+def select_beams(scan: Scan, count: int, odometry_at: OdometryAt | None) -> Beams:
     """Up to ``count`` beams evenly over those that carry information, set back by the motion since the stamp.
 
     The motion during the sweep comes from the odometry; without it the car is taken to stand.
@@ -34,16 +37,16 @@ def select_beams(scan: Scan, count: int, odometry: OdometryBuffer | None) -> Bea
     chosen = useful[np.linspace(0, len(useful) - 1, min(count, len(useful))).round().astype(np.int64)]
     bearings, ranges = scan.bearings[chosen], scan.ranges[chosen]
     offsets = scan.time_offsets[chosen]
-    if odometry is not None and len(chosen) and np.ptp(offsets) + abs(offsets[0]) > 0:
-        laser_from_moved_laser = _motion_since_stamp(scan, offsets, odometry)
+    if odometry_at is not None and len(chosen) and np.ptp(offsets) + abs(offsets[0]) > 0:
+        laser_from_moved_laser = _motion_since_stamp(scan, offsets, odometry_at)
         bearings, ranges = _seen_from_stamp(bearings, ranges, laser_from_moved_laser)
     return Beams(bearings, ranges, scan.base_from_laser, scan.max_range)
 
 
-def _motion_since_stamp(scan: Scan, offsets: NDArray[np.float64], odometry: OdometryBuffer) -> Pose:
+def _motion_since_stamp(scan: Scan, offsets: NDArray[np.float64], odometry_at: OdometryAt) -> Pose:
     """(B, 3) ``laser_from_moved_laser``: the laser at each beam's time, seen from the laser at the stamp."""
     stamps = scan.stamp + np.rint(offsets * 1e9).astype(np.int64)
-    odom_from_base = odometry.pose_at(np.append(stamps, scan.stamp))
+    odom_from_base = odometry_at(np.append(stamps, scan.stamp))
     odom_from_laser = compose(odom_from_base, scan.base_from_laser)
     return between(odom_from_laser[-1], odom_from_laser[:-1])
 

@@ -1,5 +1,7 @@
 """The settings of localization."""
 
+from typing import Literal
+
 from pydantic import BaseModel, ConfigDict, Field
 
 
@@ -8,14 +10,33 @@ class LocalizationConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    particles: int = Field(4000, ge=10, le=1_000_000, description="particles while tracking")
+    particles: int = Field(4000, ge=10, le=1_000_000, description="most particles while tracking")
+    fewest_particles: int = Field(
+        1000, ge=10, le=1_000_000, description="particles while a narrow cloud needs no more of them"
+    )
     scattered_particles: int = Field(
         20_000, ge=10, le=1_000_000, description="particles while it is not yet known where the car is"
     )
     beams: int = Field(100, ge=1, le=10_000, description="beams weighed per scan, evenly taken over it")
-    motion_noise: float = Field(
-        0.02, gt=0, le=1, description="standard deviation (m, rad) after a metre or radian of odometry"
+    motion_model: Literal["odometry", "ackermann"] = Field(
+        "odometry", description="what errs: the measured increment, or the speed and the steering behind it"
     )
+    turn_noise_per_turn: float = Field(
+        0.02,
+        gt=0,
+        le=1,
+        description="Thrun's alpha 1: standard deviation of the heading (rad) after a turn of 1",
+    )
+    turn_noise_per_metre: float = Field(
+        0.02, gt=0, le=1, description="alpha 2: standard deviation of the heading (rad) after a metre"
+    )
+    path_noise_per_metre: float = Field(
+        0.02, gt=0, le=1, description="alpha 3: standard deviation of the place (m) after a metre"
+    )
+    path_noise_per_turn: float = Field(
+        0.02, gt=0, le=1, description="alpha 4: standard deviation of the place (m) after a radian"
+    )
+    wheelbase: float = Field(0.33, gt=0, le=10, description="metres between the axles, for 'ackermann'")
     slip: float = Field(
         0.3, ge=0, le=2, description="standard deviation of the share by which wheels and steering deceive"
     )
@@ -27,6 +48,9 @@ class LocalizationConfig(BaseModel):
     )
     start_heading_spread: float = Field(
         0.25, gt=0, le=3.2, description="standard deviation in radians about a start heading that was given"
+    )
+    sensor_model: Literal["beam", "likelihood_field"] = Field(
+        "beam", description="a reading beside the range the map says, or how far its end is from a wall"
     )
     squash: float = Field(
         2.2, ge=1, description="a scan's probability is raised to 1/squash: its beams are not independent"

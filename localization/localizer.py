@@ -1,6 +1,6 @@
 """The localizer of a live car: odometry and scans in, poses out."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from threading import Lock
 
 import numpy as np
@@ -8,12 +8,13 @@ from numpy.typing import NDArray
 
 from localization.beams import Beams, select_beams
 from localization.config import LocalizationConfig
+from localization.motion_model_kernels import carry
 from localization.motion_source import RESTART_SECONDS, MotionSource, MotionStep
 from localization.particle_filter import ParticleFilter
 from localization.pose_estimate import PoseEstimate
 from localization.range_table import build_range_table
 from localization.refinement import find_walls, refine
-from localization.start_poses import draw_about, draw_anywhere, draw_start
+from localization.start_poses import draw_about, draw_anywhere, draw_start, draw_within
 from localization.tempering import temper
 from localization.weighing import scan_log_likelihood
 from maps.occupancy_grid import OccupancyGrid
@@ -37,8 +38,20 @@ _TRACKED_WITHIN = 0.5
 """Metres of standard deviation within which the place counts as known."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Published:
+    """What one scan came to; replaced as a whole, so that readers neither wait nor see two scans mixed."""
+
+    estimate: PoseEstimate
+    odom_from_base: Pose | None
+    """At the estimate's stamp, where odometry told it."""
+
+
 class Localizer:
-    """Tells the car's pose on a map; its methods may be called from several threads at once."""
+    """Tells the car's pose on a map; its methods may be called from several threads at once.
+
+    `add_odometry`, `pose_at` and `particles` do not wait for a scan that is being worked on.
+    """
 
     def __init__(self, grid: OccupancyGrid, config: LocalizationConfig, rng: np.random.Generator) -> None:
         """Builds the map's range table, which takes a few seconds on a large map.
@@ -52,26 +65,48 @@ class Localizer:
         self._lock = Lock()
         self._motion = MotionSource(config)
         self._last: PoseEstimate | None = None
+        self._published: _Published | None = None
         self._travel_since_weighing = 0.0
         self._scatter()
 
-    def set_pose(self, map_from_base: Pose) -> None:
-        """Start anew about a pose (3,).
+    def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None = None) -> None:
+        """Start anew about a pose (3,), as widely as its covariance (3, 3) or else the settings say.
 
         Raises UserError when it is not finite, off the map or far from any place where the car can stand.
         """
         with self._lock:
-            self._start_from(draw_start(map_from_base, self._table.free_space, self._config, self._rng))
+            start = draw_start(map_from_base, covariance, self._table.free_space, self._config, self._rng)
+            self._start_from(start)
+
+    def set_position(self, point_in_map: NDArray[np.float64], radius: float) -> None:
+        """Start anew from a point (2,) known to so many metres, facing any way.
+
+        Raises UserError when the car cannot stand there or these are not finite numbers.
+        """
+        with self._lock:
+            self._start_from(
+                draw_within(radius, point_in_map, self._table.free_space, self._config, self._rng)
+            )
 
     def scatter(self) -> None:
         """Start anew from anywhere on the map."""
         with self._lock:
             self._scatter()
 
+    def reconfigure(self, config: LocalizationConfig) -> None:
+        """Take other settings from the next scan on; the estimate goes on from where it is.
+
+        Raises UserError when the map does not fit into the settings' memory; then the old ones stay.
+        """
+        with self._lock:
+            if config.table_megabytes != self._config.table_megabytes:
+                self._table = build_range_table(self._walls.grid, config.table_megabytes)
+            self._config = config
+            self._motion.reconfigure(config)
+
     def add_odometry(self, odometry: Odometry) -> None:
         """Take in a sample of odometry; those out of order are left out."""
-        with self._lock:
-            self._motion.add(odometry)
+        self._motion.add(odometry)
 
     def add_scan(self, scan: Scan) -> PoseEstimate:
         """The pose at a scan's stamp; a scan out of order gives the last scan's pose again."""
@@ -79,20 +114,41 @@ class Localizer:
             if self._last is not None and 0 <= self._last.stamp - scan.stamp < RESTART_SECONDS * 1e9:
                 return replace(self._last, is_start=False)
             step = self._motion.step_to(scan.stamp)
-            self._filter.predict(step.base_from_next_base, step.deviations)
+            self._filter.predict(step, self._motion.model)
             if self._is_settled and (step.is_over_gap or self._lost_scans >= _LOST_AFTER):
                 self._start_over(step)
             was_settled = self._is_settled
-            beams = select_beams(scan, self._config.beams, self._motion.odometry_about(scan.stamp))
+            odometry_at = self._motion.poses_at if self._motion.knows(scan.stamp) else None
+            beams = select_beams(scan, self._config.beams, odometry_at)
             if len(beams) > 0 and self._is_news(step):
                 self._weigh(beams)
-            estimate = self._filter.estimate(scan.stamp, is_start=not was_settled)
+            doubt = min(self._lost_scans / _LOST_AFTER, 1.0)
+            estimate = self._filter.estimate(scan.stamp, is_start=not was_settled, lost_probability=doubt)
             if self._is_tracked(estimate):
                 estimate = replace(estimate, map_from_base=refine(estimate.map_from_base, beams, self._walls))
             self._filter.resample(min(len(self._filter), self._wanted_particles(estimate)))
             self._motion.follow(scan.stamp, estimate.map_from_base)
             self._last = estimate
+            self._published = _Published(estimate, self._motion.odom_from_base)
+            self._cloud = self._filter.map_from_base, self._filter.weights
             return estimate
+
+    def pose_at(self, stamp: int) -> PoseEstimate | None:
+        """The last estimate carried to a stamp by odometry, its covariance grown; None before any scan."""
+        published = self._published
+        if published is None:
+            return None
+        last = published.estimate
+        step = self._motion.step_from(published.odom_from_base, last.stamp, stamp)
+        map_from_base, covariance = carry(
+            last.map_from_base, last.covariance, step.base_from_next_base, step.deviations
+        )
+        return replace(last, stamp=stamp, map_from_base=map_from_base, covariance=covariance, is_start=False)
+
+    def particles(self) -> tuple[Pose, NDArray[np.float64]]:
+        """Poses (N, 3) and weights (N,) that sum to 1, as they were after the last scan or start."""
+        map_from_base, weights = self._cloud
+        return map_from_base.copy(), weights.copy()
 
     def _scatter(self) -> None:
         self._start_from(self._anywhere())
@@ -117,6 +173,7 @@ class Localizer:
     def _start_from(self, map_from_base: Pose, or_anywhere: bool = False) -> None:
         """Search among poses (N, 3) and, with ``or_anywhere``, for one elsewhere that fits far better."""
         self._filter = ParticleFilter(map_from_base, self._rng)
+        self._cloud = self._filter.map_from_base, self._filter.weights
         self._or_anywhere = or_anywhere
         self._is_settled = False
         self._lost_scans = 0

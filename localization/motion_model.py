@@ -1,26 +1,95 @@
 """How particles move: an increment of the car's motion, and noise about it."""
 
+from dataclasses import dataclass
+from typing import Protocol
+
 import numpy as np
 
-from localization.motion_model_kernels import move_particles
+from localization.config import LocalizationConfig
+from localization.motion_model_kernels import drive_particles, move_particles
 from maps.se2 import Pose
 
 
-def odometry_noise(base_from_next_base: Pose, noise: float, slip: float) -> Pose:
-    """(3,) standard deviations (metres, radians) of a measured increment (3,).
+class MotionModel(Protocol):
+    """What is known of how measured motion errs."""
 
-    The variance of ``noise`` grows with the motion, a radian counting as a metre, so that a drive is as
-    uncertain in many small steps as in few large ones; ``slip`` is a share of each coordinate, for what
-    wheels and steering get wrong for a while. A car that stands still gains no noise at all.
+    def deviations(self, base_from_next_base: Pose) -> Pose:
+        """(3,) standard deviations (metres, radians) of a measured increment (3,)."""
+
+    def move(
+        self, map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, rng: np.random.Generator
+    ) -> Pose:
+        """Particles (N, 3) after an increment (3,); each draws noise of its own, in its own base frame."""
+
+
+@dataclass(frozen=True)
+class OdometryModel:
+    """The increment errs in each coordinate.
+
+    The alphas are those of Thrun, Burgard and Fox: Probabilistic Robotics (2005), section 5.4. Here they
+    give variances that grow with the motion and not with its square, so that a drive is as uncertain in many
+    small steps as in few large ones; the ``slip`` is a share of each coordinate, for what wheels and steering
+    get wrong for a while. A car that stands still gains no noise at all.
     """
-    deviations: Pose = np.hypot(noise * np.sqrt(travel(base_from_next_base)), slip * base_from_next_base)
-    return deviations
+
+    config: LocalizationConfig
+
+    def deviations(self, base_from_next_base: Pose) -> Pose:
+        """(3,) standard deviations (metres, radians) of a measured increment (3,)."""
+        path, turn = _path_and_turn(base_from_next_base)
+        config = self.config
+        place = path * config.path_noise_per_metre**2 + turn * config.path_noise_per_turn**2
+        heading = path * config.turn_noise_per_metre**2 + turn * config.turn_noise_per_turn**2
+        deviations: Pose = np.sqrt([place, place, heading] + (config.slip * base_from_next_base) ** 2)
+        return deviations
+
+    def move(
+        self, map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, rng: np.random.Generator
+    ) -> Pose:
+        """Particles (N, 3) after an increment (3,); each draws noise of its own, in its own base frame."""
+        if not np.any(deviations) and not np.any(base_from_next_base):
+            return map_from_base
+        noise = rng.standard_normal(map_from_base.shape, dtype=np.float32)
+        return move_particles(map_from_base, base_from_next_base, deviations, noise)
+
+
+@dataclass(frozen=True)
+class AckermannModel:
+    """The speed errs and the steering does: the car goes on along an arc, never sideways.
+
+    A particle that goes farther turns further, and one that stands cannot turn.
+    """
+
+    config: LocalizationConfig
+
+    def deviations(self, base_from_next_base: Pose) -> Pose:
+        """(3,) standard deviations (metres, radians) along the arc, across it (none) and of the heading."""
+        path, turn = _path_and_turn(base_from_next_base)
+        steering = np.arctan2(self.config.wheelbase * turn, max(path, 1e-6))
+        along = path * self.config.path_noise_per_metre**2 + (self.config.slip * path) ** 2
+        heading = path * (self.config.turn_noise_per_metre / np.cos(steering)) ** 2
+        return np.sqrt([along, 0.0, heading + (self.config.slip * turn) ** 2])
+
+    def move(
+        self, map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, rng: np.random.Generator
+    ) -> Pose:
+        """Particles (N, 3) after an increment (3,); each draws a speed and a steering of its own."""
+        if not np.any(deviations) and not np.any(base_from_next_base):
+            return map_from_base
+        if deviations[1] > 0.0:  # nothing measured it, so it may have gone anywhere
+            return OdometryModel(self.config).move(map_from_base, base_from_next_base, deviations, rng)
+        noise = rng.standard_normal((len(map_from_base), 2), dtype=np.float32)
+        return drive_particles(map_from_base, base_from_next_base, deviations, noise)
+
+
+def motion_model(config: LocalizationConfig) -> MotionModel:
+    """The model that the settings name."""
+    return AckermannModel(config) if config.motion_model == "ackermann" else OdometryModel(config)
 
 
 def travel(base_from_next_base: Pose) -> float:
     """How much an increment (3,) moves the car: metres plus radians."""
-    x, y, yaw = base_from_next_base
-    return float(np.hypot(x, y) + abs(yaw))
+    return sum(_path_and_turn(base_from_next_base))
 
 
 def drift_noise(seconds: float, noise: float) -> Pose:
@@ -28,10 +97,6 @@ def drift_noise(seconds: float, noise: float) -> Pose:
     return np.full(3, noise * np.sqrt(seconds))
 
 
-def move(map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, rng: np.random.Generator) -> Pose:
-    """Particles (N, 3) after an increment (3,); each draws noise of its own, in its own base frame."""
-    if not np.any(deviations) and not np.any(base_from_next_base):
-        return map_from_base
-    noise = rng.standard_normal(map_from_base.shape, dtype=np.float32)
-    moved: Pose = move_particles(map_from_base, base_from_next_base, deviations, noise)
-    return moved
+def _path_and_turn(base_from_next_base: Pose) -> tuple[float, float]:
+    x, y, yaw = base_from_next_base
+    return float(np.hypot(x, y)), float(abs(yaw))

@@ -1,4 +1,4 @@
-"""The loop over the particles of the motion model."""
+"""The loops over the particles of the motion models."""
 
 import math
 
@@ -25,3 +25,60 @@ def move_particles(
         moved[i, 1] = map_from_base[i, 1] + sin * forward + cos * left
         moved[i, 2] = math.pi - (math.pi - yaw - turn) % (2.0 * math.pi)
     return moved
+
+
+@njit(cache=True, nogil=True)
+def drive_particles(
+    map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, noise: NDArray[np.float32]
+) -> Pose:
+    """Particles (N, 3) moved along arcs; ``noise`` (N, 2) is of the way and of the turn on it."""
+    turn, chord = base_from_next_base[2], math.hypot(base_from_next_base[0], base_from_next_base[1])
+    way = math.copysign(chord / _chord_share(turn), base_from_next_base[0])
+    turn_on_way = turn / way if way != 0.0 else 0.0
+    moved = np.empty_like(map_from_base)
+    for i in range(len(map_from_base)):
+        driven = way + deviations[0] * noise[i, 0]
+        turned = driven * turn_on_way + deviations[2] * noise[i, 1]
+        yaw = map_from_base[i, 2]
+        direction, straight = yaw + 0.5 * turned, driven * _chord_share(turned)
+        moved[i, 0] = map_from_base[i, 0] + straight * math.cos(direction)
+        moved[i, 1] = map_from_base[i, 1] + straight * math.sin(direction)
+        moved[i, 2] = math.pi - (math.pi - yaw - turned) % (2.0 * math.pi)
+    return moved
+
+
+@njit(cache=True, nogil=True)
+def _chord_share(turn: float) -> float:
+    """The chord of an arc that turns by so much, over its length."""
+    return math.sin(0.5 * turn) / (0.5 * turn) if abs(turn) > 1e-6 else 1.0
+
+
+@njit(cache=True, nogil=True)
+def carry(
+    map_from_base: Pose,
+    covariance: NDArray[np.float64],
+    base_from_next_base: Pose,
+    deviations: Pose,
+) -> tuple[Pose, NDArray[np.float64]]:
+    """A pose (3,) and its covariance (3, 3) in the map, after an increment (3,) with deviations (3,)."""
+    yaw = map_from_base[2]
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    forward, left, turn = base_from_next_base
+    shift_x, shift_y = cos * forward - sin * left, sin * forward + cos * left
+    carried = np.array(
+        [
+            map_from_base[0] + shift_x,
+            map_from_base[1] + shift_y,
+            math.pi - (math.pi - yaw - turn) % (2.0 * math.pi),
+        ]
+    )
+    turned = np.array([[1.0, 0.0, -shift_y], [0.0, 1.0, shift_x], [0.0, 0.0, 1.0]])
+    axes = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) * deviations
+    grown = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                grown[i, j] += axes[i, k] * axes[j, k]
+                for m in range(3):
+                    grown[i, j] += turned[i, k] * covariance[k, m] * turned[j, m]
+    return carried, grown

@@ -1,13 +1,15 @@
 """The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
 
 from dataclasses import dataclass
+from threading import Lock
 
 import numpy as np
+from numpy.typing import NDArray
 
 from localization.config import LocalizationConfig
-from localization.motion_model import drift_noise, odometry_noise, travel
+from localization.motion_model import drift_noise, motion_model, travel
 from maps.odometry import Odometry, OdometryBuffer
-from maps.se2 import IDENTITY, Pose, between
+from maps.se2 import IDENTITY, Pose, between, compose
 
 RESTART_SECONDS = 1.0
 """A clock that goes back by more has been set anew; by less, messages came out of order."""
@@ -22,13 +24,15 @@ _STANDING = 0.01
 """Metres or radians per second below which a car stands."""
 _LONGEST_CARRY = 0.5
 """Seconds for which a speed is believed to last."""
+_LONGEST_EXTRAPOLATION = 0.1
+"""Seconds for which the latest odometry's speed is taken to last, while the next is on its way."""
 _SPEED_MEMORY = 0.15
 """Seconds over which the speed of the estimates is averaged."""
 
 
 @dataclass(frozen=True, eq=False)
 class MotionStep:
-    """The motion between two scans."""
+    """The motion between two moments."""
 
     base_from_next_base: Pose
     deviations: Pose
@@ -45,34 +49,68 @@ class MotionStep:
 
 
 class MotionSource:
-    """Gathers odometry, and tells the motion since the last scan; none of it is counted twice or lost."""
+    """Gathers odometry, and tells the motion since the last scan; none of it is counted twice or lost.
+
+    Odometry may come in from another thread at any time; the other methods belong to the thread that has
+    the scan, but for `step_from`, which anyone may ask.
+    """
 
     def __init__(self, config: LocalizationConfig) -> None:
-        self._config = config
+        self._lock = Lock()
         self._odometry = OdometryBuffer()
+        self._latest: tuple[int, Pose] | None = None
+        self._odometry_speed: Pose = IDENTITY
+        self._restarts = 0
+        self._followed_restarts = 0
         self._odom_from_base: Pose | None = None
         self._stamp: int | None = None
         self._possible_speed: Pose = IDENTITY
         self._speed: Pose = IDENTITY
         self._last_estimate: tuple[int, Pose] | None = None
+        self.reconfigure(config)
+
+    def reconfigure(self, config: LocalizationConfig) -> None:
+        """Take other settings from here on."""
+        self._config = config
+        self.model = motion_model(config)
 
     def add(self, odometry: Odometry) -> None:
         """Take a sample; one that is not finite or comes out of order is left out."""
         if not np.all(np.isfinite(odometry.odom_from_base)):
             return
-        latest = self._odometry.latest_stamp
-        if latest is not None and latest - odometry.stamp > RESTART_SECONDS * 1e9:
-            self._odometry = OdometryBuffer()
-            self._odom_from_base = None
-        self._odometry.add(odometry)
+        with self._lock:
+            if self._latest is not None and self._latest[0] - odometry.stamp > RESTART_SECONDS * 1e9:
+                self._odometry, self._latest = OdometryBuffer(), None
+                self._restarts += 1
+            if not self._odometry.add(odometry):
+                return
+            self._odometry_speed = self._speed_to(odometry)
+            self._latest = odometry.stamp, np.array(odometry.odom_from_base, dtype=np.float64)
 
-    def odometry_about(self, stamp: int) -> OdometryBuffer | None:
-        """The odometry if it reaches to a stamp, or nearly."""
-        latest = self._odometry.latest_stamp
-        return self._odometry if latest is not None and stamp - latest < _STALE_SECONDS * 1e9 else None
+    def knows(self, stamp: int) -> bool:
+        """Whether the odometry reaches to a stamp, or nearly."""
+        latest = self._latest
+        return latest is not None and stamp - latest[0] < _STALE_SECONDS * 1e9
+
+    def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
+        """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.
+
+        Raises LookupError while there is no odometry.
+        """
+        with self._lock:
+            poses = self._odometry.pose_at(stamps)
+            latest, speed = self._latest, self._odometry_speed
+        assert latest is not None
+        ahead = np.clip((stamps - latest[0]) * 1e-9, 0.0, _LONGEST_EXTRAPOLATION)
+        return compose(poses, ahead[..., None] * speed) if np.any(ahead > 0.0) else poses
 
     def step_to(self, stamp: int) -> MotionStep:
         """The motion since the last call."""
+        with self._lock:
+            is_restarted = self._followed_restarts != self._restarts
+            self._followed_restarts = self._restarts
+        if is_restarted:
+            self._odom_from_base = None
         if self._stamp is None:
             seconds = 0.0
         elif self._stamp - stamp > RESTART_SECONDS * 1e9:
@@ -81,7 +119,25 @@ class MotionSource:
         else:
             seconds = max(stamp - self._stamp, 0) * 1e-9
         self._stamp = stamp
-        return self._measured(stamp, seconds) or self._carried_on(seconds)
+        before = self._odom_from_base
+        self._odom_from_base = self.poses_at(np.array(stamp)) if self.knows(stamp) else None
+        return self._measured(before, self._odom_from_base, seconds) or self._carried_on(seconds)
+
+    @property
+    def odom_from_base(self) -> Pose | None:
+        """(3,) at the stamp of the last step; None where no odometry told it."""
+        return self._odom_from_base
+
+    def step_from(self, odom_from_base: Pose | None, since: int, stamp: int) -> MotionStep:
+        """The motion from a stamp, at which the odometry said ``odom_from_base``, to another one.
+
+        The answer is not remembered, so anyone may ask for the motion up to now.
+        """
+        seconds = (stamp - since) * 1e-9
+        if odom_from_base is not None and self.knows(stamp):
+            step = between(odom_from_base, self.poses_at(np.array(stamp)))
+            return MotionStep(step, self.model.deviations(step), travel(step), seconds)
+        return self._carried_on(seconds)
 
     def follow(self, stamp: int, map_from_base: Pose) -> None:
         """Learn the car's speed from an estimate, for when odometry fails."""
@@ -96,17 +152,23 @@ class MotionSource:
         """The estimates to come do not continue those before."""
         self._speed, self._last_estimate = IDENTITY, None
 
-    def _measured(self, stamp: int, seconds: float) -> MotionStep | None:
-        before, odometry = self._odom_from_base, self.odometry_about(stamp)
-        self._odom_from_base = odometry.pose_at(stamp) if odometry is not None else None
-        if before is None or self._odom_from_base is None:
+    def _speed_to(self, odometry: Odometry) -> Pose:
+        """(3,) m/s and rad/s from the sample before; none where that is too long ago or has jumped."""
+        if self._latest is None:
+            return IDENTITY
+        seconds = (odometry.stamp - self._latest[0]) * 1e-9
+        speed = between(self._latest[1], odometry.odom_from_base) / seconds
+        is_sound = seconds < _STALE_SECONDS and travel(speed) < _FASTEST
+        return speed if is_sound else IDENTITY
+
+    def _measured(self, before: Pose | None, after: Pose | None, seconds: float) -> MotionStep | None:
+        if before is None or after is None:
             return None
-        step = between(before, self._odom_from_base)
+        step = between(before, after)
         if travel(step) > _FASTEST * (seconds + _STALE_SECONDS):
             return None
         possible = self._possible_step(step, seconds)
-        noise = odometry_noise(possible, self._config.motion_noise, self._config.slip)
-        return MotionStep(step, noise, travel(possible), seconds)
+        return MotionStep(step, self.model.deviations(possible), travel(possible), seconds)
 
     def _possible_step(self, step: Pose, seconds: float) -> Pose:
         """(3,) how far the car may have gone in each coordinate: as measured, or on as a moment before."""
@@ -118,6 +180,6 @@ class MotionSource:
         return self._possible_speed * seconds
 
     def _carried_on(self, seconds: float) -> MotionStep:
-        step = self._speed * min(seconds, _LONGEST_CARRY)
-        noise = drift_noise(min(seconds, GAP_SECONDS), self._config.drift_noise)
+        step = self._speed * float(np.clip(seconds, -_LONGEST_CARRY, _LONGEST_CARRY))
+        noise = drift_noise(min(abs(seconds), GAP_SECONDS), self._config.drift_noise)
         return MotionStep(step, noise, np.inf, seconds)

@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from localization.motion_model import move
+from localization.motion_model import MotionModel
+from localization.motion_source import MotionStep
 from localization.pose_estimate import PoseEstimate, dominant_cluster, mean_and_covariance
 from localization.resampling import effective_sample_size, systematic_resample
 from localization.tempering import LogLikelihood
@@ -34,9 +35,11 @@ class ParticleFilter:
         normalized: NDArray[np.float64] = weights / weights.sum()
         return normalized
 
-    def predict(self, base_from_next_base: Pose, deviations: Pose) -> None:
-        """Move all particles by an increment (3,) and noise of standard deviations (3,)."""
-        self.map_from_base = move(self.map_from_base, base_from_next_base, deviations, self._rng)
+    def predict(self, step: MotionStep, model: MotionModel) -> None:
+        """Move all particles by a step, each by its own guess of how that was measured wrongly."""
+        self.map_from_base = model.move(
+            self.map_from_base, step.base_from_next_base, step.deviations, self._rng
+        )
 
     def explain(self, log_likelihood: LogLikelihood) -> NDArray[np.float64]:
         """(N,) how well each particle explains what was measured; a few first try to do so better elsewhere.
@@ -59,8 +62,8 @@ class ParticleFilter:
         self._log_weights += log_likelihood
         self._log_weights -= logsumexp(self._log_weights)
 
-    def estimate(self, stamp: int, is_start: bool) -> PoseEstimate:
-        """The heaviest cluster's mean, with the stamp and whether a search came before it noted on it."""
+    def estimate(self, stamp: int, is_start: bool, lost_probability: float) -> PoseEstimate:
+        """The heaviest cluster's mean, noted with the stamp, whether a search came before, and the doubt."""
         weights = self.weights
         cluster = dominant_cluster(self.map_from_base, weights)
         mean, covariance = mean_and_covariance(self.map_from_base[cluster], weights[cluster])
@@ -72,6 +75,7 @@ class ParticleFilter:
             effective_sample_size=effective_sample_size(weights),
             particle_count=len(self),
             is_start=is_start,
+            lost_probability=lost_probability,
         )
 
     def resample(self, count: int) -> None:

@@ -17,7 +17,7 @@ class PoseEstimate:
     """The pose of the dominant cluster of particles."""
 
     stamp: int
-    """Nanoseconds, of the scan."""
+    """Nanoseconds: of the scan, or the time to which odometry carried the estimate."""
     map_from_base: Pose
     covariance: NDArray[np.float64]
     """(3, 3) of x, y (m) and yaw (rad) in the map frame, within the cluster."""
@@ -27,6 +27,8 @@ class PoseEstimate:
     particle_count: int
     is_start: bool
     """Whether the pose was searched anew and does not continue the one before."""
+    lost_probability: float
+    """How likely the car is elsewhere, 0 to 1."""
 
 
 def dominant_cluster(map_from_base: Pose, weights: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -2,7 +2,7 @@ import threading
 
 import numpy as np
 import pytest
-from drives import BASE_FROM_LASER, BEARINGS, Drive, drive, room
+from drives import BASE_FROM_LASER, BEARINGS, Drive, drive, pose_at, room
 
 from localization.config import LocalizationConfig
 from localization.localizer import Localizer
@@ -150,6 +150,72 @@ def test_notices_that_scans_no_longer_fit() -> None:
 def test_impossible_start_is_a_sentence(pose: tuple[float, float, float]) -> None:
     with pytest.raises(UserError, match="initial pose"):
         localizer().set_pose(np.array(pose))
+
+
+@pytest.mark.parametrize("covariance", [np.full((3, 3), np.nan), -np.eye(3), np.eye(2)])
+def test_an_impossible_covariance_is_a_sentence(covariance: np.ndarray) -> None:
+    with pytest.raises(UserError, match="covariance"):
+        localizer().set_pose(compose(room().map_from_grid, [9.0, 4.0, 0.7]), covariance)
+
+
+def test_the_start_is_spread_by_its_covariance() -> None:
+    filter = localizer()
+    start = compose(room().map_from_grid, [9.0, 4.0, 0.7])
+    covariance = np.array([[0.04, 0.015, 0.0], [0.015, 0.01, 0.0], [0.0, 0.0, 0.0009]])
+    filter.set_pose(start, covariance)
+    poses, weights = filter.particles()
+    np.testing.assert_allclose(np.cov(poses.T), covariance, atol=4e-3)
+    assert np.isclose(weights.sum(), 1.0)
+
+
+def test_found_from_a_clicked_position_facing_any_way() -> None:
+    driven = drive(room(), 1.0, np.random.default_rng(0))
+    filter = localizer()
+    filter.set_position(driven.truth[0, :2] + [0.3, -0.3], 0.6)
+    metres, _ = errors(replay(filter, driven.messages), driven)
+    assert metres[-1] < 0.1
+
+
+@pytest.mark.parametrize(
+    ("point", "radius"), [((np.nan, 0.0), 1.0), ((1e3, 0.0), 1.0), ((0.0, 0.0), 0.0), ((0.0, 0.0), np.inf)]
+)
+def test_an_impossible_position_is_a_sentence(point: tuple[float, float], radius: float) -> None:
+    with pytest.raises(UserError, match=r"position|free space"):
+        localizer().set_position(np.array(point), radius)
+
+
+def test_the_pose_is_carried_to_now() -> None:
+    """Between scans and past the latest odometry, with more doubt the farther it is."""
+    driven = drive(room(), 2.0, np.random.default_rng(0), speed=3.0, odometry_scale=1.0)
+    filter = localizer()
+    assert filter.pose_at(0) is None
+    filter.set_pose(driven.truth[0])
+    estimates = replay(filter, [m for m in driven.messages if m.stamp <= 1.5 * SECOND])
+    last = estimates[-1]
+    for ahead in (0, 10_000_000, 40_000_000):
+        carried = filter.pose_at(last.stamp + ahead)
+        assert carried is not None
+        assert carried.stamp == last.stamp + ahead
+        truth = pose_at(room(), np.array([carried.stamp * 1e-9]), 3.0)[0]
+        before = driven.truth[len(estimates) - 1]
+        assert np.hypot(*(carried.map_from_base - truth)[:2]) < 0.06
+        assert np.hypot(*(truth - before)[:2]) >= 2.9 * ahead * 1e-9 - 1e-3
+        if ahead:
+            assert np.trace(carried.covariance) > np.trace(last.covariance)
+            assert not carried.is_start
+
+
+def test_settings_change_while_running() -> None:
+    driven = drive(room(), 2.0, np.random.default_rng(0))
+    filter = localizer(fewest_particles=4000)
+    filter.set_pose(driven.truth[0])
+    half = len(driven.messages) // 2
+    first = replay(filter, driven.messages[:half])
+    filter.reconfigure(LocalizationConfig(particles=500, beams=60))
+    second = replay(filter, driven.messages[half:])
+    assert second[-1].particle_count == 500
+    metres, _ = errors(first + second, driven)
+    assert metres[len(first) :].max() < 0.1
 
 
 def blinded(scan: Scan) -> Scan:

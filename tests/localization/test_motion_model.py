@@ -1,53 +1,114 @@
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from localization.motion_model import drift_noise, move, odometry_noise
+from localization.config import LocalizationConfig
+from localization.motion_model import AckermannModel, MotionModel, OdometryModel, drift_noise, motion_model
+from localization.motion_model_kernels import carry
 from maps.se2 import IDENTITY, between, compose, wrap_angle
 
 coordinate = st.floats(-5.0, 5.0)
 poses = st.tuples(coordinate, coordinate, st.floats(-3.1, 3.1)).map(np.array)
 
+MODELS = [OdometryModel(LocalizationConfig()), AckermannModel(LocalizationConfig())]
+
+
+def exact(**alphas: float) -> LocalizationConfig:
+    """No noise but what is named."""
+    tiny = 1e-9
+    names = ("turn_noise_per_turn", "turn_noise_per_metre", "path_noise_per_metre", "path_noise_per_turn")
+    return LocalizationConfig(**{**dict.fromkeys(names, tiny), "slip": 0.0, **alphas})
+
 
 @settings(deadline=None)
 @given(poses, poses)
 def test_without_noise_every_particle_moves_by_the_increment(start: np.ndarray, step: np.ndarray) -> None:
-    moved = move(np.tile(start, (3, 1)), step, np.zeros(3), np.random.default_rng(0))
+    moved = MODELS[0].move(np.tile(start, (3, 1)), step, np.zeros(3), np.random.default_rng(0))
     expected = compose(start, step)
     np.testing.assert_allclose(moved[:, :2], np.tile(expected[:2], (3, 1)), atol=1e-9)
     np.testing.assert_allclose(wrap_angle(moved[:, 2] - expected[2]), 0.0, atol=1e-9)
 
 
+@settings(deadline=None)
+@given(poses, st.floats(-3.0, 3.0).filter(lambda way: abs(way) > 1e-3), st.floats(-1.5, 1.5))
+def test_without_noise_a_steered_car_follows_its_arc(start: np.ndarray, way: float, turn: float) -> None:
+    chord = way * np.sinc(turn / 2 / np.pi)
+    step = np.array([chord * np.cos(turn / 2), chord * np.sin(turn / 2), turn])
+    moved = MODELS[1].move(start[None], step, np.zeros(3), np.random.default_rng(0))[0]
+    np.testing.assert_allclose(between(compose(start, step), moved), 0.0, atol=1e-7)
+
+
 def test_noise_lies_in_the_base_frame() -> None:
     start = np.tile([1.0, 2.0, np.pi / 2], (20_000, 1))
-    moved = move(start, np.array([1.0, 0.0, 0.0]), np.array([0.2, 0.01, 0.03]), np.random.default_rng(0))
+    deviations = np.array([0.2, 0.01, 0.03])
+    moved = MODELS[0].move(start, np.array([1.0, 0.0, 0.0]), deviations, np.random.default_rng(0))
     np.testing.assert_allclose(moved.mean(axis=0), [1.0, 3.0, np.pi / 2], atol=0.01)
     np.testing.assert_allclose(moved.std(axis=0), [0.01, 0.2, 0.03], rtol=0.03)
 
 
-def test_a_car_that_stands_still_gains_no_noise() -> None:
-    assert np.all(odometry_noise(IDENTITY, 0.02, 0.3) == 0.0)
+def test_a_steered_car_never_slides_aside_and_turns_with_its_way() -> None:
+    start, deviations = np.zeros((20_000, 3)), np.array([0.2, 0.0, 0.0])
+    straight = MODELS[1].move(start, np.array([1.0, 0.0, 0.0]), deviations, np.random.default_rng(0))
+    np.testing.assert_allclose(straight[:, 1:], 0.0, atol=1e-12)
+    np.testing.assert_allclose(straight[:, 0].std(), 0.2, rtol=0.03)
+    bend = MODELS[1].move(start, np.array([1.0, 0.2, 0.4]), deviations, np.random.default_rng(0))
+    assert np.corrcoef(np.hypot(bend[:, 0], bend[:, 1]), bend[:, 2])[0, 1] > 0.999
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_car_that_stands_still_gains_no_noise(model: MotionModel) -> None:
+    assert np.all(model.deviations(IDENTITY) == 0.0)
     cloud = np.random.default_rng(0).normal(size=(50, 3))
-    assert move(cloud, IDENTITY, np.zeros(3), np.random.default_rng(1)) is cloud
+    assert model.move(cloud, IDENTITY, np.zeros(3), np.random.default_rng(1)) is cloud
 
 
-def test_noise_does_not_depend_on_the_number_of_steps() -> None:
-    once = odometry_noise(np.array([4.0, 0.0, 0.0]), 0.02, 0.0)
-    np.testing.assert_allclose(once, 0.04)
-    in_steps = np.sqrt(16 * odometry_noise(np.array([0.25, 0.0, 0.0]), 0.02, 0.0) ** 2)
+@pytest.mark.parametrize("model", MODELS)
+def test_motion_that_nothing_measured_goes_any_way(model: MotionModel) -> None:
+    moved = model.move(np.zeros((5000, 3)), IDENTITY, drift_noise(4.0, 0.2), np.random.default_rng(0))
+    np.testing.assert_allclose(moved.std(axis=0), 0.4, rtol=0.05)
+
+
+def test_each_alpha_says_what_it_stands_for() -> None:
+    metre, radian = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, -1.0])
+    for name, step, expected in (
+        ("turn_noise_per_turn", radian, [0.0, 0.0, 0.3]),
+        ("turn_noise_per_metre", metre, [0.0, 0.0, 0.3]),
+        ("path_noise_per_metre", metre, [0.3, 0.3, 0.0]),
+        ("path_noise_per_turn", radian, [0.3, 0.3, 0.0]),
+    ):
+        model = OdometryModel(exact(**{name: 0.3}))
+        np.testing.assert_allclose(model.deviations(step), expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("name", ["odometry", "ackermann"])
+def test_noise_does_not_depend_on_the_number_of_steps(name: str) -> None:
+    model = motion_model(exact(path_noise_per_metre=0.02, turn_noise_per_metre=0.02, motion_model=name))
+    once = model.deviations(np.array([4.0, 0.0, 0.0]))
+    np.testing.assert_allclose(once[[0, 2]], 0.04)
+    in_steps = np.sqrt(16 * model.deviations(np.array([0.25, 0.0, 0.0])) ** 2)
     np.testing.assert_allclose(in_steps, once)
-    np.testing.assert_allclose(drift_noise(4.0, 0.2), 0.4)
 
 
 def test_slip_is_a_share_of_each_coordinate() -> None:
-    np.testing.assert_allclose(
-        odometry_noise(np.array([1.0, 0.0, -0.5]), 1e-12, 0.3), [0.3, 0.0, 0.15], atol=1e-9
-    )
+    deviations = OdometryModel(exact(slip=0.3)).deviations(np.array([1.0, 0.0, -0.5]))
+    np.testing.assert_allclose(deviations, [0.3, 0.0, 0.15], atol=1e-8)
 
 
 def test_headings_stay_within_half_a_turn() -> None:
-    moved = move(
-        np.array([[0.0, 0.0, 3.0]]), np.array([0.0, 0.0, 1.0]), np.zeros(3), np.random.default_rng(0)
-    )
-    np.testing.assert_allclose(between(moved[0], compose([0.0, 0.0, 3.0], [0.0, 0.0, 1.0])), 0.0, atol=1e-12)
+    start, step = np.array([[0.0, 0.0, 3.0]]), np.array([0.0, 0.0, 1.0])
+    moved = MODELS[0].move(start, step, np.zeros(3), np.random.default_rng(0))
+    np.testing.assert_allclose(between(moved[0], compose([0.0, 0.0, 3.0], step)), 0.0, atol=1e-12)
     assert -np.pi < moved[0, 2] <= np.pi
+
+
+def test_a_carried_covariance_is_that_of_carried_particles() -> None:
+    rng = np.random.default_rng(0)
+    pose, step = np.array([3.0, -2.0, 0.8]), np.array([1.0, 0.3, 0.4])
+    covariance = np.array([[0.010, 0.004, 0.002], [0.004, 0.020, -0.003], [0.002, -0.003, 0.005]])
+    deviations = np.array([0.10, 0.03, 0.05])
+    cloud = rng.multivariate_normal(pose, covariance, 200_000)
+    moved = MODELS[0].move(cloud, step, deviations, rng)
+    carried, grown = carry(pose, covariance, step, deviations)
+    np.testing.assert_allclose(carried, compose(pose, step), atol=1e-12)
+    np.testing.assert_allclose(grown, np.cov(moved.T), atol=5e-4)

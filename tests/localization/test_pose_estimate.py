@@ -15,11 +15,11 @@ def test_the_heavier_of_two_clusters_is_the_estimate() -> None:
     rng = np.random.default_rng(0)
     here, there = rng.normal([0, 0, 0], 0.1, (600, 3)), rng.normal([5, 0, 1], 0.1, (400, 3))
     filter = ParticleFilter(np.concatenate([here, there]), rng)
-    estimate = filter.estimate(7, is_start=False)
+    estimate = filter.estimate(7, is_start=False, lost_probability=0.0)
     np.testing.assert_allclose(estimate.map_from_base, 0.0, atol=0.05)
     assert np.isclose(estimate.cluster_weight, 0.6, atol=0.01)
     filter.weigh(np.where(np.arange(1000) < 600, 0.0, 2.0))
-    estimate = filter.estimate(8, is_start=False)
+    estimate = filter.estimate(8, is_start=False, lost_probability=0.0)
     np.testing.assert_allclose(estimate.map_from_base, [5.0, 0.0, 1.0], atol=0.05)
 
 
