@@ -93,7 +93,7 @@ class Mapper:
         not; ``base_from_laser`` (3,); wall ``seconds`` (T,) of the ``stages`` (T,).
         """
         return {
-            **self._session().to_arrays(),
+            **self.session().to_arrays(),
             **named("drive", self._drive.to_arrays()),
             **named("reckoning", self._reckoning.to_arrays()),
             "wheel_steps": np.array([pose_or_nan(step) for step in self._wheel_steps]).reshape(-1, 3),
@@ -154,7 +154,7 @@ class Mapper:
         report = progress or (lambda share: None)
         with self._timed("optimization"):
             self._settle()
-        session = self._session()
+        session = self.session()
         if earlier is not None:
             with self._timed("joining"):
                 session = join(earlier, session)
@@ -231,7 +231,8 @@ class Mapper:
         self._loops.forget_pyramids()
         self._can_be_saved = True
 
-    def _session(self) -> Session:
+    def session(self) -> Session:
+        """Everything so far but the scans between keyframes; it goes on growing with the mapper."""
         return Session(
             self._keyframes,
             self._rays,

@@ -66,10 +66,11 @@ def render(rays: Sequence[Rays], map_from_laser: Pose, resolution: float) -> Occ
         column, row = (pose[:2] - low) / resolution
         is_hit = np.arange(len(end)) < ray.returns
         cast_scan(column, row, (end - low) / resolution, is_hit, mark, marks, hits, passes)
-    return OccupancyGrid(_occupancy(hits, passes), resolution, np.array([low[0], low[1], 0.0]))
+    return OccupancyGrid(occupancy(hits, passes), resolution, np.array([low[0], low[1], 0.0]))
 
 
-def _occupancy(hits: NDArray[np.uint16], passes: NDArray[np.uint16]) -> NDArray[np.int8]:
+def occupancy(hits: NDArray[np.uint16], passes: NDArray[np.uint16]) -> NDArray[np.int8]:
+    """Percent occupied, or unknown, of cells that so many scans hit and passed."""
     log_odds = _LOG_ODDS_HIT * hits + _LOG_ODDS_PASS * passes
     percent = np.rint(100.0 / (1.0 + np.exp(-np.clip(log_odds, -20.0, 20.0))))
     return np.where(hits + passes > 0, percent, UNKNOWN).astype(np.int8)
