@@ -12,105 +12,131 @@ from numpy.typing import NDArray
 from mapping.rendering import Rays, occupancy
 from mapping.rendering_kernels import cast_scan
 from maps.occupancy_grid import UNKNOWN, OccupancyGrid
-from maps.se2 import IDENTITY, Pose, between, transform_points
+from maps.se2 import Pose, between, transform_points
 
 _LATEST = 80
 """Keyframes whose poses the mapper still adjusts as a matter of course."""
 _MOVED = 0.5
 """Cells by which a settled keyframe may move, or what it sees at ten metres, before all is drawn anew."""
 _GROWTH = 10.0
-"""Metres by which the grid grows at least."""
+"""Metres of spare room when the grid must grow."""
+
+_Counts = NDArray[np.uint16]
 
 
 class GrowingGrid:
     """Draws the grid of all keyframes so far; it belongs to one thread."""
 
     def __init__(self, resolution: float) -> None:
-        self._resolution = resolution
+        self._canvas = _Canvas(resolution)
+        self._drawn: Pose = np.zeros((0, 3))
         self.redrawn = 0
-        """How often all was drawn anew because the graph moved it."""
-        self._start_anew()
+        """How often all was drawn anew because the graph had moved it."""
 
     def draw(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
-        """The grid that rays (K) seen from poses (K, 3) draw; the keyframes of the last call are among them.
+        """The grid that rays (K) seen from poses (K, 3) draw; those of the last call are the first of them.
 
         K is at least 1.
         """
+        canvas = self._canvas
         if self._has_moved(map_from_laser):
             self.redrawn += 1
-            self._start_anew()
+            self._canvas = canvas = _Canvas(canvas.resolution)
+            self._drawn = self._drawn[:0]
         settled = max(len(rays) - _LATEST, len(self._drawn))
+        for index in range(len(self._drawn), len(rays)):
+            canvas.make_room(_touched(rays[index], map_from_laser[index]))
         for index in range(len(self._drawn), settled):
-            self._fit(self._ends(rays[index], map_from_laser[index]))
-            self._count(rays[index], map_from_laser[index], self._hits, self._passes)
+            canvas.count(rays[index], map_from_laser[index], canvas.hits, canvas.passes)
         self._drawn = map_from_laser[:settled].copy()
-        for index in range(settled, len(rays)):
-            self._fit(self._ends(rays[index], map_from_laser[index]))
-        return self._with_latest(rays[settled:], map_from_laser[settled:])
-
-    def _start_anew(self) -> None:
-        self._drawn: Pose = np.zeros((0, 3))
-        self._low: NDArray[np.float64] | None = None
-        self._hits = np.zeros((0, 0), dtype=np.uint16)
-        self._passes = np.zeros((0, 0), dtype=np.uint16)
-        self._marks = np.zeros((0, 0), dtype=np.int32)
-        self._cells = np.zeros((0, 0), dtype=np.int8)
-        self._mark = 0
-        self._clean_dirt()
+        return canvas.with_latest(rays[settled:], map_from_laser[settled:])
 
     def _has_moved(self, map_from_laser: Pose) -> bool:
         steps = between(self._drawn, map_from_laser[: len(self._drawn)])
         moved = np.hypot(steps[:, 0], steps[:, 1]) + 10.0 * np.abs(steps[:, 2])
-        return bool(np.any(moved > _MOVED * self._resolution))
+        return bool(np.any(moved > _MOVED * self._canvas.resolution))
 
-    def _ends(self, ray: Rays, pose: Pose) -> NDArray[np.float64]:
-        return np.concatenate([transform_points(pose, ray.ends), pose[None, :2]])
 
-    def _fit(self, points: NDArray[np.float64]) -> None:
-        """Let the grid grow until it holds points (N, 2), with room to spare."""
+class _Canvas:
+    """Counts of the settled keyframes, and the cells that were shown last."""
+
+    def __init__(self, resolution: float) -> None:
+        self.resolution = resolution
+        self.hits: _Counts = np.zeros((0, 0), dtype=np.uint16)
+        self.passes: _Counts = np.zeros((0, 0), dtype=np.uint16)
+        self._low = np.full(2, np.nan)
+        self._marks = np.zeros((0, 0), dtype=np.int32)
+        self._mark = 0
+        self._cells = np.zeros((0, 0), dtype=np.int8)
+        self._dirty = _Box()
+
+    def make_room(self, points: NDArray[np.float64]) -> None:
+        """Let the grid grow until it holds points (N, 2) of the map."""
         low, high = points.min(axis=0), points.max(axis=0)
-        if self._low is None:
-            self._low = np.floor(low / self._resolution) * self._resolution
-        size = np.array(self._cells.shape[::-1]) * self._resolution
-        room = np.maximum(self._low - low, 0.0), np.maximum(high - (self._low + size), 0.0)
-        if not np.any(room):
+        if np.isnan(self._low[0]):
+            self._low = np.floor(low / self.resolution) * self.resolution
+        size = np.array(self._cells.shape[::-1]) * self.resolution
+        before, after = self._spare(self._low - low), self._spare(high - (self._low + size))
+        if not np.any(before) and not np.any(after):
             return
-        before, after = (
-            np.where(side > 0.0, np.ceil((side + _GROWTH) / self._resolution), 0.0).astype(np.int64)
-            for side in room
-        )
-        self._low = self._low - before * self._resolution
+        self._low = self._low - before * self.resolution
         padding = list(zip(before[::-1].tolist(), after[::-1].tolist(), strict=True))
-        self._hits, self._passes = np.pad(self._hits, padding), np.pad(self._passes, padding)
-        self._marks = np.pad(self._marks, padding, constant_values=0)
+        self.hits, self.passes = np.pad(self.hits, padding), np.pad(self.passes, padding)
+        self._marks = np.pad(self._marks, padding)
         self._cells = np.pad(self._cells, padding, constant_values=UNKNOWN)
-        shift = before[::-1]
-        self._dirt = (self._dirt[0] + shift, self._dirt[1] + shift)
+        self._dirty.move(before[::-1])
 
-    def _count(self, ray: Rays, pose: Pose, hits: NDArray[np.uint16], passes: NDArray[np.uint16]) -> None:
-        assert self._low is not None
+    def count(self, ray: Rays, pose: Pose, hits: _Counts, passes: _Counts) -> None:
+        """Count what a keyframe hits and passes."""
         self._mark += 1
-        ends = (transform_points(pose, ray.ends) - self._low) / self._resolution
-        column, row = (pose[:2] - self._low) / self._resolution
+        touched = (_touched(ray, pose) - self._low) / self.resolution
+        ends, (column, row) = touched[:-1], touched[-1]
         is_hit = np.arange(len(ends)) < ray.returns
         cast_scan(column, row, ends, is_hit, self._mark, self._marks, hits, passes)
-        touched = np.floor(np.concatenate([ends, [[column, row]]]))[:, ::-1].astype(np.int64)
-        low, high = self._dirt
-        self._dirt = np.minimum(low, touched.min(axis=0)), np.maximum(high, touched.max(axis=0) + 1)
+        self._dirty.add(np.floor(touched[:, ::-1]).astype(np.int64))
 
-    def _clean_dirt(self) -> None:
-        """Forget the box of cells, low and high row and column, that the counts do not agree with."""
-        self._dirt = np.full(2, 2**30, dtype=np.int64), np.zeros(2, dtype=np.int64)
-
-    def _with_latest(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
-        assert self._low is not None
-        hits, passes = self._hits.copy(), self._passes.copy()
-        drawn_over = self._dirt
-        self._clean_dirt()
+    def with_latest(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
+        """The grid with some keyframes more, which are not kept."""
+        hits, passes = self.hits.copy(), self.passes.copy()
+        outdated, self._dirty = self._dirty, _Box()
         for ray, pose in zip(rays, map_from_laser, strict=True):
-            self._count(ray, pose, hits, passes)
-        low = np.maximum(np.minimum(drawn_over[0], self._dirt[0]), 0)
-        high = np.maximum(drawn_over[1], self._dirt[1])
-        box = slice(low[0], high[0]), slice(low[1], high[1])
+            self.count(ray, pose, hits, passes)
+        outdated.include(self._dirty)
+        box = outdated.slices()
         self._cells[box] = occupancy(hits[box], passes[box])
-        return OccupancyGrid(self._cells.copy(), self._resolution, np.array([*self._low, IDENTITY[2]]))
+        return OccupancyGrid(self._cells.copy(), self.resolution, np.append(self._low, 0.0))
+
+    def _spare(self, missing: NDArray[np.float64]) -> NDArray[np.int64]:
+        """Cells to add on a side, from the metres that are missing there."""
+        wanted = np.where(missing >= 0.0, missing + _GROWTH, 0.0)
+        return np.ceil(wanted / self.resolution).astype(np.int64)
+
+
+class _Box:
+    """Rows and columns within which the cells shown are not what is counted."""
+
+    def __init__(self) -> None:
+        self._low, self._high = np.full(2, 2**30), np.full(2, -(2**30))
+
+    def add(self, cells: NDArray[np.int64]) -> None:
+        """Let it hold cells (N, 2), row and column."""
+        self._low = np.minimum(self._low, cells.min(axis=0))
+        self._high = np.maximum(self._high, cells.max(axis=0) + 1)
+
+    def include(self, other: "_Box") -> None:
+        """Let it hold another box."""
+        self._low, self._high = np.minimum(self._low, other._low), np.maximum(self._high, other._high)
+
+    def move(self, cells: NDArray[np.int64]) -> None:
+        """Follow the grid when it grows by so many rows and columns before the first."""
+        self._low, self._high = self._low + cells, self._high + cells
+
+    def slices(self) -> tuple[slice, slice]:
+        """What to index the grid with."""
+        (first_row, first_column), (last_row, last_column) = self._low.tolist(), self._high.tolist()
+        return slice(first_row, last_row), slice(first_column, last_column)
+
+
+def _touched(ray: Rays, pose: Pose) -> NDArray[np.float64]:
+    """(N + 1, 2) where the rays of a keyframe end, and at last where they begin."""
+    return np.concatenate([transform_points(pose, ray.ends), pose[None, :2]])
