@@ -38,7 +38,7 @@ def place(
     Also tells which guess led there. ``information`` (3,) is what the guesses are worth, diagonal, in the
     frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window.
     """
-    tried = [0, *(k for k in range(1, len(guesses)) if _differ(guesses[0], guesses[k]))]
+    tried = [0, *(k for k in range(1, len(guesses)) if differ(guesses[0], guesses[k]))]
     matches = _match_guesses(index, guesses[tried], information, store, poses)
     best = _best(matches)
     if matches.overlap.max() > LOST_BELOW:
@@ -50,7 +50,8 @@ def place(
     return matches.poses[_best(matches)], 0
 
 
-def _differ(guess: Pose, other: Pose) -> bool:
+def differ(guess: Pose, other: Pose) -> bool:
+    """Are two guesses (3,) so far apart that matching may lead elsewhere from each?"""
     apart = between(guess, other)
     return bool(np.hypot(apart[0], apart[1]) > SAME_GUESS[0] or abs(apart[2]) > SAME_GUESS[1])
 

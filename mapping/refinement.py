@@ -1,12 +1,15 @@
 """Refinement: every scan, not only the keyframes, finds its place among the settled keyframes around it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.spatial import cKDTree
 
-from mapping.scan_matching import Pairings, match
+from mapping.keyframe_tracking import CLEARLY_BETTER, differ
+from mapping.scan_matching import Matches, Pairings, match
 from mapping.scan_store import ScanStore, prepare_scan
 from maps.se2 import Pose, between, compose, wrap_angle
 
@@ -18,6 +21,9 @@ _PRIOR = (5.0, 5.0, 20.0)
 _WIDEST = 0.3
 _KERNEL_WIDTH = 0.08
 """Wider than between keyframes, whose guesses are better."""
+_POOR_SHARE = 0.7
+_USUAL_AMONG = 101
+"""Scans."""
 _CHUNK = 2000
 
 
@@ -78,9 +84,24 @@ def _refine_chunk(
             strict=True,
         )
     ]
-    starts = np.concatenate([[0], np.cumsum([len(p) for p in partners])])
-    fixed = np.concatenate(partners).astype(np.int64)
-    pairs = np.column_stack([fixed, np.repeat(np.arange(len(points)), np.diff(starts))])
+    matching = partial(_match, partners, scans, keyframes, map_from_keyframe)
+    matches = matching(np.arange(len(points)), guesses)
+    return _follow_neighbours(matches, guesses, matching)
+
+
+def _match(
+    partners: Sequence[NDArray[np.int64]],
+    scans: ScanStore,
+    keyframes: ScanStore,
+    map_from_keyframe: Pose,
+    rows: NDArray[np.int64],
+    guesses: Pose,
+) -> Matches:
+    """Match the scans of some rows (G,), each to its partners among the keyframes, from guesses (G, 3)."""
+    counts = [len(partners[row]) for row in rows]
+    fixed = np.concatenate([partners[row] for row in rows]).astype(np.int64)
+    pairs = np.column_stack([fixed, np.repeat(rows, counts)])
+    starts = np.concatenate([[0], np.cumsum(counts)])
     pairings = Pairings(starts, pairs, map_from_keyframe[fixed], np.zeros((len(fixed), 3)))
     return match(
         guesses,
@@ -90,7 +111,28 @@ def _refine_chunk(
         widest=_WIDEST,
         kernel_width=_KERNEL_WIDTH,
         prior_information=_PRIOR,
-    ).poses
+    )
+
+
+def _follow_neighbours(
+    matches: Matches, guesses: Pose, matching: Callable[[NDArray[np.int64], Pose], Matches]
+) -> Pose:
+    """Poses (N, 3) of scans, each that fits poorly tried again from where the ones beside it came to lie.
+
+    A car that is held or pushed turns without its wheels telling, and all guesses after that are off.
+    """
+    poses, weights = matches.poses.copy(), matches.weight.copy()
+    usual = median_filter(matches.overlap, _USUAL_AMONG, mode="nearest")
+    poor = np.flatnonzero(matches.overlap < _POOR_SHARE * usual)
+    for rows, beside in ((poor[poor > 0], -1), (poor[poor < len(poses) - 1][::-1], 1)):
+        for row in rows:
+            guess = compose(poses[row + beside], between(guesses[row + beside], guesses[row]))
+            if not differ(guess, poses[row]):
+                continue
+            again = matching(np.array([row]), guess[None])
+            if again.weight[0] > CLEARLY_BETTER * weights[row]:
+                poses[row], weights[row] = again.poses[0], again.weight[0]
+    return poses
 
 
 def _near_in_time(after_keyframe: NDArray[np.int64], count: int) -> list[NDArray[np.int64]]:

@@ -1,6 +1,7 @@
 """Scans between keyframes: first where dead reckoning has them, then where they fit."""
 
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from worlds import CORRIDOR, ROOM, points_at, store_of
@@ -68,6 +69,18 @@ def test_scans_find_their_place(step: Pose, seed: int) -> None:
     keyframes = true[KEYFRAME_SCANS]
     refined = refine_scans(clouds, AFTER_KEYFRAME, compose(true, off), store_of(ROOM, keyframes), keyframes)
     assert_same(refined, true, 0.02, 0.01)
+
+
+@pytest.mark.parametrize("turn", [0.35, -0.35])
+def test_a_turn_that_nothing_measured_is_found(turn: float) -> None:
+    """Held fast between two keyframes, the car is turned aside bit by bit and back at once."""
+    still = np.tile([-2.0, -1.0, 0.1], (40, 1))
+    aside = np.interp(np.arange(40), [8, 14, 24, 25], [0.0, turn, turn, 0.0])
+    true = still + aside[:, None] * [0.0, 0.0, 1.0]
+    keyframes = np.array([still[0], compose(still[0], [0.3, 0.0, 0.0])])
+    clouds = [points_at(ROOM, pose).astype(np.float32) for pose in true]
+    after = np.zeros(40, dtype=np.int64)
+    assert_same(refine_scans(clouds, after, still, store_of(ROOM, keyframes), keyframes), true, 0.02, 0.01)
 
 
 def test_along_a_bare_corridor_the_guess_holds() -> None:
