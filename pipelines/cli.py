@@ -12,6 +12,7 @@ from pipelines.commands.benchmark import benchmark
 from pipelines.commands.check import check
 from pipelines.commands.demo import demo
 from pipelines.commands.evaluate import evaluate
+from pipelines.commands.experiment import experiment
 from pipelines.commands.localize import localize
 from pipelines.commands.map import map
 from pipelines.commands.simulate import simulate
@@ -31,6 +32,7 @@ def _describe() -> None:
 for _command in (map, localize, evaluate, simulate, check, demo):
     app.command()(_command)
 app.add_typer(benchmark, name="benchmark")
+app.add_typer(experiment, name="experiment")
 
 
 def main() -> None:

@@ -1,0 +1,188 @@
+"""What beams and particles buy, and what they cost."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import LogNorm, Normalize
+from numpy.typing import NDArray
+
+from localization.config import LocalizationConfig
+from localization.warm_up import warm_up
+from pipelines.experiments.figure_style import MAP_OF_NUMBERS, Picture, drawing, finish, show_plain_ticks
+from pipelines.experiments.filters import start_filter
+from pipelines.experiments.result import FigureTable, Settings
+from pipelines.experiments.simulated import SimulatedDrive, simulated_drive
+from pipelines.experiments.sweep import Sweep
+from pipelines.experiments.tracking import Track, place_errors, track
+from pipelines.simulator_config import NoiseLevel, SimulationConfig
+
+_BEAMS = (25, 50, 100, 200, 400)
+_PARTICLES = (200, 500, 1000, 2000, 5000, 10_000, 20_000)
+_MAP = "track"
+_START = (0.1, 0.1, 0.05)
+_TIMED_SCANS = 60
+
+
+@dataclass(frozen=True, eq=False)
+class BeamsAndParticles:
+    """Error and time for each pair."""
+
+    beams: tuple[int, ...]
+    particles: tuple[int, ...]
+    errors: NDArray[np.float64]
+    """(beams, particles, seeds) metres, mean over the drive."""
+    milliseconds: NDArray[np.float64]
+    """(beams, particles) per update, the median."""
+    chosen: tuple[int, int]
+    """Beams and particles of the configuration in use."""
+    title: str = "Beams and particles: accuracy against time"
+
+    def text(self) -> list[str]:
+        errors = 100 * self.errors.mean(axis=2)
+        best = np.unravel_index(np.argmin(errors), errors.shape)
+        return [
+            f"Drives of the shipped track with full odometry noise, {self.errors.shape[2]} seeds, the "
+            "number of particles held fixed. The error is the mean distance to the truth over the drive; "
+            "the time is the median of an update, measured one after the other with nothing beside it, so "
+            "it depends on the machine and is not the same twice.",
+            f"The smallest error, {errors[best]:.1f} cm, has {self.beams[best[0]]} beams and "
+            f"{self.particles[best[1]]} particles at {self.milliseconds[best]:.1f} ms; the largest is "
+            f"{errors.max():.1f} cm. The configuration in use has {self.chosen[0]} beams and at most "
+            f"{self.chosen[1]} particles.",
+        ]
+
+    def tables(self) -> list[FigureTable]:
+        columns = ("beams", *(f"{count} particles" for count in self.particles))
+        errors, deviations = 100 * self.errors.mean(axis=2), 100 * self.errors.std(axis=2)
+        return [
+            FigureTable(
+                "Mean distance to the truth (cm), mean ± standard deviation over the seeds",
+                columns,
+                [
+                    (f"{count}", *(f"{mean:.2f} ± {std:.2f}" for mean, std in zip(*row, strict=True)))
+                    for count, *row in zip(self.beams, errors, deviations, strict=True)
+                ],
+            ),
+            FigureTable(
+                "Time of an update (ms)",
+                columns,
+                [
+                    (f"{count}", *(f"{value:.2f}" for value in row))
+                    for count, row in zip(self.beams, self.milliseconds, strict=True)
+                ],
+            ),
+        ]
+
+    def figures(self) -> dict[str, Any]:
+        return {
+            "beams": self.beams,
+            "particles": self.particles,
+            "errors_m": self.errors,
+            "measured_times": {"milliseconds_per_update": self.milliseconds},
+        }
+
+    def pictures(self) -> list[Picture]:
+        return [
+            self._heat_map(
+                "beams-and-particles-error",
+                "Mean distance to the truth in centimetres, for each number of beams and particles.",
+                100 * self.errors.mean(axis=2),
+                "mean error (cm)",
+                Normalize(),
+            ),
+            self._heat_map(
+                "beams-and-particles-time",
+                "Time of an update in milliseconds, for each number of beams and particles.",
+                self.milliseconds,
+                "time of an update (ms)",
+                LogNorm(),
+            ),
+        ]
+
+    def _heat_map(
+        self, name: str, shows: str, values: NDArray[np.float64], label: str, norm: Normalize
+    ) -> Picture:
+        with drawing(62) as figure:
+            axes = figure.subplots()
+            image = axes.imshow(values, cmap=MAP_OF_NUMBERS, norm=norm, origin="lower", aspect="auto")
+            self._write_values(axes, values, norm)
+            axes.set_xticks(range(len(self.particles)), [_short(count) for count in self.particles])
+            axes.set_yticks(range(len(self.beams)), [f"{count}" for count in self.beams])
+            axes.set(xlabel="particles", ylabel="beams")
+            axes.grid(visible=False)
+            bar = figure.colorbar(image, ax=axes, location="top", shrink=0.9)
+            bar.set_label(label)
+            if isinstance(norm, LogNorm):
+                show_plain_ticks(bar.ax.xaxis, (0.5, 1, 2, 5, 10, 20, 50))
+            return finish(figure, name, shows)
+
+    def _write_values(self, axes: Axes, values: NDArray[np.float64], norm: Normalize) -> None:
+        for (row, column), value in np.ndenumerate(values):
+            color = "black" if norm(value) > 0.5 else "white"
+            axes.text(column, row, f"{value:.1f}", ha="center", va="center", color=color, fontsize=6)
+
+
+def beams_and_particles(settings: Settings, sweep: Sweep) -> BeamsAndParticles:
+    """All pairs; 3 seeds for the accuracy. When quick, fewer of both, one seed and a shorter drive."""
+    beams = _BEAMS[::2] if settings.quick else _BEAMS
+    particles = _PARTICLES[::3] if settings.quick else _PARTICLES
+    seeds = range(1 if settings.quick else 3)
+    seconds = 6.0 if settings.quick else 20.0
+    pairs = [(beam_count, particle_count) for beam_count in beams for particle_count in particles]
+    configs = [_with_counts(settings.localization, *pair) for pair in pairs]
+    drives = [
+        SimulationConfig(noise=NoiseLevel.FULL, seed=1000 * settings.seed + seed, duration=seconds)
+        for seed in seeds
+    ]
+    errors = sweep.run(
+        "Beams and particles", error, [(config, drive) for config in configs for drive in drives]
+    )
+    warm_up()
+    times = sweep.here("Timing", milliseconds, [(config, drives[0]) for config in configs])
+    shape = (len(beams), len(particles))
+    return BeamsAndParticles(
+        beams,
+        particles,
+        np.array(errors).reshape(*shape, len(seeds)),
+        np.array(times).reshape(shape),
+        (settings.localization.beams, settings.localization.particles),
+    )
+
+
+def error(settings: LocalizationConfig, config: SimulationConfig) -> float:
+    """Metres from the truth, mean over a drive."""
+    drive = simulated_drive(_MAP, config)
+    estimated = _localize(settings, drive, len(drive.truth)).map_from_base
+    return float(place_errors(estimated, drive.truth.map_from_base).mean())
+
+
+def milliseconds(settings: LocalizationConfig, config: SimulationConfig) -> float:
+    """Of an update, the median over the first scans but those that find the start."""
+    run = _localize(settings, simulated_drive(_MAP, config), _TIMED_SCANS)
+    return float(1e3 * np.median(run.update_seconds[_TIMED_SCANS // 6 :]))
+
+
+def _localize(settings: LocalizationConfig, drive: SimulatedDrive, scans: int) -> Track:
+    start = drive.truth.map_from_base[0]
+    rng = np.random.default_rng([settings.beams, settings.particles, 5])
+    end = drive.truth.stamps[min(scans, len(drive.truth)) - 1]
+    messages = (message for message in drive.messages if message.stamp <= end)
+    return track(start_filter(settings, drive.grid, start, _START, rng), messages)
+
+
+def _with_counts(settings: LocalizationConfig, beams: int, particles: int) -> LocalizationConfig:
+    """So many beams, and so many particles, no more and no fewer."""
+    return settings.model_copy(
+        update={
+            "beams": beams,
+            "particles": particles,
+            "fewest_particles": particles,
+            "scattered_particles": particles,
+        }
+    )
+
+
+def _short(count: int) -> str:
+    return f"{count // 1000}k" if count >= 1000 and count % 1000 == 0 else f"{count}"

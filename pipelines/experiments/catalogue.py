@@ -1,0 +1,36 @@
+"""All experiments by name."""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+
+from pipelines.experiments.autograde import autograde
+from pipelines.experiments.beams_and_particles import beams_and_particles
+from pipelines.experiments.convergence import convergence
+from pipelines.experiments.motion_model import motion_model
+from pipelines.experiments.noise_sweep import noise_sweep
+from pipelines.experiments.real_run import real_run
+from pipelines.experiments.recording import BagRecording, StandIn
+from pipelines.experiments.result import Experiment, Settings
+from pipelines.experiments.sensor_model import sensor_model
+
+_STAND_IN_SECONDS, _QUICK_SECONDS = 40.0, 15.0
+
+
+def catalogue(
+    settings: Settings, recording: BagRecording | None = None, end_pose: Sequence[float] | None = None
+) -> Mapping[str, Experiment]:
+    """The experiments in the order of a report; where no recording is given, a simulated drive stands in."""
+    if recording is None:
+        stand_in = StandIn(settings.seed, _QUICK_SECONDS if settings.quick else _STAND_IN_SECONDS)
+        run = partial(real_run, recording=stand_in, end_pose=stand_in.end().tolist())
+    else:
+        run = partial(real_run, recording=recording, end_pose=end_pose)
+    return {
+        "sensor-model": sensor_model,
+        "motion-model": motion_model,
+        "noise-sweep": noise_sweep,
+        "convergence": partial(convergence, recording=recording),
+        "autograde": autograde,
+        "beams-and-particles": beams_and_particles,
+        "real-run": run,
+    }

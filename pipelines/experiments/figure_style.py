@@ -1,0 +1,86 @@
+"""How the figures of the experiments look: as wide as a column of a paper, told apart by the colour-blind."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from io import BytesIO
+from typing import Any
+
+import matplotlib
+from matplotlib.axis import Axis
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+
+BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE = (
+    *("#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7"),
+)
+"""Okabe and Ito's palette, but for its yellow, which is too light for lines on white."""
+OURS, COURSE, TRUTH = BLUE, VERMILLION, BLACK
+OURS_NAME, COURSE_NAME = "racecar", "course"
+MAP_OF_NUMBERS = "cividis"
+COLUMN_INCHES = 85.0 / 25.4
+_DOTS_PER_INCH = 300
+_STYLE: Any = {
+    "font.size": 8,
+    "axes.titlesize": 8,
+    "axes.titlelocation": "left",
+    "axes.labelsize": 8,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "grid.linewidth": 0.4,
+    "grid.color": "#dfe3e8",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "lines.linewidth": 1.2,
+    "lines.markersize": 4,
+    "svg.hashsalt": "racecar",  # else the names inside an SVG differ from run to run
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A figure, drawn: its file name without suffix, what it shows, and its bytes in both formats."""
+
+    name: str
+    shows: str
+    png: bytes
+    svg: bytes
+
+
+@contextmanager
+def drawing(height_mm: float, width_mm: float = 85.0) -> Iterator[Figure]:
+    """Yield a figure of a column's width in the common style; what is drawn in the block has it too."""
+    with matplotlib.rc_context(_STYLE):
+        figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained")
+        FigureCanvasAgg(figure)
+        yield figure
+
+
+def legend_below(figure: Figure, columns: int = 2) -> None:
+    """One legend for all axes, under them, where it covers nothing; each label once."""
+    entries: dict[str, Any] = {}
+    for axes in figure.axes:
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
+            entries.setdefault(label, handle)
+    figure.legend(list(entries.values()), list(entries), loc="outside lower center", ncols=columns)
+
+
+def show_plain_ticks(axis: Axis, values: Sequence[float]) -> None:
+    """Ticks at round values of a logarithmic axis, written as people write numbers."""
+    axis.set_major_locator(FixedLocator(values))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_locator(NullLocator())
+
+
+def finish(figure: Figure, name: str, shows: str) -> Picture:
+    """The figure as files hold it; the same figure gives the same bytes."""
+    png, svg = BytesIO(), BytesIO()
+    with matplotlib.rc_context(_STYLE):
+        figure.savefig(png, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": None})
+        figure.savefig(svg, format="svg", dpi=_DOTS_PER_INCH, metadata={"Date": None, "Creator": None})
+    return Picture(name, shows, png.getvalue(), svg.getvalue())

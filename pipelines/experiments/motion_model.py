@@ -1,0 +1,172 @@
+"""The motion model in pictures: what a cloud becomes on its way when no scan corrects it."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from localization.config import LocalizationConfig
+from localization.localizer import Localizer
+from maps.occupancy_grid import FREE, OccupancyGrid
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.se2 import Pose, compose
+from pipelines.experiments.figure_style import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    TRUTH,
+    VERMILLION,
+    Picture,
+    drawing,
+    finish,
+    legend_below,
+)
+from pipelines.experiments.filters import with_motion_noise
+from pipelines.experiments.result import FigureTable, Settings
+from pipelines.experiments.sweep import Sweep
+
+_SPEED, _RADIUS, _PERIOD = 2.0, 2.0, 0.05
+"""Metres per second, metres, seconds."""
+_SECTIONS = ((2.0, 0.0), (np.pi * _RADIUS / 2, 1.0 / _RADIUS), (1.0, 0.0))
+"""Metres of way, and the turn per metre: straight, a quarter of a circle, straight."""
+_SHOWN_AFTER = (0.0, 2.0, 3.6, 5.1, 6.1)
+"""Metres of way."""
+_PARTICLES = 1000
+_TINY = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class MotionModel:
+    """Clouds (N, 3) by what was assumed of the noise, at several places along the way."""
+
+    clouds: Mapping[str, list[Pose]]
+    path: Pose
+    """(T, 3) by dead reckoning."""
+    title: str = "Motion model: what odometry noise makes of the particles"
+
+    def text(self) -> list[str]:
+        return [
+            f"A car drives {_length():.1f} m: straight, a quarter turn to the left of {_RADIUS:g} m "
+            f"radius, and straight. {_PARTICLES} particles start in one point and follow its odometry; the "
+            "scans tell nothing, so nothing pulls them together. Without noise they stay in one point, "
+            "and a filter could never recover from an error of the odometry. With the noise in use the "
+            "cloud grows along the way and bends, as an error of the heading is one of the place later "
+            "on. The car's own model of speed and steering (Ackermann) puts the noise where such a car "
+            "errs."
+        ]
+
+    def tables(self) -> list[FigureTable]:
+        columns = ("noise", *(f"after {way:g} m (m)" for way in _SHOWN_AFTER))
+        rows = [
+            (name, *(f"{_deviation(cloud):.3f}" for cloud in clouds)) for name, clouds in self.clouds.items()
+        ]
+        return [FigureTable("Standard deviation of the particles' place along the way", columns, rows)]
+
+    def figures(self) -> dict[str, Any]:
+        return {
+            name: {"way_m": _SHOWN_AFTER, "deviation_m": [_deviation(cloud) for cloud in clouds]}
+            for name, clouds in self.clouds.items()
+        }
+
+    def pictures(self) -> list[Picture]:
+        with drawing(150) as figure:
+            panels = figure.subplots(len(self.clouds), 1, sharex=True, sharey=True)
+            for axes, (name, clouds) in zip(panels, self.clouds.items(), strict=True):
+                axes.plot(*self.path[:, :2].T, color=TRUTH, linewidth=0.8, label="odometry", zorder=4)
+                for cloud, way, color in zip(
+                    clouds, _SHOWN_AFTER, (TRUTH, BLUE, GREEN, ORANGE, VERMILLION), strict=True
+                ):
+                    is_point = _deviation(cloud) < 0.01
+                    axes.plot(
+                        *cloud[:, :2].T,
+                        ".",
+                        color=color,
+                        markersize=6.0 if is_point else 1.5,
+                        markeredgewidth=0,
+                        rasterized=True,
+                        zorder=5,
+                    )
+                    axes.plot([], [], ".", color=color, markersize=6.0, label=f"{way:g} m")
+                axes.set(title=name, aspect="equal", ylabel="y (m)")
+            panels[-1].set_xlabel("x (m)")
+            legend_below(figure, columns=3)
+            return [
+                finish(
+                    figure,
+                    "motion-model",
+                    f"{_PARTICLES} particles at the start and after some metres of way, without noise, "
+                    "with the noise in use, and with the same noise in speed and steering.",
+                )
+            ]
+
+
+def motion_model(settings: Settings, sweep: Sweep) -> MotionModel:
+    """The same drive without noise and with both motion models."""
+    config = settings.localization
+    variants = {
+        "without noise": with_motion_noise(config, _TINY).model_copy(update={"motion_model": "odometry"}),
+        "with noise": config.model_copy(update={"motion_model": "odometry"}),
+        "with noise, Ackermann": config.model_copy(update={"motion_model": "ackermann"}),
+    }
+    path = _path()
+    clouds = sweep.here(
+        "Motion model", drive_blindly, [(config, settings.seed) for config in variants.values()]
+    )
+    return MotionModel(dict(zip(variants, clouds, strict=True)), path)
+
+
+def drive_blindly(settings: LocalizationConfig, seed: int) -> list[Pose]:
+    """The particles after each of the lengths that are shown."""
+    counts = {"particles": _PARTICLES, "fewest_particles": _PARTICLES, "scattered_particles": _PARTICLES}
+    localizer = Localizer(
+        _empty_floor(), settings.model_copy(update=counts), np.random.default_rng([seed, 6])
+    )
+    path = _path()
+    localizer.set_pose(path[0], np.diag([_TINY, _TINY, _TINY]) ** 2)
+    wanted = [round(way / (_SPEED * _PERIOD)) for way in _SHOWN_AFTER]
+    clouds = []
+    for index, (odometry, scan) in enumerate(_messages(path)):
+        localizer.add_odometry(odometry)
+        localizer.add_scan(scan)
+        if index in wanted:
+            clouds.append(localizer.particles()[0])
+    return clouds
+
+
+def _messages(path: Pose) -> Iterator[tuple[Odometry, Scan]]:
+    """Odometry, and scans none of whose beams tells anything."""
+    bearings: NDArray[np.float64] = np.linspace(-1.0, 1.0, 11)
+    nothing = np.full(len(bearings), np.nan)
+    for index, pose in enumerate(path):
+        stamp = round(index * _PERIOD * 1e9)
+        yield (
+            Odometry(stamp, pose, np.array([_SPEED, 0.0, 0.0])),
+            Scan(stamp, bearings, nothing, np.zeros(len(bearings)), np.zeros(3), 10.0),
+        )
+
+
+def _path() -> Pose:
+    """(T, 3) poses, one per period."""
+    step = _SPEED * _PERIOD
+    poses = [np.zeros(3)]
+    for length, curvature in _SECTIONS:
+        for _ in range(round(length / step)):
+            turn = curvature * step
+            chord = np.array([step * np.cos(turn / 2), step * np.sin(turn / 2), turn])
+            poses.append(compose(poses[-1], chord))
+    return np.array(poses)
+
+
+def _length() -> float:
+    return sum(length for length, _ in _SECTIONS)
+
+
+def _empty_floor() -> OccupancyGrid:
+    return OccupancyGrid(np.full((160, 180), FREE, dtype=np.int8), 0.1, np.array([-6.0, -6.0, 0.0]))
+
+
+def _deviation(cloud: Pose) -> float:
+    return float(np.sqrt(cloud[:, :2].var(axis=0).sum()))

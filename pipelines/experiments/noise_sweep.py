@@ -1,0 +1,267 @@
+"""How much motion noise a filter should assume: the pose stepped from (0, 0, 0) to (1, 1, 0)."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from localization.config import LocalizationConfig
+from pipelines.experiments.course_filter import CourseSettings
+from pipelines.experiments.figure_style import (
+    COURSE_NAME,
+    OURS_NAME,
+    TRUTH,
+    Picture,
+    drawing,
+    finish,
+    legend_below,
+    show_plain_ticks,
+)
+from pipelines.experiments.filters import COLORS, start_filter, with_motion_noise
+from pipelines.experiments.lab_room import SCAN_PERIOD, CircleDrive, draw_lab_room
+from pipelines.experiments.result import FigureTable, Settings
+from pipelines.experiments.sweep import Sweep
+from pipelines.experiments.tracking import track
+
+NOISES = (0.02, 0.10, 0.25, 0.5, 0.75, 1.0)
+"""Standard deviations, metres and radians: after a metre or radian for ours, per update for the course."""
+JUMP = np.array([1.0, 1.0, 0.0])
+_SECONDS, _JUMP_AFTER = 12.0, 2.0
+_AVERAGED = 20
+"""Scans in the running average."""
+_WITHIN = 0.25
+"""Metres: an estimate whose running average stays this near the car's place has converged."""
+_FASTEST = np.ceil(_AVERAGED * (1.0 - _WITHIN)) * SCAN_PERIOD * 1e-9
+"""Seconds until the average of an estimate that follows at once is near enough."""
+_HARDLY = 0.01
+"""Metres between the mean errors of the best and the worst noise, below which the choice hardly matters."""
+_START = (0.05, 0.05, 0.05)
+
+
+@dataclass(frozen=True, eq=False)
+class StepResponse:
+    """One drive with a jump in it."""
+
+    offsets: NDArray[np.float64]
+    """(S, 2) metres: the estimate less where the car would be without the jump; it should go from 0 to 1."""
+    seconds_to_converge: float
+    """From the jump until the running average stays near (1, 1); nan when it never does."""
+    spread: float
+    """Metres of standard deviation of the estimate about the car after that, else in the last third."""
+    mean_error: float
+    """Metres, mean over all scans after the jump."""
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseSweep:
+    """Step responses of both filters, by the filter's name and the noise."""
+
+    seconds: NDArray[np.float64]
+    """(S,) from the jump on, negative before it."""
+    responses: Mapping[str, Mapping[float, list[StepResponse]]]
+    title: str = "Motion noise: how fast the estimate follows, and how calm it then is"
+
+    def best(self, name: str) -> float:
+        """The least noise whose mean error after the jump is the smallest, but for what chance explains."""
+        errors = {noise: _all(runs, "mean_error") for noise, runs in self.responses[name].items()}
+        lowest = min(errors.values(), key=np.mean)
+        chance = 2.0 * lowest.std() / np.sqrt(len(lowest))
+        return next(noise for noise, error in errors.items() if error.mean() <= lowest.mean() + chance)
+
+    def text(self) -> list[str]:
+        seeds = len(self.responses[OURS_NAME][NOISES[0]])
+        return [
+            f"A car drives circles of 1 m radius in a room of 10 × 8 m. After {_JUMP_AFTER:g} s it is put "
+            "from (0, 0, 0) to (1, 1, 0) of its path, which its odometry does not notice. The estimate "
+            f"has to step after it. Each noise was tried with {seeds} seeds in both filters: this "
+            "library's, whose noise is per metre or radian of motion (all four noises of its motion model "
+            "alike, and no slip beside them), and the course's, whose noise is added by every update, 20 "
+            "times a second.",
+            f"The filter has converged when the average over {_AVERAGED} scans stays within {_WITHIN:g} m of "
+            "the car in x and in y until the end; an estimate that follows at once needs "
+            f"{_FASTEST:g} s for that. The spread is the standard deviation of the estimate about the car's "
+            "place after that.",
+            *(self._choice(name) for name in self.responses),
+        ]
+
+    def tables(self) -> list[FigureTable]:
+        columns = (
+            *("filter", "noise (m, rad)", "converged", "time to converge (s)"),
+            *("spread afterwards (m)", "mean error after the jump (m)"),
+        )
+        rows = [
+            (
+                name,
+                f"{noise:g}",
+                f"{np.isfinite(_all(runs, 'seconds_to_converge')).mean():.0%}",
+                _plus_minus(_all(runs, "seconds_to_converge"), 2),
+                _plus_minus(_all(runs, "spread"), 4),
+                _plus_minus(_all(runs, "mean_error"), 3),
+            )
+            for name, by_noise in self.responses.items()
+            for noise, runs in by_noise.items()
+        ]
+        return [FigureTable("Mean ± standard deviation over the seeds", columns, rows)]
+
+    def figures(self) -> dict[str, Any]:
+        return {
+            "best_noise": {name: self.best(name) for name in self.responses},
+            "runs": {
+                name: {
+                    f"{noise:g}": {
+                        key: _all(runs, key) for key in ("seconds_to_converge", "spread", "mean_error")
+                    }
+                    for noise, runs in by_noise.items()
+                }
+                for name, by_noise in self.responses.items()
+            },
+        }
+
+    def pictures(self) -> list[Picture]:
+        return [*(self._traces(name) for name in self.responses), self._against_noise()]
+
+    def _choice(self, name: str) -> str:
+        noise = self.best(name)
+        runs = self.responses[name][noise]
+        means = [_mean(each, "mean_error") for each in self.responses[name].values()]
+        doubt = " The choice hardly matters." if max(means) - min(means) < _HARDLY else ""
+        return (
+            f"For {_OWNERS[name]} filter {noise:g} is the value to pick: of all whose mean error after the "
+            "jump is the smallest, but for two standard errors, it is the least. That error counts the "
+            f"way there and the unrest afterwards alike; it is {_mean(runs, 'mean_error'):.3f} m, and over "
+            f"the noises it goes from {min(means):.3f} to {max(means):.3f} m. With {noise:g} the filter "
+            f"converges in {_mean(runs, 'seconds_to_converge'):.2f} s and then spreads by "
+            f"{100 * _mean(runs, 'spread'):.1f} cm.{doubt}"
+        )
+
+    def _traces(self, name: str) -> Picture:
+        with drawing(105) as figure:
+            panels = figure.subplots(3, 2, sharex=True, sharey=True)
+            for axes, noise in zip(panels.flat, NOISES, strict=True):
+                x = self.responses[name][noise][0].offsets[:, 0]
+                axes.axvline(0.0, color="#9aa3ad", linewidth=0.6)
+                target = np.where(self.seconds > 0, JUMP[0], 0.0)
+                axes.plot(self.seconds, target, "--", color=TRUTH, linewidth=0.8, label="true x")
+                axes.plot(self.seconds, x, color=COLORS[name], alpha=0.45, linewidth=0.6, label="estimated x")
+                averaged = running_mean(x)
+                axes.plot(
+                    self.seconds[_AVERAGED - 1 :], averaged, color=COLORS[name], label=f"mean of {_AVERAGED}"
+                )
+                axes.set(title=f"noise {noise:g}", ylim=(-0.6, 2.1))
+            for axes in panels[-1]:
+                axes.set_xlabel("time since the jump (s)")
+            for axes in panels[:, 0]:
+                axes.set_ylabel("x (m)")
+            legend_below(figure, columns=3)
+            return finish(
+                figure,
+                f"noise-sweep-traces-{name}",
+                f"The estimate of {_OWNERS[name]} filter over time, first seed, for each noise: x less where "
+                f"the car would be without the jump, and its running average over {_AVERAGED} scans.",
+            )
+
+    def _against_noise(self) -> Picture:
+        with drawing(100) as figure:
+            above, below = figure.subplots(2, 1, sharex=True)
+            for shift, (name, by_noise) in zip((0.97, 1.03), self.responses.items(), strict=True):
+                for axes, key, unit in ((above, "seconds_to_converge", 1.0), (below, "spread", 100.0)):
+                    values = unit * np.array([_all(runs, key) for runs in by_noise.values()])
+                    is_whole = np.isfinite(values).all(axis=1)
+                    places = np.array(NOISES)[is_whole] * shift
+                    axes.errorbar(
+                        places,
+                        values[is_whole].mean(axis=1),
+                        values[is_whole].std(axis=1),
+                        color=COLORS[name],
+                        marker="o",
+                        capsize=2,
+                        elinewidth=0.8,
+                        label=f"{name} filter",
+                    )
+            below.set_xscale("log")
+            show_plain_ticks(below.xaxis, NOISES)
+            above.set(ylabel="time to converge (s)", ylim=(0, None))
+            below.set(xlabel="motion noise (m, rad)", ylabel="spread afterwards (cm)", yscale="log")
+            show_plain_ticks(below.yaxis, (1, 2, 5, 10, 20, 50))
+            legend_below(figure)
+            return finish(
+                figure,
+                "noise-sweep",
+                "Time to converge and spread of the estimate afterwards against the noise: mean and standard "
+                "deviation over the seeds. A noise with which any seed did not converge has no time.",
+            )
+
+
+_OWNERS = {OURS_NAME: "this library's", COURSE_NAME: "the course's"}
+
+
+def noise_sweep(settings: Settings, sweep: Sweep) -> NoiseSweep:
+    """Both filters, each noise, 20 seeds (2 when quick)."""
+    seeds = range(2 if settings.quick else 20)
+    variants: dict[str, dict[float, LocalizationConfig | CourseSettings]] = {
+        OURS_NAME: {noise: with_motion_noise(settings.localization, noise) for noise in NOISES},
+        COURSE_NAME: {noise: replace(CourseSettings(), noise=noise) for noise in NOISES},
+    }
+    arguments = [
+        (variant, settings.seed, index)
+        for by_noise in variants.values()
+        for variant in by_noise.values()
+        for index in seeds
+    ]
+    done = iter(sweep.run("Noise sweep", step_response, arguments))
+    responses = {
+        name: {noise: [next(done) for _ in seeds] for noise in by_noise}
+        for name, by_noise in variants.items()
+    }
+    stamps = _drive().truth.stamps
+    return NoiseSweep((stamps * 1e-9 - _JUMP_AFTER).astype(np.float64), responses)
+
+
+def step_response(variant: LocalizationConfig | CourseSettings, seed: int, index: int) -> StepResponse:
+    """One drive with a jump; the seeds 0, 1, 2, … of all variants see the same scans."""
+    drive = _drive()
+    truth = drive.truth
+    filter_ = start_filter(variant, drive.grid, np.zeros(3), _START, np.random.default_rng([seed, index, 1]))
+    estimated = track(filter_, drive.messages(np.random.default_rng([seed, index, 2]))).map_from_base
+    is_after = truth.stamps * 1e-9 > _JUMP_AFTER
+    offsets = (estimated - truth.map_from_base)[:, :2] + np.where(is_after[:, None], JUMP[:2], 0.0)
+    return _measure(offsets, is_after)
+
+
+def _drive() -> CircleDrive:
+    return CircleDrive(draw_lab_room(), _SECONDS, JUMP, _JUMP_AFTER)
+
+
+def _measure(offsets: NDArray[np.float64], is_after: NDArray[np.bool_]) -> StepResponse:
+    errors = offsets[is_after] - JUMP[:2]
+    averaged = np.column_stack([running_mean(axis) for axis in offsets.T])[-len(errors) :] - JUMP[:2]
+    is_far = np.any(np.abs(averaged) > _WITHIN, axis=1)
+    first = int(np.max(np.flatnonzero(is_far), initial=-1)) + 1
+    has_converged = first < len(errors)
+    settled = errors[first:] if has_converged else errors[-len(errors) // 3 :]
+    return StepResponse(
+        offsets,
+        (first + 1) * SCAN_PERIOD * 1e-9 if has_converged else np.nan,
+        float(np.sqrt(np.mean(np.sum(settled**2, axis=1)))),
+        float(np.mean(np.hypot(*errors.T))),
+    )
+
+
+def running_mean(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N - 19,) the mean of each value and the 19 before it."""
+    return np.convolve(values, np.full(_AVERAGED, 1.0 / _AVERAGED), mode="valid")
+
+
+def _all(runs: list[StepResponse], key: str) -> NDArray[np.float64]:
+    return np.array([getattr(run, key) for run in runs])
+
+
+def _mean(runs: list[StepResponse], key: str) -> float:
+    return float(np.nanmean(_all(runs, key)))
+
+
+def _plus_minus(values: NDArray[np.float64], digits: int) -> str:
+    known = values[np.isfinite(values)]
+    return f"{known.mean():.{digits}f} ± {known.std():.{digits}f}" if len(known) else "–"

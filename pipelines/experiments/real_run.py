@@ -1,0 +1,287 @@
+"""A drive without truth: what can still be said of how well the car was found."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from localization.localizer import Localizer
+from localization.warm_up import warm_up
+from maps.distance_field import distance_to_occupied, sample_field
+from maps.occupancy_grid import OccupancyGrid
+from maps.scan import Scan
+from maps.se2 import Pose, transform_points
+from pipelines.experiments.figure_style import (
+    BLUE,
+    GREEN,
+    PURPLE,
+    VERMILLION,
+    Picture,
+    drawing,
+    finish,
+    legend_below,
+    show_plain_ticks,
+)
+from pipelines.experiments.recording import Recording
+from pipelines.experiments.result import FigureTable, Settings
+from pipelines.experiments.sweep import Sweep
+from pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
+from pipelines.map_picture import draw_grid
+
+_ON_WALL = 0.10
+"""Metres from a wall within which a scan's end point counts as on it."""
+_MOMENTS = 4
+_VIEW = 6.0
+"""Metres from the car to the edge of a panel."""
+
+
+@dataclass(frozen=True, eq=False)
+class SeenMoment:
+    """A scan laid on the map."""
+
+    seconds: float
+    map_from_base: Pose
+    points_in_map: NDArray[np.float64]
+    """(N, 2)"""
+    share_on_wall: float
+
+
+@dataclass(frozen=True, eq=False)
+class RealRun:
+    """What the filter did on a recording."""
+
+    recording: str
+    is_real: bool
+    grid: OccupancyGrid
+    run: Track
+    shares_on_wall: NDArray[np.float64]
+    """(S,) share of the end points within 10 cm of a wall, nan where a scan has none."""
+    moments: Sequence[SeenMoment]
+    end_pose: Pose | None
+    """(3,) as measured with a tape."""
+    end_is_measured_heading: bool
+    title: str = "A run without truth"
+
+    def text(self) -> list[str]:
+        what = (
+            f"The recording is {self.recording}."
+            if self.is_real
+            else f"No recording was given, so {self.recording} stands in for one; its truth is not used but for "
+            "the end pose."
+        )
+        share, length = np.nanmean(self.shares_on_wall), self._path_length()
+        sentences = [
+            f"{what} Over {len(self.run.stamps)} scans and {length:.1f} m of path, {share:.0%} of the scans' end "
+            f"points lie within {100 * _ON_WALL:.0f} cm of a wall of the map. What is missing are people and "
+            "things that the map does not have, and errors of the pose. The effective sample size falls when few "
+            "particles explain a scan; the extent grows while the scans leave the place open.",
+        ]
+        if self.end_pose is not None:
+            place, heading = self._end_errors()
+            turned = f" and {np.degrees(heading):.1f}°" if self.end_is_measured_heading else ""
+            sentences.append(
+                f"At the end the filter says ({self._end[0]:.2f}, {self._end[1]:.2f}) m; measured was "
+                f"({self.end_pose[0]:.2f}, {self.end_pose[1]:.2f}) m: {100 * place:.1f} cm{turned} apart."
+            )
+        return sentences
+
+    def tables(self) -> list[FigureTable]:
+        milliseconds = 1e3 * self.run.update_seconds
+        rows = [
+            ("scans", f"{len(self.run.stamps)}"),
+            ("path (m)", f"{self._path_length():.1f}"),
+            ("end points on walls, mean", f"{np.nanmean(self.shares_on_wall):.1%}"),
+            ("end points on walls, worst tenth of scans", f"{np.nanquantile(self.shares_on_wall, 0.1):.1%}"),
+            ("extent of the particles, median (m)", f"{np.median(self.run.extents.max(axis=1)):.2f}"),
+            ("standard deviation of the particles, median (m)", f"{np.median(self.run.deviations):.3f}"),
+            ("effective sample size, median", f"{np.median(self.run.effective_sizes):.0f}"),
+            ("latency, mean (ms)", f"{milliseconds.mean():.2f}"),
+            ("latency, 99 % of scans under (ms)", f"{np.quantile(milliseconds, 0.99):.2f}"),
+        ]
+        if self.end_pose is not None:
+            place, heading = self._end_errors()
+            rows.append(("end pose against the tape measure (cm)", f"{100 * place:.1f}"))
+            if self.end_is_measured_heading:
+                rows.append(("end heading against the tape measure (°)", f"{np.degrees(heading):.2f}"))
+        return [FigureTable("The run in figures", ("figure", "value"), rows)]
+
+    def figures(self) -> dict[str, Any]:
+        ends = {}
+        if self.end_pose is not None:
+            place, heading = self._end_errors()
+            ends = {"end_error_m": place, "end_heading_error_deg": np.degrees(heading)}
+        return {
+            "recording": self.recording,
+            "is_real": self.is_real,
+            "scans": len(self.run.stamps),
+            "path_metres": self._path_length(),
+            "seconds": self.run.seconds,
+            "map_from_base": self.run.map_from_base,
+            "shares_on_wall": self.shares_on_wall,
+            "extents_m": self.run.extents,
+            "deviations_m": self.run.deviations,
+            "effective_sample_sizes": self.run.effective_sizes,
+            "end_pose": self._end,
+            **ends,
+            "measured_times": {"update_ms": 1e3 * self.run.update_seconds},
+        }
+
+    def pictures(self) -> list[Picture]:
+        return [self._path(), self._overlays(), self._over_time()]
+
+    @property
+    def _end(self) -> Pose:
+        return np.asarray(self.run.map_from_base[-1])
+
+    def _end_errors(self) -> tuple[float, float]:
+        """Metres and radians between the last estimate and the tape measure."""
+        assert self.end_pose is not None
+        pair = self._end[None], self.end_pose[None]
+        return float(place_errors(*pair)[0]), float(heading_errors(*pair)[0])
+
+    def _path_length(self) -> float:
+        return float(np.sum(np.hypot(*np.diff(self.run.map_from_base[:, :2], axis=0).T)))
+
+    def _path(self) -> Picture:
+        path = self.run.map_from_base[:, :2]
+        with drawing(90) as figure:
+            axes = figure.subplots()
+            draw_grid(axes, self.grid)
+            axes.plot(*path.T, color=BLUE, linewidth=1.0, label="path")
+            axes.plot(*path[0], "o", color=GREEN, linestyle="none", label="start")
+            axes.plot(*path[-1], "s", color=VERMILLION, linestyle="none", label="end")
+            if self.end_pose is not None:
+                axes.plot(*self.end_pose[:2], "x", color=PURPLE, linestyle="none", label="end, measured")
+            for number, moment in enumerate(self.moments, start=1):
+                _write_number(axes, number, moment.map_from_base)
+            middle, reach = (path.max(axis=0) + path.min(axis=0)) / 2, np.ptp(path, axis=0) / 2 + 3.0
+            reach = np.maximum(reach, reach.max() / 2)
+            low, high = middle - reach, middle + reach
+            axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+            axes.set(xlabel="x (m)", ylabel="y (m)")
+            axes.grid(visible=False)
+            legend_below(figure, columns=4)
+            return finish(
+                figure, "real-run-path", "The path on the map, with the moments of the next figure numbered."
+            )
+
+    def _overlays(self) -> Picture:
+        with drawing(98) as figure:
+            panels = figure.subplots(2, 2)
+            for number, (axes, moment) in enumerate(zip(panels.flat, self.moments, strict=True), start=1):
+                x, y, yaw = moment.map_from_base
+                draw_grid(axes, self.grid)
+                axes.plot(
+                    *moment.points_in_map.T,
+                    ".",
+                    color=VERMILLION,
+                    markersize=1.6,
+                    markeredgewidth=0,
+                    rasterized=True,
+                )
+                axes.quiver(x, y, np.cos(yaw), np.sin(yaw), color=BLUE, scale=8, width=0.02, zorder=5)
+                axes.set(xlim=(x - _VIEW, x + _VIEW), ylim=(y - _VIEW, y + _VIEW), aspect="equal")
+                axes.set_title(
+                    f"{number}: {moment.seconds:.0f} s, {moment.share_on_wall:.0%} on walls", fontsize=7
+                )
+                axes.grid(visible=False)
+            for axes in panels[-1]:
+                axes.set_xlabel("x (m)")
+            for axes in panels[:, 0]:
+                axes.set_ylabel("y (m)")
+            panels[0, 0].plot([], [], ".", color=VERMILLION, label="end points of the scan")
+            panels[0, 0].plot([], [], ">", color=BLUE, linestyle="none", label="car")
+            legend_below(figure)
+            return finish(
+                figure,
+                "real-run-overlay",
+                "The scan laid on the map from where the filter says the car is, at four moments: where "
+                "it covers the walls, the pose is right.",
+            )
+
+    def _over_time(self) -> Picture:
+        seconds = self.run.seconds
+        with drawing(130) as figure:
+            walls, extent, size, latency = figure.subplots(4, 1, sharex=True)
+            walls.plot(seconds, 100 * self.shares_on_wall, color=BLUE, linewidth=0.7)
+            walls.set(ylabel="end points\non walls (%)", ylim=(0, 103))
+            extent.plot(seconds, self.run.extents[:, 0], color=BLUE, linewidth=0.7, label="extent in x")
+            extent.plot(seconds, self.run.extents[:, 1], color=VERMILLION, linewidth=0.7, label="extent in y")
+            extent.set(ylabel="particles'\nextent (m)", yscale="log")
+            show_plain_ticks(extent.yaxis, (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50))
+            size.plot(seconds, self.run.effective_sizes, color=BLUE, linewidth=0.7)
+            size.set(ylabel="effective\nsample size", ylim=(0, None))
+            latency.plot(seconds, 1e3 * self.run.update_seconds, color=BLUE, linewidth=0.7)
+            latency.set(ylabel="latency (ms)", xlabel="time (s)", yscale="log")
+            show_plain_ticks(latency.yaxis, (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000))
+            figure.align_ylabels()
+            legend_below(figure)
+            return finish(
+                figure,
+                "real-run-time",
+                f"Over time: share of the scan's end points within {100 * _ON_WALL:.0f} cm of a wall, "
+                "extent of the particles, effective sample size, and how long an update took.",
+            )
+
+
+def real_run(
+    settings: Settings, sweep: Sweep, recording: Recording, end_pose: Sequence[float] | None = None
+) -> RealRun:
+    """Localize over a recording, from where it starts if that is known, else from anywhere.
+
+    ``end_pose`` is x, y and, if it was measured, yaw. Raises UserError when the recording cannot be read.
+    """
+    warm_up()
+    grid = recording.load_map()
+    localizer = Localizer(grid, settings.localization, np.random.default_rng([settings.seed, 7]))
+    start = recording.start()
+    if start is not None:
+        localizer.set_pose(start)
+    walls = distance_to_occupied(grid)
+    shares: list[float] = []
+
+    def watch(scan: Scan, estimate: Estimate) -> None:
+        points = transform_points(estimate.map_from_base, scan.points_in_base())
+        near = sample_field(walls, grid, points) <= _ON_WALL
+        shares.append(float(near.mean()) if len(points) else np.nan)
+
+    run = sweep.here("Real run", track, [(localizer, recording.messages(), watch)])[0]
+    return RealRun(
+        recording.title,
+        recording.is_real,
+        grid,
+        run,
+        np.array(shares),
+        _look_again(recording, run, shares),
+        None if end_pose is None else np.array([*end_pose, 0.0][:3]),
+        end_pose is not None and len(end_pose) == 3,
+    )
+
+
+def _look_again(recording: Recording, run: Track, shares: Sequence[float]) -> list[SeenMoment]:
+    """Moments evenly over the run, their scans read anew: to keep all of a long recording takes memory."""
+    chosen = np.linspace(0, len(shares) - 1, 2 * _MOMENTS + 1).round().astype(int)[1::2]
+    moments: list[SeenMoment] = []
+    scans = (message for message in recording.messages() if isinstance(message, Scan))
+    for index, scan in enumerate(scans):
+        for _ in range(np.count_nonzero(chosen == index)):
+            pose = run.map_from_base[index]
+            points = transform_points(pose, scan.points_in_base())
+            moments.append(SeenMoment(float(run.seconds[index]), pose, points, shares[index]))
+    return moments
+
+
+def _write_number(axes: Axes, number: int, map_from_base: Pose) -> None:
+    axes.annotate(
+        f"{number}",
+        (map_from_base[0], map_from_base[1]),
+        ha="center",
+        va="center",
+        fontsize=6,
+        color="white",
+        bbox={"boxstyle": "circle,pad=0.15", "facecolor": BLUE, "edgecolor": "white", "linewidth": 0.5},
+        zorder=6,
+    )

@@ -1,0 +1,145 @@
+"""A recording to measure a filter on: a bag and the map it was driven on, or a simulated drive."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from maps.errors import UserError
+from maps.map_files import find_map, load_map
+from maps.occupancy_grid import OccupancyGrid
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.se2 import Pose
+from pipelines.bag_reader import BagReader
+from pipelines.experiments.simulated import simulated_drive
+from pipelines.simulator_config import NoiseLevel, SimulationConfig
+from pipelines.tum import load_tum
+
+_SAME_SESSION = 1_000_000_000
+"""Nanoseconds around the mapping trajectory's time within which its poses tell where a bag starts."""
+
+
+class Recording(Protocol):
+    """Where scans and odometry come from; may be sent to another process."""
+
+    @property
+    def title(self) -> str:
+        """What it is, in a few words."""
+
+    @property
+    def is_real(self) -> bool:
+        """Whether a car was driven for it."""
+
+    def load_map(self) -> OccupancyGrid:
+        """The map to find the car on."""
+
+    def start(self) -> Pose | None:
+        """(3,) where the car is at the first scan; None when nothing tells."""
+
+    def messages(self) -> Iterator[Scan | Odometry]:
+        """In the order of time."""
+
+
+@dataclass(frozen=True)
+class BagRecording:
+    """A bag of one's own."""
+
+    bag: Path
+    map: Path
+    initial_pose: tuple[float, float, float] | None = None
+    scan_topic: str | None = None
+    odom_topic: str | None = None
+    laser_pose: tuple[float, float, float] | None = None
+    is_real: bool = True
+
+    @property
+    def title(self) -> str:
+        return f"{self.bag.name} on {self.map.name}"
+
+    def load_map(self) -> OccupancyGrid:
+        return load_map(self.map)
+
+    def start(self) -> Pose | None:
+        """As told, or as the trajectory beside the map has it, if the bag made the map."""
+        if self.initial_pose is not None:
+            return np.array(self.initial_pose)
+        path = find_map(self.map).parent / "trajectory.tum"
+        if not path.is_file():
+            return None
+        with self._open() as reader:
+            stamp = next(message.stamp for message in reader if isinstance(message, Scan))
+        driven = load_tum(path)
+        nearest = int(np.argmin(np.abs(driven.stamps - stamp)))
+        is_same_session = abs(int(driven.stamps[nearest]) - stamp) <= _SAME_SESSION
+        return driven.map_from_base[nearest] if is_same_session else None
+
+    def messages(self) -> Iterator[Scan | Odometry]:
+        with self._open() as reader:
+            yield from reader
+
+    @contextmanager
+    def _open(self) -> Iterator[BagReader]:
+        laser = None if self.laser_pose is None else np.array(self.laser_pose)
+        with BagReader(
+            self.bag, scan_topic=self.scan_topic, odom_topic=self.odom_topic, base_from_laser=laser
+        ) as reader:
+            yield reader
+
+
+@dataclass(frozen=True)
+class StandIn:
+    """A simulated drive with people in the way, where no recording was given."""
+
+    seed: int
+    seconds: float
+    is_real: bool = False
+
+    @property
+    def title(self) -> str:
+        return "a simulated drive through the shipped building with four people about"
+
+    def load_map(self) -> OccupancyGrid:
+        return simulated_drive("building", self._config).grid
+
+    def start(self) -> Pose:
+        pose: Pose = simulated_drive("building", self._config).truth.map_from_base[0]
+        return pose
+
+    def end(self) -> Pose:
+        """(3,) where the car truly is at the last scan, as a tape measure would tell."""
+        pose: Pose = simulated_drive("building", self._config).truth.map_from_base[-1]
+        return pose
+
+    def messages(self) -> Iterator[Scan | Odometry]:
+        yield from simulated_drive("building", self._config).messages
+
+    @property
+    def _config(self) -> SimulationConfig:
+        return SimulationConfig(
+            noise=NoiseLevel.FULL, seed=self.seed, duration=self.seconds, walkers=4, max_speed=2.0
+        )
+
+
+def first_seconds(messages: Iterator[Scan | Odometry], seconds: float) -> Iterator[Scan | Odometry]:
+    """The messages until so long after the first."""
+    end = None
+    for message in messages:
+        end = message.stamp + int(seconds * 1e9) if end is None else end
+        if message.stamp > end:
+            return
+        yield message
+
+
+def known_start(recording: Recording) -> Pose:
+    """Where a recording starts. Raises UserError when nothing tells."""
+    start = recording.start()
+    if start is None:
+        raise UserError(
+            "Nothing tells where the car starts on the map, which convergence is measured from; "
+            "give --initial-pose X Y YAW."
+        )
+    return start

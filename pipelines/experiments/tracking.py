@@ -1,0 +1,113 @@
+"""A filter run over scans and odometry, and what it said at each scan."""
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.se2 import Pose, wrap_angle
+
+
+class Estimate(Protocol):
+    """What a filter says of the pose."""
+
+    @property
+    def map_from_base(self) -> Pose:
+        """(3,)"""
+
+    @property
+    def effective_sample_size(self) -> float:
+        """How many equally weighted particles the cloud was worth."""
+
+
+class Filter(Protocol):
+    """What `Localizer` and the course's filter have in common."""
+
+    def add_odometry(self, odometry: Odometry) -> None:
+        """Take in a sample."""
+
+    def add_scan(self, scan: Scan) -> Estimate:
+        """The pose at the scan's stamp."""
+
+    def particles(self) -> tuple[Pose, NDArray[np.float64]]:
+        """Poses (N, 3) and weights (N,)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """What a filter said, one entry per scan; extents and deviations may begin with the cloud as set."""
+
+    stamps: NDArray[np.int64]
+    """(S,) nanoseconds."""
+    map_from_base: Pose
+    """(S, 3)"""
+    extents: NDArray[np.float64]
+    """(S, 2), or a row more, metres from the first to the last particle, in x and in y."""
+    deviations: NDArray[np.float64]
+    """(S,), or one more, metres of standard deviation of the particles' place, both axes together."""
+    effective_sizes: NDArray[np.float64]
+    """(S,) effective sample sizes."""
+    update_seconds: NDArray[np.float64]
+    """(S,) wall time."""
+
+    @property
+    def seconds(self) -> NDArray[np.float64]:
+        """(S,) since the first scan."""
+        elapsed: NDArray[np.float64] = (self.stamps - self.stamps[0]) * 1e-9
+        return elapsed
+
+
+def track(
+    filter_: Filter,
+    messages: Iterable[Scan | Odometry],
+    watch: Callable[[Scan, Estimate], None] = lambda scan, estimate: None,
+    *,
+    with_start: bool = False,
+) -> Track:
+    """Feed messages to a filter that has been told where to start; ``watch`` sees every scan too."""
+    stamps, poses, sizes, seconds = [], [], [], []
+    clouds = [_cloud(filter_)] if with_start else []
+    for message in messages:
+        if not isinstance(message, Scan):
+            filter_.add_odometry(message)
+            continue
+        began = time.perf_counter()
+        estimate = filter_.add_scan(message)
+        seconds.append(time.perf_counter() - began)
+        stamps.append(message.stamp)
+        poses.append(estimate.map_from_base)
+        clouds.append(_cloud(filter_))
+        sizes.append(estimate.effective_sample_size)
+        watch(message, estimate)
+    return Track(
+        np.array(stamps, dtype=np.int64),
+        np.array(poses).reshape(-1, 3),
+        np.array([extent for extent, _ in clouds]).reshape(-1, 2),
+        np.array([deviation for _, deviation in clouds]),
+        np.array(sizes),
+        np.array(seconds),
+    )
+
+
+def place_errors(estimated: Pose, true: Pose) -> NDArray[np.float64]:
+    """(S,) metres between poses (S, 3)."""
+    errors: NDArray[np.float64] = np.hypot(*(estimated - true)[:, :2].T)
+    return errors
+
+
+def heading_errors(estimated: Pose, true: Pose) -> NDArray[np.float64]:
+    """(S,) radians between poses (S, 3), not signed."""
+    return np.abs(wrap_angle(estimated[:, 2] - true[:, 2]))
+
+
+def _cloud(filter_: Filter) -> tuple[NDArray[np.float64], float]:
+    """The extent (2,) of the particles and the standard deviation of their place, metres."""
+    particles, weights = filter_.particles()
+    places = particles[:, :2]
+    variance = weights @ np.sum((places - weights @ places) ** 2, axis=1)
+    return np.ptp(places, axis=0), float(np.sqrt(variance))
