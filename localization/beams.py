@@ -1,7 +1,7 @@
 """The beams of a scan that are weighed: few, evenly taken, and corrected for the car's motion."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,18 @@ class Beams:
     def __len__(self) -> int:
         return len(self.bearings)
 
+    @property
+    def end_points(self) -> NDArray[np.float64]:
+        """(M, 2) where the returns end, in the laser frame at the stamp."""
+        is_return = np.isfinite(self.ranges)
+        ranges, bearings = self.ranges[is_return], self.bearings[is_return]
+        return np.column_stack([ranges * np.cos(bearings), ranges * np.sin(bearings)])
+
+    def thinned(self, count: int) -> "Beams":
+        """At most ``count`` of them, evenly taken."""
+        chosen = _evenly(len(self), count)
+        return replace(self, bearings=self.bearings[chosen], ranges=self.ranges[chosen])
+
 
 def select_beams(scan: Scan, count: int, odometry_at: OdometryAt | None) -> Beams:
     """Up to ``count`` beams evenly over those that carry information, set back by the motion since the stamp.
@@ -34,13 +46,17 @@ def select_beams(scan: Scan, count: int, odometry_at: OdometryAt | None) -> Beam
     The motion during the sweep comes from the odometry; without it the car is taken to stand.
     """
     useful = np.flatnonzero(~np.isnan(scan.ranges) & np.isfinite(scan.bearings) & (scan.ranges >= 0.0))
-    chosen = useful[np.linspace(0, len(useful) - 1, min(count, len(useful))).round().astype(np.int64)]
+    chosen = useful[_evenly(len(useful), count)]
     bearings, ranges = scan.bearings[chosen], scan.ranges[chosen]
     offsets = scan.time_offsets[chosen]
     if odometry_at is not None and len(chosen) and np.ptp(offsets) + abs(offsets[0]) > 0:
         laser_from_moved_laser = _motion_since_stamp(scan, offsets, odometry_at)
         bearings, ranges = _seen_from_stamp(bearings, ranges, laser_from_moved_laser)
     return Beams(bearings, ranges, scan.base_from_laser, scan.max_range)
+
+
+def _evenly(total: int, count: int) -> NDArray[np.int64]:
+    return np.linspace(0, total - 1, min(count, total)).round().astype(np.int64)
 
 
 def _motion_since_stamp(scan: Scan, offsets: NDArray[np.float64], odometry_at: OdometryAt) -> Pose:

@@ -6,17 +6,23 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
+from localization.beam_model import BeamModel
 from localization.beams import Beams, select_beams
 from localization.config import LocalizationConfig
+from localization.free_space import find_free_space
+from localization.likelihood_field import LikelihoodField
+from localization.lost_detector import LostDetector
 from localization.motion_model_kernels import carry
 from localization.motion_source import RESTART_SECONDS, MotionSource, MotionStep
 from localization.particle_filter import ParticleFilter
+from localization.place_search import PlaceSearch
 from localization.pose_estimate import PoseEstimate
-from localization.range_table import build_range_table
-from localization.refinement import find_walls, refine
+from localization.range_table import HEADINGS, build_range_table
+from localization.refinement import refine
+from localization.sensor_model import SensorModel
 from localization.start_poses import draw_about, draw_anywhere, draw_start, draw_within
 from localization.tempering import temper
-from localization.weighing import scan_log_likelihood
+from localization.walls import find_walls
 from maps.occupancy_grid import OccupancyGrid
 from maps.odometry import Odometry
 from maps.scan import Scan
@@ -25,13 +31,15 @@ from maps.se2 import Pose, compose
 _NEWS_AFTER = 0.02
 """Metres plus radians of motion after which a scan tells something new. Scans of a car that stands repeat
 themselves; counted as independent, they would narrow the cloud to a point."""
-_LOST_FIT = -4.5
-_LOST_AFTER = 20
-"""A good pose on a fair map explains a beam with a mean log-probability of -3.2 to -4; when the best
-particle stays below this fit for so many scans, the filter starts over."""
+_NEWS_AFTER_SECONDS = 0.5
+"""A car that stands looks again now and then: it may have been pushed."""
+_LOST = 0.9
+"""Probability of being lost at which the map is searched."""
 _FAR_ADVANTAGE = np.log(2.0)
 """By how much a far place must fit better than one near the last: each beam twice as probable, on average.
 What has changed since the map was made costs nearly as much at the right place, and may not at one alike."""
+_FAR_ADVANTAGE_WHEN_LOST = 0.1
+"""The same when scans did not fit for a while, so that the place near the last is hardly the right one."""
 _FASTEST_DRIVE = 5.0
 """Metres per second that a car goes at most while nothing measures its motion."""
 _TRACKED_WITHIN = 0.5
@@ -54,19 +62,22 @@ class Localizer:
     """
 
     def __init__(self, grid: OccupancyGrid, config: LocalizationConfig, rng: np.random.Generator) -> None:
-        """Builds the map's range table, which takes a few seconds on a large map.
+        """Builds the map's range table, which takes a second or two on a large map.
 
-        Raises UserError when the map has no free space or too much of it.
+        Raises UserError when the map has no free space.
         """
-        self._table = build_range_table(grid, config.table_megabytes)
-        self._walls = find_walls(grid)
-        self._config = config
         self._rng = rng
         self._lock = Lock()
+        self._is_settled = False
+        self._lost = LostDetector()
+        self._walls = find_walls(grid)
+        self._survey(config)
+        self._configure(config)
         self._motion = MotionSource(config)
         self._last: PoseEstimate | None = None
         self._published: _Published | None = None
         self._travel_since_weighing = 0.0
+        self._weighed_at: int | None = None
         self._scatter()
 
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None = None) -> None:
@@ -75,7 +86,7 @@ class Localizer:
         Raises UserError when it is not finite, off the map or far from any place where the car can stand.
         """
         with self._lock:
-            start = draw_start(map_from_base, covariance, self._table.free_space, self._config, self._rng)
+            start = draw_start(map_from_base, covariance, self._free_space, self._config, self._rng)
             self._start_from(start)
 
     def set_position(self, point_in_map: NDArray[np.float64], radius: float) -> None:
@@ -84,9 +95,7 @@ class Localizer:
         Raises UserError when the car cannot stand there or these are not finite numbers.
         """
         with self._lock:
-            self._start_from(
-                draw_within(radius, point_in_map, self._table.free_space, self._config, self._rng)
-            )
+            self._start_from(draw_within(radius, point_in_map, self._free_space, self._config, self._rng))
 
     def scatter(self) -> None:
         """Start anew from anywhere on the map."""
@@ -96,12 +105,12 @@ class Localizer:
     def reconfigure(self, config: LocalizationConfig) -> None:
         """Take other settings from the next scan on; the estimate goes on from where it is.
 
-        Raises UserError when the map does not fit into the settings' memory; then the old ones stay.
+        Where the range table may take another amount of memory, it is built anew.
         """
         with self._lock:
             if config.table_megabytes != self._config.table_megabytes:
-                self._table = build_range_table(self._walls.grid, config.table_megabytes)
-            self._config = config
+                self._survey(config)
+            self._configure(config)
             self._motion.reconfigure(config)
 
     def add_odometry(self, odometry: Odometry) -> None:
@@ -115,18 +124,15 @@ class Localizer:
                 return replace(self._last, is_start=False)
             step = self._motion.step_to(scan.stamp)
             self._filter.predict(step, self._motion.model)
-            if self._is_settled and (step.is_over_gap or self._lost_scans >= _LOST_AFTER):
+            if self._is_settled and (step.is_over_gap or self._lost.probability >= _LOST):
                 self._start_over(step)
             was_settled = self._is_settled
             odometry_at = self._motion.poses_at if self._motion.knows(scan.stamp) else None
             beams = select_beams(scan, self._config.beams, odometry_at)
-            if len(beams) > 0 and self._is_news(step):
-                self._weigh(beams)
-            doubt = min(self._lost_scans / _LOST_AFTER, 1.0)
-            estimate = self._filter.estimate(scan.stamp, is_start=not was_settled, lost_probability=doubt)
-            if self._is_tracked(estimate):
-                estimate = replace(estimate, map_from_base=refine(estimate.map_from_base, beams, self._walls))
-            self._filter.resample(min(len(self._filter), self._wanted_particles(estimate)))
+            if len(beams) > 0:
+                self._look(beams, step, scan.stamp)
+            estimate = self._estimate(beams, scan.stamp, is_start=not was_settled)
+            self._filter.resample(*self._wanted_particles(estimate))
             self._motion.follow(scan.stamp, estimate.map_from_base)
             self._last = estimate
             self._published = _Published(estimate, self._motion.odom_from_base)
@@ -150,75 +156,122 @@ class Localizer:
         map_from_base, weights = self._cloud
         return map_from_base.copy(), weights.copy()
 
+    def _survey(self, config: LocalizationConfig) -> None:
+        """Learn what the sensor would see from where on the map."""
+        self._free_space = find_free_space(self._walls.grid, config.table_megabytes * 10**6 // HEADINGS)
+        self._table = build_range_table(self._free_space, config.table_megabytes)
+        self._search = PlaceSearch(self._free_space, self._table)
+
+    def _configure(self, config: LocalizationConfig) -> None:
+        self._config = config
+        self._sensor: SensorModel = (
+            LikelihoodField(self._free_space, self._walls, config.squash)
+            if config.sensor_model == "likelihood_field"
+            else BeamModel(self._free_space, self._table, config.squash)
+        )
+
     def _scatter(self) -> None:
         self._start_from(self._anywhere())
+        self._cloud_is_likely, self._far_advantage = False, 0.0
 
     def _start_over(self, step: MotionStep) -> None:
         """Search where the odometry leads or, after a gap in it, where the car can have driven meanwhile.
 
-        The whole map is searched too, for a place that fits far better.
+        The whole map is searched too, for a place that fits better.
         """
         assert self._last is not None
         predicted = compose(self._last.map_from_base, step.base_from_next_base)
+        advantage = _FAR_ADVANTAGE if step.is_over_gap else _FAR_ADVANTAGE_WHEN_LOST
         if step.is_over_gap and np.isinf(step.travel):
-            reach = self._table.free_space.within(_FASTEST_DRIVE * step.seconds, predicted[:2])
+            reach = self._free_space.within(_FASTEST_DRIVE * step.seconds, predicted[:2])
             nearby = draw_anywhere(reach, self._config, self._rng) if reach.cell_count else self._anywhere()
         else:
             nearby = draw_about(predicted, self._config.scattered_particles, self._config, self._rng)
-        self._start_from(nearby, or_anywhere=True)
+        self._start_from(nearby)
+        self._far_advantage = advantage
 
     def _anywhere(self) -> Pose:
-        return draw_anywhere(self._table.free_space, self._config, self._rng)
+        return draw_anywhere(self._free_space, self._config, self._rng)
 
-    def _start_from(self, map_from_base: Pose, or_anywhere: bool = False) -> None:
-        """Search among poses (N, 3) and, with ``or_anywhere``, for one elsewhere that fits far better."""
+    def _start_from(self, map_from_base: Pose) -> None:
+        """Search among poses (N, 3) when the next scan comes."""
         self._filter = ParticleFilter(map_from_base, self._rng)
         self._cloud = self._filter.map_from_base, self._filter.weights
-        self._or_anywhere = or_anywhere
+        self._cloud_is_likely = True
+        self._far_advantage = np.inf
         self._is_settled = False
-        self._lost_scans = 0
+        self._lost = LostDetector()
         self._motion.forget_speed()
 
-    def _is_news(self, step: MotionStep) -> bool:
-        self._travel_since_weighing += step.travel
-        return not self._is_settled or self._travel_since_weighing >= _NEWS_AFTER
-
-    def _weigh(self, beams: Beams) -> None:
-        self._travel_since_weighing = 0.0
+    def _look(self, beams: Beams, step: MotionStep, stamp: int) -> None:
+        """Take in a scan: search with it, weigh the particles by it, or only see whether it still fits."""
         if not self._is_settled:
             self._settle(beams)
+            self._note_weighing(stamp)
             return
-        log_likelihood = self._filter.explain(lambda poses: self._log_likelihood(poses, beams))
-        self._filter.weigh(log_likelihood)
-        self._lost_scans = self._lost_scans + 1 if self._fit(log_likelihood, beams) < _LOST_FIT else 0
+        self._travel_since_weighing += step.travel
+        if self._is_news(stamp):
+            log_likelihood = self._filter.explain(lambda poses: self._sensor.log_likelihood(poses, beams))
+            self._filter.weigh(log_likelihood)
+            self._note_weighing(stamp)
+        else:
+            log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, beams)
+        self._lost.judge(self._fit(log_likelihood, beams))
+
+    def _is_news(self, stamp: int) -> bool:
+        assert self._weighed_at is not None
+        waited = (stamp - self._weighed_at) * 1e-9
+        return self._travel_since_weighing >= _NEWS_AFTER or waited >= _NEWS_AFTER_SECONDS
+
+    def _note_weighing(self, stamp: int) -> None:
+        self._travel_since_weighing, self._weighed_at = 0.0, stamp
 
     def _settle(self, beams: Beams) -> None:
         """Take in a first scan, for which the cloud is too thin to be weighed at once."""
-        particles, fit = self._tempered(self._filter.map_from_base, beams)
-        if self._or_anywhere:
-            elsewhere, fit_elsewhere = self._tempered(self._anywhere(), beams)
-            particles = elsewhere if fit_elsewhere > fit + _FAR_ADVANTAGE else particles
+        particles, fit = np.empty((0, 3)), -np.inf
+        if self._cloud_is_likely:
+            particles, fit = self._tempered(self._filter.map_from_base, beams)
+        if self._far_advantage < np.inf:
+            count = self._config.scattered_particles
+            found = self._search.find(beams, self._config.squash, count, self._rng)
+            elsewhere, fit_elsewhere = self._tempered(found, beams)
+            particles = elsewhere if fit_elsewhere > fit + self._far_advantage else particles
         self._filter = ParticleFilter(particles, self._rng)
         self._is_settled = True
 
     def _tempered(self, cloud: Pose, beams: Beams) -> tuple[Pose, float]:
         """Particles at the places of a cloud that fit a scan best, and how well they do."""
         count = min(len(cloud), self._config.scattered_particles)
-        particles = temper(cloud, lambda poses: self._log_likelihood(poses, beams), count, self._rng)
-        return particles, self._fit(self._log_likelihood(particles, beams), beams)
+        particles = temper(cloud, lambda poses: self._sensor.log_likelihood(poses, beams), count, self._rng)
+        return particles, self._fit(self._sensor.log_likelihood(particles, beams), beams)
 
     def _fit(self, log_likelihood: NDArray[np.float64], beams: Beams) -> float:
         """The mean log-probability of a beam at the best particle."""
         return float(log_likelihood.max() * self._config.squash / len(beams))
 
-    def _log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
-        return scan_log_likelihood(map_from_base, beams, self._table, self._config.squash)
+    def _estimate(self, beams: Beams, stamp: int, is_start: bool) -> PoseEstimate:
+        map_from_base, covariance, weight = self._filter.moments()
+        if _is_tracked(covariance, weight):
+            map_from_base, covariance = refine(map_from_base, covariance, beams, self._walls)
+        return PoseEstimate(
+            stamp=stamp,
+            map_from_base=map_from_base,
+            covariance=covariance,
+            cluster_weight=weight,
+            effective_sample_size=self._filter.effective_size,
+            particle_count=len(self._filter),
+            is_start=is_start,
+            lost_probability=1.0 - (1.0 - self._lost.probability) * weight,
+        )
 
-    def _wanted_particles(self, estimate: PoseEstimate) -> int:
-        tracked = self._is_tracked(estimate)
-        return self._config.particles if tracked else self._config.scattered_particles
+    def _wanted_particles(self, estimate: PoseEstimate) -> tuple[int, int]:
+        """The fewest and the most."""
+        if not _is_tracked(estimate.covariance, estimate.cluster_weight):
+            return min(len(self._filter), self._config.scattered_particles), len(self._filter)
+        most = self._config.particles
+        return min(self._config.fewest_particles, most), most
 
-    @staticmethod
-    def _is_tracked(estimate: PoseEstimate) -> bool:
-        deviation = np.sqrt(np.trace(estimate.covariance[:2, :2]))
-        return bool(estimate.cluster_weight > 0.9 and deviation < _TRACKED_WITHIN)
+
+def _is_tracked(covariance: NDArray[np.float64], cluster_weight: float) -> bool:
+    deviation = np.sqrt(covariance[0, 0] + covariance[1, 1])
+    return bool(cluster_weight > 0.9 and deviation < _TRACKED_WITHIN)

@@ -1,12 +1,12 @@
-"""The particle filter: predict, weigh, estimate, resample."""
+"""The particle filter: predict, weigh, tell the dominant cluster, resample."""
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
+from localization.adaptive_count import needed_particles
 from localization.motion_model import MotionModel
 from localization.motion_source import MotionStep
-from localization.pose_estimate import PoseEstimate, dominant_cluster, mean_and_covariance
+from localization.pose_estimate_kernels import cluster_moments
 from localization.resampling import effective_sample_size, systematic_resample
 from localization.tempering import LogLikelihood
 from maps.se2 import Pose
@@ -22,18 +22,13 @@ class ParticleFilter:
     def __init__(self, map_from_base: Pose, rng: np.random.Generator) -> None:
         self.map_from_base = map_from_base
         """(N, 3)"""
-        self._log_weights = np.full(len(map_from_base), -np.log(len(map_from_base)))
+        self.weights: NDArray[np.float64] = np.empty(0)
+        """(N,) that sum to 1."""
         self._rng = rng
+        self._set_even_weights()
 
     def __len__(self) -> int:
         return len(self.map_from_base)
-
-    @property
-    def weights(self) -> NDArray[np.float64]:
-        """(N,) that sum to 1."""
-        weights = np.exp(self._log_weights)
-        normalized: NDArray[np.float64] = weights / weights.sum()
-        return normalized
 
     def predict(self, step: MotionStep, model: MotionModel) -> None:
         """Move all particles by a step, each by its own guess of how that was measured wrongly."""
@@ -47,10 +42,10 @@ class ParticleFilter:
         Many scans that agree make the cloud so narrow that what the map lacks can lead it astray; a stray
         that is right draws it back.
         """
-        explained = log_likelihood(self.map_from_base)
         strays = self._rng.integers(len(self), size=-(-len(self) // _ONE_STRAY_IN))
         places = self.map_from_base[strays] + _STRAY * self._rng.standard_normal((len(strays), 3))
-        proposed = log_likelihood(places)
+        both = log_likelihood(np.concatenate([self.map_from_base, places]))
+        explained, proposed = both[: len(self)], both[len(self) :]
         is_better = proposed > explained[strays]
         explained[strays[is_better]] = proposed[is_better]
         self.map_from_base = self.map_from_base.copy()
@@ -60,28 +55,30 @@ class ParticleFilter:
     def weigh(self, log_likelihood: NDArray[np.float64]) -> None:
         """Take in how well each particle (N,) explains what was measured."""
         self._log_weights += log_likelihood
-        self._log_weights -= logsumexp(self._log_weights)
+        self._log_weights -= self._log_weights.max()
+        self.weights = np.exp(self._log_weights)
+        self.weights /= self.weights.sum()
 
-    def estimate(self, stamp: int, is_start: bool, lost_probability: float) -> PoseEstimate:
-        """The heaviest cluster's mean, noted with the stamp, whether a search came before, and the doubt."""
-        weights = self.weights
-        cluster = dominant_cluster(self.map_from_base, weights)
-        mean, covariance = mean_and_covariance(self.map_from_base[cluster], weights[cluster])
-        return PoseEstimate(
-            stamp=stamp,
-            map_from_base=mean,
-            covariance=covariance,
-            cluster_weight=float(weights[cluster].sum()),
-            effective_sample_size=effective_sample_size(weights),
-            particle_count=len(self),
-            is_start=is_start,
-            lost_probability=lost_probability,
-        )
+    def moments(self) -> tuple[Pose, NDArray[np.float64], float]:
+        """Mean (3,), covariance (3, 3) and weight of the heaviest cluster."""
+        return cluster_moments(self.map_from_base, self.weights)
 
-    def resample(self, count: int) -> None:
-        """Draw ``count`` particles anew when under half are effective, or there are more than ``count``."""
-        weights = self.weights
-        if effective_sample_size(weights) >= 0.5 * len(self) and len(self) <= count:
+    @property
+    def effective_size(self) -> float:
+        """How many equally weighted particles these are worth."""
+        return effective_sample_size(self.weights)
+
+    def resample(self, fewest: int, most: int) -> None:
+        """Draw particles anew when under half are effective, or there are too many.
+
+        As many as their spread asks for, between the fewest and the most.
+        """
+        if self.effective_size >= 0.5 * len(self) and len(self) <= most:
             return
-        self.map_from_base = self.map_from_base[systematic_resample(weights, count, self._rng)]
-        self._log_weights = np.full(count, -np.log(count))
+        count = most if fewest >= most else needed_particles(self.map_from_base, self.weights, fewest, most)
+        self.map_from_base = self.map_from_base[systematic_resample(self.weights, count, self._rng)]
+        self._set_even_weights()
+
+    def _set_even_weights(self) -> None:
+        self._log_weights = np.zeros(len(self))
+        self.weights = np.full(len(self), 1.0 / len(self))

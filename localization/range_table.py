@@ -1,15 +1,17 @@
 """Expected ranges, computed beforehand for every free cell and heading, a byte each."""
 
+import logging
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
-from localization.free_space import FreeSpace, find_free_space
+from localization.free_space import FreeSpace
 from localization.range_table_kernels import OBSTACLE, fill_heading, transpose_block
-from maps.errors import UserError
-from maps.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
+from maps.occupancy_grid import OCCUPIED_FROM
+
+_log = logging.getLogger(__name__)
 
 HEADINGS = 320
 """More would cost memory and tell little: of rays at random, 5 % are then off by over 3 cells, of 512 4 %."""
@@ -21,13 +23,12 @@ behind are filled with those ahead, so that headings come in twice as many."""
 
 @dataclass(frozen=True, eq=False)
 class RangeTable:
-    """Distance in cells, at most 200, from each free cell to the nearest obstacle in each direction."""
+    """How far the nearest obstacle is from each free cell in each direction, as `range_codes` has it."""
 
     ranges: NDArray[np.uint8]
     """(cells, headings); heading h looks along 2π·h/headings over the grid."""
     cell_index: NDArray[np.int32]
     """(rows, columns) row of ``ranges`` for each cell of the grid, negative where the car cannot be."""
-    free_space: FreeSpace
 
     @property
     def headings(self) -> int:
@@ -35,29 +36,34 @@ class RangeTable:
         return int(self.ranges.shape[1])
 
 
-def build_range_table(grid: OccupancyGrid, max_megabytes: int) -> RangeTable:
-    """The table of a map, with 320 headings or, to stay within the limit, fewer.
-
-    Raises UserError when the map has no free cells or too many of them.
-    """
-    max_bytes = max_megabytes * 10**6
-    free_space = find_free_space(grid, max_bytes // HEADINGS)
-    affordable = max_bytes // free_space.cell_count
+def build_range_table(free_space: FreeSpace, max_megabytes: int) -> RangeTable | None:
+    """The table of a map, with 320 headings or, to stay within the limit, fewer; None when it has too few."""
+    affordable = max_megabytes * 10**6 // free_space.cell_count
     headings = min(HEADINGS, affordable - affordable % (2 * _BLOCK))
     if headings < _FEWEST_HEADINGS:
         needed = -(-free_space.cell_count * _FEWEST_HEADINGS // 10**6)
-        raise UserError(
-            f"To localize on the map's {free_space.cell_count} free cells takes {needed} MB of memory and "
-            f"table_megabytes is {max_megabytes}; raise it, or mark the outside of the map as unknown."
+        _log.warning(
+            "A range table of the map's %d free cells takes %d MB and table_megabytes is %d: rays are cast "
+            "one by one, which takes some fifty times as long.",
+            free_space.cell_count,
+            needed,
+            max_megabytes,
         )
-    codes = _cell_codes(grid, free_space)
-    ranges = _fill(codes, free_space.cell_count, headings)
-    return RangeTable(ranges, codes, free_space)
+        return None
+    if headings < HEADINGS:
+        _log.warning(
+            "The range table has %d headings instead of %d, to stay within table_megabytes, which is %d.",
+            headings,
+            HEADINGS,
+            max_megabytes,
+        )
+    codes = _cell_codes(free_space)
+    return RangeTable(_fill(codes, free_space.cell_count, headings), codes)
 
 
-def _cell_codes(grid: OccupancyGrid, free_space: FreeSpace) -> NDArray[np.int32]:
+def _cell_codes(free_space: FreeSpace) -> NDArray[np.int32]:
     """(rows, columns) running number of each cell the car can be on, else the kernel's negative codes."""
-    is_obstacle = grid.cells >= OCCUPIED_FROM
+    is_obstacle = free_space.grid.cells >= OCCUPIED_FROM
     steps_away = distance_transform_cdt(~(is_obstacle | free_space.is_open), metric="chessboard")
     codes = (OBSTACLE - steps_away).astype(np.int32)
     codes[free_space.is_open] = np.arange(free_space.cell_count, dtype=np.int32)

@@ -6,18 +6,18 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from localization.range_codes import CODE_OF_CELLS, FARTHEST
+
 OBSTACLE = -1
 """Code of an obstacle; lower codes are cells of no interest, by how far any other kind is from them:
 OBSTACLE - k means that it is k columns or rows away."""
-FARTHEST = 200
-"""Ranges in cells are clipped here."""
 
 
 @njit(cache=True, nogil=True)
 def fill_heading(
     codes: NDArray[np.int32], slope: float, ahead: NDArray[np.uint8], behind: NDArray[np.uint8]
 ) -> None:
-    """Ranges of all cells along the direction (columns, rows) = (1, slope), and along its opposite.
+    """Codes of the ranges of all cells along the direction (columns, rows) = (1, slope) and its opposite.
 
     Parallel lines, one through each row, cover every cell once (|slope| <= 1). Walking along a line, the
     last obstacle passed is the one that a cell sees behind it, and on the way back the one ahead.
@@ -41,7 +41,7 @@ def fill_heading(
                 column += OBSTACLE - 1 - code
                 continue
             if code >= 0:
-                behind[code] = min(int((column - wall) * stretch + 0.5), FARTHEST)
+                behind[code] = CODE_OF_CELLS[min(int((column - wall) * stretch + 0.5), FARTHEST)]
             elif code == OBSTACLE:
                 wall = column + 0.5
             blocks = False
@@ -60,7 +60,7 @@ def fill_heading(
             if corner_blocks[i]:
                 wall = visited[i] + 0.5
             if line[i] >= 0:
-                ahead[line[i]] = min(int((wall - visited[i]) * stretch + 0.5), FARTHEST)
+                ahead[line[i]] = CODE_OF_CELLS[min(int((wall - visited[i]) * stretch + 0.5), FARTHEST)]
             elif line[i] == OBSTACLE:
                 wall = visited[i] - 0.5
 

@@ -2,18 +2,15 @@
 
 The beam model takes half a metre of disagreement for noise, so people and furniture that the map lacks
 draw the cloud aside. From the filter's estimate, a robust alignment of the end points to the nearest walls
-finds the pose that most of the scan agrees with.
+finds the pose that most of the scan agrees with. Along a corridor, where walls do not tell, the cloud does.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from localization.beams import Beams
 from localization.refinement_kernels import align_to_walls
-from maps.distance_field import distance_to_occupied
-from maps.occupancy_grid import OccupancyGrid
+from localization.walls import Walls
 from maps.se2 import Pose, compose, inverse, transform_points
 
 _FEWEST_POINTS = 10
@@ -21,31 +18,27 @@ _FARTHEST = 0.5
 """Metres or radians that an estimate may be moved."""
 
 
-@dataclass(frozen=True, eq=False)
-class Walls:
-    """How far it is to the nearest wall."""
+def refine(
+    map_from_base: Pose, covariance: NDArray[np.float64], beams: Beams, walls: Walls
+) -> tuple[Pose, NDArray[np.float64]]:
+    """The pose (3,) near an estimate where most end points lie on walls, and its covariance (3, 3).
 
-    grid: OccupancyGrid
-    distances: NDArray[np.float32]
-    """(rows, columns) metres from a cell's centre to that of the nearest occupied cell."""
+    The estimate and its covariance (3, 3) are that of the cloud; they are returned where walls tell nothing.
+    """
+    points_in_base = transform_points(beams.base_from_laser, beams.end_points)
+    if len(points_in_base) < _FEWEST_POINTS:
+        return map_from_base, covariance
+    map_from_grid = walls.grid.map_from_grid
+    start = compose(inverse(map_from_grid), map_from_base)
+    turn = _turn(map_from_grid[2])
+    aligned, uncertainty = align_to_walls(
+        start, turn.T @ covariance @ turn, points_in_base, walls.distances, walls.grid.resolution
+    )
+    if np.any(np.abs(aligned - start) > _FARTHEST):
+        return map_from_base, covariance
+    return compose(map_from_grid, aligned), turn @ uncertainty @ turn.T
 
 
-def find_walls(grid: OccupancyGrid) -> Walls:
-    """The walls of a map."""
-    return Walls(grid, distance_to_occupied(grid))
-
-
-def refine(map_from_base: Pose, beams: Beams, walls: Walls) -> Pose:
-    """The pose (3,) near an estimate (3,) where most end points lie on walls, or else the estimate."""
-    is_return = np.isfinite(beams.ranges)
-    if np.count_nonzero(is_return) < _FEWEST_POINTS:
-        return map_from_base
-    ranges, bearings = beams.ranges[is_return], beams.bearings[is_return]
-    points_in_laser = np.column_stack([ranges * np.cos(bearings), ranges * np.sin(bearings)])
-    points_in_base = transform_points(beams.base_from_laser, points_in_laser)
-    grid_from_map = inverse(walls.grid.map_from_grid)
-    start = compose(grid_from_map, map_from_base)
-    aligned = align_to_walls(start, points_in_base, walls.distances, walls.grid.resolution)
-    refined = compose(walls.grid.map_from_grid, aligned)
-    is_near = np.all(np.abs(aligned - start)[:2] < _FARTHEST) and abs(aligned[2] - start[2]) < _FARTHEST
-    return refined if is_near else map_from_base
+def _turn(angle: float) -> NDArray[np.float64]:
+    cos, sin = np.cos(angle), np.sin(angle)
+    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])

@@ -11,27 +11,35 @@ from maps.se2 import Pose
 _SCALES = (0.3, 0.2, 0.1, 0.1, 0.07, 0.07)
 """Metres beyond which a point counts less and less; one step each."""
 _WALL_NOISE = 0.05
-_START_NOISE = 0.3
-"""Metres and radians: how strongly points on walls and the start hold the pose."""
+"""Metres: how strongly one point on a wall holds the pose."""
+_POINTS_PER_WITNESS = 4.0
+"""Neighbouring points lie on the same wall and err alike: so many tell as much as one."""
+_CLOUD_WIDTH = 2.0
+_LEAST_CLOUD = 0.05
+"""The cloud holds the pose as if it were so many times as wide, and at least so many metres or radians: it
+has seen the same scan, and shares the sensor model's errors."""
 
 
 @njit(cache=True, nogil=True)
 def align_to_walls(
     grid_from_base: Pose,
+    covariance: NDArray[np.float64],
     points_in_base: NDArray[np.float64],
     distances: NDArray[np.float32],
     resolution: float,
-) -> Pose:
-    """The pose (3,) near a start that brings points (N, 2) to the walls' surfaces.
+) -> tuple[Pose, NDArray[np.float64]]:
+    """The pose (3,) near a cloud's mean that brings points (N, 2) to the walls, and its covariance (3, 3).
 
     ``distances`` (rows, columns) are metres to the centre of the nearest occupied cell. In drawn maps the
     surface is half a cell before that, in maps made from scans it is there: a quarter is between.
-    Weights of Geman and McClure; the start holds the pose where walls do not, as along a corridor.
+    Weights of Geman and McClure; the cloud holds the pose where walls do not, as along a corridor.
     """
     pose = grid_from_base.copy()
+    cloud = np.linalg.inv(_CLOUD_WIDTH**2 * covariance + _LEAST_CLOUD**2 * np.eye(3))
+    information = cloud.copy()
     for scale in _SCALES:
-        information = np.eye(3) / _START_NOISE**2
-        gradient = (pose - grid_from_base) / _START_NOISE**2
+        information = cloud.copy()
+        gradient = cloud @ (pose - grid_from_base)
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
         for i in range(len(points_in_base)):
             dx = cos * points_in_base[i, 0] - sin * points_in_base[i, 1]
@@ -42,17 +50,26 @@ def align_to_walls(
             if distance < 0.0:
                 continue
             distance = max(distance - 0.25 * resolution, 0.0)
-            weight = 1.0 / ((1.0 + (distance / scale) ** 2) ** 2 * _WALL_NOISE**2)
-            jacobian = np.array([slope_x, slope_y, slope_y * dx - slope_x * dy])
-            jacobian[0] /= resolution
-            jacobian[1] /= resolution
-            jacobian[2] /= resolution
-            for row in range(3):
-                gradient[row] += weight * jacobian[row] * distance
-                for column in range(3):
-                    information[row, column] += weight * jacobian[row] * jacobian[column]
+            weight = 1.0 / ((1.0 + (distance / scale) ** 2) ** 2 * _WALL_NOISE**2 * _POINTS_PER_WITNESS)
+            slope_x /= resolution
+            slope_y /= resolution
+            slope_yaw = slope_y * dx - slope_x * dy
+            gradient[0] += weight * slope_x * distance
+            gradient[1] += weight * slope_y * distance
+            gradient[2] += weight * slope_yaw * distance
+            information[0, 0] += weight * slope_x * slope_x
+            information[0, 1] += weight * slope_x * slope_y
+            information[0, 2] += weight * slope_x * slope_yaw
+            information[1, 1] += weight * slope_y * slope_y
+            information[1, 2] += weight * slope_y * slope_yaw
+            information[2, 2] += weight * slope_yaw * slope_yaw
+        information[1, 0], information[2, 0], information[2, 1] = (
+            information[0, 1],
+            information[0, 2],
+            information[1, 2],
+        )
         pose -= np.linalg.solve(information, gradient)
-    return pose
+    return pose, np.linalg.inv(information)
 
 
 @njit(cache=True, nogil=True)

@@ -3,10 +3,13 @@ import pytest
 from drives import BASE_FROM_LASER, BEARINGS, room
 
 from localization.beams import Beams
-from localization.refinement import find_walls, refine
+from localization.refinement import refine
+from localization.walls import find_walls
 from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from maps.ray_casting import cast_ray_fan
 from maps.se2 import IDENTITY, compose
+
+CLOUD = np.diag([0.01, 0.01, 0.0025])
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -15,9 +18,9 @@ def test_people_do_not_draw_the_estimate_aside(seed: int) -> None:
     truth = compose(grid.map_from_grid, [9.0, 4.0, 0.7])
     ranges = cast_ray_fan(grid, compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
     ranges[100:160] *= rng.uniform(0.6, 0.95, 60)
-    refined = refine(
-        compose(truth, [0.15, -0.1, 0.04]), Beams(BEARINGS, ranges, BASE_FROM_LASER, 30.0), find_walls(grid)
-    )
+    beams = Beams(BEARINGS, ranges, BASE_FROM_LASER, 30.0)
+    refined, covariance = refine(compose(truth, [0.15, -0.1, 0.04]), CLOUD, beams, find_walls(grid))
+    assert np.sqrt(np.trace(covariance[:2, :2])) < 0.05
     assert np.hypot(*(refined - truth)[:2]) < 0.03
     assert abs(refined[2] - truth[2]) < 0.01
 
@@ -28,15 +31,17 @@ def test_along_a_bare_corridor_the_estimate_stays() -> None:
     grid = OccupancyGrid(cells, 0.05, IDENTITY)
     truth = np.array([50.0, 1.5, 0.0])
     ranges = cast_ray_fan(grid, truth[None], BEARINGS, 10.0)[0]
-    refined = refine(
-        np.add(truth, [0.1, 0.1, 0.02]), Beams(BEARINGS, ranges, IDENTITY, 10.0), find_walls(grid)
-    )
+    beams = Beams(BEARINGS, ranges, IDENTITY, 10.0)
+    refined, covariance = refine(np.add(truth, [0.1, 0.1, 0.02]), CLOUD, beams, find_walls(grid))
     assert abs(refined[0] - truth[0] - 0.1) < 0.02
     assert abs(refined[1] - truth[1]) < 0.02
     assert abs(refined[2]) < 0.005
+    along, across = np.sqrt(np.diag(covariance)[:2])
+    assert along > 0.09
+    assert across < 0.03
 
 
 def test_too_few_points_change_nothing() -> None:
     start = np.array([1.0, 2.0, 0.3])
     beams = Beams(BEARINGS[:5], np.ones(5), IDENTITY, 10.0)
-    assert refine(start, beams, find_walls(room())) is start
+    assert refine(start, CLOUD, beams, find_walls(room())) == (start, CLOUD)

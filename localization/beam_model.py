@@ -1,0 +1,64 @@
+"""The beam model: each reading beside the range that the map says, from a table or from cast rays."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from localization.beam_model_kernels import add_up_beams, add_up_cast_beams
+from localization.beam_table import beam_log_probabilities
+from localization.beams import Beams
+from localization.free_space import FreeSpace
+from localization.range_codes import CODE_OF_CELLS
+from localization.range_table import RangeTable
+from maps.se2 import Pose
+
+_TURN = 2.0**32
+"""A full turn in the kernel's whole numbers, which wrap around by themselves."""
+
+
+class BeamModel:
+    """The course's sensor model, `localization.beam_table`, on a map."""
+
+    def __init__(self, free_space: FreeSpace, table: RangeTable | None, squash: float) -> None:
+        """Without a table, rays are cast anew for every particle, which takes some fifty times as long."""
+        self._free_space = free_space
+        self._table = table
+        self._squash = squash
+
+    def log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
+        """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash."""
+        grid = self._free_space.grid
+        log_probabilities = beam_log_probabilities(
+            beams.ranges, beams.max_range, grid.resolution, self._squash
+        )
+        x, y, yaw = grid.map_from_grid
+        laser_on_base = beams.base_from_laser[:2].copy()  # one that is read-only would be compiled for anew
+        grid_in_map = np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / grid.resolution])
+        least = float(log_probabilities.min(axis=1).sum())
+        turns = beams.bearings + beams.base_from_laser[2] - yaw
+        if self._table is None:
+            return add_up_cast_beams(
+                map_from_base,
+                laser_on_base,
+                grid_in_map,
+                self._free_space.is_open,
+                grid.cells,
+                turns,
+                log_probabilities,
+                CODE_OF_CELLS,
+                least,
+            )
+        return add_up_beams(
+            map_from_base,
+            laser_on_base,
+            grid_in_map,
+            self._table.cell_index,
+            self._table.ranges,
+            _whole_numbers(turns),
+            log_probabilities,
+            least,
+        )
+
+
+def _whole_numbers(angles: NDArray[np.float64]) -> NDArray[np.uint32]:
+    turns = angles / (2.0 * np.pi)
+    return ((turns - np.floor(turns)) * _TURN).astype(np.uint64).astype(np.uint32)

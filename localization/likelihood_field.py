@@ -1,0 +1,51 @@
+"""The likelihood field: how far the end of each beam is from the nearest wall, whatever lies before it.
+
+Thrun, Burgard, Fox: Probabilistic Robotics (2005), section 6.4. Blind to what rays pass through, but smooth,
+and no ray is ever cast. Misses tell it nothing.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from localization.beam_table import HIT, HIT_DEVIATION, MAX, RANDOM
+from localization.beams import Beams
+from localization.free_space import FreeSpace
+from localization.likelihood_field_kernels import add_up_ends
+from localization.range_codes import FARTHEST
+from localization.walls import Walls
+from maps.se2 import Pose, transform_points
+
+_FARTHEST = 255
+"""Cells from a wall beyond which it does not matter how far."""
+
+
+class LikelihoodField:
+    """The sensor model that looks at the ends of the beams only."""
+
+    def __init__(self, free_space: FreeSpace, walls: Walls, squash: float) -> None:
+        cells = walls.distances / np.float32(walls.grid.resolution)
+        self._cells_to_wall = np.minimum(np.rint(cells), _FARTHEST).astype(np.uint8)
+        self._free_space = free_space
+        self._squash = squash
+        self._log_probabilities = _log_probabilities(squash)
+
+    def log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
+        """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash."""
+        grid = self._free_space.grid
+        x, y, yaw = grid.map_from_grid
+        ends = transform_points(beams.base_from_laser, beams.end_points)
+        return add_up_ends(
+            map_from_base,
+            np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / grid.resolution]),
+            self._cells_to_wall,
+            self._free_space.is_open,
+            ends,
+            self._log_probabilities,
+        )
+
+
+def _log_probabilities(squash: float) -> NDArray[np.float32]:
+    """(256,) log-probability of a beam that ends so many cells from a wall; the last is beyond the map."""
+    hit = np.exp(-0.5 * (np.arange(_FARTHEST + 1.0) / HIT_DEVIATION) ** 2)
+    hit *= HIT / (HIT_DEVIATION * np.sqrt(2.0 * np.pi))
+    return (np.log(hit + (RANDOM + MAX) / FARTHEST) / squash).astype(np.float32)

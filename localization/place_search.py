@@ -1,0 +1,84 @@
+"""Where on the whole map does a scan fit? Every place and heading is tried, so that nothing is left to luck.
+
+The rows of the range table are what a laser would see all around from a cell: turned against the scan, one
+row tells how well every heading fits there, without another trip to memory.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import logsumexp
+
+from localization.beam_table import beam_log_probabilities
+from localization.beams import Beams
+from localization.free_space import FreeSpace
+from localization.place_search_kernels import fill_scores
+from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
+from localization.range_table import RangeTable
+from maps.ray_casting import cast_ray_fan
+from maps.se2 import Pose, compose, inverse
+
+_SPACING = 0.2
+"""Metres between the places that are tried; the sensor model forgives half of that."""
+_MOST_PLACES = 60_000
+_BEAMS = 60
+_HEADINGS_CAST = 128
+_KEPT = 4000
+"""Poses that are looked at closely."""
+
+
+class PlaceSearch:
+    """Knows what a laser sees from places all over a map."""
+
+    def __init__(self, free_space: FreeSpace, table: RangeTable | None) -> None:
+        """Without a range table, views from places that lie farther apart are cast."""
+        self._grid = free_space.grid
+        area = free_space.cell_count * self._grid.resolution**2
+        self._spacing = max(_SPACING, np.sqrt(area / _MOST_PLACES))
+        places = _lattice(free_space, max(1, round(self._spacing / self._grid.resolution)))
+        self._map_from_place = np.column_stack([self._grid.center_of(places), np.zeros(len(places))])
+        self._map_from_place[:, 2] = self._grid.map_from_grid[2]
+        if table is not None:
+            self._views = table.ranges
+            self._view_of_place = table.cell_index[tuple(places.T)].astype(np.int64)
+        else:
+            self._views = _cast_views(self._grid.resolution, free_space, self._map_from_place)
+            self._view_of_place = np.arange(len(places))
+
+    def find(self, beams: Beams, squash: float, count: int, rng: np.random.Generator) -> Pose:
+        """(count, 3) poses of the base, spread over the places where a scan fits best."""
+        thinned = beams.thinned(_BEAMS)
+        log_probabilities = beam_log_probabilities(
+            thinned.ranges, thinned.max_range, self._grid.resolution, squash
+        )
+        headings = self._views.shape[1]
+        offsets = np.rint(thinned.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings
+        scores = np.empty((len(self._view_of_place), headings // 2), dtype=np.float32)
+        fill_scores(self._views, self._view_of_place, offsets, log_probabilities, scores)
+        kept = min(_KEPT, scores.size)
+        best = np.argpartition(scores.ravel(), scores.size - kept)[-kept:]
+        weights = np.exp(0.5 * (scores.ravel()[best] - logsumexp(scores.ravel()[best])))
+        chosen = np.concatenate([best, rng.choice(best, count - min(count, kept), p=weights / weights.sum())])
+        place, heading = np.divmod(chosen[:count], scores.shape[1])
+        turned = np.column_stack(
+            [np.zeros((count, 2)), 2.0 * np.pi / scores.shape[1] * (heading + rng.uniform(-0.5, 0.5, count))]
+        )
+        map_from_laser = compose(self._map_from_place[place], turned)
+        map_from_laser[:, :2] += rng.uniform(-0.5, 0.5, (count, 2)) * self._spacing
+        return compose(map_from_laser, inverse(beams.base_from_laser))
+
+
+def _lattice(free_space: FreeSpace, step: int) -> NDArray[np.int64]:
+    """(N, 2) row and column of open cells, one in each block of ``step`` by ``step`` that has any."""
+    cells = np.argwhere(free_space.is_open)
+    middle = np.abs(cells % step - step // 2).sum(axis=1)
+    order = np.argsort(middle, kind="stable")
+    blocks = cells[order] // step
+    _, first = np.unique(blocks[:, 0] * free_space.is_open.shape[1] + blocks[:, 1], return_index=True)
+    return cells[order][first]
+
+
+def _cast_views(resolution: float, free_space: FreeSpace, map_from_place: Pose) -> NDArray[np.uint8]:
+    bearings = 2.0 * np.pi * np.arange(_HEADINGS_CAST) / _HEADINGS_CAST
+    reach = CELLS_OF_CODE[-1] * resolution
+    ranges = cast_ray_fan(free_space.grid, map_from_place, bearings, reach) / resolution
+    return CODE_OF_CELLS[np.minimum(np.rint(ranges), FARTHEST).astype(np.int64)]
