@@ -96,7 +96,7 @@ class LaserScanConverter:
             max_range = RANGE_LIMIT
             self._counts["scans_without_range_max"] += 1
         min_range = message.range_min if 0 < message.range_min < max_range else 1e-6
-        ranges = message.ranges.astype(np.float64)
+        ranges = np.array(message.ranges, dtype=np.float64)
         is_miss = ranges >= max_range
         tells_something = ranges >= min_range
         self._counts["beams"] += len(ranges)

@@ -13,9 +13,12 @@ from pipelines.commands.check import check
 from pipelines.commands.demo import demo
 from pipelines.commands.evaluate import evaluate
 from pipelines.commands.experiment import experiment
+from pipelines.commands.live import live
 from pipelines.commands.localize import localize
 from pipelines.commands.map import map
+from pipelines.commands.play import play
 from pipelines.commands.simulate import simulate
+from pipelines.live.ros_arguments import RosCommand
 
 _USER_ERROR = 2
 _INTERRUPTED = 130
@@ -31,8 +34,10 @@ def _describe() -> None:
 
 for _command in (map, localize, evaluate, simulate, check, demo):
     app.command()(_command)
+app.command(cls=RosCommand)(play)
 app.add_typer(benchmark, name="benchmark")
 app.add_typer(experiment, name="experiment")
+app.add_typer(live, name="live")
 
 
 def main() -> None:

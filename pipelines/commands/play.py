@@ -1,0 +1,69 @@
+"""``racecar play``: a bag as if the car drove now."""
+
+from typing import Annotated
+
+import typer
+
+from pipelines.options import BagArgument, QuietOption
+
+
+def play(
+    context: typer.Context,
+    bag: BagArgument,
+    speed: Annotated[
+        float,
+        typer.Option("--speed", metavar="X", min=0.01, max=1000.0, help="Times as fast as it was recorded."),
+    ] = 1.0,
+    topics: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--topic", metavar="TOPIC", help="Play only this topic; may be repeated.", show_default=False
+        ),
+    ] = None,
+    clock: Annotated[
+        bool, typer.Option("--clock", help="Also publish /clock, for nodes with use_sim_time.")
+    ] = False,
+    wait: Annotated[
+        float,
+        typer.Option(
+            "--wait", metavar="SECONDS", min=0.0, help="For how long to wait for a listener to the scans."
+        ),
+    ] = 3.0,
+    quiet: QuietOption = False,
+) -> None:
+    """Publish a bag over ROS 2, at the speed it was recorded or another. Ctrl-C ends it.
+
+    Example: racecar play drive.bag --speed 2
+
+    With other topics: racecar play drive.bag --ros-args -r /vesc/odom:=/odom
+    """
+    from pipelines.live.ros_start import start_ros
+
+    start_ros()
+
+    from rich.console import Console
+
+    from pipelines.live.player import Player
+    from pipelines.live.run import ros_node
+    from pipelines.progress import progress_bar
+
+    console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+    with ros_node("racecar_player", context.obj) as node:
+        player = Player(node, bag, topics or ())
+        try:
+            for topic in player.left_out:
+                console.print(
+                    f"{topic.name} is left out: this ROS has no {topic.message_type}.", markup=False
+                )
+            if clock:
+                player.publish_clock()
+            if not player.wait_for_listeners(wait):
+                console.print("Nobody listens to the scans yet; playing all the same.")
+            with progress_bar("Playing", player.message_count, quiet=quiet) as advance_to:
+                played = player.play(speed, advance_to)
+        finally:
+            player.close()
+    console.print(
+        f"Played {played.messages} messages, {played.scans} of them scans; the latest was "
+        f"{played.latest * 1e3:.1f} ms late."
+    )

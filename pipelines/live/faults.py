@@ -1,0 +1,64 @@
+"""What is wrong at the moment: told once in the log when it begins, and in the diagnostics while it lasts."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from threading import Lock
+
+EVENT_SECONDS = 5.0
+"""For which something that happened once stays in the diagnostics."""
+
+
+@dataclass
+class _Fault:
+    sentence: str
+    until: float
+    """On the monotonic clock; inf while nothing has ended it."""
+
+
+class Faults:
+    """The faults that last; may be told from several threads at once."""
+
+    def __init__(self, warn: Callable[[str], None], inform: Callable[[str], None]) -> None:
+        self._warn, self._inform = warn, inform
+        self._lock = Lock()
+        self._active: dict[str, _Fault] = {}
+        self._counts: dict[str, int] = {}
+
+    def tell(self, name: str, sentence: str, *, lasting: bool = True) -> None:
+        """Something is wrong until it ends or, when not ``lasting``, for some seconds after it was told last.
+
+        The log has it only where it was not wrong just before.
+        """
+        with self._lock:
+            is_new = name not in self._current()
+            until = float("inf") if lasting else time.monotonic() + EVENT_SECONDS
+            self._active[name] = _Fault(sentence, until)
+            if is_new:
+                self._counts[name] = self._counts.get(name, 0) + 1
+        if is_new:
+            self._warn(sentence)
+
+    def end(self, name: str, sentence: str) -> None:
+        """It is right again, which the log says if it was wrong."""
+        with self._lock:
+            was_wrong = self._active.pop(name, None) is not None
+        if was_wrong:
+            self._inform(sentence)
+
+    @property
+    def sentences(self) -> list[str]:
+        """All that is wrong now."""
+        with self._lock:
+            return [fault.sentence for fault in self._current().values()]
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How often each began."""
+        with self._lock:
+            return dict(self._counts)
+
+    def _current(self) -> dict[str, _Fault]:
+        now = time.monotonic()
+        self._active = {name: fault for name, fault in self._active.items() if fault.until > now}
+        return self._active

@@ -1,0 +1,82 @@
+"""How well a node keeps up: rates, and the time from a scan's arrival to its pose, over the last while."""
+
+import time
+from collections import deque
+from itertools import islice
+from threading import Lock
+from typing import Any
+
+import numpy as np
+
+_WINDOW = 400
+_MOST_LATENCIES = 200_000
+
+
+class Health:
+    """Takes note of what came and went; may be told from several threads at once."""
+
+    def __init__(self) -> None:
+        self._lock = Lock()
+        self._arrivals: dict[str, deque[float]] = {}
+        self._latencies: deque[float] = deque(maxlen=_MOST_LATENCIES)
+        self._began: tuple[float, float] | None = None
+        self._counts: dict[str, int] = {}
+
+    def note(self, what: str) -> None:
+        """Something came or went."""
+        with self._lock:
+            self._arrivals.setdefault(what, deque(maxlen=_WINDOW)).append(time.monotonic())
+            self._counts[what] = self._counts.get(what, 0) + 1
+
+    def note_latency(self, seconds: float) -> None:
+        """From a scan's arrival to its pose."""
+        with self._lock:
+            if self._began is None:
+                self._began = time.monotonic(), time.process_time()
+            self._latencies.append(seconds)
+
+    def rate(self, what: str) -> float:
+        """Per second, over the last five seconds."""
+        now = time.monotonic()
+        with self._lock:
+            recent = [arrival for arrival in self._arrivals.get(what, ()) if now - arrival < 5.0]
+        if len(recent) < 2:
+            return 0.0
+        return (len(recent) - 1) / max(now - recent[0], 1e-3)
+
+    def silence(self, what: str) -> float:
+        """Seconds since something came last; inf when it never did."""
+        with self._lock:
+            arrivals = self._arrivals.get(what)
+            return time.monotonic() - arrivals[-1] if arrivals else float("inf")
+
+    def count(self, what: str) -> int:
+        """How often in all."""
+        with self._lock:
+            return self._counts.get(what, 0)
+
+    def latency_ms(self) -> dict[str, float]:
+        """Median and 99th percentile of the last few hundred scans."""
+        with self._lock:
+            latencies = list(islice(reversed(self._latencies), _WINDOW))
+        return _percentiles(latencies)
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of the whole run: counts, latency, and the share of a core that was used since the first
+        pose."""
+        with self._lock:
+            latencies, began, counts = list(self._latencies), self._began, dict(self._counts)
+        wall, cpu = (time.monotonic() - began[0], time.process_time() - began[1]) if began else (0.0, 0.0)
+        return {
+            "counts": counts,
+            "latency_ms": _percentiles(latencies),
+            "cpu_share": cpu / wall if wall else 0.0,
+            "seconds": wall,
+        }
+
+
+def _percentiles(latencies: list[float]) -> dict[str, float]:
+    if not latencies:
+        return {}
+    median, high, most = np.quantile(latencies, [0.5, 0.99, 1.0]) * 1e3
+    return {"median": float(median), "percentile_99": float(high), "longest": float(most)}

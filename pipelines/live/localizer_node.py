@@ -1,0 +1,395 @@
+"""The node that tells where the car is."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PointStamped, PoseArray, PoseWithCovarianceStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
+from nav_msgs.msg import Odometry as OdometryMessage
+from nav_msgs.msg import Path as PathMessage
+from numpy.typing import NDArray
+from sensor_msgs.msg import PointCloud2
+from std_srvs.srv import Empty
+
+from localization.config import LocalizationConfig
+from localization.localizer import Localizer
+from localization.pose_estimate import PoseEstimate
+from maps.errors import UserError
+from maps.occupancy_grid import OccupancyGrid
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.se2 import IDENTITY, Pose, transform_points
+from pipelines.bag_messages import frame_name, nanoseconds
+from pipelines.bag_odometry import planar_pose, planar_twist
+from pipelines.live.bulk_messages import path_bytes, pose_array_bytes
+from pipelines.live.driven_path import DrivenPath
+from pipelines.live.messages import (
+    cloud_message,
+    grid_message,
+    grid_of,
+    odometry_message,
+    pose_message,
+    start_pose,
+)
+from pipelines.live.node import LATCHED, LiveNode
+from pipelines.live.parameters import declare, declare_localization, watch_localization
+from pipelines.live.remembered_pose import PoseMemory, RememberedPose
+
+_WORK = {"scan": 80, "place": 4, "map": 1, "settings": 4}
+_SIDE_WORK = {"map": 1, "cloud": 1, "particles": 1, "path": 1, "memory": 1, "view": 1}
+_LOST = 0.5
+"""Probability from which the car counts as lost."""
+_KNOWN_WITHIN = 0.5
+"""Metres of standard deviation within which the pose is worth remembering."""
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Where the localizer's node begins, besides what its parameters say."""
+
+    grid: OccupancyGrid | None
+    """None: the map comes on ``/map``."""
+    initial_pose: Pose | None = None
+    """(3,)"""
+    anywhere: bool = False
+    """Search the whole map and do not look at what is remembered."""
+    memory: Path | None = None
+    """Folder of the remembered poses; None to remember nothing."""
+    seed: int = 0
+
+
+class LocalizerNode(LiveNode):
+    """Poses of the car on a map, as fast as odometry comes."""
+
+    def __init__(self, node: Any, config: LocalizationConfig, start: Start) -> None:
+        """Builds the map's range table. Raises UserError when the map or a parameter is at fault."""
+        super().__init__(node, "localizer", _WORK, _SIDE_WORK)
+        self._config = declare_localization(node, config)
+        self._begin = start
+        self._maps_taken = 0
+        self._localizer: Localizer | None = None
+        self._grid: OccupancyGrid | None = None
+        self._memory: PoseMemory | None = None
+        self._remembered: RememberedPose | None = None
+        self._estimate: PoseEstimate | None = None
+        self._path = DrivenPath()
+        self._last_odometry: tuple[int, Odometry] | None = None
+        self._due: dict[str, float] = {}
+        self._declare_rates()
+        self._create_publishers()
+        if start.grid is not None:
+            self._take_localizer(start.grid, self._new_localizer(start.grid))
+
+    def start(self) -> None:
+        """Begin to listen."""
+        node = self.node
+        node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, 10)
+        node.create_subscription(PointStamped, "clicked_point", self._on_clicked_point, 10)
+        node.create_service(Empty, "reinitialize_global_localization", self._on_global)
+        if self._begin.grid is None:
+            node.create_subscription(OccupancyGridMessage, "map", self._on_map, LATCHED)
+            self.faults.tell("no_map", f"No map has come on {node.resolve_topic_name('map')} yet.")
+        watch_localization(node, lambda: self._config, self._on_settings)
+        super().start()
+
+    def stop(self) -> None:
+        """Do what is waiting, remember the pose, and stop."""
+        super().stop()
+        self._remember()
+
+    def figures(self) -> Mapping[str, Any]:
+        """Of the last estimate."""
+        estimate = self._estimate
+        if estimate is None:
+            return {}
+        return {
+            "particles": estimate.particle_count,
+            "effective sample size": float(estimate.effective_sample_size),
+            "lost probability": float(estimate.lost_probability),
+            "weight of the place": float(estimate.cluster_weight),
+            "deviation (m)": _deviation(estimate),
+        }
+
+    def take_scan(self, message: Any, arrival: int) -> None:
+        """Let the worker locate it."""
+        self.worker.inbox.put("scan", partial(self._locate, message, arrival))
+
+    def take_odometry(self, message: Any, arrival: int) -> None:
+        """Take it in and publish the pose of now, neither of which waits for the worker."""
+        sample = self.sensors.odometry(message, arrival)
+        if sample is None:
+            return
+        localizer, stated = self._localizer, planar_pose(message)
+        self._last_odometry = nanoseconds(message.header.stamp), sample
+        if localizer is None:
+            return
+        self._carry_remembered()
+        localizer.add_odometry(sample)
+        estimate = localizer.pose_at(sample.stamp)
+        if estimate is not None:
+            self._publish_odometry(message.header.stamp, estimate, planar_twist(message))
+            odom_frame = frame_name(message.header.frame_id)
+            self.transforms.publish(message.header.stamp, estimate.map_from_base, odom_frame, stated)
+
+    def _declare_rates(self) -> None:
+        meanings = {
+            "particle_rate": (5.0, "times per second that particles are published, when anybody listens"),
+            "cloud_rate": (10.0, "times per second that the laid-over scan is published, likewise"),
+            "clicked_radius": (1.0, "metres to which a point clicked in RViz is taken to be exact"),
+        }
+        values = {
+            name: declare(self.node, name, default, meaning, read_only=True)
+            for name, (default, meaning) in meanings.items()
+        }
+        for name, value in values.items():
+            if not isinstance(value, int | float) or not 0.0 < value <= 1000.0:
+                raise UserError(f"The parameter {name} is {value!r}; give a positive number.")
+        self._periods = {
+            "particles": 1.0 / values["particle_rate"],
+            "cloud": 1.0 / values["cloud_rate"],
+            "path": 1.0,
+            "memory": 1.0,
+            "view": 0.2,
+        }
+        self._clicked_radius = float(values["clicked_radius"])
+
+    def _create_publishers(self) -> None:
+        create = self.node.create_publisher
+        self._odometry_topic = create(OdometryMessage, "pf/pose/odom", 10)
+        self._pose_topic = create(PoseWithCovarianceStamped, "amcl_pose", 10)
+        self._particle_topic = create(PoseArray, "particle_cloud", 1)
+        self._cloud_topic = create(PointCloud2, "scan_on_map", 1)
+        self._path_topic = create(PathMessage, "path", LATCHED)
+        self._map_topic = (
+            create(OccupancyGridMessage, "map", LATCHED) if self._begin.grid is not None else None
+        )
+
+    def _new_localizer(self, grid: OccupancyGrid) -> Localizer:
+        """With random numbers of its own, as the one before goes on while this is built."""
+        self._maps_taken += 1
+        rng = np.random.default_rng([self._begin.seed, self._maps_taken])
+        return Localizer(grid, self._config, rng)
+
+    def _take_localizer(self, grid: OccupancyGrid, localizer: Localizer) -> None:
+        """Go over to a map; the car stays where it is if the map has room for it there.
+
+        Raises UserError when the start that the user gave is not on the map; then it is searched.
+        """
+        before, self._estimate = self._estimate, None
+        self._memory = PoseMemory(self._begin.memory, grid) if self._begin.memory is not None else None
+        self._grid, self._localizer = grid, localizer
+        if self._map_topic is not None:
+            now = self.node.get_clock().now().to_msg()
+            self._map_topic.publish(grid_message(now, self.parameters.map_frame, grid))
+        if before is not None:
+            localizer.set_pose(before.map_from_base, before.covariance + np.diag([0.01, 0.01, 0.01]))
+        elif self._begin.initial_pose is not None:
+            localizer.set_pose(self._begin.initial_pose)
+        elif not self._begin.anywhere and self._memory is not None:
+            self._start_from_memory(self._memory, localizer)
+
+    def _start_from_memory(self, memory: PoseMemory, localizer: Localizer) -> None:
+        try:
+            self._remembered = memory.load()
+            if self._remembered is not None:
+                localizer.set_pose(self._remembered.map_from_base, self._remembered.covariance)
+        except UserError as error:
+            self._remembered = None
+            self.faults.tell("memory", f"The start is searched: {error}", lasting=False)
+
+    def _carry_remembered(self) -> None:
+        """The car may have driven on while no node was watching; the odometry knows how far."""
+        remembered, self._remembered = self._remembered, None
+        if remembered is None or self._last_odometry is None:
+            return
+        stamp, sample = self._last_odometry
+        carried = remembered.carried_to(stamp, sample.odom_from_base)
+        if carried is not None:
+            self.worker.inbox.put("place", lambda: self._set_pose(*carried))
+
+    def _locate(self, message: Any, arrival: int) -> None:
+        localizer = self._localizer
+        if localizer is None:
+            return
+        scan = self.sensors.scan(message, arrival)
+        if scan is None:
+            return
+        estimate = localizer.add_scan(scan)
+        if estimate.stamp != scan.stamp:
+            self.health.note("scans out of order")
+            return
+        stamp = message.header.stamp
+        self._estimate = estimate
+        covariance = estimate.covariance
+        self._pose_topic.publish(
+            pose_message(stamp, self.parameters.map_frame, estimate.map_from_base, covariance)
+        )
+        if self.health.silence("odometry") > 0.5:
+            self._publish_odometry(stamp, estimate, IDENTITY)
+            self.transforms.publish(stamp, estimate.map_from_base, "", None)
+        self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
+        self._judge(estimate)
+        self._path.add(estimate.map_from_base)
+        self._show(stamp, scan, estimate, localizer)
+
+    def _publish_odometry(self, stamp: Any, estimate: PoseEstimate, twist: Pose) -> None:
+        parameters = self.parameters
+        self._odometry_topic.publish(
+            odometry_message(
+                stamp,
+                parameters.map_frame,
+                parameters.base_frame,
+                estimate.map_from_base,
+                estimate.covariance,
+                twist,
+            )
+        )
+        self.health.note("poses")
+
+    def _judge(self, estimate: PoseEstimate) -> None:
+        if estimate.lost_probability >= _LOST:
+            self.faults.tell(
+                "lost", "The scans do not fit the map where the car is taken to be: it may be lost."
+            )
+        else:
+            self.faults.end("lost", "The scans fit the map again.")
+
+    def _show(self, stamp: Any, scan: Scan, estimate: PoseEstimate, localizer: Localizer) -> None:
+        """What is published for people, when it is due and they look; another thread makes it."""
+        frame, put = self.parameters.map_frame, self.side.inbox.put
+        if self._is_due("cloud") and self.is_heard(self._cloud_topic):
+            put("cloud", partial(self._publish_cloud, stamp, scan, estimate.map_from_base))
+        if self._is_due("particles") and self.is_heard(self._particle_topic):
+            put(
+                "particles",
+                lambda: self._particle_topic.publish(
+                    pose_array_bytes(stamp, frame, localizer.particles()[0])
+                ),
+            )
+        if self._is_due("path") and self.is_heard(self._path_topic):
+            put("path", lambda: self._path_topic.publish(path_bytes(stamp, frame, self._path.poses)))
+        if self._is_due("memory"):
+            put("memory", self._remember)
+
+    def _is_due(self, what: str) -> bool:
+        now = time.monotonic()
+        if now < self._due.get(what, 0.0):
+            return False
+        self._due[what] = now + self._periods[what]
+        return True
+
+    def _publish_cloud(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
+        points = transform_points(map_from_base, scan.points_in_base())
+        self._cloud_topic.publish(cloud_message(stamp, self.parameters.map_frame, points))
+
+    def _remember(self) -> None:
+        """Write the pose down, if it is known well."""
+        localizer, estimate, odometry = self._localizer, self._estimate, self._last_odometry
+        if self._memory is None or localizer is None or estimate is None or not _is_known(estimate):
+            return
+        stamp, odom_from_base = None, IDENTITY
+        if odometry is not None and self.health.silence("odometry") < 1.0:
+            stamp, sample = odometry
+            estimate, odom_from_base = localizer.pose_at(sample.stamp) or estimate, sample.odom_from_base
+        try:
+            self._memory.save(estimate, stamp, odom_from_base)
+            self.faults.end("memory", "The pose is remembered again.")
+        except UserError as error:
+            self.faults.tell("memory", f"The pose is not remembered for the next start: {error}")
+
+    def _on_initial_pose(self, message: Any) -> None:
+        def work() -> None:
+            self._check_frame(message)
+            self._set_pose(*start_pose(message))
+
+        self.worker.inbox.put("place", work)
+
+    def _on_clicked_point(self, message: Any) -> None:
+        def work() -> None:
+            self._check_frame(message)
+            point = np.array([message.point.x, message.point.y])
+            self._known_localizer().set_position(point, self._clicked_radius)
+            self.inform(f"The car is sought about ({point[0]:.2f}, {point[1]:.2f}).")
+
+        self.worker.inbox.put("place", work)
+
+    def _on_global(self, _request: Any, response: Any) -> Any:
+        def work() -> None:
+            self._known_localizer().scatter()
+            self.inform("The car is sought on the whole map.")
+
+        self.worker.inbox.put("place", work)
+        return response
+
+    def _set_pose(self, pose: Pose, covariance: NDArray[np.float64] | None) -> None:
+        self._known_localizer().set_pose(pose, covariance)
+        x, y, yaw = pose
+        self.inform(f"The car is sought about ({x:.2f}, {y:.2f}), heading {yaw:.2f} rad.")
+
+    def _known_localizer(self) -> Localizer:
+        if self._localizer is None:
+            raise UserError("There is no map yet, so no place on it can be set.")
+        return self._localizer
+
+    def _check_frame(self, message: Any) -> None:
+        frame = frame_name(message.header.frame_id)
+        if frame not in ("", self.parameters.map_frame):
+            raise UserError(
+                f"A place given in the frame {frame!r} is left out; give it in {self.parameters.map_frame!r} "
+                "(in RViz: Fixed Frame)."
+            )
+
+    def _on_settings(self, config: LocalizationConfig) -> None:
+        def work() -> None:
+            if self._localizer is not None:
+                self._localizer.reconfigure(config)
+
+        self._config = config
+        self.worker.inbox.put("settings", work)
+
+    def _on_map(self, message: Any) -> None:
+        """A range table takes a second or so to build; until it is there the old map serves."""
+
+        def build() -> None:
+            grid = grid_of(message)
+            known = self._grid
+            if known is not None and _is_same(grid, known):
+                return
+            localizer = self._new_localizer(grid)
+            self.worker.inbox.put("map", lambda: self._go_over_to(grid, localizer))
+
+        self.side.inbox.put("map", build)
+
+    def _go_over_to(self, grid: OccupancyGrid, localizer: Localizer) -> None:
+        is_first = self._localizer is None
+        rows, columns = grid.cells.shape
+        size = f"{columns * grid.resolution:.1f} × {rows * grid.resolution:.1f} m"
+        self.faults.end("no_map", f"The map has come, {size}.")
+        if not is_first:
+            self.faults.tell("map", f"Another map has come, {size}; the car is located on it.", lasting=False)
+        self._take_localizer(grid, localizer)
+
+
+def _deviation(estimate: PoseEstimate) -> float:
+    return float(np.sqrt(np.trace(estimate.covariance[:2, :2])))
+
+
+def _is_known(estimate: PoseEstimate) -> bool:
+    return (
+        estimate.lost_probability < _LOST
+        and estimate.cluster_weight > 0.9
+        and _deviation(estimate) < _KNOWN_WITHIN
+    )
+
+
+def _is_same(grid: OccupancyGrid, known: OccupancyGrid) -> bool:
+    return (
+        grid.resolution == known.resolution
+        and np.array_equal(grid.map_from_grid, known.map_from_grid)
+        and np.array_equal(grid.cells, known.cells)
+    )

@@ -1,0 +1,165 @@
+"""What the localizer's node and the mapper's share: the car's messages, its faults and its diagnostics."""
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any
+
+from nav_msgs.msg import Odometry as OdometryMessage
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from sensor_msgs.msg import LaserScan
+
+from pipelines.live.diagnostics import Diagnostics
+from pipelines.live.faults import Faults
+from pipelines.live.health import Health
+from pipelines.live.parameters import car_parameters
+from pipelines.live.sensors import Sensors
+from pipelines.live.transform_type import transform_message_type
+from pipelines.live.transforms import TransformBroadcaster
+from pipelines.live.worker import Worker
+from pipelines.report import peak_memory_mb
+
+LATCHED = QoSProfile(
+    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+_SILENT_AFTER = 1.0
+"""Seconds without a message after which a topic has stopped."""
+_PATIENCE = 3.0
+"""Seconds after the start for which a topic may be silent."""
+
+
+def sensor_qos(depth: int) -> QoSProfile:
+    """As sensors publish; deep, because what is waiting when Python is busy must not be lost."""
+    return QoSProfile(
+        depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+    )
+
+
+class LiveNode(ABC):
+    """Takes in scans and odometry, and tells once a second how it is."""
+
+    def __init__(self, node: Any, name: str, work: Mapping[str, int], side_work: Mapping[str, int]) -> None:
+        """``work`` and ``side_work``: the kinds of each thread's work and how much of each may wait.
+
+        Raises UserError that names a parameter at fault.
+        """
+        self.node = node
+        self.parameters = car_parameters(node)
+        self.faults = Faults(self._warn, self.inform)
+        self.health = Health()
+        self.sensors = Sensors(
+            base_frame=self.parameters.base_frame,
+            laser_pose=self.parameters.laser_pose,
+            integrate_twist=self.parameters.integrate_twist,
+            faults=self.faults,
+        )
+        self.transforms = TransformBroadcaster(node, self.parameters)
+        self.worker = Worker("worker", work, self.faults, self.survive)
+        self.side = Worker("side", side_work, self.faults, self.survive)
+        self._diagnostics = Diagnostics(node, name)
+        self._started = time.monotonic()
+        self._dropped_told = 0
+
+    def start(self) -> None:
+        """Begin to listen; everything else must be ready."""
+        self.worker.start()
+        self.side.start()
+        self._started = time.monotonic()
+        node = self.node
+        static = QoSProfile(
+            depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+        )
+        if self.parameters.laser_pose is None:
+            node.create_subscription(
+                transform_message_type(), "/tf_static", self.sensors.take_transforms, static, raw=True
+            )
+        node.create_subscription(OdometryMessage, "odom", self._on_odometry, sensor_qos(400))
+        node.create_subscription(LaserScan, "scan", self._on_scan, sensor_qos(100))
+        node.create_timer(0.5, self._watch)
+        node.create_timer(1.0, self._tell)
+
+    def stop(self) -> None:
+        """Do what is waiting, and stop."""
+        self.worker.finish(10.0)
+        self.side.finish(10.0)
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of the whole run."""
+        return {
+            **self.health.summary(),
+            "dropped": {**self.worker.inbox.dropped},
+            "faults": self.faults.counts,
+            "peak_memory_mb": peak_memory_mb(),
+        }
+
+    def inform(self, sentence: str) -> None:
+        """Say something in the log."""
+        self.node.get_logger().info(sentence)
+
+    def survive(self, error: Exception) -> None:
+        """A callback has failed: that is told, and the node lives on."""
+        self.faults.tell(
+            "internal",
+            f"A fault in racecar, not yours ({type(error).__name__}: {error}); please report it.",
+            lasting=False,
+        )
+
+    @abstractmethod
+    def take_scan(self, message: Any, arrival: int) -> None:
+        """A LaserScan, and when it arrived in nanoseconds; returns at once."""
+
+    @abstractmethod
+    def take_odometry(self, message: Any, arrival: int) -> None:
+        """An Odometry message, in the same way."""
+
+    @abstractmethod
+    def figures(self) -> Mapping[str, Any]:
+        """What ``/diagnostics`` says besides rates and latency."""
+
+    def is_heard(self, publisher: Any) -> bool:
+        """Whether anybody listens to a topic."""
+        return bool(publisher.get_subscription_count())
+
+    def _warn(self, sentence: str) -> None:
+        self.node.get_logger().warning(sentence)
+
+    def _on_scan(self, message: Any) -> None:
+        self.health.note("scans")
+        self.take_scan(message, time.monotonic_ns())
+
+    def _on_odometry(self, message: Any) -> None:
+        self.health.note("odometry")
+        self.take_odometry(message, time.monotonic_ns())
+
+    def _watch(self) -> None:
+        """Topics that stopped, and work that is not kept up with."""
+        if time.monotonic() - self._started > _PATIENCE:
+            self._watch_topic("scans", "scan", "the pose is carried on by odometry alone")
+            self._watch_topic("odometry", "odom", "the motion is guessed from scan to scan")
+        dropped = sum(self.worker.inbox.dropped.values())
+        if dropped > self._dropped_told:
+            self._dropped_told = dropped
+            self.faults.tell(
+                "too_fast",
+                "Messages come faster than they can be worked on; the oldest are dropped.",
+                lasting=False,
+            )
+
+    def _watch_topic(self, what: str, topic: str, consequence: str) -> None:
+        name = self.node.resolve_topic_name(topic)
+        silence = self.health.silence(what)
+        if silence == float("inf"):
+            self.faults.tell(
+                f"no_{what}", f"Nothing has come on {name} yet; is the driver running and the name right?"
+            )
+        elif silence > _SILENT_AFTER:
+            self.faults.tell(f"no_{what}", f"Nothing comes on {name} any more: {consequence}.")
+        else:
+            self.faults.end(f"no_{what}", f"Messages come on {name} again.")
+
+    def _tell(self) -> None:
+        latency = {f"latency {name} (ms)": value for name, value in self.health.latency_ms().items()}
+        rates = {f"{what} (1/s)": self.health.rate(what) for what in ("scans", "odometry", "poses")}
+        self._diagnostics.publish(
+            self.faults.sentences, {**rates, **latency, "scans": self.health.count("scans"), **self.figures()}
+        )

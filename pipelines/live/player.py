@@ -1,0 +1,136 @@
+"""A bag played to ROS 2: every message as it was recorded, at the pace it was recorded or another."""
+
+import time
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rclpy.duration import Duration
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rosgraph_msgs.msg import Clock
+
+from maps.errors import UserError
+from pipelines.bag_chunks import BagTopic
+from pipelines.bag_messages import LASER_SCAN, POINT_CLOUD, ros2_types
+from pipelines.bag_store import BagStore
+from pipelines.bag_topics import list_topics
+from pipelines.live.message_types import message_class
+from pipelines.live.messages import time_message
+
+_LATCHED = ("/tf_static", "/map", "/robot_description")
+_LONGEST_SLEEP = 0.1
+"""Seconds, so that Ctrl-C is heard."""
+_CLOCK_EVERY = 10_000_000
+"""Nanoseconds of log."""
+
+
+@dataclass
+class Played:
+    """How a bag was played."""
+
+    messages: int = 0
+    scans: int = 0
+    latest: float = 0.0
+    """Seconds by which the latest message was late."""
+
+
+class Player:
+    """Publishes a bag's topics through a ROS node."""
+
+    def __init__(self, node: Any, path: Path, topics: Collection[str] = ()) -> None:
+        """Opens the bag; all topics are played that this ROS has the types of, or those named.
+
+        Raises UserError when the path holds no bag or nothing of it can be played.
+        """
+        self._node = node
+        self._store = BagStore(path)
+        try:
+            chosen = self._choose(topics)
+            self.left_out = [topic for topic in chosen if message_class(topic.message_type) is None]
+            """Topics of types that this ROS does not have."""
+            self.topics = [topic for topic in chosen if topic not in self.left_out]
+            if not self.topics:
+                raise UserError(
+                    f"Nothing in {path} can be played: it holds {list_topics(self._store.topics)}."
+                )
+        except BaseException:
+            self._store.close()
+            raise
+        self._publishers = {topic.name: self._publisher(topic) for topic in self.topics}
+        self._clock: Any | None = None
+
+    @property
+    def message_count(self) -> int:
+        """Messages that are there to be played."""
+        return sum(topic.message_count for topic in self.topics)
+
+    def close(self) -> None:
+        """Let go of the files."""
+        self._store.close()
+
+    def publish_clock(self) -> None:
+        """Also publish ``/clock``, for nodes with the parameter use_sim_time."""
+        self._clock = self._node.create_publisher(Clock, "/clock", 10)
+
+    def wait_for_listeners(self, seconds: float) -> bool:
+        """Wait, for so long at most, until somebody listens to the scans; tells whether somebody does."""
+        scans = [topic for topic in self.topics if topic.message_type in (LASER_SCAN, POINT_CLOUD)]
+        until = time.monotonic() + seconds
+        while True:
+            heard = [self._publishers[topic.name].get_subscription_count() for topic in scans or self.topics]
+            if any(heard) or time.monotonic() > until:
+                return any(heard)
+            time.sleep(0.05)
+
+    def play(self, speed: float, progress: Callable[[int], None] = lambda count: None) -> Played:
+        """Publish everything, ``speed`` times as fast as it was recorded."""
+        played = Played()
+        started, first, clock = time.monotonic(), None, 0
+        for topic, recorded, data in self._messages():
+            first = recorded if first is None else first
+            due = started + (recorded - first) * 1e-9 / speed
+            played.latest = max(played.latest, _sleep_until(due))
+            if self._clock is not None and recorded >= clock:
+                self._clock.publish(Clock(clock=time_message(recorded)))
+                clock = recorded + _CLOCK_EVERY
+            self._publishers[topic.name].publish(data)
+            played.messages += 1
+            played.scans += topic.message_type == LASER_SCAN
+            progress(played.messages)
+        for publisher in self._publishers.values():
+            publisher.wait_for_all_acked(Duration(seconds=1))
+        return played
+
+    def _choose(self, names: Collection[str]) -> list[BagTopic]:
+        topics = self._store.topics
+        for name in names:
+            if name not in topics:
+                raise UserError(
+                    f"There is no topic {name} in {self._store.path}; it holds {list_topics(topics)}."
+                )
+        return [topic for topic in topics.values() if not names or topic.name in names]
+
+    def _publisher(self, topic: BagTopic) -> Any:
+        durability = DurabilityPolicy.TRANSIENT_LOCAL if topic.name in _LATCHED else DurabilityPolicy.VOLATILE
+        qos = QoSProfile(depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=durability)
+        return self._node.create_publisher(message_class(topic.message_type), topic.name, qos)
+
+    def _messages(self) -> Iterator[tuple[BagTopic, int, bytes]]:
+        """Topic, nanoseconds of recording, and the message as ROS 2 serializes it."""
+        by_name = {topic.name: topic for topic in self.topics}
+        for name, recorded, data in self._store.messages(list(by_name)):
+            topic = by_name[name]
+            is_ros1 = topic.encoding == "ros1"
+            yield (
+                topic,
+                recorded,
+                bytes(ros2_types().ros1_to_cdr(data, topic.message_type)) if is_ros1 else data,
+            )
+
+
+def _sleep_until(due: float) -> float:
+    """Returns by how many seconds it is already late."""
+    while (left := due - time.monotonic()) > 0.0:
+        time.sleep(min(left, _LONGEST_SLEEP))
+    return -left

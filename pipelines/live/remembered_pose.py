@@ -1,0 +1,81 @@
+"""Where the car was when its node stopped, so that the next start begins there."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from localization.pose_estimate import PoseEstimate
+from maps.errors import UserError
+from maps.occupancy_grid import OccupancyGrid
+from maps.se2 import Pose, between, compose
+from pipelines.pose_memory import load_pose
+from pipelines.report import write_json
+
+_LONGEST_BRIDGE = 3600.0
+"""Seconds over which the odometry is believed to have gone on counting."""
+_FASTEST = 10.0
+"""Metres per second; odometry that claims more was started anew meanwhile."""
+_DRIFT = 0.05
+"""Standard deviation (m, rad) after a metre that the car went while nobody watched."""
+
+
+@dataclass(frozen=True, eq=False)
+class RememberedPose:
+    """A pose, and what the odometry said at the same time."""
+
+    map_from_base: Pose
+    covariance: NDArray[np.float64]
+    odometry_stamp: int | None
+    """Nanoseconds, of the message's header; None where there was no odometry."""
+    odom_from_base: Pose
+
+    def carried_to(self, stamp: int, odom_from_base: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
+        """The pose (3,) and covariance (3, 3) now, by odometry that went on counting, or None."""
+        if self.odometry_stamp is None:
+            return None
+        seconds = (stamp - self.odometry_stamp) * 1e-9
+        step = between(self.odom_from_base, odom_from_base)
+        distance = float(np.hypot(step[0], step[1]))
+        if not 0.0 <= seconds < _LONGEST_BRIDGE or distance > _FASTEST * (seconds + 0.1):
+            return None
+        grown = self.covariance + np.eye(3) * (_DRIFT * distance) ** 2
+        return compose(self.map_from_base, step), grown
+
+
+class PoseMemory:
+    """A file per map; without a folder nothing is kept."""
+
+    def __init__(self, folder: Path, grid: OccupancyGrid) -> None:
+        digest = hashlib.sha256(np.ascontiguousarray(grid.cells).tobytes())
+        digest.update(repr((grid.resolution, grid.map_from_grid.tolist())).encode())
+        self.path = folder / f"pose-{digest.hexdigest()[:16]}.json"
+
+    def save(self, estimate: PoseEstimate, odometry_stamp: int | None, odom_from_base: Pose) -> None:
+        """Replace what was remembered. Raises UserError when the place cannot be written to."""
+        write_json(
+            self.path,
+            {
+                "stamp": estimate.stamp,
+                "map_from_base": estimate.map_from_base,
+                "covariance": estimate.covariance,
+                "odometry_stamp": odometry_stamp,
+                "odom_from_base": odom_from_base,
+            },
+        )
+
+    def load(self) -> RememberedPose | None:
+        """What was remembered for this map, or None. Raises UserError when it is damaged."""
+        if not self.path.is_file():
+            return None
+        map_from_base, covariance = load_pose(self.path)
+        contents = json.loads(self.path.read_text(encoding="utf-8"))
+        stamp, odom_from_base = contents.get("odometry_stamp"), np.array(contents.get("odom_from_base"))
+        if not isinstance(stamp, int) or odom_from_base.shape != (3,) or odom_from_base.dtype != np.float64:
+            stamp, odom_from_base = None, np.zeros(3)
+        if not np.all(np.linalg.eigvalsh((covariance + covariance.T) / 2) >= 0.0):
+            raise UserError(f"{self.path} holds no remembered pose; remove it.")
+        return RememberedPose(map_from_base, covariance, stamp, odom_from_base)

@@ -1,0 +1,82 @@
+"""A node's life: from its start until somebody stops it."""
+
+import logging
+import signal
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from maps.errors import UserError
+
+_log = logging.getLogger(__name__)
+
+_SWITCH_SECONDS = 0.0005
+"""For which a thread may hold the interpreter while another waits; Python's 5 ms are a pose's latency."""
+
+
+@contextmanager
+def ros_node(name: str, ros_arguments: list[str]) -> Iterator[Any]:
+    """Yield a ROS node. Raises UserError when the arguments after ``--ros-args`` are not understood."""
+    try:
+        rclpy.init(args=ros_arguments, signal_handler_options=SignalHandlerOptions.NO)
+        node = rclpy.create_node(name)
+    except Exception as error:  # rclpy's own kinds differ between distributions
+        rclpy.try_shutdown()
+        raise UserError(f"ROS does not start: {' '.join(str(error).split())}") from error
+    try:
+        yield node
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def spin(node: Any, survive: Callable[[Exception], None]) -> None:
+    """Serve a node's topics until Ctrl-C or a request to end; a second Ctrl-C raises KeyboardInterrupt.
+
+    What a callback raises is handed to ``survive``.
+    """
+    sys.setswitchinterval(_SWITCH_SECONDS)
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    with _stop_on_signals() as is_stopped:
+        try:
+            while not is_stopped() and rclpy.ok():
+                _serve(executor, survive)
+        finally:
+            executor.remove_node(node)
+            executor.shutdown()
+
+
+def _serve(executor: SingleThreadedExecutor, survive: Callable[[Exception], None]) -> None:
+    try:
+        executor.spin_once(timeout_sec=0.2)
+    except ExternalShutdownException:
+        return
+    except Exception as error:
+        _log.exception("A callback failed")
+        survive(error)
+
+
+@contextmanager
+def _stop_on_signals() -> Iterator[Callable[[], bool]]:
+    """Yield a function that tells whether to stop; Ctrl-C a second time raises KeyboardInterrupt."""
+    stopped = False
+
+    def remember(number: int, _frame: FrameType | None) -> None:
+        nonlocal stopped
+        if stopped and number == signal.SIGINT:
+            raise KeyboardInterrupt
+        stopped = True
+
+    before = {number: signal.signal(number, remember) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: stopped
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,161 @@
+"""Messages of the car's sensors to scans and odometry, by the same converters that read bags."""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.se2 import IDENTITY, Pose
+from pipelines.bag_laser_scans import LaserScanConverter
+from pipelines.bag_messages import TRANSFORMS, frame_name, nanoseconds, ros2_types
+from pipelines.bag_odometry import OdometryConverter, planar_pose, planar_twist
+from pipelines.bag_transforms import SensorPlace, TransformTree
+from pipelines.live.faults import Faults
+from pipelines.live.steady_clock import SteadyClock, TopicClock
+
+_LONGEST_SWEEP = 0.25  # seconds
+_MOVING_SPEED = 0.05  # m/s or rad/s
+_MOVING_MESSAGES = 40
+
+
+class Sensors:
+    """Scans and odometry with steady stamps; what is wrong with them is told and lived with."""
+
+    def __init__(
+        self, *, base_frame: str, laser_pose: Pose | None, integrate_twist: bool, faults: Faults
+    ) -> None:
+        """``laser_pose`` (3,) overrides ``/tf_static``; ``integrate_twist``: only odometry's speeds count."""
+        self._base_frame = base_frame
+        self._laser_pose = laser_pose
+        self._faults = faults
+        self._tree = TransformTree()
+        self._place: SensorPlace | None = None
+        self._scan_frame = ""
+        self._converter: LaserScanConverter | None = None
+        self._scan_counts: Counter[str] = Counter()
+        self._odometry_counts: Counter[str] = Counter()
+        self._integrate_twist = integrate_twist
+        self._odometry_converter = OdometryConverter(integrate_twist, self._odometry_counts)
+        shared = SteadyClock()
+        self._scan_clock = TopicClock(shared, self._teller("scans"))
+        self._odometry_clock = TopicClock(shared, self._teller("odometry"))
+        self._standing: Pose | None = None
+        self._moving_messages = 0
+
+    @property
+    def place(self) -> SensorPlace | None:
+        """Where the laser sits, once that is known or a scan had to be taken without."""
+        return self._place
+
+    def knows_place(self, scan_message: Any) -> bool:
+        """Whether it is known where the laser of a message sits, so that its scans need no assumption."""
+        return self._known_place(frame_name(scan_message.header.frame_id)) is not None
+
+    def take_transforms(self, serialized: bytes) -> None:
+        """Fixed transforms, from ``/tf_static``."""
+        message = ros2_types().deserialize_cdr(serialized, TRANSFORMS)
+        for transform in message.transforms:  # type: ignore[attr-defined]
+            self._tree.add(transform)
+        self._converter = None
+
+    def scan(self, message: Any, arrival: int) -> Scan | None:
+        """The scan of a LaserScan that arrived at so many nanoseconds; None where it is to be left out."""
+        stamp = self._scan_clock.steady(nanoseconds(message.header.stamp), arrival)
+        if stamp is None:
+            self._tell_lone_stamp("scan")
+            return None
+        frame = frame_name(message.header.frame_id)
+        if self._converter is None or frame != self._scan_frame:
+            self._converter = self._new_converter(frame)
+        beams_changed = self._scan_counts["changed_beam_counts"]
+        scan = self._converter.convert(message, stamp)
+        if self._scan_counts["changed_beam_counts"] > beams_changed:
+            self._faults.tell(
+                "beams",
+                f"The scans' number of beams changed to {len(message.ranges)}; they are taken as they come.",
+                lasting=False,
+            )
+        if scan is None or np.isnan(scan.ranges).all():
+            self._faults.tell(
+                "blind",
+                "The scans hold no readings (NaN, zero or below range_min): the laser is covered or broken.",
+            )
+        else:
+            self._faults.end("blind", "The scans hold readings again.")
+        return scan
+
+    def odometry(self, message: Any, arrival: int) -> Odometry | None:
+        """The sample of an Odometry message that arrived at so many nanoseconds; None where it tells none."""
+        stamp = self._odometry_clock.steady(nanoseconds(message.header.stamp), arrival)
+        if stamp is None:
+            self._tell_lone_stamp("odometry message")
+            return None
+        sample = self._odometry_converter.convert(message, stamp)
+        if sample is None:
+            self._faults.tell(
+                "odometry_invalid", "The odometry holds poses that are not numbers; they are left out."
+            )
+            return None
+        self._faults.end("odometry_invalid", "The odometry holds poses again.")
+        if not self._integrate_twist:
+            self._watch_poses(message)
+        return sample
+
+    def _new_converter(self, frame: str) -> LaserScanConverter:
+        place = self._known_place(frame)
+        if place is None:
+            self._faults.tell(
+                "laser_place",
+                f"/tf_static does not tell where {frame or 'the laser'} sits on {self._base_frame}: it is "
+                "taken to be there; publish the transform, or set the parameter laser_pose.",
+            )
+            place = SensorPlace.from_pose(IDENTITY, "assumed identity")
+        else:
+            self._faults.end("laser_place", f"The laser's place is known now, from {place.source}.")
+        self._place, self._scan_frame = place, frame
+        return LaserScanConverter(place, _LONGEST_SWEEP, self._scan_counts)
+
+    def _known_place(self, frame: str) -> SensorPlace | None:
+        if self._laser_pose is not None:
+            return SensorPlace.from_pose(self._laser_pose, "the parameter laser_pose")
+        if frame == self._base_frame:
+            return SensorPlace.from_pose(IDENTITY, "base frame")
+        matrix = self._tree.between(self._base_frame, frame)
+        return None if matrix is None else SensorPlace(matrix, "tf_static")
+
+    def _watch_poses(self, message: Any) -> None:
+        """Some drivers fill the speeds only."""
+        pose = planar_pose(message)
+        if pose is None:
+            return
+        if self._standing is None or not np.array_equal(pose, self._standing):
+            self._standing, self._moving_messages = pose, 0
+            self._faults.end("odometry_stands", "The odometry's poses move again.")
+        elif np.abs(planar_twist(message)).max() > _MOVING_SPEED:
+            self._moving_messages += 1
+            if self._moving_messages == _MOVING_MESSAGES:
+                self._faults.tell(
+                    "odometry_stands",
+                    "The odometry's poses stand still while its speeds do not; set the parameter odometry "
+                    "to twist.",
+                )
+
+    def _teller(self, what: str) -> Callable[[float], None]:
+        def tell(seconds: float) -> None:
+            self._faults.tell(
+                f"{what}_clock",
+                f"The stamps of the {what} jumped by {seconds:+.1f} s: a clock was set. The drive goes on.",
+                lasting=False,
+            )
+
+        return tell
+
+    def _tell_lone_stamp(self, what: str) -> None:
+        self._faults.tell(
+            "lone_stamp",
+            f"The stamp of a {what} was far from those before; it was left out.",
+            lasting=False,
+        )

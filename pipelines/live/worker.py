@@ -1,0 +1,48 @@
+"""A thread that works off an inbox, and outlives whatever goes wrong with a piece of work."""
+
+import logging
+from collections.abc import Callable, Mapping
+from threading import Thread
+
+from maps.errors import UserError
+from pipelines.live.faults import Faults
+from pipelines.live.inbox import Inbox, Work
+
+_log = logging.getLogger(__name__)
+
+
+class Worker:
+    """Does the work that is put in, one piece after the other."""
+
+    def __init__(
+        self, name: str, limits: Mapping[str, int], faults: Faults, survive: Callable[[Exception], None]
+    ) -> None:
+        """``limits``: the kinds of work, and how much of each may wait. What work raises goes to ``survive``,
+        but a UserError to the ``faults``."""
+        self.inbox = Inbox(limits)
+        self._faults = faults
+        self._survive = survive
+        self._thread = Thread(target=self._run, name=name, daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def finish(self, seconds: float | None = None) -> None:
+        """Do what still waits, for so long at most, and stop."""
+        self.inbox.close()
+        if self._thread.is_alive():
+            self._thread.join(seconds)
+
+    def _run(self) -> None:
+        while (work := self.inbox.get()) is not None:
+            self._do(work)
+
+    def _do(self, work: Work) -> None:
+        try:
+            work()
+        except UserError as error:
+            self._faults.tell("refused", str(error), lasting=False)
+        except Exception as error:
+            _log.exception("A piece of work failed")
+            self._survive(error)
