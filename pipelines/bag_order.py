@@ -65,17 +65,35 @@ class _Released:
 
 def after_their_odometry(items: Iterable[Item], counts: Counter[str]) -> Iterator[Item]:
     """Hold each scan back until odometry covers its last beam, or half a second of log has passed."""
-    waiting: deque[tuple[int, Scan]] = deque()
-    covered = -(2**63)
+    held = HeldScans(counts)
     for item in items:
+        yield from held.add(item)
+    yield from held.rest()
+
+
+class HeldScans:
+    """Scans that wait for the odometry that covers them."""
+
+    def __init__(self, counts: Counter[str]) -> None:
+        self._counts = counts
+        self._waiting: deque[tuple[int, Scan]] = deque()
+        self._covered = -(2**63)
+
+    def add(self, item: Item) -> Iterator[Item]:
+        """Take an item in the order of time; what need not wait any longer."""
         if isinstance(item, Scan):
-            waiting.append((item.stamp + int(max(item.time_offsets.max(), 0.0) * 1e9), item))
+            self._waiting.append((item.stamp + int(max(item.time_offsets.max(), 0.0) * 1e9), item))
         else:
-            covered = item.stamp
+            self._covered = item.stamp
             yield item
-        while waiting and (waiting[0][0] <= covered or item.stamp > waiting[0][0] + _LONGEST_WAIT):
+        waiting = self._waiting
+        while waiting and (waiting[0][0] <= self._covered or item.stamp > waiting[0][0] + _LONGEST_WAIT):
             end, scan = waiting.popleft()
-            counts["scans_without_odometry"] += end > covered
+            self._counts["scans_without_odometry"] += end > self._covered
             yield scan
-    counts["scans_without_odometry"] += len(waiting)
-    yield from (scan for _, scan in waiting)
+
+    def rest(self) -> Iterator[Item]:
+        """All that still wait."""
+        self._counts["scans_without_odometry"] += len(self._waiting)
+        while self._waiting:
+            yield self._waiting.popleft()[1]

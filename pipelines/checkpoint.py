@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from mapping.arrays import Arrays
 from mapping.config import MappingConfig
 from mapping.mapper import Mapper
 from maps.errors import UserError
@@ -55,13 +56,18 @@ class Checkpoint:
         start = time.monotonic()
         if start < self._due or not mapper.can_be_saved:
             return
-        marks = {"run": np.array(self._run), "messages": np.array(messages)}
         try:
-            save_arrays({**marks, **mapper.to_arrays()}, self.path, "racecar checkpoint")
+            self.save(mapper.to_arrays(), messages)
         except (UserError, OSError) as error:
             _log.warning("No checkpoint was written: %s", error)
         now = time.monotonic()
         self._due = now + max(EVERY_SECONDS, _LEAST_WORK * (now - start))
+
+    def save(self, arrays: Arrays, messages: int) -> None:
+        """Write the arrays of a mapper that has taken so many messages. Raises UserError or OSError where
+        that cannot be."""
+        marks = {"run": np.array(self._run), "messages": np.array(messages)}
+        save_arrays({**marks, **arrays}, self.path, "racecar checkpoint")
 
     def remove(self) -> None:
         """The run is over."""
