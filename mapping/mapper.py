@@ -19,9 +19,10 @@ from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
 from mapping.pose_graph import PoseGraph
 from mapping.refinement import refine_scans
-from mapping.rendering import Rays, points_of, rays_of, render
+from mapping.rendering import Rays, rays_of, render, returns_of
 from mapping.scan_store import ScanStore, prepare_scan
 from mapping.session import Session
+from mapping.specks import without_specks
 from maps.errors import UserError
 from maps.occupancy_grid import OccupancyGrid
 from maps.odometry import Odometry
@@ -162,13 +163,15 @@ class Mapper:
         map_from_laser = self._place_scans(session)
         report(0.8)
         with self._timed("rendering"):
+            returns = returns_of(session.rays, session.map_from_keyframe)
             grid = render(session.rays, session.map_from_keyframe, self._config.resolution)
+            grid = without_specks(grid, returns)
         report(1.0)
         map_from_base = compose(map_from_laser, inverse(self._base_from_laser))
         return MappingResult(
             trajectory=Trajectory(np.array(self._drive.stamps, dtype=np.int64), map_from_base),
             grid=grid,
-            points=points_of(session.rays, session.map_from_keyframe),
+            points=np.concatenate(returns).astype(np.float32),
             map_from_keyframe=compose(session.map_from_keyframe, session.keyframe_from_base),
             keyframe_indices=np.array(self._drive.keyframe_scans, dtype=np.int64),
             constraints=session.constraints_between_bases(),

@@ -44,13 +44,12 @@ def rays_of(scan: Scan, points_in_laser: NDArray[np.float64]) -> Rays:
     return Rays(np.concatenate([near, free]).astype(np.float32), len(near))
 
 
-def points_of(rays: Sequence[Rays], map_from_laser: Pose) -> NDArray[np.float32]:
-    """(N, 2) metres in the map: the returns among rays (K) seen from poses (K, 3)."""
-    returns = [
+def returns_of(rays: Sequence[Rays], map_from_laser: Pose) -> list[NDArray[np.float64]]:
+    """Per keyframe (N, 2) metres in the map: the returns among rays (K) seen from poses (K, 3)."""
+    return [
         transform_points(pose, ray.ends[: ray.returns])
         for pose, ray in zip(map_from_laser, rays, strict=True)
     ]
-    return np.concatenate(returns).astype(np.float32)
 
 
 def render(rays: Sequence[Rays], map_from_laser: Pose, resolution: float) -> OccupancyGrid:
