@@ -13,7 +13,7 @@ def warm_up() -> None:
     """Go the whole way on a short drive; the compiled kernels stay on disk."""
     with tempfile.TemporaryDirectory() as folder:
         run_demo(
-            _draw_ring(),
+            draw_ring(),
             Path(folder),
             Report("warm up"),
             seed=0,
@@ -24,7 +24,7 @@ def warm_up() -> None:
         )
 
 
-def _draw_ring() -> OccupancyGrid:
+def draw_ring() -> OccupancyGrid:
     """A room of 8 × 6 m to drive round in, with a block in its middle and corners that differ."""
     plan = FloorCanvas((-1.0, -1.0), (9.0, 7.0))
     plan.open_box(0.0, 0.0, 8.0, 6.0)

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from pipelines.live.ros_arguments import RosCommand
-from pipelines.options import ConfigOption, JsonOption, SeedOption
+from pipelines.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
 
 live = typer.Typer(help="The ROS 2 nodes that run on the car.")
 
@@ -103,3 +103,52 @@ def localize(
             localizer.stop()
             if json is not None:
                 write_json(json, localizer.summary())
+
+
+@live.command(cls=RosCommand)
+def map(
+    context: typer.Context,
+    out: OutputFolderOption,
+    anew: Annotated[
+        bool, typer.Option("--anew", help="Do not go on with a drive whose node was killed.")
+    ] = False,
+    config: ConfigOption = None,
+    json: JsonOption = None,
+) -> None:
+    """Build a map while the car drives. Ctrl-C ends the drive and saves the map; so does the service save_map
+    in between.
+
+    A drive whose node was killed in the last hour is carried on when the same command is given again.
+
+    Example: racecar live map --out runs/drive
+    """
+    from pipelines.live.ros_start import start_ros
+
+    start_ros()
+
+    from rich.console import Console
+
+    from pipelines.config_file import load_config
+    from pipelines.live.map_saving import MapOutput, resume
+    from pipelines.live.mapper_node import MapperNode
+    from pipelines.live.run import ros_node, spin
+    from pipelines.report import write_json
+    from pipelines.live.warm_up import warm_up
+
+    settings = load_config(config).mapping
+    console = Console(highlight=False, soft_wrap=True)
+    output = MapOutput(out, settings, {"live": True, "settings": settings.model_dump()})
+    mapper, messages = resume(output, anew=anew, announce=console.print)
+    with ros_node("racecar_mapper", context.obj) as node:
+        warm_up()
+        drive = MapperNode(node, output, mapper, messages)
+        drive.start()
+        try:
+            spin(node, drive.survive)
+        finally:
+            drive.stop()
+            if json is not None:
+                write_json(json, drive.summary())
+        console.print("Settling the map; a second Ctrl-C gives it up.")
+        drive.save()
+        console.print(f"The map is saved: {out / 'map.png'} shows it.", markup=False)

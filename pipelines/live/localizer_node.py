@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from geometry_msgs.msg import PointStamped, PoseArray, PoseWithCovarianceStamped
@@ -65,6 +65,11 @@ class Start:
 
 class LocalizerNode(LiveNode):
     """Poses of the car on a map, as fast as odometry comes."""
+
+    without: ClassVar[Mapping[str, str]] = {
+        "scans": "the pose is carried on by odometry alone",
+        "odometry": "the motion is guessed from scan to scan",
+    }
 
     def __init__(self, node: Any, config: LocalizationConfig, start: Start) -> None:
         """Builds the map's range table. Raises UserError when the map or a parameter is at fault."""

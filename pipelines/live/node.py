@@ -2,11 +2,12 @@
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, ClassVar
 
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.subscription import Subscription
 from sensor_msgs.msg import LaserScan
 
 from pipelines.live.diagnostics import Diagnostics
@@ -24,6 +25,7 @@ LATCHED = QoSProfile(
 )
 _SILENT_AFTER = 1.0
 """Seconds without a message after which a topic has stopped."""
+_LONGEST_WAIT = 10_000_000_000
 _PATIENCE = 3.0
 """Seconds after the start for which a topic may be silent."""
 
@@ -35,8 +37,27 @@ def sensor_qos(depth: int) -> QoSProfile:
     )
 
 
+def scan_callback(take: Callable[[Any, int], None]) -> Callable[..., None]:
+    """A callback that tells when the middleware received a message, in nanoseconds of the monotonic clock.
+
+    Where ROS does not tell (Humble), it is the time of the callback.
+    """
+
+    def on_message(message: Any) -> None:
+        take(message, time.monotonic_ns())
+
+    def on_message_with_info(message: Any, info: Any) -> None:
+        waited = time.time_ns() - info["received_timestamp"]
+        take(message, time.monotonic_ns() - max(0, min(waited, _LONGEST_WAIT)))
+
+    return on_message_with_info if hasattr(Subscription, "CallbackType") else on_message
+
+
 class LiveNode(ABC):
     """Takes in scans and odometry, and tells once a second how it is."""
+
+    without: ClassVar[Mapping[str, str]]
+    """What it means when the scans or the odometry stop."""
 
     def __init__(self, node: Any, name: str, work: Mapping[str, int], side_work: Mapping[str, int]) -> None:
         """``work`` and ``side_work``: the kinds of each thread's work and how much of each may wait.
@@ -74,7 +95,7 @@ class LiveNode(ABC):
                 transform_message_type(), "/tf_static", self.sensors.take_transforms, static, raw=True
             )
         node.create_subscription(OdometryMessage, "odom", self._on_odometry, sensor_qos(400))
-        node.create_subscription(LaserScan, "scan", self._on_scan, sensor_qos(100))
+        node.create_subscription(LaserScan, "scan", scan_callback(self._on_scan), sensor_qos(100))
         node.create_timer(0.5, self._watch)
         node.create_timer(1.0, self._tell)
 
@@ -123,9 +144,9 @@ class LiveNode(ABC):
     def _warn(self, sentence: str) -> None:
         self.node.get_logger().warning(sentence)
 
-    def _on_scan(self, message: Any) -> None:
+    def _on_scan(self, message: Any, arrival: int) -> None:
         self.health.note("scans")
-        self.take_scan(message, time.monotonic_ns())
+        self.take_scan(message, arrival)
 
     def _on_odometry(self, message: Any) -> None:
         self.health.note("odometry")
@@ -134,8 +155,8 @@ class LiveNode(ABC):
     def _watch(self) -> None:
         """Topics that stopped, and work that is not kept up with."""
         if time.monotonic() - self._started > _PATIENCE:
-            self._watch_topic("scans", "scan", "the pose is carried on by odometry alone")
-            self._watch_topic("odometry", "odom", "the motion is guessed from scan to scan")
+            for what, consequence in self.without.items():
+                self._watch_topic(what, consequence)
         dropped = sum(self.worker.inbox.dropped.values())
         if dropped > self._dropped_told:
             self._dropped_told = dropped
@@ -145,8 +166,8 @@ class LiveNode(ABC):
                 lasting=False,
             )
 
-    def _watch_topic(self, what: str, topic: str, consequence: str) -> None:
-        name = self.node.resolve_topic_name(topic)
+    def _watch_topic(self, what: str, consequence: str) -> None:
+        name = self.node.resolve_topic_name({"scans": "scan", "odometry": "odom"}[what])
         silence = self.health.silence(what)
         if silence == float("inf"):
             self.faults.tell(
@@ -155,7 +176,7 @@ class LiveNode(ABC):
         elif silence > _SILENT_AFTER:
             self.faults.tell(f"no_{what}", f"Nothing comes on {name} any more: {consequence}.")
         else:
-            self.faults.end(f"no_{what}", f"Messages come on {name} again.")
+            self.faults.end(f"no_{what}", f"Messages come on {name}.")
 
     def _tell(self) -> None:
         latency = {f"latency {name} (ms)": value for name, value in self.health.latency_ms().items()}

@@ -1,0 +1,85 @@
+"""Saving the map of a drive: at its end, or in between from a snapshot while it goes on."""
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from mapping.arrays import Arrays
+from mapping.config import MappingConfig
+from mapping.mapper import Mapper
+from maps.errors import UserError
+from pipelines.benchmark_process import in_fresh_process
+from pipelines.checkpoint import Checkpoint
+from pipelines.mapping_run import save_mapping
+from pipelines.outputs import output_folder
+from pipelines.report import Report
+
+_RESUMED_WITHIN = 3600.0
+"""Seconds after which a checkpoint is no longer of the drive that goes on now."""
+
+
+@dataclass(frozen=True)
+class MapOutput:
+    """Where the map of a live drive goes, and what the drive is told apart by."""
+
+    folder: Path
+    config: MappingConfig
+    run: Mapping[str, Any]
+
+    def checkpoint(self) -> Checkpoint:
+        """The file from which the drive is carried on when its node was killed."""
+        return Checkpoint(self.folder, self.run)
+
+    def save(self, mapper: Mapper) -> None:
+        """Settle the map and write all files of it; the mapper is at its end.
+
+        Raises UserError when there is nothing to save or the folder cannot be written to.
+        """
+        report = Report("racecar live map")
+        report.add("inputs", dict(self.run))
+        with output_folder(self.folder) as folder:
+            with report.stage("optimizing"):
+                result = mapper.finish()
+            report.add("counts", result.counts)
+            report.add("mapping_seconds", result.seconds)
+            for sentence in result.warnings:
+                report.warn(sentence)
+            save_mapping(result, report, folder, title=self.folder.name)
+
+    def save_snapshot(self, arrays: Arrays, messages: int) -> None:
+        """The same from the arrays of a mapper that drives on; the work is done in a process of its own.
+
+        Raises UserError as `save` does.
+        """
+        self.checkpoint().save(arrays, messages)
+        in_fresh_process(partial(_save_checkpoint, self))
+
+
+def resume(output: MapOutput, *, anew: bool, announce: Callable[[str], None]) -> tuple[Mapper, int]:
+    """The mapper to begin with, and how many messages it has taken: that of a drive whose node was killed not
+    long ago, which is announced, or a new one."""
+    checkpoint = output.checkpoint()
+    if anew or not checkpoint.path.is_file():
+        return Mapper(output.config), 0
+    if time.time() - checkpoint.path.stat().st_mtime > _RESUMED_WITHIN:
+        announce(f"{checkpoint.path} is of an earlier drive and is left aside.")
+        return Mapper(output.config), 0
+    try:
+        resumed = checkpoint.resume(output.config)
+    except UserError as error:
+        announce(f"The checkpoint is left aside and the drive begins anew: {error}")
+        resumed = None
+    if resumed is None:
+        return Mapper(output.config), 0
+    announce(f"The node was killed: the drive goes on from {checkpoint.path}.")
+    return resumed
+
+
+def _save_checkpoint(output: MapOutput) -> None:
+    resumed = output.checkpoint().resume(output.config)
+    if resumed is None:
+        raise UserError(f"There is no {output.checkpoint().path} any more, so no map was saved.")
+    output.save(resumed[0])

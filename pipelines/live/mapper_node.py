@@ -1,0 +1,278 @@
+"""The node that maps while the car drives."""
+
+import time
+from collections import Counter
+from collections.abc import Mapping
+from functools import partial
+from typing import Any, ClassVar
+
+from geometry_msgs.msg import PoseStamped
+from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
+from nav_msgs.msg import Path as PathMessage
+from rclpy.task import Future
+from std_srvs.srv import Trigger
+from visualization_msgs.msg import MarkerArray
+
+from mapping.arrays import Arrays
+from mapping.growing_grid import GrowingGrid
+from mapping.mapper import Mapper
+from mapping.rendering import Rays
+from mapping.session import Session
+from maps.errors import UserError
+from maps.odometry import Odometry, OdometryBuffer
+from maps.scan import Scan
+from maps.se2 import Pose
+from pipelines.bag_messages import frame_name
+from pipelines.bag_odometry import planar_pose
+from pipelines.bag_order import HeldScans
+from pipelines.live.bulk_messages import path_bytes
+from pipelines.live.driven_path import DrivenPath
+from pipelines.live.graph_markers import graph_markers
+from pipelines.live.map_saving import MapOutput
+from pipelines.live.messages import fill_pose, grid_message, header
+from pipelines.live.node import LATCHED, LiveNode
+from pipelines.live.worker import Worker
+
+_WORK = {"message": 20_000, "save": 1}
+_SIDE_WORK = {"map": 1, "graph": 1, "path": 1, "checkpoint": 1, "view": 1}
+_PERIODS = {"map": 0.8, "graph": 2.0, "path": 1.0, "view": 0.5}
+_PLACE_PATIENCE = 1.0
+"""Seconds for which the first scan waits to learn where its laser sits."""
+_CHECKPOINT_EVERY = 15.0
+_CHECKPOINT_SHARE = 50.0
+"""Seconds, and times as long as writing takes."""
+_BEHIND = 1.0
+"""Seconds for which messages wait when that is worth telling."""
+
+
+class MapperNode(LiveNode):
+    """The map of the drive so far, the car's place on it, and files of it."""
+
+    without: ClassVar[Mapping[str, str]] = {
+        "scans": "the map stays as it is",
+        "odometry": "the map rests on the scans alone",
+    }
+
+    def __init__(self, node: Any, output: MapOutput, mapper: Mapper, messages: int) -> None:
+        """``mapper`` may have taken ``messages`` of this drive already. Raises UserError that names a
+        parameter at fault."""
+        super().__init__(node, "mapper", _WORK, _SIDE_WORK)
+        self._output, self._mapper, self._messages = output, mapper, messages
+        self._checkpoint = output.checkpoint()
+        self._grid = GrowingGrid(output.config.resolution)
+        self._counts: Counter[str] = Counter()
+        self._held = HeldScans(self._counts)
+        self._waiting: list[tuple[bool, Any, int]] | None = []
+        self._arrivals: dict[int, tuple[Any, int]] = {}
+        self._last_scan = -(2**63)
+        self._stated = OdometryBuffer()
+        self._odom_frame = "odom"
+        self._path = DrivenPath()
+        self._pose: Pose | None = None
+        self._longest_backlog = 0.0
+        self._due = dict.fromkeys(_PERIODS, 0.0)
+        self._checkpoint_due = time.monotonic() + _CHECKPOINT_EVERY
+        self._saver = Worker("saver", {"save": 1}, self.faults, self.survive)
+        create = node.create_publisher
+        self._map_topic = create(OccupancyGridMessage, "map", LATCHED)
+        self._graph_topic = create(MarkerArray, "pose_graph", LATCHED)
+        self._path_topic = create(PathMessage, "path", LATCHED)
+        self._pose_topic = create(PoseStamped, "tracked_pose", 10)
+
+    def start(self) -> None:
+        """Begin to listen."""
+        self._saver.start()
+        self.node.create_service(Trigger, "save_map", self._on_save)
+        super().start()
+
+    def stop(self) -> None:
+        """Take in everything that has come, and stop."""
+        self.worker.finish()
+        for item in self._held.rest():
+            self._take(item)
+        self.side.finish()
+        self._saver.finish()
+
+    def save(self) -> None:
+        """Settle the map of the stopped drive and write its files. Raises UserError when there is no map."""
+        self._output.save(self._mapper)
+        self._checkpoint.remove()
+
+    def figures(self) -> Mapping[str, Any]:
+        """How the map grows."""
+        session = self._mapper.session()
+        return {
+            "keyframes": len(session.rays),
+            "submaps": len(session.loops.submaps),
+            "messages waiting": self.worker.inbox.backlog("message"),
+            "times the map was drawn anew": self._grid.redrawn,
+        }
+
+    def summary(self) -> dict[str, Any]:
+        """Figures of the whole run, also by how many seconds the mapper was behind at most."""
+        return {**super().summary(), "longest_backlog": self._longest_backlog}
+
+    def take_scan(self, message: Any, arrival: int) -> None:
+        """Let the worker map it."""
+        self.worker.inbox.put("message", partial(self._receive, True, message, arrival))
+
+    def take_odometry(self, message: Any, arrival: int) -> None:
+        """Let the worker take it in, in its turn."""
+        self.worker.inbox.put("message", partial(self._receive, False, message, arrival))
+
+    def _receive(self, is_scan: bool, message: Any, arrival: int) -> None:
+        """A mapper learns from its first scan where the laser sits, so all messages wait for that."""
+        if self._waiting is None:
+            self._note_backlog((time.monotonic_ns() - arrival) * 1e-9)
+            self._convert(is_scan, message, arrival)
+            return
+        self._waiting.append((is_scan, message, arrival))
+        first = next((taken for taken in self._waiting if taken[0]), None)
+        if first is None or not (
+            self.sensors.knows_place(first[1]) or arrival - first[2] > _PLACE_PATIENCE * 1e9
+        ):
+            return
+        waiting, self._waiting = self._waiting, None
+        for each in waiting:
+            self._convert(*each)
+
+    def _note_backlog(self, seconds: float) -> None:
+        self._longest_backlog = max(self._longest_backlog, seconds)
+        if seconds > _BEHIND:
+            self.faults.tell(
+                "behind", f"The map is {seconds:.1f} s behind the drive; it catches up.", lasting=False
+            )
+
+    def _convert(self, is_scan: bool, message: Any, arrival: int) -> None:
+        self._messages += 1
+        if is_scan:
+            scan = self.sensors.scan(message, arrival)
+            if scan is None or not scan.is_return.any():
+                return
+            if scan.stamp <= self._last_scan:
+                self.health.note("scans out of order")
+                return
+            self._last_scan = scan.stamp
+            self._arrivals[scan.stamp] = message.header.stamp, arrival
+            self._hold(scan)
+            return
+        sample = self.sensors.odometry(message, arrival)
+        if sample is not None:
+            stated = planar_pose(message)
+            self._odom_frame = frame_name(message.header.frame_id)
+            if stated is not None:
+                self._stated.add(Odometry(sample.stamp, stated, sample.twist))
+            self._hold(sample)
+
+    def _hold(self, item: Scan | Odometry) -> None:
+        for ready in self._held.add(item):
+            self._take(ready)
+
+    def _take(self, item: Scan | Odometry) -> None:
+        if isinstance(item, Odometry):
+            self._mapper.add_odometry(item)
+            return
+        self._pose = self._mapper.add_scan(item)
+        stamp, arrival = self._arrivals.pop(item.stamp)
+        self._publish(stamp, item, self._pose)
+        self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
+        self._path.add(self._pose)
+        self._show(stamp)
+        self._save_checkpoint_when_due()
+
+    def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
+        message = PoseStamped(header=header(stamp, self.parameters.map_frame))
+        fill_pose(message.pose, map_from_base)
+        self._pose_topic.publish(message)
+        self.health.note("poses")
+        latest = self._stated.latest_stamp
+        is_covered = latest is not None and abs(latest - scan.stamp) < 10**9
+        stated = self._stated.pose_at(scan.stamp) if is_covered else None
+        self.transforms.publish(stamp, map_from_base, self._odom_frame, stated)
+
+    def _show(self, stamp: Any) -> None:
+        """What people look at, when it is due; another thread makes it."""
+        put = self.side.inbox.put
+        if self._is_due("map"):
+            session = self._mapper.session()
+            poses = session.map_from_keyframe.copy()
+            put("map", partial(self._publish_map, stamp, list(session.rays), poses))
+        if self._is_due("graph") and self.is_heard(self._graph_topic):
+            put("graph", partial(self._publish_graph, stamp, _frozen(self._mapper.session())))
+        if self._is_due("path") and self.is_heard(self._path_topic):
+            frame = self.parameters.map_frame
+            put("path", lambda: self._path_topic.publish(path_bytes(stamp, frame, self._path.poses)))
+
+    def _is_due(self, what: str) -> bool:
+        now = time.monotonic()
+        if now < self._due[what]:
+            return False
+        self._due[what] = now + _PERIODS[what]
+        return True
+
+    def _publish_map(self, stamp: Any, rays: list[Rays], poses: Pose) -> None:
+        grid = self._grid.draw(rays, poses)
+        self._map_topic.publish(grid_message(stamp, self.parameters.map_frame, grid))
+        self.health.note("maps")
+
+    def _publish_graph(self, stamp: Any, session: Session) -> None:
+        self._graph_topic.publish(graph_markers(stamp, self.parameters.map_frame, session))
+
+    def _save_checkpoint_when_due(self) -> None:
+        if time.monotonic() < self._checkpoint_due:
+            return
+        self._checkpoint_due = float("inf")
+        arrays, messages = self._mapper.to_arrays(), self._messages
+        self.side.inbox.put("checkpoint", lambda: self._save_checkpoint(arrays, messages))
+
+    def _save_checkpoint(self, arrays: Arrays, messages: int) -> None:
+        began = time.monotonic()
+        try:
+            self._checkpoint.save(arrays, messages)
+            self.faults.end("checkpoint", "Checkpoints are written again.")
+        except (UserError, OSError) as error:
+            self.faults.tell("checkpoint", f"No checkpoint is written: {error}")
+        now = time.monotonic()
+        self._checkpoint_due = now + max(_CHECKPOINT_EVERY, _CHECKPOINT_SHARE * (now - began))
+
+    async def _on_save(self, _request: Any, response: Any) -> Any:
+        """Answers when the files are there; meanwhile the drive goes on."""
+        done: Any = Future()
+        self.worker.inbox.put("save", lambda: self._begin_saving(done))
+        response.success, response.message = await done
+        return response
+
+    def _begin_saving(self, done: Any) -> None:
+        if self._pose is None:
+            self._answer(done, False, "There is no map yet: no scan has come.")
+            return
+        arrays, messages = self._mapper.to_arrays(), self._messages
+        self._saver.inbox.put("save", lambda: self._save_snapshot(arrays, messages, done))
+
+    def _save_snapshot(self, arrays: Arrays, messages: int, done: Any) -> None:
+        try:
+            self._output.save_snapshot(arrays, messages)
+        except (UserError, OSError, RuntimeError) as error:
+            self.faults.tell("saving", f"The map was not saved: {error}", lasting=False)
+            self._answer(done, False, str(error))
+            return
+        self.inform(f"The map is saved in {self._output.folder}.")
+        self._answer(done, True, f"The map is saved in {self._output.folder}.")
+
+    def _answer(self, done: Any, is_saved: bool, sentence: str) -> None:
+        """From whichever thread: the executor's own is the one that may go on with the service."""
+        executor = self.node.executor
+        if executor is not None:
+            executor.create_task(lambda: done.set_result((is_saved, sentence)))
+
+
+def _frozen(session: Session) -> Session:
+    """What the markers are made of, as it is now."""
+    return Session(
+        session.keyframes,
+        [],
+        session.keyframe_from_base,
+        session.map_from_keyframe.copy(),
+        list(session.constraints),
+        session.loops,
+    )
