@@ -8,6 +8,7 @@ from array import array
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -190,6 +191,11 @@ class LoopCloser:
             Constraint(h.fixed.middle, h.moving.middle, h.fixed_from_moving, h.information, "loop_closure")
             for h in hypotheses
         ]
+
+    def tied_until(self, loops: int) -> int:
+        """The keyframe since which so many loops were closed; 0 while there were not so many."""
+        accepted = (h.moving.first for h in reversed(self.hypotheses) if h.accepted)
+        return next(islice(accepted, loops, None), 0)
 
     def _count(self, what: str) -> None:
         self.log[what] = self.log.get(what, 0) + 1

@@ -30,13 +30,14 @@ from maps.scan import Scan
 from maps.se2 import IDENTITY, Pose, between, compose, inverse
 from maps.trajectory import Trajectory
 
-_WINDOW = 60
-_WINDOW_HELD = 20
+_WINDOW = 40
 _WINDOW_EVERY = 5
 _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
 _CAN_BE_SAVED_EVERY = 100
 """Keyframes."""
+_LOOPS_NOT_TIED = 10
+"""Loops closed since a keyframe, after which it is held where it is when the next one strains."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,12 +219,10 @@ class Mapper:
         self._reckoning.start_keyframe(step)
         if index % _CALIBRATE_EVERY == 0:
             self._calibrate(max(0, index - _CALIBRATE_OVER))
-        if index % _WINDOW_EVERY == 0 and index > _WINDOW_HELD:
+        if index % _WINDOW_EVERY == 0 and index > _WINDOW:
             with self._timed("optimization"):
-                first = max(0, index + 1 - _WINDOW)
-                self._map_from_keyframe = self._graph.optimize_latest(
-                    self._map_from_keyframe, first, _WINDOW_HELD
-                )
+                first = index + 1 - _WINDOW
+                self._map_from_keyframe = self._graph.optimize_latest(self._map_from_keyframe, first)
         if self._config.close_loops:
             self._close_loops(is_tied=is_tied)
         if index > 0 and index % _CAN_BE_SAVED_EVERY == 0:
@@ -286,7 +285,8 @@ class Mapper:
         with self._timed("loop closure"):
             closures = self._loops.close(self._map_from_keyframe)
         with self._timed("optimization"):
-            self._map_from_keyframe = self._graph.close(closures, self._map_from_keyframe)
+            tied_until = self._loops.tied_until(_LOOPS_NOT_TIED)
+            self._map_from_keyframe = self._graph.close(closures, self._map_from_keyframe, tied_until)
 
     def _calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""

@@ -6,14 +6,14 @@ Odometry is not robust: where it is all there is, along bare corridors, a robust
 instead of sharing the error out.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import gtsam
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.constraint import Constraint
-from maps.se2 import Pose, between
+from maps.se2 import Pose, between, compose
 
 _ANCHOR_SIGMA = 1e-4
 _LOCAL_WIDTH = 1.0
@@ -40,36 +40,64 @@ class PoseGraph:
         """The poses (K, 3) that agree best with all constraints; the first one is held where it is."""
         return self._anneal(poses, _LOOP_WIDTHS, _TOLERANCE)
 
-    def optimize_roughly(self, poses: Pose) -> Pose:
-        """The same to a few centimetres, which is as much as a drive that goes on has use for."""
-        return self._anneal(poses, _LOOP_WIDTHS[:2], _ROUGH_TOLERANCE)
+    def optimize_roughly(self, poses: Pose, first: int = 0) -> Pose:
+        """The same to a few centimetres, which is as much as a drive that goes on has use for.
 
-    def _anneal(self, poses: Pose, widths: tuple[float, ...], tolerance: float) -> Pose:
+        The keyframes before ``first`` are held where they are.
+        """
+        return self._anneal(poses, _LOOP_WIDTHS[:2], _ROUGH_TOLERANCE, first)
+
+    def optimize_latest(self, poses: Pose, first: int) -> Pose:
+        """The same for the keyframes from ``first`` on; those before are held where they are."""
+        return self._anneal(poses, _LOOP_WIDTHS[-1:], _TOLERANCE, first)
+
+    def _anneal(self, poses: Pose, widths: tuple[float, ...], tolerance: float, first: int = 0) -> Pose:
         local, loops = gtsam.NonlinearFactorGraph(), []
-        for constraint, factor in zip(self.constraints, self._factors, strict=True):
+        for constraint, factor in self._from(first):
             if constraint.kind == "loop_closure":
                 loops.append(constraint)
-            else:
+            elif constraint.from_keyframe >= first:
                 local.add(factor)
-        _anchor(local, 0, poses[0])
+            else:
+                local.add(_factor_to_held(constraint, poses, _LOCAL_WIDTH))
+        if first == 0:
+            _anchor(local, 0, poses[0])
         for width in widths if loops else widths[-1:]:
             graph = gtsam.NonlinearFactorGraph(local)
-            for constraint in loops:
-                graph.add(_factor(constraint, width))
-            poses = _solve(graph, poses, 0, tolerance)
+            for loop in loops:
+                is_free = loop.from_keyframe >= first
+                graph.add(_factor(loop, width) if is_free else _factor_to_held(loop, poses, width))
+            poses = np.concatenate([poses[:first], _solve(graph, poses[first:], first, tolerance)])
         return poses
+
+    def _from(self, first: int) -> Iterator[tuple[Constraint, gtsam.BetweenFactorPose2]]:
+        """The constraints, and factors, of keyframes from ``first`` on.
+
+        Those that were added long before are not looked at, so that this costs the same all day.
+        """
+        for constraint, factor in zip(reversed(self.constraints), reversed(self._factors), strict=True):
+            if constraint.to_keyframe >= first:
+                yield constraint, factor
+            elif constraint.kind != "loop_closure":
+                return
 
     def settle(self, poses: Pose) -> Pose:
         """Optimize, and once more without the loop closures that the solution does not bear out."""
         poses = self.optimize(poses)
         return self.optimize(poses) if self._drop_refuted(poses) else poses
 
-    def close(self, closures: Sequence[Constraint], poses: Pose) -> Pose:
-        """Take loop closures into the graph; where they strain the poses (K, 3), optimize these roughly."""
+    def close(self, closures: Sequence[Constraint], poses: Pose, tied_until: int = 0) -> Pose:
+        """Take loop closures into the graph; where they strain the poses (K, 3), optimize these roughly.
+
+        At first only those from keyframe ``tied_until`` on, which costs the same all day; when the strain is
+        not theirs, all.
+        """
         for closure in closures:
             self.add(closure)
-        strained = any(is_strained(closure, poses) for closure in closures)
-        return self.optimize_roughly(poses) if strained else poses
+        for first in (tied_until, 0):
+            if any(is_strained(closure, poses) for closure in closures):
+                poses = self.optimize_roughly(poses, first)
+        return poses
 
     def _drop_refuted(self, poses: Pose) -> bool:
         """Take out the loop closures that the solution does not bear out; tells whether there were any."""
@@ -83,21 +111,6 @@ class PoseGraph:
         self._factors = [self._factors[k] for k in kept]
         return found
 
-    def optimize_latest(self, poses: Pose, first: int, held: int) -> Pose:
-        """The same for the keyframes from ``first`` on, of which the first ``held`` stay where they are.
-
-        Only the constraints that were added last are looked at: those whose keyframes all lie in the window.
-        """
-        graph = gtsam.NonlinearFactorGraph()
-        for constraint, factor in zip(reversed(self.constraints), reversed(self._factors), strict=True):
-            if constraint.to_keyframe < first and constraint.kind != "loop_closure":
-                break
-            if constraint.from_keyframe >= first:
-                graph.add(factor)
-        for key in range(first, first + held):
-            _anchor(graph, key, poses[key])
-        return np.concatenate([poses[:first], _solve(graph, poses[first:], first, _TOLERANCE)])
-
 
 def is_strained(constraint: Constraint, poses: Pose, limits: tuple[float, float] = _STRAINED) -> bool:
     """Does a constraint contradict the poses (K, 3) by more than ``limits``, metres and radians?
@@ -109,16 +122,26 @@ def is_strained(constraint: Constraint, poses: Pose, limits: tuple[float, float]
     return bool(np.hypot(error[0], error[1]) > limits[0] or abs(error[2]) > limits[1])
 
 
+def _noise(constraint: Constraint, width: float) -> gtsam.noiseModel.Base:
+    noise = gtsam.noiseModel.Gaussian.Information(constraint.information)
+    if constraint.kind == "odometry":
+        return noise
+    return gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(width), noise)
+
+
 def _factor(constraint: Constraint, width: float) -> gtsam.BetweenFactorPose2:
-    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(constraint.information)
-    if constraint.kind != "odometry":
-        noise = gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(width), noise)
     return gtsam.BetweenFactorPose2(
         constraint.from_keyframe,
         constraint.to_keyframe,
         gtsam.Pose2(*constraint.from_pose_to_pose),
-        noise,
+        _noise(constraint, width),
     )
+
+
+def _factor_to_held(constraint: Constraint, poses: Pose, width: float) -> gtsam.PriorFactorPose2:
+    """A constraint whose first keyframe is held where it is."""
+    measured = compose(poses[constraint.from_keyframe], constraint.from_pose_to_pose)
+    return gtsam.PriorFactorPose2(constraint.to_keyframe, gtsam.Pose2(*measured), _noise(constraint, width))
 
 
 def _anchor(graph: gtsam.NonlinearFactorGraph, key: int, pose: Pose) -> None:

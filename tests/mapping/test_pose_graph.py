@@ -49,6 +49,42 @@ def test_false_loop_closures_are_let_go() -> None:
     assert largest_error(graph.optimize(poses), true) < clean + 0.2
 
 
+def test_held_keyframes_stay_and_pull_the_others() -> None:
+    true = circle()
+    graph, poses = drifted(true)
+    poses[:40] = true[:40]
+    graph.add(constraint(0, 59, between(true[0], true[59]), 0.01, "loop_closure"))
+    solved = graph.optimize_roughly(poses, first=40)
+    np.testing.assert_array_equal(solved[:40], true[:40])
+    assert largest_error(poses, true) > 1.0
+    assert largest_error(solved, true) < 0.1
+
+
+def test_a_loop_moves_only_what_is_not_tied_yet_when_that_is_enough() -> None:
+    true = circle()
+    graph, poses = drifted(true)
+    poses[:40] = true[:40]
+    solved = graph.close([constraint(0, 59, between(true[0], true[59]), 0.01, "loop_closure")], poses, 40)
+    np.testing.assert_array_equal(solved[:40], true[:40])
+    assert largest_error(solved, true) < 0.1
+
+
+def test_a_loop_that_strains_what_was_tied_moves_that_too() -> None:
+    true = circle()
+    graph, poses = drifted(true)
+    loop = constraint(0, 50, between(true[0], true[50]), 0.01, "loop_closure")
+    solved = graph.close([loop], poses, 55)
+    assert not np.allclose(solved[1:50], poses[1:50])
+    assert largest_error(solved, true) < 0.3 * largest_error(poses, true)
+
+
+def test_a_loop_that_fits_moves_nothing() -> None:
+    true = circle()
+    graph, poses = drifted(true)
+    loop = constraint(0, 59, between(poses[0], poses[59]), 0.01, "loop_closure")
+    np.testing.assert_array_equal(graph.close([loop], poses), poses)
+
+
 def test_wheels_are_calibrated_in_spite_of_slip() -> None:
     rng = np.random.default_rng(0)
     matched = np.column_stack(
