@@ -30,7 +30,7 @@ slow: .venv/installed-dev
 	touch $@
 
 .venv/installed-dev: .venv/installed
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,ros,view]'
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,ros]'
 	touch $@
 
 clean:
