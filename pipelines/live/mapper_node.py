@@ -33,7 +33,7 @@ from pipelines.live.messages import fill_pose, grid_message, header
 from pipelines.live.node import LATCHED, LiveNode
 from pipelines.live.worker import Worker
 
-_WORK = {"message": 20_000, "save": 1}
+_WORK = {"message": 20_000, "rest": 1, "save": 1}
 _SIDE_WORK = {"map": 1, "graph": 1, "path": 1, "checkpoint": 1, "view": 1}
 _PERIODS = {"map": 0.8, "graph": 2.0, "path": 1.0, "view": 0.5}
 _PLACE_PATIENCE = 1.0
@@ -41,6 +41,8 @@ _PLACE_PATIENCE = 1.0
 _CHECKPOINT_EVERY = 15.0
 _CHECKPOINT_SHARE = 50.0
 """Seconds, and times as long as writing takes."""
+_HELD_FOR = 0.5
+"""Seconds of silence after which a scan is taken without the odometry that would cover it."""
 _BEHIND = 1.0
 """Seconds for which messages wait when that is worth telling."""
 
@@ -88,8 +90,7 @@ class MapperNode(LiveNode):
     def stop(self) -> None:
         """Take in everything that has come, and stop."""
         self.worker.finish()
-        for item in self._held.rest():
-            self._take(item)
+        self._take_rest()
         self.side.finish()
         self._saver.finish()
 
@@ -163,6 +164,16 @@ class MapperNode(LiveNode):
             if stated is not None:
                 self._stated.add(Odometry(sample.stamp, stated, sample.twist))
             self._hold(sample)
+
+    def watch(self) -> None:
+        """Also: a scan waits for its odometry only while messages come."""
+        super().watch()
+        if min(self.health.silence("scans"), self.health.silence("odometry")) > _HELD_FOR:
+            self.worker.inbox.put("rest", self._take_rest)
+
+    def _take_rest(self) -> None:
+        for item in self._held.rest():
+            self._take(item)
 
     def _hold(self, item: Scan | Odometry) -> None:
         for ready in self._held.add(item):

@@ -96,7 +96,7 @@ class LiveNode(ABC):
             )
         node.create_subscription(OdometryMessage, "odom", self._on_odometry, sensor_qos(400))
         node.create_subscription(LaserScan, "scan", scan_callback(self._on_scan), sensor_qos(100))
-        node.create_timer(0.5, self._watch)
+        node.create_timer(0.5, self.watch)
         node.create_timer(1.0, self._tell)
 
     def stop(self) -> None:
@@ -152,8 +152,8 @@ class LiveNode(ABC):
         self.health.note("odometry")
         self.take_odometry(message, time.monotonic_ns())
 
-    def _watch(self) -> None:
-        """Topics that stopped, and work that is not kept up with."""
+    def watch(self) -> None:
+        """Twice a second: topics that stopped, and work that is not kept up with."""
         if time.monotonic() - self._started > _PATIENCE:
             for what, consequence in self.without.items():
                 self._watch_topic(what, consequence)
