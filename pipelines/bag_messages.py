@@ -20,6 +20,9 @@ LASER_SCAN = "sensor_msgs/msg/LaserScan"
 POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
 ODOMETRY = "nav_msgs/msg/Odometry"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
+PATH = "nav_msgs/msg/Path"
+POSE_ARRAY = "geometry_msgs/msg/PoseArray"
 
 
 @cache

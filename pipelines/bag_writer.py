@@ -1,5 +1,6 @@
-"""Bags written by the simulator: they appear whole or not at all."""
+"""Bags written: they appear whole or not at all."""
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -21,10 +22,21 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 
 from maps.errors import UserError
+from maps.occupancy_grid import OccupancyGrid
 from maps.odometry import Odometry
 from maps.se2 import Pose
 from maps.whole_files import write_atomically
-from pipelines.bag_messages import LASER_SCAN, ODOMETRY, TRANSFORMS, ros1_types, ros2_types
+from pipelines.bag_message_factory import MessageFactory
+from pipelines.bag_messages import (
+    LASER_SCAN,
+    OCCUPANCY_GRID,
+    ODOMETRY,
+    PATH,
+    POSE_ARRAY,
+    TRANSFORMS,
+    ros1_types,
+    ros2_types,
+)
 from pipelines.outputs import output_folder
 
 _LATCHED = Qos(
@@ -53,6 +65,7 @@ class BagWriter:
         self._path = path
         self._is_ros1 = path.suffix == ".bag"
         self._types = ros1_types() if self._is_ros1 else ros2_types()
+        self._messages = MessageFactory(self._types, is_ros1=self._is_ros1)
         self._connections: dict[str, Connection] = {}
         self._static_transforms: list[Pose] = []
         self._stack = ExitStack()
@@ -97,18 +110,16 @@ class BagWriter:
         frame_id: str = "laser",
     ) -> None:
         """A sweep of N ranges in metres; angles in radians, times in seconds, as in LaserScan."""
-        message = self._new(
-            LASER_SCAN,
-            header=self._header(stamp_ns, frame_id),
+        message = self._messages.laser_scan(
+            stamp_ns,
+            frame_id,
+            ranges,
             angle_min=angle_min,
-            angle_max=angle_min + angle_increment * (len(ranges) - 1),
             angle_increment=angle_increment,
             time_increment=time_increment,
             scan_time=scan_time,
             range_min=range_min,
             range_max=range_max,
-            ranges=np.asarray(ranges, dtype=np.float32),
-            intensities=np.empty(0, dtype=np.float32),
         )
         self.write_message(topic, LASER_SCAN, message, stamp_ns)
 
@@ -118,36 +129,42 @@ class BagWriter:
         topic: str = "/odom",
         frame_id: str = "odom",
         child_frame_id: str = "base_link",
+        covariance: NDArray[np.float64] | None = None,
     ) -> None:
-        """A sample of odometry, or of any other pose over time."""
-        forward, sideways, turning = odometry.twist
-        no_covariance = np.zeros(36)
-        twist = self._new(
-            "geometry_msgs/msg/Twist",
-            linear=self._vector(forward, sideways),
-            angular=self._new("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=float(turning)),
-        )
-        x, y, yaw = odometry.odom_from_base
-        pose = self._new(
-            "geometry_msgs/msg/Pose",
-            position=self._new("geometry_msgs/msg/Point", x=float(x), y=float(y), z=0.0),
-            orientation=self._quaternion(yaw),
-        )
-        message = self._new(
-            ODOMETRY,
-            header=self._header(odometry.stamp, frame_id),
-            child_frame_id=child_frame_id,
-            pose=self._new("geometry_msgs/msg/PoseWithCovariance", pose=pose, covariance=no_covariance),
-            twist=self._new("geometry_msgs/msg/TwistWithCovariance", twist=twist, covariance=no_covariance),
+        """A sample of odometry, or of any pose over time, with the covariance (3, 3) of x, y and yaw."""
+        message = self._messages.odometry(
+            odometry.stamp, frame_id, child_frame_id, odometry.odom_from_base, odometry.twist, covariance
         )
         self.write_message(topic, ODOMETRY, message, odometry.stamp)
+
+    def write_transform(self, stamp_ns: int, frame_id: str, child_frame_id: str, pose: Pose) -> None:
+        """Where a frame is in another: ``frame_from_child`` (3,), on ``/tf``."""
+        message = self._messages.transform(stamp_ns, frame_id, child_frame_id, pose)
+        self.write_message("/tf", TRANSFORMS, message, stamp_ns)
+
+    def write_map(
+        self, stamp_ns: int, grid: OccupancyGrid, topic: str = "/map", frame_id: str = "map"
+    ) -> None:
+        """An occupancy grid; who listens later still gets it."""
+        message = self._messages.occupancy_grid(stamp_ns, frame_id, grid)
+        self.write_message(topic, OCCUPANCY_GRID, message, stamp_ns)
+
+    def write_poses(self, stamp_ns: int, poses: Pose, topic: str, frame_id: str = "map") -> None:
+        """Poses (N, 3) that belong together, such as particles."""
+        message = self._messages.pose_array(stamp_ns, frame_id, poses)
+        self.write_message(topic, POSE_ARRAY, message, stamp_ns)
+
+    def write_path(self, stamps: Sequence[int], poses: Pose, topic: str, frame_id: str = "map") -> None:
+        """Poses (N, 3) over time, N at least 1; recorded at the last of the stamps."""
+        message = self._messages.path(frame_id, stamps, poses)
+        self.write_message(topic, PATH, message, stamps[-1])
 
     def write_static_transform(self, base_from_laser: Pose) -> None:
         """The laser's place on the car; it bears the stamp of the message written next."""
         self._static_transforms.append(base_from_laser)
 
     def write_message(self, topic: str, message_type: str, message: Any, stamp_ns: int) -> None:
-        """Any message of the writer's ``types``, recorded at ``stamp_ns``."""
+        """Any message of the writer's kind of ROS, recorded at ``stamp_ns``."""
         self._write_static_transforms(stamp_ns)
         if topic not in self._connections:
             self._connections[topic] = self._connect(topic, message_type)
@@ -155,7 +172,7 @@ class BagWriter:
         self._writer.write(self._connections[topic], stamp_ns, serialize(message, message_type))
 
     def _connect(self, topic: str, message_type: str) -> Connection:
-        is_latched = topic == "/tf_static"
+        is_latched = topic == "/tf_static" or message_type == OCCUPANCY_GRID
         if isinstance(self._writer, Ros1Writer):
             return self._writer.add_connection(
                 topic, message_type, typestore=self._types, latching=int(is_latched)
@@ -167,39 +184,9 @@ class BagWriter:
 
     def _write_static_transforms(self, stamp_ns: int) -> None:
         waiting, self._static_transforms = self._static_transforms, []
-        for x, y, yaw in waiting:
-            transform = self._new(
-                "geometry_msgs/msg/TransformStamped",
-                header=self._header(stamp_ns, "base_link"),
-                child_frame_id="laser",
-                transform=self._new(
-                    "geometry_msgs/msg/Transform",
-                    translation=self._vector(x, y),
-                    rotation=self._quaternion(yaw),
-                ),
-            )
-            self.write_message(
-                "/tf_static", TRANSFORMS, self._new(TRANSFORMS, transforms=[transform]), stamp_ns
-            )
-
-    def _header(self, stamp_ns: int, frame_id: str) -> Any:
-        stamp = self._new(
-            "builtin_interfaces/msg/Time", sec=stamp_ns // 1_000_000_000, nanosec=stamp_ns % 1_000_000_000
-        )
-        sequence = {"seq": 0} if self._is_ros1 else {}
-        return self._new("std_msgs/msg/Header", stamp=stamp, frame_id=frame_id, **sequence)
-
-    def _vector(self, x: float, y: float) -> Any:
-        return self._new("geometry_msgs/msg/Vector3", x=float(x), y=float(y), z=0.0)
-
-    def _quaternion(self, yaw: float) -> Any:
-        half = yaw / 2
-        return self._new(
-            "geometry_msgs/msg/Quaternion", x=0.0, y=0.0, z=float(np.sin(half)), w=float(np.cos(half))
-        )
-
-    def _new(self, message_type: str, **fields: Any) -> Any:
-        return self._types.types[message_type](**fields)
+        for pose in waiting:
+            message = self._messages.transform(stamp_ns, "base_link", "laser", pose)
+            self.write_message("/tf_static", TRANSFORMS, message, stamp_ns)
 
 
 def _move_up(folder: Path) -> None:

@@ -18,6 +18,7 @@ from pipelines.commands.localize import localize
 from pipelines.commands.map import map
 from pipelines.commands.play import play
 from pipelines.commands.simulate import simulate
+from pipelines.commands.view import view
 from pipelines.live.ros_arguments import RosCommand
 
 _USER_ERROR = 2
@@ -32,7 +33,7 @@ def _describe() -> None:
     """From a rosbag of a small car with a 2D LiDAR to a map, and from the map to the car's pose."""
 
 
-for _command in (map, localize, evaluate, simulate, check, demo):
+for _command in (map, localize, evaluate, simulate, check, view, demo):
     app.command()(_command)
 app.command(cls=RosCommand)(play)
 app.add_typer(benchmark, name="benchmark")

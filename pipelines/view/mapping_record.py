@@ -1,0 +1,25 @@
+"""``racecar map --record``."""
+
+from pathlib import Path
+
+from mapping.mapper import MappingResult
+from maps.odometry import Odometry
+from pipelines.bag_reader import BagReader
+from pipelines.view.recorder import Recorder
+
+
+def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> None:
+    """Read a bag once more and write its scans at the poses that the finished map gave them.
+
+    Only the end tells where a scan was taken: what a mapper says on the way, loops move later.
+    """
+    trajectory = result.trajectory
+    poses = dict(zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True))
+    with Recorder(folder, result.grid) as recorder:
+        for message in reader:
+            if message.stamp > trajectory.stamps[-1]:
+                break
+            if isinstance(message, Odometry):
+                recorder.write_odometry(message)
+            elif message.stamp in poses:
+                recorder.write_scan(message, poses[message.stamp])

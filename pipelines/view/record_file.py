@@ -1,0 +1,88 @@
+"""A recording read back into what there is to see."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maps.errors import UserError
+from maps.occupancy_grid import OccupancyGrid
+from maps.odometry import Odometry
+from maps.se2 import Pose
+from maps.trajectory import Trajectory
+from pipelines.bag_messages import decode, nanoseconds, rotation_matrix
+from pipelines.bag_reader import BagReader
+from pipelines.bag_store import BagStore
+from pipelines.view.recorder import MAP_TOPIC, PARTICLES_TOPIC, POSE_TOPIC, SCAN_TOPIC
+from pipelines.view.scene import Cloud, Scene, Sight
+
+_MOST_SIGHTS = 4000
+"""Of longer runs every so manieth scan is shown, so that a browser can hold them."""
+_YAW_VARIANCE, _X_VARIANCE, _Y_VARIANCE = 35, 0, 7
+"""Places in the covariance of six coordinates, row by row."""
+
+
+def read_record(path: Path, title: str, about: str) -> Scene:
+    """The scene that ``--record`` wrote into a bag folder. Raises UserError when it cannot be read."""
+    store = BagStore(path)
+    try:
+        topics = store.topics
+        if POSE_TOPIC not in topics:
+            raise UserError(f"{path} holds no {POSE_TOPIC}; name a run that was written with --record.")
+        grid: OccupancyGrid | None = None
+        stamps, poses, deviations = [], [], []
+        clouds = []
+        for name, _, data in store.messages([MAP_TOPIC, POSE_TOPIC, PARTICLES_TOPIC]):
+            message = decode(topics[name], data)
+            stamp = nanoseconds(message.header.stamp)
+            if name == MAP_TOPIC:
+                grid = _grid_of(message)
+            elif name == PARTICLES_TOPIC:
+                clouds.append(
+                    Cloud(stamp, np.array([_pose_of(pose) for pose in message.poses]).reshape(-1, 3))
+                )
+            else:
+                stamps.append(stamp)
+                poses.append(_pose_of(message.pose.pose))
+                deviations.append(_deviations_of(message.pose.covariance))
+    finally:
+        store.close()
+    trajectory = Trajectory(np.array(stamps, dtype=np.int64), np.array(poses).reshape(-1, 3))
+    return Scene(
+        title,
+        about,
+        trajectory,
+        grid,
+        sights=_read_sights(path),
+        clouds=clouds,
+        deviations=np.array(deviations).reshape(-1, 2),
+    )
+
+
+def _read_sights(path: Path) -> list[Sight]:
+    with BagReader(path, scan_topic=SCAN_TOPIC, use_odometry=False) as reader:
+        every = -(-reader.topics[SCAN_TOPIC].message_count // _MOST_SIGHTS)
+        return [
+            Sight(scan.stamp, scan.points_in_base().astype(np.float32))
+            for index, scan in enumerate(reader)
+            if index % every == 0 and not isinstance(scan, Odometry)
+        ]
+
+
+def _grid_of(message: Any) -> OccupancyGrid:
+    info = message.info
+    cells = np.asarray(message.data, dtype=np.int8).reshape(info.height, info.width)
+    return OccupancyGrid(cells, float(info.resolution), _pose_of(info.origin))
+
+
+def _pose_of(pose: Any) -> Pose:
+    rotation = rotation_matrix(pose.orientation)
+    yaw = 0.0 if rotation is None else np.arctan2(rotation[1, 0], rotation[0, 0])
+    return np.array([pose.position.x, pose.position.y, yaw])
+
+
+def _deviations_of(covariance: NDArray[np.float64]) -> tuple[float, float]:
+    """Metres and radians."""
+    place = covariance[_X_VARIANCE] + covariance[_Y_VARIANCE]
+    return float(np.sqrt(place)), float(np.sqrt(covariance[_YAW_VARIANCE]))

@@ -1,0 +1,189 @@
+"""A scene told to rerun, and how it is laid out at the first look."""
+
+from pathlib import Path
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from maps.occupancy_grid import OccupancyGrid
+from pipelines.view.scene import Scene
+
+_TIME = "drive"
+_PATH, _LOOP, _SCAN, _PARTICLE, _CAR, _SKY = (
+    *([0, 114, 178], [213, 94, 0], [230, 159, 0], [204, 121, 167], [0, 158, 115], [86, 180, 233]),
+)
+"""Okabe and Ito's palette."""
+_FREE, _OCCUPIED, _UNKNOWN = np.array([[255, 255, 255], [27, 31, 36], [223, 227, 232]])
+_HEIGHTS = {"path": 0.01, "keyframes": 0.02, "loops": 0.03, "car": 0.04, "scan": 0.1, "particles": 0.2}
+"""Metres above the map, so that all of it is seen from above."""
+_CAR_LENGTH = 0.5
+_CAR_DOT = "car/place"
+"""It is seen from afar; from near it would cover the particles."""
+_FIELD_OF_VIEW, _ASPECT = np.radians(48.0), 1.35
+"""Of the view at its first look: the angle from bottom to top, and its width over its height."""
+_MARGIN = 1.1
+_NEAR_HEIGHT = 4.0
+"""Metres from which the car is seen from near."""
+
+
+def save_recording(scene: Scene, path: Path) -> None:
+    """Write a scene as an ``.rrd`` file."""
+    stream = rr.RecordingStream("racecar", recording_id=scene.title)
+    stream.save(path, default_blueprint=blueprint(scene))
+    _log(scene, stream)
+    stream.flush()
+    stream.disconnect()
+
+
+def blueprint(scene: Scene) -> rrb.Blueprint:
+    """The whole map from above; beside it the car from near, words, and how sure the pose was."""
+    beside: list[rrb.View] = [
+        _view("Near the car", _near_the_car(scene), without=_CAR_DOT),
+        rrb.TextDocumentView(origin="about", name="About this run"),
+    ]
+    if np.any(scene.deviations):
+        beside += [
+            rrb.TimeSeriesView(origin="deviation/place", name="Standard deviation of the place (cm)"),
+            rrb.TimeSeriesView(origin="deviation/heading", name="Standard deviation of the heading (°)"),
+        ]
+    return rrb.Blueprint(
+        rrb.Horizontal(
+            _view(scene.title, _from_above(scene)),
+            rrb.Vertical(*beside, row_shares=[4, 2, 2, 2][: len(beside)]),
+            column_shares=[5, 2],
+        ),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
+        rrb.TimePanel(state="collapsed", timeline=_TIME, play_state="playing", loop_mode="all"),
+        auto_views=False,
+    )
+
+
+def _view(name: str, eye: rrb.EyeControls3D, without: str | None = None) -> rrb.Spatial3DView:
+    """The map seen so; of the way driven only what is behind the car."""
+    contents = ["+ $origin/**"] if without is None else ["+ $origin/**", f"- $origin/{without}"]
+    so_far = rrb.VisibleTimeRanges(
+        timeline=_TIME,
+        start=rrb.TimeRangeBoundary.infinite(),
+        end=rrb.TimeRangeBoundary.cursor_relative(seconds=0.0),
+    )
+    return rrb.Spatial3DView(
+        origin="map",
+        name=name,
+        contents=contents,
+        background=[255, 255, 255],
+        line_grid=False,
+        eye_controls=eye,
+        overrides={"map/driven": so_far},
+    )
+
+
+def _log(scene: Scene, stream: rr.RecordingStream) -> None:
+    stream.log("about", rr.TextDocument(scene.about, media_type=rr.MediaType.MARKDOWN), static=True)
+    if scene.grid is not None:
+        stream.log("map/grid", _as_grid_map(scene.grid), static=True)
+    path = _raised(scene.trajectory.map_from_base[:, :2], "path")
+    stream.log("map/path", rr.LineStrips3D([path], colors=_SKY, radii=-1.0), static=True)
+    if len(scene.keyframes):
+        places = _raised(scene.keyframes, "keyframes")
+        stream.log("map/keyframes", rr.Points3D(places, colors=_CAR, radii=-2.5), static=True)
+    if len(scene.loops):
+        ends = [_raised(pair, "loops") for pair in scene.loops]
+        stream.log("map/loop_closures", rr.LineStrips3D(ends, colors=_LOOP, radii=-2.0), static=True)
+    _log_drive(scene, stream)
+
+
+def _log_drive(scene: Scene, stream: rr.RecordingStream) -> None:
+    """All that changes with time."""
+    trajectory = scene.trajectory
+    start = int(trajectory.stamps[0])
+    height = _HEIGHTS["car"]
+    arrow = rr.Arrows3D(vectors=[[_CAR_LENGTH, 0, 0]], origins=[[0, 0, height]], colors=_CAR, radii=0.03)
+    stream.log("map/car", arrow, static=True)
+    stream.log(f"map/{_CAR_DOT}", rr.Points3D([[0, 0, height]], colors=_CAR, radii=-5.0), static=True)
+    seconds = rr.TimeColumn(_TIME, duration=(trajectory.stamps - start) * 1e-9)
+    stream.send_columns(
+        "map/car",
+        [seconds],
+        rr.Transform3D.columns(
+            translation=np.column_stack([trajectory.map_from_base[:, :2], np.zeros(len(trajectory))]),
+            quaternion=_quaternions(trajectory.map_from_base[:, 2]),
+        ),
+    )
+    places = _raised(trajectory.map_from_base[:, :2], "path")
+    stream.log("map/driven", rr.Points3D.from_fields(colors=[_PATH], radii=[-1.5]), static=True)
+    stream.send_columns("map/driven", [seconds], rr.Points3D.columns(positions=places))
+    if len(scene.deviations):
+        place, heading = scene.deviations.T
+        stream.send_columns("deviation/place", [seconds], rr.Scalars.columns(scalars=100 * place))
+        stream.send_columns("deviation/heading", [seconds], rr.Scalars.columns(scalars=np.degrees(heading)))
+    for sight in scene.sights:
+        stream.set_time(_TIME, duration=(sight.stamp - start) * 1e-9)
+        points = _raised(sight.points_in_base, "scan")
+        stream.log("map/car/scan", rr.Points3D(points, colors=_SCAN, radii=-2.0))
+    for cloud in scene.clouds:
+        stream.set_time(_TIME, duration=(cloud.stamp - start) * 1e-9)
+        points = _raised(cloud.map_from_base[:, :2], "particles")
+        stream.log("map/particles", rr.Points3D(points, colors=_PARTICLE, radii=-2.0))
+
+
+def _as_grid_map(grid: OccupancyGrid) -> rr.GridMap:
+    rows, columns = grid.cells.shape
+    x, y, yaw = grid.map_from_grid
+    share = np.clip(grid.cells, 0, 100)[..., None] / 100.0
+    colors = np.where((grid.cells >= 0)[..., None], _FREE + share * (_OCCUPIED - _FREE), _UNKNOWN)
+    return rr.GridMap(
+        data=colors[::-1].astype(np.uint8).tobytes(),
+        format=rr.components.ImageFormat(
+            width=columns, height=rows, color_model="RGB", channel_datatype="U8"
+        ),
+        cell_size=grid.resolution,
+        translation=[x, y, 0.0],
+        quaternion=rr.Quaternion(xyzw=_quaternions(np.array([yaw]))[0]),
+    )
+
+
+def _from_above(scene: Scene) -> rrb.EyeControls3D:
+    """High enough to see the whole drive, x to the right."""
+    low, high = _extent(scene)
+    width, depth = high - low
+    x, y = (low + high) / 2
+    height = _MARGIN * max(width / _ASPECT, depth) / (2 * np.tan(_FIELD_OF_VIEW / 2)) + 1.0
+    return _looking_down(x, y, height)
+
+
+def _near_the_car(scene: Scene) -> rrb.EyeControls3D:
+    """A few metres about the car, which the eye follows."""
+    x, y, _ = scene.trajectory.map_from_base[0]
+    return _looking_down(x, y, _NEAR_HEIGHT, tracking_entity="map/car")
+
+
+def _looking_down(x: float, y: float, height: float, **tracking: str) -> rrb.EyeControls3D:
+    return rrb.EyeControls3D(
+        kind=rrb.Eye3DKind.Orbital,
+        position=[x, y, height],
+        look_target=[x, y, 0.0],
+        eye_up=[0.0, 1.0, 0.0],
+        **tracking,
+    )
+
+
+def _extent(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lower left and upper right (2,) of the path and of what is known of the map."""
+    places = scene.trajectory.map_from_base[:, :2]
+    if scene.grid is not None:
+        places = np.vstack([places, scene.grid.center_of(np.argwhere(scene.grid.cells >= 0))])
+    return places.min(axis=0), places.max(axis=0)
+
+
+def _raised(places: NDArray[np.float64] | NDArray[np.float32], what: str) -> NDArray[np.float32]:
+    """(N, 3) places (N, 2) at the height of their kind."""
+    return np.column_stack([places, np.full(len(places), _HEIGHTS[what])]).astype(np.float32)
+
+
+def _quaternions(yaw: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 4) as x, y, z, w."""
+    zeros = np.zeros(len(yaw))
+    return np.column_stack([zeros, zeros, np.sin(yaw / 2), np.cos(yaw / 2)])

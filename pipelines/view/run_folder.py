@@ -1,0 +1,126 @@
+"""A run's folder as something to look at: its recording where there is one, else its files."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from mapping.arrays import Arrays
+from maps.errors import UserError
+from maps.map_files import load_map
+from maps.occupancy_grid import OccupancyGrid
+from maps.se2 import compose, inverse, transform_points
+from maps.trajectory import Trajectory
+from pipelines.session_file import SESSION_FILE, load_arrays
+from pipelines.tum import load_tum
+from pipelines.view.record_file import read_record
+from pipelines.view.recorder import RECORD_FOLDER
+from pipelines.view.scene import Scene, Sight
+
+_LOOP_CLOSURE = 2
+"""As `mapping.session` numbers the kinds of constraints."""
+_SAME_PLACE = 1e-6
+"""Metres; the trajectory's file holds a nanometre."""
+
+
+def load_run(folder: Path) -> Scene:
+    """What a mapping or localization run left in a folder. Raises UserError when it left nothing."""
+    report = _read_report(folder)
+    title, about = folder.absolute().name, _about(report)
+    if (folder / RECORD_FOLDER).is_dir():
+        scene = read_record(folder / RECORD_FOLDER, title, about)
+    else:
+        path = folder / "trajectory.tum"
+        if not path.is_file():
+            raise UserError(
+                f"{folder} holds no run: there is no trajectory.tum; name a folder that `racecar map` or "
+                "`racecar localize` has written."
+            )
+        scene = Scene(title, about, load_tum(path))
+    if scene.grid is None:
+        scene.grid = _find_grid(folder, report)
+    if (folder / SESSION_FILE).is_file():
+        _add_session(scene, load_arrays(folder / SESSION_FILE, "racecar session"))
+    return scene
+
+
+def _find_grid(folder: Path, report: dict[str, Any]) -> OccupancyGrid | None:
+    """The map in the folder, or the one that its report names, if it is still there."""
+    if (folder / "map.yaml").is_file():
+        return load_map(folder)
+    named = report.get("inputs", {}).get("map")
+    try:
+        return None if named is None else load_map(Path(named))
+    except UserError:
+        return None
+
+
+def _add_session(scene: Scene, arrays: Arrays) -> None:
+    """Keyframes and loop closures; where no scans were recorded, those of the keyframes."""
+    map_from_laser = arrays["map_from_keyframe"]
+    map_from_base = compose(map_from_laser, arrays["keyframe_from_base"])
+    places: NDArray[np.float64] = map_from_base[:, :2]
+    is_loop = arrays["constraints.kinds"] == _LOOP_CLOSURE
+    scene.keyframes = places
+    scene.loops = places[arrays["constraints.keyframes"][is_loop]]
+    if not scene.sights:
+        scene.sights = _sights_of_keyframes(arrays, places, scene.trajectory)
+
+
+def _sights_of_keyframes(arrays: Arrays, places: NDArray[np.float64], trajectory: Trajectory) -> list[Sight]:
+    """The keyframes' scans; a keyframe's time is that of the scan whose pose it has.
+
+    Keyframes of earlier drives have no time in this one and are left out.
+    """
+    found = cKDTree(trajectory.map_from_base[:, :2]).query(places)
+    distances, indices = np.asarray(found[0]), np.asarray(found[1])
+    ends = np.cumsum(arrays["scans.counts"].astype(np.int64))
+    points = np.split(arrays["scans.points"], ends[:-1])
+    base_from_laser = inverse(arrays["keyframe_from_base"])
+    return [
+        Sight(
+            int(trajectory.stamps[index]),
+            transform_points(pose, seen.astype(np.float64)).astype(np.float32),
+        )
+        for distance, index, pose, seen in zip(distances, indices, base_from_laser, points, strict=True)
+        if distance < _SAME_PLACE
+    ]
+
+
+def _read_report(folder: Path) -> dict[str, Any]:
+    """The run's report.json; empty when there is none or it is damaged, as all else can be shown without."""
+    try:
+        contents = json.loads((folder / "report.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return contents if isinstance(contents, dict) else {}
+
+
+def _about(report: dict[str, Any]) -> str:
+    """What a person wants to know first, as Markdown."""
+    lines = [f"## {report.get('command', 'A run')}"]
+    inputs, counts, result = (report.get(section, {}) for section in ("inputs", "counts", "result"))
+    for label, value in (
+        ("bag", inputs.get("bag")),
+        ("map", inputs.get("map")),
+        ("scans", counts.get("scans")),
+        ("path", _metres(result.get("path_metres") or counts.get("path_metres"))),
+        ("end points on walls", _share(report.get("accuracy", {}))),
+    ):
+        if value is not None:
+            lines.append(f"- {label}: {value}")
+    lines += ["", "Drag the time line below to go through the drive."]
+    lines += [f"\n**Warning:** {sentence}" for sentence in report.get("warnings", [])]
+    return "\n".join(lines)
+
+
+def _metres(value: float | None) -> str | None:
+    return None if value is None else f"{value:.1f} m"
+
+
+def _share(accuracy: dict[str, Any]) -> str | None:
+    value = accuracy.get("share_of_end_points_within_0.10_m_of_a_wall")
+    return None if value is None else f"{value:.0%}"

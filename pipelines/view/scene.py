@@ -1,0 +1,47 @@
+"""What there is to see of a run."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from maps.occupancy_grid import OccupancyGrid
+from maps.se2 import Pose
+from maps.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """A scan."""
+
+    stamp: int
+    points_in_base: NDArray[np.float32]
+    """(N, 2) metres."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cloud:
+    """Particles at a time."""
+
+    stamp: int
+    map_from_base: Pose
+    """(N, 3)"""
+
+
+@dataclass(eq=False)
+class Scene:
+    """A run; of what it did not leave there is nothing."""
+
+    title: str
+    about: str
+    """Markdown."""
+    trajectory: Trajectory
+    grid: OccupancyGrid | None = None
+    keyframes: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    """(K, 2) places."""
+    loops: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    """(L, 2, 2) the places that each loop closure ties together."""
+    sights: list[Sight] = field(default_factory=list)
+    clouds: list[Cloud] = field(default_factory=list)
+    deviations: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    """(S, 2) standard deviations of place (m) and heading (rad), a row for each pose of the trajectory."""
