@@ -1,5 +1,6 @@
 """``racecar experiment``: the experiments of the lab report."""
 
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -19,6 +20,8 @@ from pipelines.options import (
 
 if TYPE_CHECKING:
     from pipelines.experiments.recording import BagRecording
+
+_PAGE_WIDTH = 200
 
 QuickOption = Annotated[
     bool, typer.Option("--quick", help="Few repetitions: to see that all works, not to conclude from.")
@@ -304,7 +307,8 @@ def _run(
         recording.load_map()
         if names is None or "convergence" in names:
             known_start(recording)  # told now rather than after minutes
-    announce, page = Console(stderr=True, quiet=quiet, highlight=False), Console(quiet=quiet, highlight=False)
+    announce = Console(stderr=True, quiet=quiet, highlight=False)
+    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
     results: dict[str, ExperimentResult] = {}
     with output_folder(out) as folder:
         experiments = catalogue(settings, recording, end_pose)

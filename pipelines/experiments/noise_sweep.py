@@ -227,14 +227,14 @@ def step_response(variant: LocalizationConfig | CourseSettings, seed: int, index
     estimated = track(filter_, drive.messages(np.random.default_rng([seed, index, 2]))).map_from_base
     is_after = truth.stamps * 1e-9 > _JUMP_AFTER
     offsets = (estimated - truth.map_from_base)[:, :2] + np.where(is_after[:, None], JUMP[:2], 0.0)
-    return _measure(offsets, is_after)
+    return measure_step(offsets, is_after)
 
 
 def _drive() -> CircleDrive:
     return CircleDrive(draw_lab_room(), _SECONDS, JUMP, _JUMP_AFTER)
 
 
-def _measure(offsets: NDArray[np.float64], is_after: NDArray[np.bool_]) -> StepResponse:
+def measure_step(offsets: NDArray[np.float64], is_after: NDArray[np.bool_]) -> StepResponse:
     errors = offsets[is_after] - JUMP[:2]
     averaged = np.column_stack([running_mean(axis) for axis in offsets.T])[-len(errors) :] - JUMP[:2]
     is_far = np.any(np.abs(averaged) > _WITHIN, axis=1)

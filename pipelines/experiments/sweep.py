@@ -68,7 +68,7 @@ def _on_cluster(scheduler: str) -> AbstractContextManager[Any]:
         ) from error
     stack = ExitStack()
     try:
-        stack.enter_context(Client(scheduler, timeout="10s"))  # type: ignore[no-untyped-call]
+        stack.enter_context(Client(scheduler, timeout="5s"))  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
         raise UserError(
             f"There is no dask scheduler at {scheduler}; start one with `dask scheduler` and name its "

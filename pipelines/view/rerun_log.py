@@ -16,7 +16,7 @@ _PATH, _LOOP, _SCAN, _PARTICLE, _CAR, _SKY = (
 )
 """Okabe and Ito's palette."""
 _FREE, _OCCUPIED, _UNKNOWN = np.array([[255, 255, 255], [27, 31, 36], [223, 227, 232]])
-_HEIGHTS = {"path": 0.01, "keyframes": 0.02, "loops": 0.03, "car": 0.04, "scan": 0.1, "particles": 0.2}
+_HEIGHTS = {"path": 0.05, "keyframes": 0.08, "loops": 0.1, "car": 0.12, "scan": 0.15, "particles": 0.2}
 """Metres above the map, so that all of it is seen from above."""
 _CAR_LENGTH = 0.5
 _CAR_DOT = "car/place"
@@ -24,7 +24,7 @@ _CAR_DOT = "car/place"
 _FIELD_OF_VIEW, _ASPECT = np.radians(48.0), 1.35
 """Of the view at its first look: the angle from bottom to top, and its width over its height."""
 _MARGIN = 1.1
-_NEAR_HEIGHT = 4.0
+_NEAR_HEIGHT = 3.5
 """Metres from which the car is seen from near."""
 
 
@@ -40,7 +40,12 @@ def save_recording(scene: Scene, path: Path) -> None:
 def blueprint(scene: Scene) -> rrb.Blueprint:
     """The whole map from above; beside it the car from near, words, and how sure the pose was."""
     beside: list[rrb.View] = [
-        _view("Near the car", _near_the_car(scene), without=_CAR_DOT),
+        _view(
+            "Near the car, its heading up",
+            "map/car",
+            ["+ map/**", f"- map/{_CAR_DOT}"],
+            _looking_down([0.0, 0.0], _NEAR_HEIGHT, up=[1.0, 0.0, 0.0]),
+        ),
         rrb.TextDocumentView(origin="about", name="About this run"),
     ]
     if np.any(scene.deviations):
@@ -50,7 +55,7 @@ def blueprint(scene: Scene) -> rrb.Blueprint:
         ]
     return rrb.Blueprint(
         rrb.Horizontal(
-            _view(scene.title, _from_above(scene)),
+            _view(scene.title, "map", ["+ map/**"], _from_above(scene)),
             rrb.Vertical(*beside, row_shares=[4, 2, 2, 2][: len(beside)]),
             column_shares=[5, 2],
         ),
@@ -61,16 +66,15 @@ def blueprint(scene: Scene) -> rrb.Blueprint:
     )
 
 
-def _view(name: str, eye: rrb.EyeControls3D, without: str | None = None) -> rrb.Spatial3DView:
-    """The map seen so; of the way driven only what is behind the car."""
-    contents = ["+ $origin/**"] if without is None else ["+ $origin/**", f"- $origin/{without}"]
+def _view(name: str, origin: str, contents: list[str], eye: rrb.EyeControls3D) -> rrb.Spatial3DView:
+    """What is in the map as seen from a frame; of the way driven only what is behind the car."""
     so_far = rrb.VisibleTimeRanges(
         timeline=_TIME,
         start=rrb.TimeRangeBoundary.infinite(),
         end=rrb.TimeRangeBoundary.cursor_relative(seconds=0.0),
     )
     return rrb.Spatial3DView(
-        origin="map",
+        origin=origin,
         name=name,
         contents=contents,
         background=[255, 255, 255],
@@ -85,7 +89,7 @@ def _log(scene: Scene, stream: rr.RecordingStream) -> None:
     if scene.grid is not None:
         stream.log("map/grid", _as_grid_map(scene.grid), static=True)
     path = _raised(scene.trajectory.map_from_base[:, :2], "path")
-    stream.log("map/path", rr.LineStrips3D([path], colors=_SKY, radii=-1.0), static=True)
+    stream.log("map/path", rr.LineStrips3D([path], colors=_SKY, radii=-1.5), static=True)
     if len(scene.keyframes):
         places = _raised(scene.keyframes, "keyframes")
         stream.log("map/keyframes", rr.Points3D(places, colors=_CAR, radii=-2.5), static=True)
@@ -151,22 +155,12 @@ def _from_above(scene: Scene) -> rrb.EyeControls3D:
     width, depth = high - low
     x, y = (low + high) / 2
     height = _MARGIN * max(width / _ASPECT, depth) / (2 * np.tan(_FIELD_OF_VIEW / 2)) + 1.0
-    return _looking_down(x, y, height)
+    return _looking_down([x, y], height, up=[0.0, 1.0, 0.0])
 
 
-def _near_the_car(scene: Scene) -> rrb.EyeControls3D:
-    """A few metres about the car, which the eye follows."""
-    x, y, _ = scene.trajectory.map_from_base[0]
-    return _looking_down(x, y, _NEAR_HEIGHT, tracking_entity="map/car")
-
-
-def _looking_down(x: float, y: float, height: float, **tracking: str) -> rrb.EyeControls3D:
+def _looking_down(place: list[float], height: float, up: list[float]) -> rrb.EyeControls3D:
     return rrb.EyeControls3D(
-        kind=rrb.Eye3DKind.Orbital,
-        position=[x, y, height],
-        look_target=[x, y, 0.0],
-        eye_up=[0.0, 1.0, 0.0],
-        **tracking,
+        kind=rrb.Eye3DKind.Orbital, position=[*place, height], look_target=[*place, 0.0], eye_up=up
     )
 
 

@@ -1,0 +1,41 @@
+"""Grades."""
+
+import numpy as np
+import pytest
+
+from localization.config import LocalizationConfig
+from maps.occupancy_grid import OccupancyGrid
+from maps.se2 import IDENTITY
+from maps.trajectory import Trajectory
+from pipelines.experiments.autograde import Autograde, GradedDrive, grade_drive
+from pipelines.experiments.course_filter import CourseSettings
+from pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
+from pipelines.simulator_config import NoiseLevel, SimulationConfig
+
+
+def graded(ours: float, reference: float) -> Autograde:
+    path = np.zeros((2, 3))
+    drives = {OURS_NAME: [GradedDrive(path, ours, 0.0)], COURSE_NAME: [GradedDrive(path, reference, 0.0)]}
+    grid = OccupancyGrid(np.zeros((4, 4), dtype=np.int8), 1.0, IDENTITY)
+    return Autograde({"full": drives}, {"full": Trajectory(np.array([0, 1]), path)}, grid)
+
+
+@pytest.mark.parametrize(
+    ("ours", "reference", "grade", "ratio"),
+    [(0.1, 0.1, 1.0, 1.0), (0.05, 0.1, 1.0, 2.0), (0.4, 0.1, 0.7, 0.25), (2.0, 0.1, 0.0, 0.05)],
+)
+def test_the_courses_grade_stops_at_one_and_the_ratio_does_not(
+    ours: float, reference: float, grade: float, ratio: float
+) -> None:
+    result = graded(ours, reference)
+    assert result.course_grades("full").tolist() == pytest.approx([grade])
+    assert result.ratios("full").tolist() == pytest.approx([ratio])
+
+
+def test_both_filters_stay_with_the_truth_where_nothing_is_noisy() -> None:
+    config = SimulationConfig(noise=NoiseLevel.NONE, range_noise=0.0, dropouts=0.0, duration=4.0)
+    for variant in (LocalizationConfig(particles=500), CourseSettings()):
+        drive = grade_drive(config, variant)
+        assert 0.0 < drive.deviation < 0.1
+        assert drive.heading_deviation < 0.02
+        assert len(drive.map_from_base) == 80

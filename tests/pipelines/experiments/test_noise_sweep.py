@@ -1,0 +1,70 @@
+"""The noise sweep measures what it says it measures."""
+
+import numpy as np
+import pytest
+
+from localization.config import LocalizationConfig
+from pipelines.experiments.course_filter import CourseSettings
+from pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
+from pipelines.experiments.filters import with_motion_noise
+from pipelines.experiments.noise_sweep import (
+    NOISES,
+    NoiseSweep,
+    StepResponse,
+    measure_step,
+    running_mean,
+    step_response,
+)
+
+PERIOD = 0.05
+
+
+def response(delay: int, unrest: float = 0.0) -> StepResponse:
+    """Of an estimate that follows so many scans late; 40 scans before the jump, 200 after it."""
+    is_after = np.arange(240) >= 40
+    x = (np.arange(240) >= 40 + delay).astype(float)
+    x += unrest * np.where(np.arange(240) % 2, 1.0, -1.0)
+    return measure_step(np.column_stack([x, x]), is_after)
+
+
+def test_running_mean_is_over_twenty_values() -> None:
+    assert running_mean(np.arange(21.0)).tolist() == pytest.approx([9.5, 10.5])
+
+
+def test_time_to_converge_grows_by_the_delay() -> None:
+    at_once = response(0)
+    assert at_once.seconds_to_converge == pytest.approx(0.75)
+    assert response(30).seconds_to_converge - at_once.seconds_to_converge == pytest.approx(30 * PERIOD)
+    assert response(20).mean_error == pytest.approx(np.sqrt(2.0) * 20 / 200)
+
+
+def test_an_estimate_that_never_follows_has_not_converged() -> None:
+    assert np.isnan(response(1000).seconds_to_converge)
+
+
+def test_spread_is_the_deviation_of_the_estimate_itself() -> None:
+    assert response(0, unrest=0.1).spread == pytest.approx(0.1 * np.sqrt(2.0), rel=1e-6)
+
+
+def test_the_least_noise_is_picked_among_those_that_are_as_good() -> None:
+    errors = ([0.3, 0.3], [0.101, 0.099], [0.1, 0.098], [0.2, 0.2], [0.3, 0.3], [0.4, 0.4])
+    runs = {
+        noise: [StepResponse(np.zeros((240, 2)), 1.0, 0.01, error) for error in both]
+        for noise, both in zip(NOISES, errors, strict=True)
+    }
+    sweep = NoiseSweep(np.zeros(240), {OURS_NAME: runs, COURSE_NAME: runs})
+    assert sweep.best(OURS_NAME) == NOISES[1]
+
+
+def test_more_noise_follows_faster_and_is_less_calm() -> None:
+    """The course's filter shows the trade-off that the experiment is about."""
+    little, much = (step_response(CourseSettings(noise=noise), 0, 0) for noise in (0.02, 0.5))
+    assert much.seconds_to_converge < little.seconds_to_converge
+    assert much.spread > 3 * little.spread
+
+
+def test_the_same_seed_gives_the_same_trace() -> None:
+    variant = with_motion_noise(LocalizationConfig(particles=200, fewest_particles=200), 0.1)
+    first, second, other = (step_response(variant, *seeds).offsets for seeds in ((3, 1), (3, 1), (3, 2)))
+    np.testing.assert_array_equal(first, second)
+    assert not np.array_equal(first, other)
