@@ -139,3 +139,31 @@ def growth(
     page.print(growth_table(figures))
     if json is not None:
         report.write(json)
+
+
+@benchmark.command()
+def live(
+    seconds: Annotated[
+        float, typer.Option("--seconds", min=5.0, metavar="SECONDS", help="Length of the simulated drive.")
+    ] = 60.0,
+    recorded: Annotated[
+        bool,
+        typer.Option("--recorded/--no-recorded", help="Also play session_A, where there are recordings."),
+    ] = True,
+    mapper: Annotated[
+        bool, typer.Option("--mapper/--no-mapper", help="Also measure the mapper's node.")
+    ] = True,
+    config: ConfigOption = None,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Play drives at real speed to the ROS 2 nodes, and tell latency, CPU and accuracy beside offline runs.
+
+    Example: racecar benchmark live --seconds 60
+    """
+    from pipelines.live.benchmark_command import run_live_benchmark
+
+    run_live_benchmark(
+        seconds, recorded=recorded, mapper=mapper, config=config, seed=seed, json=json, quiet=quiet
+    )

@@ -5,6 +5,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from threading import Event, Thread
 from types import FrameType
 from typing import Any
 
@@ -61,6 +62,28 @@ def _serve(executor: SingleThreadedExecutor, survive: Callable[[Exception], None
     except Exception as error:
         _log.exception("A callback failed")
         survive(error)
+
+
+@contextmanager
+def served(node: Any) -> Iterator[None]:
+    """Serve a node's topics in a thread while the block lasts."""
+    executor = SingleThreadedExecutor()
+    executor.add_node(node)
+    is_over = Event()
+
+    def serve() -> None:
+        while not is_over.is_set():
+            executor.spin_once(timeout_sec=0.1)
+
+    thread = Thread(target=serve, name="served", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        is_over.set()
+        thread.join()
+        executor.remove_node(node)
+        executor.shutdown()
 
 
 @contextmanager
