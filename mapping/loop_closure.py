@@ -46,6 +46,8 @@ MIN_COVERAGE = 0.4
 MAX_RESIDUAL = 0.04
 MAX_PAIRS = 40
 ROUGH_KERNEL_WIDTH = 0.1
+ROUGH_EVERY = 4
+"""Of the pairs of scans, those that are matched roughly first."""
 PYRAMID_RADIUS = 25.0
 MOVING_POINTS = 500
 AGREE_DISTANCE = 0.35
@@ -272,11 +274,18 @@ class LoopCloser:
         fixed_poses, moving_poses = fixed.poses(poses), moving.poses(poses)
         a, b = nearest_pairs(fixed_poses, compose(guess, moving_poses), MAX_PAIRS)
         pairs = np.column_stack([fixed.keyframes[a], moving.keyframes[b]])
-        pairings = Pairings(np.array([0, len(pairs)]), pairs, fixed_poses[a], moving_poses[b])
+
+        def pairings(every: int) -> Pairings:
+            taken = pairs[::every]
+            starts = np.array([0, len(taken)])
+            return Pairings(starts, taken, fixed_poses[a[::every]], moving_poses[b[::every]])
+
         # A wide kernel first: the search ends up to a cell off, and the narrow one would weigh away the walls
-        # across a corridor, which alone tell the place along it.
-        rough = match(guess[None], pairings, self.store, self.store, kernel_width=ROUGH_KERNEL_WIDTH)
-        result = match(rough.poses, pairings, self.store, self.store, widest=0.2)
+        # across a corridor, which alone tell the place along it. Some of the pairs suffice for that.
+        rough = match(
+            guess[None], pairings(ROUGH_EVERY), self.store, self.store, kernel_width=ROUGH_KERNEL_WIDTH
+        )
+        result = match(rough.poses, pairings(1), self.store, self.store, widest=0.2)
         pose = result.poses[0]
         test = see_through(self.store, pairs, fixed_poses[a], compose(pose, moving_poses[b]))
         if (
