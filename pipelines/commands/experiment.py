@@ -293,7 +293,7 @@ def _run(
     from pipelines.experiments.catalogue import catalogue
     from pipelines.experiments.html_report import html_report
     from pipelines.experiments.recording import known_start
-    from pipelines.experiments.result import ExperimentResult, Settings
+    from pipelines.experiments.result import Finished, Settings
     from pipelines.experiments.result_files import as_rich, save_result
     from pipelines.experiments.sweep import Sweep
     from pipelines.outputs import output_folder
@@ -309,23 +309,23 @@ def _run(
             known_start(recording)  # told now rather than after minutes
     announce = Console(stderr=True, quiet=quiet, highlight=False)
     page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
-    results: dict[str, ExperimentResult] = {}
+    done: dict[str, Finished] = {}
     with output_folder(out) as folder:
         experiments = catalogue(settings, recording, end_pose)
         for number, name in enumerate(names or experiments, start=1):
             announce.print(f"{number}/{len(names or experiments)} {name}", markup=False)
             with report.stage(name):
-                results[name] = experiments[name](settings, sweep)
-                pictures = save_result(name, results[name], folder)
-            report.add(name, results[name].figures())
-            for table in results[name].tables():
+                result = experiments[name](settings, sweep)
+                done[name] = Finished(result, result.pictures())
+                save_result(name, done[name], folder)
+            report.add(name, result.figures())
+            for table in result.tables():
                 page.print(as_rich(table))
         if names is None:
             with write_atomically(folder / "report.html") as partial:
-                partial.write_text(html_report(results, settings), encoding="utf-8")
+                partial.write_text(html_report(done, settings), encoding="utf-8")
         report.write(folder / "report.json")
     if json is not None:
         report.write(json)
-    page.print(
-        f"Look at {out / ('report.html' if names is None else pictures[0])}.", markup=False, soft_wrap=True
-    )
+    shown = "report.html" if names is None else f"{done[names[0]].pictures[0].name}.png"
+    page.print(f"Look at {out / shown}.", markup=False, soft_wrap=True)

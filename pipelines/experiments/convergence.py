@@ -46,7 +46,7 @@ class Convergence:
 
     def seconds_until_small(self, place: str, name: str) -> NDArray[np.float64]:
         """(seeds,) until the extent of the cloud stays small in x and in y; nan when it does not."""
-        return np.array([_seconds_until_small(run) for run in self.tracks[place][name]])
+        return np.array([seconds_until_small(run) for run in self.tracks[place][name]])
 
     def extents_afterwards(self, place: str, name: str) -> NDArray[np.float64]:
         """(seeds,) metres: the mean extent, of x and y, in the last half."""
@@ -172,7 +172,8 @@ def _in_recording(recording: Recording) -> tuple[OccupancyGrid, Pose, list[Scan 
     return recording.load_map(), known_start(recording), messages
 
 
-def _seconds_until_small(run: Track) -> float:
+def seconds_until_small(run: Track) -> float:
+    """From the start until the extent stays small in x and in y; nan when it does not."""
     is_large = np.any(run.extents >= SMALL, axis=1)
     first = int(np.max(np.flatnonzero(is_large), initial=-1)) + 1
     return float(seconds_from_start(run)[first]) if first < len(is_large) else np.nan

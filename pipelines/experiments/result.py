@@ -49,6 +49,14 @@ class ExperimentResult(Protocol):
         """The figures to look at."""
 
 
+@dataclass(frozen=True, eq=False)
+class Finished:
+    """A result and its pictures, which take a while to draw."""
+
+    result: ExperimentResult
+    pictures: list[Picture]
+
+
 class Experiment(Protocol):
     """Something that can be run."""
 

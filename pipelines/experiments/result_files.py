@@ -6,23 +6,17 @@ from rich import box
 from rich.table import Table
 
 from maps.whole_files import write_atomically
-from pipelines.experiments.result import ExperimentResult, FigureTable
+from pipelines.experiments.result import FigureTable, Finished
 
 
-def save_result(name: str, result: ExperimentResult, folder: Path) -> list[str]:
-    """Write them into an existing folder; the names of the pictures.
-
-    Raises UserError when the place cannot be written to.
-    """
+def save_result(name: str, finished: Finished, folder: Path) -> None:
+    """Write them into an existing folder. Raises UserError when the place cannot be written to."""
     with write_atomically(folder / f"{name}.md") as partial:
-        partial.write_text(_markdown(result), encoding="utf-8")
-    names = []
-    for picture in result.pictures():
+        partial.write_text(_markdown(finished), encoding="utf-8")
+    for picture in finished.pictures:
         for suffix, contents in ((".png", picture.png), (".svg", picture.svg)):
             with write_atomically(folder / f"{picture.name}{suffix}") as partial:
                 partial.write_bytes(contents)
-        names.append(f"{picture.name}.png")
-    return names
 
 
 def as_rich(table: FigureTable) -> Table:
@@ -35,10 +29,11 @@ def as_rich(table: FigureTable) -> Table:
     return shown
 
 
-def _markdown(result: ExperimentResult) -> str:
+def _markdown(finished: Finished) -> str:
+    result = finished.result
     parts = [f"# {result.title}", *result.text()]
     for table in result.tables():
         lines = [table.columns, ["---"] * len(table.columns), *table.rows]
         parts += [f"**{table.title}**", "\n".join(f"| {' | '.join(line)} |" for line in lines)]
-    parts += [f"![{picture.shows}]({picture.name}.svg)" for picture in result.pictures()]
+    parts += [f"![{picture.shows}]({picture.name}.svg)" for picture in finished.pictures]
     return "\n\n".join(parts) + "\n"

@@ -33,7 +33,7 @@ _SMALL = 0.8
 
 @dataclass(frozen=True, eq=False)
 class SensorModel:
-    """The course's table, which this library uses too."""
+    """The course's table; this library's is the same mixture."""
 
     table: NDArray[np.float64]
     """(201, 201) probability of a reading (row) where the map says a distance (column), pixels."""
@@ -45,7 +45,8 @@ class SensorModel:
             "pixel the table ends at 10 m). It is a mixture: a Gaussian about d (the wall was hit), a "
             "slope that falls from z = 0 to z = d (something stood in the way), all of the last row "
             "(nothing came back), and a constant (anything at all). Every column sums to 1. Probabilities "
-            "of beams are multiplied; as beams are not independent, the product is raised to 1/2.2."
+            "of beams are multiplied; as beams are not independent, the product is raised to 1/2.2. This "
+            "library uses the same mixture."
         ]
 
     def tables(self) -> list[FigureTable]:
@@ -87,8 +88,8 @@ class SensorModel:
                 self.table,
                 cmap=MAP_OF_NUMBERS,
                 norm=LogNorm(self.table.min(), self.table.max()),
-                rcount=101,
-                ccount=101,
+                rcount=67,
+                ccount=67,
                 linewidth=0,
                 antialiased=False,
                 rasterized=True,

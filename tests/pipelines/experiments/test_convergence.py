@@ -1,0 +1,64 @@
+"""Convergence of the particles' spread."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from localization.config import LocalizationConfig
+from maps.errors import UserError
+from pipelines.experiments.convergence import Convergence, converge, seconds_until_small
+from pipelines.experiments.course_filter import CourseSettings
+from pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
+from pipelines.experiments.recording import BagRecording, StandIn, first_seconds, known_start
+from pipelines.experiments.tracking import Track
+
+
+def run_of(extents: list[float]) -> Track:
+    """Scans every 0.1 s; the first extent is that of the start."""
+    count = len(extents) - 1
+    return Track(
+        10**8 * np.arange(count, dtype=np.int64),
+        np.zeros((count, 3)),
+        np.column_stack([extents, np.zeros(len(extents))]),
+        np.full(len(extents), 0.1),
+        np.ones(count),
+        np.ones(count),
+    )
+
+
+@pytest.mark.parametrize(
+    ("extents", "seconds"),
+    [([3, 0.1, 0.1, 0.1], 0.1), ([3, 2, 0.1, 0.1], 0.2), ([3, 0.1, 0.6, 0.1], 0.3), ([0.1, 0.1, 0.1], 0.0)],
+)
+def test_time_until_the_cloud_stays_small(extents: list[float], seconds: float) -> None:
+    assert seconds_until_small(run_of(extents)) == pytest.approx(seconds)
+
+
+def test_a_cloud_that_grows_again_at_the_end_is_not_small() -> None:
+    assert np.isnan(seconds_until_small(run_of([3.0, 0.1, 0.1, 3.0])))
+
+
+def test_both_filters_collapse_about_the_car() -> None:
+    ours, course = (converge(variant, None, 0, 0) for variant in (LocalizationConfig(), CourseSettings()))
+    for run in (ours, course):
+        assert run.extents[0].min() > 1.5
+        assert run.extents[-1].max() < 0.5
+    result = Convergence({"lab room": {OURS_NAME: [ours], COURSE_NAME: [course]}})
+    assert result.seconds_until_small("lab room", OURS_NAME)[0] < 1.0
+    (picture,) = result.pictures()
+    assert picture.png.startswith(b"\x89PNG")
+    assert picture.svg.lstrip().startswith(b"<?xml")
+
+
+def test_a_stand_in_starts_where_its_truth_does_and_can_be_cut() -> None:
+    stand_in = StandIn(0, 3.0)
+    assert np.all(np.isfinite(known_start(stand_in)))
+    whole, part = list(stand_in.messages()), list(first_seconds(stand_in.messages(), 1.0))
+    assert 0 < len(part) < len(whole)
+    assert part[-1].stamp - part[0].stamp <= 10**9
+
+
+def test_a_recording_without_a_known_start_is_one_sentence(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="--initial-pose"):
+        known_start(BagRecording(tmp_path / "drive.bag", Path("building")))

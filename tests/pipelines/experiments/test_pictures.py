@@ -1,0 +1,76 @@
+"""The figures of the experiments that need no sweep, and what every figure must be."""
+
+import re
+from io import BytesIO
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from localization.beam_table import beam_probabilities
+from localization.config import LocalizationConfig
+from pipelines.experiments.beams_and_particles import BeamsAndParticles
+from pipelines.experiments.course_filter import sensor_table
+from pipelines.experiments.figure_style import drawing, finish, legend_below
+from pipelines.experiments.motion_model import motion_model
+from pipelines.experiments.result import ExperimentResult, Settings
+from pipelines.experiments.sensor_model import sensor_model
+from pipelines.experiments.sweep import Sweep
+
+SETTINGS, SWEEP = Settings(LocalizationConfig(), 0, quick=True), Sweep(quiet=True)
+MILLIMETRE = 300 / 25.4
+
+
+@pytest.fixture(scope="module", params=["sensor-model", "motion-model", "beams-and-particles"])
+def result(request: pytest.FixtureRequest) -> ExperimentResult:
+    if request.param == "sensor-model":
+        return sensor_model(SETTINGS, SWEEP)
+    if request.param == "motion-model":
+        return motion_model(SETTINGS, SWEEP)
+    errors = np.linspace(0.01, 0.03, 2 * 3 * 2).reshape(2, 3, 2)
+    return BeamsAndParticles((25, 400), (200, 2000, 20_000), errors, 1 + 10 * errors[..., 0], (100, 4000))
+
+
+def test_figures_are_as_wide_as_a_column(result: ExperimentResult) -> None:
+    for picture in result.pictures():
+        width, height = Image.open(BytesIO(picture.png)).size
+        assert width == pytest.approx(85 * MILLIMETRE, abs=2)
+        assert height < 160 * MILLIMETRE
+        assert picture.svg.lstrip().startswith(b"<?xml")
+        assert len(picture.shows) > 30
+
+
+def test_the_same_figures_are_the_same_bytes(result: ExperimentResult) -> None:
+    for first, second in zip(result.pictures(), result.pictures(), strict=True):
+        assert first.png == second.png
+        assert first.svg == second.svg
+
+
+def test_tables_are_whole_and_name_their_units(result: ExperimentResult) -> None:
+    assert all(result.text())
+    for table in result.tables():
+        assert all(len(row) == len(table.columns) for row in table.rows)
+        words = f"{table.title} {' '.join(table.columns)}"
+        assert re.search(r"\((m|cm|px|ms|s|°)[),]|P\(", words), words
+
+
+def test_a_legend_lies_outside_the_axes() -> None:
+    with drawing(60) as figure:
+        axes = figure.subplots()
+        axes.plot([0, 1], [0, 1], label="a")
+        legend_below(figure)
+        figure.draw_without_rendering()
+        assert figure.legends[0].get_window_extent().y1 <= axes.get_window_extent().y0
+        assert finish(figure, "name", "shows").name == "name"
+
+
+def test_the_librarys_sensor_model_is_the_courses() -> None:
+    np.testing.assert_allclose(beam_probabilities(), sensor_table(), atol=1e-12)
+
+
+def test_only_noise_spreads_particles() -> None:
+    figures = motion_model(SETTINGS, SWEEP).figures()
+    assert max(figures["without noise"]["deviation_m"]) < 1e-3
+    for name in ("with noise", "with noise, Ackermann"):
+        spread = figures[name]["deviation_m"]
+        assert spread[0] < 1e-3 < 0.02 < spread[1] < spread[-1]

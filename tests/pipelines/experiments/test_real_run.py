@@ -1,0 +1,68 @@
+"""A run without truth."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from localization.config import LocalizationConfig
+from pipelines.experiments.html_report import html_report
+from pipelines.experiments.real_run import RealRun, real_run
+from pipelines.experiments.recording import StandIn
+from pipelines.experiments.result import Finished, Settings
+from pipelines.experiments.result_files import save_result
+from pipelines.experiments.sweep import Sweep
+
+SETTINGS = Settings(LocalizationConfig(particles=1000), 0, quick=True)
+
+
+@pytest.fixture(scope="module")
+def run() -> RealRun:
+    stand_in = StandIn(0, 3.0)
+    return real_run(SETTINGS, Sweep(quiet=True), stand_in, stand_in.end().tolist())
+
+
+def test_tells_what_can_be_told(run: RealRun) -> None:
+    figures = run.figures()
+    assert figures["scans"] == 60
+    assert np.mean(figures["shares_on_wall"]) > 0.9
+    assert figures["end_error_m"] < 0.2
+    assert len(figures["measured_times"]["update_ms"]) == 60
+    assert [len(figures[name]) for name in ("extents_m", "deviations_m", "effective_sample_sizes")] == [
+        60
+    ] * 3
+
+
+def test_moments_lie_on_the_walls(run: RealRun) -> None:
+    assert len(run.moments) == 4
+    assert all(moment.share_on_wall > 0.8 for moment in run.moments)
+    assert run.moments[0].seconds < run.moments[-1].seconds
+
+
+def test_the_tape_measure_is_compared_in_place_and_heading(run: RealRun) -> None:
+    stand_in = StandIn(0, 3.0)
+    off = stand_in.end() + np.array([0.3, 0.4, 0.0])
+    settings = Settings(LocalizationConfig(particles=1000), 0, quick=True)
+    other = real_run(settings, Sweep(quiet=True), stand_in, off[:2].tolist())
+    assert other.figures()["end_error_m"] == pytest.approx(0.5, abs=0.15)
+    assert "°" not in other.text()[-1]
+    assert "°" in run.text()[-1]
+
+
+def test_files_and_the_page_hold_every_figure(run: RealRun, tmp_path: Path) -> None:
+    finished = Finished(run, run.pictures())
+    save_result("real-run", finished, tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {
+        "real-run.md",
+        *(
+            f"{name}{suffix}"
+            for name in ("real-run-path", "real-run-overlay", "real-run-time")
+            for suffix in (".png", ".svg")
+        ),
+    }
+    page = html_report({"real-run": finished}, SETTINGS)
+    assert page.count("data:image/svg+xml;base64,") == 3
+    assert page.count("<figcaption>Figure ") == 3
+    assert 'src="http' not in page
+    assert "quick run" in page
+    assert run.tables()[0].title in page
