@@ -171,15 +171,16 @@ def _run(
     environment = private_environment(domain)
     os.environ.update({name: environment[name] for name in environment if name.startswith("ROS_")})
     with tempfile.TemporaryDirectory() as folder:
-        summary = Path(folder) / "summary.json"
+        summary, log = Path(folder) / "summary.json", Path(folder) / "log"
         remapped = ["--ros-args", "-r", f"odom:={odom_topic}"] if odom_topic else []
         command = [*arguments, "--json", str(summary), *remapped]
-        with _listening() as heard, racecar_process(command, environment) as node:
+        with _listening() as heard, racecar_process(command, environment, log) as node:
             _wait_for(lambda: heard.is_node_there() or node.poll() is not None)
             if node.poll() is not None:
-                raise UserError(f"The node does not start: {node.communicate()[1].strip()}")
-            with racecar_process(["play", str(drive.bag), "--quiet", "--wait", "30"], environment) as player:
-                player.communicate()
+                raise UserError(f"The node does not start: {log.read_text().strip()}")
+            play = ["play", str(drive.bag), "--quiet", "--wait", "30"]
+            with racecar_process(play, environment, log) as player:
+                player.wait()
             time.sleep(1.0)
         return loads(summary.read_text()), heard.trajectory(), heard.pose_messages
 

@@ -7,6 +7,8 @@ from threading import Lock
 
 EVENT_SECONDS = 5.0
 """For which something that happened once stays in the diagnostics."""
+_LOGGED_EVERY = 0.2
+"""Seconds between two sentences of the log about the same thing, whoever floods the node."""
 
 
 @dataclass
@@ -14,6 +16,7 @@ class _Fault:
     sentence: str
     until: float
     """On the monotonic clock; inf while nothing has ended it."""
+    logged: float
 
 
 class Faults:
@@ -28,12 +31,15 @@ class Faults:
     def tell(self, name: str, sentence: str, *, lasting: bool = True) -> None:
         """Something is wrong until it ends or, when not ``lasting``, for some seconds after it was told last.
 
-        The log has it only where it was not wrong just before.
+        The log has it once: again only when it is another sentence, or was right in between.
         """
+        now = time.monotonic()
         with self._lock:
-            is_new = name not in self._current()
-            until = float("inf") if lasting else time.monotonic() + EVENT_SECONDS
-            self._active[name] = _Fault(sentence, until)
+            before = self._current().get(name)
+            is_new = before is None or (before.sentence != sentence and now - before.logged > _LOGGED_EVERY)
+            logged = now if is_new or before is None else before.logged
+            until = float("inf") if lasting else now + EVENT_SECONDS
+            self._active[name] = _Fault(sentence, until, logged)
             if is_new:
                 self._counts[name] = self._counts.get(name, 0) + 1
         if is_new:

@@ -141,7 +141,7 @@ class MapperNode(LiveNode):
         self._longest_backlog = max(self._longest_backlog, seconds)
         if seconds > _BEHIND:
             self.faults.tell(
-                "behind", f"The map is {seconds:.1f} s behind the drive; it catches up.", lasting=False
+                "behind", "The map is over a second behind the drive; it catches up.", lasting=False
             )
 
     def _convert(self, is_scan: bool, message: Any, arrival: int) -> None:

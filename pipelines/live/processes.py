@@ -6,6 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 
 
 def private_environment(domain: int) -> dict[str, str]:
@@ -20,17 +21,21 @@ def private_environment(domain: int) -> dict[str, str]:
 
 @contextmanager
 def racecar_process(
-    arguments: Sequence[str], environment: dict[str, str], seconds_to_end: float = 120.0
-) -> Iterator[subprocess.Popen[str]]:
-    """Run a command while the block lasts; then it gets Ctrl-C, and is killed should it not end."""
+    arguments: Sequence[str], environment: dict[str, str], log: Path, seconds_to_end: float = 120.0
+) -> Iterator[subprocess.Popen[bytes]]:
+    """Run a command while the block lasts, what it says going to a file; then it gets Ctrl-C.
+
+    Should it not end by that, it is killed.
+    """
     command = [sys.executable, "-m", "pipelines.cli", *arguments]
-    process = subprocess.Popen(command, env=environment, text=True, stderr=subprocess.PIPE)
-    try:
-        yield process
-        if process.poll() is None:
-            process.send_signal(signal.SIGINT)
-        process.communicate(timeout=seconds_to_end)
-    finally:
-        if process.poll() is None:
-            process.kill()
-            process.communicate()
+    with log.open("ab") as said:
+        process = subprocess.Popen(command, env=environment, stdout=said, stderr=said)
+        try:
+            yield process
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+            process.wait(seconds_to_end)
+        finally:
+            if process.poll() is None:
+                process.kill()
+                process.wait()

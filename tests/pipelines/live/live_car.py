@@ -1,0 +1,259 @@
+"""A simulated car that drives now: it publishes over real DDS, and whoever tests can spoil what it says."""
+
+import time
+from array import array
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from threading import Event, Thread
+from typing import Any
+
+import numpy as np
+
+from maps.occupancy_grid import OccupancyGrid
+from maps.odometry import Odometry
+from maps.se2 import Pose, between
+from pipelines import laser_sensor
+from pipelines.bag_messages import TRANSFORMS, nanoseconds, ros2_types
+from pipelines.bag_odometry import planar_pose
+from pipelines.simulator import Simulation, Sweep
+from pipelines.simulator_config import SimulationConfig
+from pipelines.warm_up import draw_ring
+
+SECONDS = 110.0
+
+
+@cache
+def ring() -> OccupancyGrid:
+    return draw_ring()
+
+
+@cache
+def simulation() -> Simulation:
+    return Simulation(ring(), SimulationConfig(noise="slight", seed=0, duration=SECONDS))
+
+
+@cache
+def recorded() -> list[tuple[int, Sweep | tuple[Odometry, Odometry], Pose]]:
+    """What the car says, when, and where it truly is then."""
+    drive = simulation()
+    truth = dict(zip(drive.ground_truth.stamps.tolist(), drive.ground_truth.map_from_base, strict=True))
+    # A sweep is sent when its last beam is in.
+    last_beam = round(laser_sensor.TIME_OFFSETS[-1] * 1e9)
+    sweeps = [(sweep.stamp + last_beam, sweep, truth[sweep.stamp]) for sweep in drive.sweeps()]
+    samples = [
+        (measured.stamp, (measured, true), true.odom_from_base)
+        for measured, true in zip(drive.odometry(), drive.true_odometry(), strict=True)
+    ]
+    return sorted([*sweeps, *samples], key=lambda each: each[0])
+
+
+class LiveCar:
+    """Publishes /scan, /odom and /tf_static at real speed, from the place in the drive where it was left."""
+
+    def __init__(self, node: Any) -> None:
+        from nav_msgs.msg import Odometry as OdometryMessage
+        from rclpy.qos import qos_profile_sensor_data
+        from sensor_msgs.msg import LaserScan
+
+        from pipelines.live.node import LATCHED
+        from pipelines.live.transform_type import transform_message_type
+
+        self.scans_on = self.odometry_on = True
+        self.shift = 0
+        """Nanoseconds by which the clock of the car is off."""
+        self.spoil: Callable[[Any], None] = lambda message: None
+        """What is done to every LaserScan before it goes out."""
+        self.scans_per_sweep = 1
+        self.truth: dict[int, Pose] = {}
+        """``map_from_base`` by the stamp of a message's header."""
+        self.place: Pose = recorded()[0][2]
+        """``map_from_base`` now."""
+        self.scans_sent = 0
+        self.odometry_sent = 0
+        self._scan_topic = node.create_publisher(LaserScan, "/scan", qos_profile_sensor_data)
+        self._odometry_topic = node.create_publisher(OdometryMessage, "/odom", qos_profile_sensor_data)
+        self._place_topic = node.create_publisher(transform_message_type(), "/tf_static", LATCHED)
+        self._place_topic.publish(_place())
+        self._next = 0
+
+    @contextmanager
+    def driving(self) -> Iterator[None]:
+        """Drive while the block lasts."""
+        stop = Event()
+        thread = Thread(target=self._drive, args=(stop,), daemon=True)
+        thread.start()
+        try:
+            yield
+        finally:
+            stop.set()
+            thread.join()
+
+    def _drive(self, stop: Event) -> None:
+        log = recorded()
+        started, first, wall = time.monotonic(), log[self._next][0], time.time_ns()
+        while self._next < len(log) and not stop.is_set():
+            due, said, truth = log[self._next]
+            time.sleep(max(0.0, started + (due - first) * 1e-9 - time.monotonic()))
+            of_wall = wall - first + self.shift
+            self.place = truth
+            if isinstance(said, Sweep):
+                self._send_scan(said, said.stamp + of_wall, truth)
+            else:
+                self._send_odometry(said[0], said[0].stamp + of_wall, truth)
+            self._next += 1
+
+    def _send_scan(self, sweep: Sweep, stamp: int, truth: Pose) -> None:
+        from sensor_msgs.msg import LaserScan
+
+        from pipelines.live.messages import header, time_message
+
+        if not self.scans_on:
+            return
+        message = LaserScan(
+            header=header(time_message(stamp), "laser"),
+            angle_min=laser_sensor.ANGLE_MIN,
+            angle_max=-laser_sensor.ANGLE_MIN,
+            angle_increment=laser_sensor.ANGLE_INCREMENT,
+            time_increment=laser_sensor.TIME_INCREMENT,
+            scan_time=laser_sensor.SCAN_TIME,
+            range_min=laser_sensor.RANGE_MIN,
+            range_max=laser_sensor.RANGE_MAX,
+            ranges=array("f", sweep.ranges.tobytes()),
+        )
+        self.spoil(message)
+        self.truth[stamp] = truth
+        for _ in range(self.scans_per_sweep):
+            self._scan_topic.publish(message)
+        self.scans_sent += 1
+
+    def _send_odometry(self, sample: Odometry, stamp: int, truth: Pose) -> None:
+        from pipelines.live.messages import odometry_message, time_message
+
+        if not self.odometry_on:
+            return
+        self.truth[stamp] = truth
+        self._odometry_topic.publish(
+            odometry_message(
+                time_message(stamp),
+                "odom",
+                "base_link",
+                sample.odom_from_base,
+                np.zeros((3, 3)),
+                sample.twist,
+            )
+        )
+        self.odometry_sent += 1
+
+
+def _place() -> bytes:
+    from pipelines.live.messages import transform_bytes
+
+    return transform_bytes(0, "base_link", "laser", laser_sensor.BASE_FROM_LASER)
+
+
+@dataclass
+class Heard:
+    """A pose that a node published."""
+
+    at: float
+    stamp: int
+    pose: Pose
+
+
+@dataclass
+class Witness:
+    """Hears what the nodes say."""
+
+    car: LiveCar
+    log: Path
+    odometry: list[Heard] = field(default_factory=list)
+    poses: list[Heard] = field(default_factory=list)
+    transforms: list[tuple[str, str, Heard]] = field(default_factory=list)
+    statuses: list[Any] = field(default_factory=list)
+
+    def listen(self, node: Any) -> None:
+        from diagnostic_msgs.msg import DiagnosticArray
+        from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+        from nav_msgs.msg import Odometry as OdometryMessage
+
+        from pipelines.live.transform_type import transform_message_type
+
+        node.create_subscription(OdometryMessage, "/pf/pose/odom", self._hear(self.odometry), 100)
+        node.create_subscription(PoseWithCovarianceStamped, "/amcl_pose", self._hear(self.poses), 100)
+        node.create_subscription(PoseStamped, "/tracked_pose", self._hear_stamped, 100)
+        node.create_subscription(
+            DiagnosticArray, "/diagnostics", lambda message: self.statuses.extend(message.status), 10
+        )
+        node.create_subscription(transform_message_type(), "/tf", self._hear_transform, 100, raw=True)
+
+    def is_right(self, since: float, count: int = 10) -> bool:
+        """Whether so many poses that came lately are where the car truly is."""
+        latest = [heard for heard in self.odometry[-count:] if heard.at > since]
+        return len(latest) == count and all(self.error(heard) < 0.15 for heard in latest)
+
+    def error(self, heard: Heard) -> float:
+        """Metres plus radians from the truth."""
+        missed = between(self.car.truth[heard.stamp], heard.pose)
+        return float(np.hypot(missed[0], missed[1]) + abs(missed[2]))
+
+    def seconds_until_right(self, within: float) -> float:
+        """From now; fails when it takes longer than ``within``."""
+        since = time.monotonic()
+        wait_for(
+            lambda: self.is_right(since), within, lambda: f"errors {self.latest_errors()}; {self.said()}"
+        )
+        return time.monotonic() - since
+
+    def latest_errors(self) -> list[float]:
+        return [round(self.error(heard), 2) for heard in self.odometry[-10:]]
+
+    def warnings(self, words: str) -> list[str]:
+        """Lines of the nodes' log that warn of something."""
+        return [line for line in self.log.read_text().splitlines() if "[WARN]" in line and words in line]
+
+    def said(self) -> str:
+        return self.log.read_text()[-2000:]
+
+    def await_diagnosis(self, words: str, within: float = 6.0) -> None:
+        """Until ``/diagnostics`` says something from now on."""
+        self.statuses.clear()
+        wait_for(
+            lambda: any(words in status.message for status in self.statuses),
+            within,
+            lambda: f"{words!r} not among {[status.message for status in self.statuses]}; {self.said()}",
+        )
+
+    def figure(self, key: str) -> str | None:
+        """The latest figure in ``/diagnostics``."""
+        values = [value for status in self.statuses for value in status.values if value.key == key]
+        return values[-1].value if values else None
+
+    def _hear(self, heard: list[Heard]) -> Callable[[Any], None]:
+        def hear(message: Any) -> None:
+            pose = planar_pose(message)
+            assert pose is not None
+            heard.append(Heard(time.monotonic(), nanoseconds(message.header.stamp), pose))
+
+        return hear
+
+    def _hear_stamped(self, message: Any) -> None:
+        q = message.pose.orientation
+        pose = np.array([message.pose.position.x, message.pose.position.y, 2 * np.arctan2(q.z, q.w)])
+        self.poses.append(Heard(time.monotonic(), nanoseconds(message.header.stamp), pose))
+
+    def _hear_transform(self, data: bytes) -> None:
+        for each in ros2_types().deserialize_cdr(data, TRANSFORMS).transforms:
+            place, turn = each.transform.translation, each.transform.rotation
+            pose = np.array([place.x, place.y, 2 * np.arctan2(turn.z, turn.w)])
+            heard = Heard(time.monotonic(), nanoseconds(each.header.stamp), pose)
+            self.transforms.append((each.header.frame_id, each.child_frame_id, heard))
+
+
+def wait_for(condition: Callable[[], bool], within: float, explain: Callable[[], str]) -> None:
+    until = time.monotonic() + within
+    while not condition():
+        assert time.monotonic() < until, explain()
+        time.sleep(0.02)
