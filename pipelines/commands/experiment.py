@@ -128,7 +128,7 @@ def convergence(
 
     Example: racecar experiment convergence --out runs/convergence --bag drive.bag --map runs/drive
     """
-    recording = _recording(bag, map, initial_pose, scan_topic, odom_topic, laser_pose)
+    recording = _recording(bag, map, initial_pose, None, scan_topic, odom_topic, laser_pose)
     _run(["convergence"], out, quick, scheduler, config, seed, json, quiet, recording)
 
 
@@ -207,8 +207,8 @@ def real_run(
 
     Example: racecar experiment real-run drive.bag --map runs/drive --end-pose '3.2 -0.5' --out runs/real
     """
-    recording = _recording(bag, map, initial_pose, scan_topic, odom_topic, laser_pose)
-    _run(["real-run"], out, False, None, config, seed, json, quiet, recording, _numbers(end_pose))
+    recording = _recording(bag, map, initial_pose, end_pose, scan_topic, odom_topic, laser_pose)
+    _run(["real-run"], out, False, None, config, seed, json, quiet, recording)
 
 
 @experiment.command("all")
@@ -234,14 +234,15 @@ def all_(
 
     Example: racecar experiment all --out runs/report
     """
-    recording = _recording(bag, map, initial_pose, scan_topic, odom_topic, laser_pose)
-    _run(None, out, quick, scheduler, config, seed, json, quiet, recording, _numbers(end_pose))
+    recording = _recording(bag, map, initial_pose, end_pose, scan_topic, odom_topic, laser_pose)
+    _run(None, out, quick, scheduler, config, seed, json, quiet, recording)
 
 
 def _recording(
     bag: Path | None,
     map: Path | None,
     initial_pose: tuple[float, float, float] | None,
+    end_pose: str | None,
     scan_topic: str | None,
     odom_topic: str | None,
     laser_pose: tuple[float, float, float] | None,
@@ -253,10 +254,10 @@ def _recording(
         return None
     if bag is None or map is None:
         raise UserError("--bag and --map go together: the recording, and the map of the place it is from.")
-    return BagRecording(bag, map, initial_pose, scan_topic, odom_topic, laser_pose)
+    return BagRecording(bag, map, initial_pose, _numbers(end_pose), scan_topic, odom_topic, laser_pose)
 
 
-def _numbers(text: str | None) -> list[float] | None:
+def _numbers(text: str | None) -> tuple[float, ...] | None:
     """Two or three numbers, from '3.2 -0.5' or '3.2,-0.5,1.57'."""
     from math import isfinite
 
@@ -270,7 +271,7 @@ def _numbers(text: str | None) -> list[float] | None:
         numbers = []
     if len(numbers) not in (2, 3) or not all(isfinite(number) for number in numbers):
         raise UserError(f"--end-pose is '{text}'; give x and y in metres and, if measured, yaw in radians.")
-    return numbers
+    return tuple(numbers)
 
 
 def _run(
@@ -283,7 +284,6 @@ def _run(
     json: Path | None,
     quiet: bool,
     recording: "BagRecording | None" = None,
-    end_pose: Sequence[float] | None = None,
 ) -> None:
     """Run experiments by name, or with None all of them and the page about them."""
     from rich.console import Console
@@ -303,15 +303,16 @@ def _run(
     report = Report(f"racecar experiment {'all' if names is None else names[0]}")
     report.add("inputs", {"seed": seed, "quick": quick, "settings": settings.localization.model_dump()})
     if recording is not None:
-        report.add("inputs", {"bag": recording.bag, "map": recording.map, "end_pose": end_pose})
-        recording.load_map()
+        report.add("inputs", {"bag": recording.bag, "map": recording.map, "end_pose": recording.end_pose})
+        recording.load_map()  # what is wrong with it is told now rather than after minutes
+        next(recording.messages())
         if names is None or "convergence" in names:
-            known_start(recording)  # told now rather than after minutes
+            known_start(recording)
     announce = Console(stderr=True, quiet=quiet, highlight=False)
     page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
     done: dict[str, Finished] = {}
     with output_folder(out) as folder:
-        experiments = catalogue(settings, recording, end_pose)
+        experiments = catalogue(settings, recording)
         for number, name in enumerate(names or experiments, start=1):
             announce.print(f"{number}/{len(names or experiments)} {name}", markup=False)
             with report.stage(name):

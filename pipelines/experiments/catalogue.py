@@ -1,6 +1,6 @@
 """All experiments by name."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
 
 from pipelines.experiments.autograde import autograde
@@ -16,15 +16,9 @@ from pipelines.experiments.sensor_model import sensor_model
 _STAND_IN_SECONDS, _QUICK_SECONDS = 40.0, 15.0
 
 
-def catalogue(
-    settings: Settings, recording: BagRecording | None = None, end_pose: Sequence[float] | None = None
-) -> Mapping[str, Experiment]:
+def catalogue(settings: Settings, recording: BagRecording | None = None) -> Mapping[str, Experiment]:
     """The experiments in the order of a report; where no recording is given, a simulated drive stands in."""
-    if recording is None:
-        stand_in = StandIn(settings.seed, _QUICK_SECONDS if settings.quick else _STAND_IN_SECONDS)
-        run = partial(real_run, recording=stand_in, end_pose=stand_in.end().tolist())
-    else:
-        run = partial(real_run, recording=recording, end_pose=end_pose)
+    stand_in = StandIn(settings.seed, _QUICK_SECONDS if settings.quick else _STAND_IN_SECONDS)
     return {
         "sensor-model": sensor_model,
         "motion-model": motion_model,
@@ -32,5 +26,5 @@ def catalogue(
         "convergence": partial(convergence, recording=recording),
         "autograde": autograde,
         "beams-and-particles": beams_and_particles,
-        "real-run": run,
+        "real-run": partial(real_run, recording=recording or stand_in),
     }

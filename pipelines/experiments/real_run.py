@@ -228,15 +228,13 @@ class RealRun:
             )
 
 
-def real_run(
-    settings: Settings, sweep: Sweep, recording: Recording, end_pose: Sequence[float] | None = None
-) -> RealRun:
+def real_run(settings: Settings, sweep: Sweep, recording: Recording) -> RealRun:
     """Localize over a recording, from where it starts if that is known, else from anywhere.
 
-    ``end_pose`` is x, y and, if it was measured, yaw. Raises UserError when the recording cannot be read.
+    Raises UserError when the recording cannot be read.
     """
     warm_up()
-    grid = recording.load_map()
+    grid, end = recording.load_map(), recording.end()
     localizer = Localizer(grid, settings.localization, np.random.default_rng([settings.seed, 7]))
     start = recording.start()
     if start is not None:
@@ -257,8 +255,8 @@ def real_run(
         run,
         np.array(shares),
         _look_again(recording, run, shares),
-        None if end_pose is None else np.array([*end_pose, 0.0][:3]),
-        end_pose is not None and len(end_pose) == 3,
+        None if end is None else np.array([*end, 0.0][:3]),
+        end is not None and len(end) == 3,
     )
 
 

@@ -1,6 +1,6 @@
 """A recording to measure a filter on: a bag and the map it was driven on, or a simulated drive."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -40,6 +40,9 @@ class Recording(Protocol):
     def start(self) -> Pose | None:
         """(3,) where the car is at the first scan; None when nothing tells."""
 
+    def end(self) -> Sequence[float] | None:
+        """Where the car is at the last scan by tape measure: x, y and, if it was measured, yaw."""
+
     def messages(self) -> Iterator[Scan | Odometry]:
         """In the order of time."""
 
@@ -51,6 +54,7 @@ class BagRecording:
     bag: Path
     map: Path
     initial_pose: tuple[float, float, float] | None = None
+    end_pose: tuple[float, ...] | None = None
     scan_topic: str | None = None
     odom_topic: str | None = None
     laser_pose: tuple[float, float, float] | None = None
@@ -76,6 +80,9 @@ class BagRecording:
         nearest = int(np.argmin(np.abs(driven.stamps - stamp)))
         is_same_session = abs(int(driven.stamps[nearest]) - stamp) <= _SAME_SESSION
         return driven.map_from_base[nearest] if is_same_session else None
+
+    def end(self) -> Sequence[float] | None:
+        return self.end_pose
 
     def messages(self) -> Iterator[Scan | Odometry]:
         with self._open() as reader:
@@ -109,10 +116,9 @@ class StandIn:
         pose: Pose = simulated_drive("building", self._config).truth.map_from_base[0]
         return pose
 
-    def end(self) -> Pose:
-        """(3,) where the car truly is at the last scan, as a tape measure would tell."""
-        pose: Pose = simulated_drive("building", self._config).truth.map_from_base[-1]
-        return pose
+    def end(self) -> Sequence[float]:
+        end: list[float] = simulated_drive("building", self._config).truth.map_from_base[-1].tolist()
+        return end
 
     def messages(self) -> Iterator[Scan | Odometry]:
         yield from simulated_drive("building", self._config).messages

@@ -1,5 +1,6 @@
 """A run without truth."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,8 +19,7 @@ SETTINGS = Settings(LocalizationConfig(particles=1000), 0, quick=True)
 
 @pytest.fixture(scope="module")
 def run() -> RealRun:
-    stand_in = StandIn(0, 3.0)
-    return real_run(SETTINGS, Sweep(quiet=True), stand_in, stand_in.end().tolist())
+    return real_run(SETTINGS, Sweep(quiet=True), StandIn(0, 3.0))
 
 
 def test_tells_what_can_be_told(run: RealRun) -> None:
@@ -39,14 +39,14 @@ def test_moments_lie_on_the_walls(run: RealRun) -> None:
     assert run.moments[0].seconds < run.moments[-1].seconds
 
 
-def test_the_tape_measure_is_compared_in_place_and_heading(run: RealRun) -> None:
-    stand_in = StandIn(0, 3.0)
-    off = stand_in.end() + np.array([0.3, 0.4, 0.0])
-    settings = Settings(LocalizationConfig(particles=1000), 0, quick=True)
-    other = real_run(settings, Sweep(quiet=True), stand_in, off[:2].tolist())
-    assert other.figures()["end_error_m"] == pytest.approx(0.5, abs=0.15)
-    assert "°" not in other.text()[-1]
-    assert "°" in run.text()[-1]
+def test_the_tape_measure_is_compared_in_place_and_heading_as_far_as_measured(run: RealRun) -> None:
+    end = run.run.map_from_base[-1]
+    measured = replace(run, end_pose=end + np.array([0.3, 0.4, 0.1]))
+    assert measured.figures()["end_error_m"] == pytest.approx(0.5)
+    assert measured.figures()["end_heading_error_deg"] == pytest.approx(np.degrees(0.1))
+    assert "50.0 cm and 5.7°" in measured.text()[-1]
+    assert "°" not in replace(measured, end_is_measured_heading=False).text()[-1]
+    assert "end_error_m" not in replace(run, end_pose=None).figures()
 
 
 def test_files_and_the_page_hold_every_figure(run: RealRun, tmp_path: Path) -> None:
