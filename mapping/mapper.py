@@ -87,6 +87,11 @@ class Mapper:
         cannot be told is forgotten, whether anybody saves the rest or not."""
         return self._can_be_saved
 
+    @property
+    def last_stamp(self) -> int | None:
+        """Nanoseconds, of the last scan."""
+        return self._drive.stamps[-1] if self._drive.stamps else None
+
     def to_arrays(self) -> Arrays:
         """Everything so far; while `can_be_saved`, another mapper goes on from it to the same bits.
 
