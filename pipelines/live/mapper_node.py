@@ -3,13 +3,14 @@
 import time
 from collections import Counter
 from collections.abc import Mapping
+from concurrent.futures import Future, TimeoutError
+from contextlib import ExitStack
 from functools import partial
 from typing import Any, ClassVar
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Path as PathMessage
-from rclpy.task import Future
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
@@ -31,18 +32,19 @@ from pipelines.live.graph_markers import graph_markers
 from pipelines.live.map_saving import MapOutput
 from pipelines.live.messages import fill_pose, grid_message, header
 from pipelines.live.node import LATCHED, LiveNode
-from pipelines.live.worker import Worker
+from pipelines.live.parameters import declare
+from pipelines.live.run import sister_node
 
 _WORK = {"message": 20_000, "rest": 1, "save": 1}
 _SIDE_WORK = {"map": 1, "graph": 1, "path": 1, "checkpoint": 1, "view": 1}
 _PERIODS = {"map": 0.8, "graph": 2.0, "path": 1.0, "view": 0.5}
 _PLACE_PATIENCE = 1.0
 """Seconds for which the first scan waits to learn where its laser sits."""
-_CHECKPOINT_EVERY = 15.0
 _CHECKPOINT_SHARE = 50.0
-"""Seconds, and times as long as writing takes."""
+"""Times as long as writing takes: a long drive has a large checkpoint."""
 _HELD_FOR = 0.5
 """Seconds of silence after which a scan is taken without the odometry that would cover it."""
+_SNAPSHOT_SECONDS = 120.0
 _BEHIND = 1.0
 """Seconds for which messages wait when that is worth telling."""
 
@@ -58,7 +60,7 @@ class MapperNode(LiveNode):
     def __init__(self, node: Any, output: MapOutput, mapper: Mapper, messages: int) -> None:
         """``mapper`` may have taken ``messages`` of this drive already. Raises UserError that names a
         parameter at fault."""
-        super().__init__(node, "mapper", _WORK, _SIDE_WORK)
+        super().__init__(node, "mapper", _WORK, _SIDE_WORK, after=mapper.last_stamp)
         self._output, self._mapper, self._messages = output, mapper, messages
         self._checkpoint = output.checkpoint()
         self._grid = GrowingGrid(output.config.resolution)
@@ -73,8 +75,9 @@ class MapperNode(LiveNode):
         self._pose: Pose | None = None
         self._longest_backlog = 0.0
         self._due = dict.fromkeys(_PERIODS, 0.0)
-        self._checkpoint_due = time.monotonic() + _CHECKPOINT_EVERY
-        self._saver = Worker("saver", {"save": 1}, self.faults, self.survive)
+        self._checkpoint_every = self._declare_checkpoints()
+        self._checkpoint_due = time.monotonic() + self._checkpoint_every
+        self._service = ExitStack()
         create = node.create_publisher
         self._map_topic = create(OccupancyGridMessage, "map", LATCHED)
         self._graph_topic = create(MarkerArray, "pose_graph", LATCHED)
@@ -83,16 +86,16 @@ class MapperNode(LiveNode):
 
     def start(self) -> None:
         """Begin to listen."""
-        self._saver.start()
-        self.node.create_service(Trigger, "save_map", self._on_save)
         super().start()
+        saver = self._service.enter_context(sister_node(self.node, "racecar_map_saver"))
+        saver.create_service(Trigger, "save_map", self._on_save)
 
     def stop(self) -> None:
         """Take in everything that has come, and stop."""
+        self._service.close()
         self.worker.finish()
         self._take_rest()
         self.side.finish()
-        self._saver.finish()
 
     def save(self) -> None:
         """Settle the map of the stopped drive and write its files. Raises UserError when there is no map."""
@@ -120,6 +123,13 @@ class MapperNode(LiveNode):
     def take_odometry(self, message: Any, arrival: int) -> None:
         """Let the worker take it in, in its turn."""
         self.worker.inbox.put("message", partial(self._receive, False, message, arrival))
+
+    def _declare_checkpoints(self) -> float:
+        meaning = "seconds between two checkpoints, from which the drive goes on when the node was killed"
+        seconds = declare(self.node, "checkpoint_every", 15.0, meaning, read_only=True)
+        if not isinstance(seconds, int | float) or not 0.1 <= seconds <= 86400.0:
+            raise UserError(f"The parameter checkpoint_every is {seconds!r}; give seconds, at least 0.1.")
+        return float(seconds)
 
     def _receive(self, is_scan: bool, message: Any, arrival: int) -> None:
         """A mapper learns from its first scan where the laser sits, so all messages wait for that."""
@@ -244,37 +254,28 @@ class MapperNode(LiveNode):
         except (UserError, OSError) as error:
             self.faults.tell("checkpoint", f"No checkpoint is written: {error}")
         now = time.monotonic()
-        self._checkpoint_due = now + max(_CHECKPOINT_EVERY, _CHECKPOINT_SHARE * (now - began))
+        self._checkpoint_due = now + max(self._checkpoint_every, _CHECKPOINT_SHARE * (now - began))
 
-    async def _on_save(self, _request: Any, response: Any) -> Any:
-        """Answers when the files are there; meanwhile the drive goes on."""
-        done: Any = Future()
-        self.worker.inbox.put("save", lambda: self._begin_saving(done))
-        response.success, response.message = await done
+    def _on_save(self, _request: Any, response: Any) -> Any:
+        """Answers when the files are there. It has a thread of its own, and the work a process of its own,
+        so the drive goes on meanwhile."""
+        snapshot: Future[tuple[Arrays, int]] = Future()
+        self.worker.inbox.put("save", lambda: self._take_snapshot(snapshot))
+        try:
+            self._output.save_snapshot(*snapshot.result(_SNAPSHOT_SECONDS))
+        except (UserError, OSError, RuntimeError, TimeoutError) as error:
+            response.success, response.message = False, f"The map was not saved: {error}"
+            self.faults.tell("saving", response.message, lasting=False)
+            return response
+        response.success, response.message = True, f"The map is saved in {self._output.folder}."
+        self.inform(response.message)
         return response
 
-    def _begin_saving(self, done: Any) -> None:
+    def _take_snapshot(self, snapshot: "Future[tuple[Arrays, int]]") -> None:
         if self._pose is None:
-            self._answer(done, False, "There is no map yet: no scan has come.")
-            return
-        arrays, messages = self._mapper.to_arrays(), self._messages
-        self._saver.inbox.put("save", lambda: self._save_snapshot(arrays, messages, done))
-
-    def _save_snapshot(self, arrays: Arrays, messages: int, done: Any) -> None:
-        try:
-            self._output.save_snapshot(arrays, messages)
-        except (UserError, OSError, RuntimeError) as error:
-            self.faults.tell("saving", f"The map was not saved: {error}", lasting=False)
-            self._answer(done, False, str(error))
-            return
-        self.inform(f"The map is saved in {self._output.folder}.")
-        self._answer(done, True, f"The map is saved in {self._output.folder}.")
-
-    def _answer(self, done: Any, is_saved: bool, sentence: str) -> None:
-        """From whichever thread: the executor's own is the one that may go on with the service."""
-        executor = self.node.executor
-        if executor is not None:
-            executor.create_task(lambda: done.set_result((is_saved, sentence)))
+            snapshot.set_exception(UserError("there is none yet, as no scan has come."))
+        else:
+            snapshot.set_result((self._mapper.to_arrays(), self._messages))
 
 
 def _frozen(session: Session) -> Session:

@@ -37,7 +37,7 @@ def sensor_qos(depth: int) -> QoSProfile:
     )
 
 
-def scan_callback(take: Callable[[Any, int], None]) -> Callable[..., None]:
+def timed_callback(take: Callable[[Any, int], None]) -> Callable[..., None]:
     """A callback that tells when the middleware received a message, in nanoseconds of the monotonic clock.
 
     Where ROS does not tell (Humble), it is the time of the callback.
@@ -59,8 +59,16 @@ class LiveNode(ABC):
     without: ClassVar[Mapping[str, str]]
     """What it means when the scans or the odometry stop."""
 
-    def __init__(self, node: Any, name: str, work: Mapping[str, int], side_work: Mapping[str, int]) -> None:
-        """``work`` and ``side_work``: the kinds of each thread's work and how much of each may wait.
+    def __init__(
+        self,
+        node: Any,
+        name: str,
+        work: Mapping[str, int],
+        side_work: Mapping[str, int],
+        after: int | None = None,
+    ) -> None:
+        """``work`` and ``side_work``: the kinds of each thread's work and how much of each may wait;
+        ``after``: the last stamp, in nanoseconds, of a drive that is carried on.
 
         Raises UserError that names a parameter at fault.
         """
@@ -72,6 +80,7 @@ class LiveNode(ABC):
             base_frame=self.parameters.base_frame,
             laser_pose=self.parameters.laser_pose,
             integrate_twist=self.parameters.integrate_twist,
+            after=after,
             faults=self.faults,
         )
         self.transforms = TransformBroadcaster(node, self.parameters)
@@ -94,8 +103,8 @@ class LiveNode(ABC):
             node.create_subscription(
                 transform_message_type(), "/tf_static", self.sensors.take_transforms, static, raw=True
             )
-        node.create_subscription(OdometryMessage, "odom", self._on_odometry, sensor_qos(400))
-        node.create_subscription(LaserScan, "scan", scan_callback(self._on_scan), sensor_qos(100))
+        node.create_subscription(OdometryMessage, "odom", timed_callback(self._on_odometry), sensor_qos(400))
+        node.create_subscription(LaserScan, "scan", timed_callback(self._on_scan), sensor_qos(100))
         node.create_timer(0.5, self.watch)
         node.create_timer(1.0, self._tell)
 
@@ -148,9 +157,9 @@ class LiveNode(ABC):
         self.health.note("scans")
         self.take_scan(message, arrival)
 
-    def _on_odometry(self, message: Any) -> None:
+    def _on_odometry(self, message: Any, arrival: int) -> None:
         self.health.note("odometry")
-        self.take_odometry(message, time.monotonic_ns())
+        self.take_odometry(message, arrival)
 
     def watch(self) -> None:
         """Twice a second: topics that stopped, and work that is not kept up with."""

@@ -87,6 +87,18 @@ def served(node: Any) -> Iterator[None]:
 
 
 @contextmanager
+def sister_node(node: Any, name: str) -> Iterator[Any]:
+    """Yield a node in the namespace of another; it is served by a thread of its own, so that what its
+    callbacks wait for holds nothing up."""
+    sister = rclpy.create_node(name, namespace=node.get_namespace())
+    try:
+        with served(sister):
+            yield sister
+    finally:
+        sister.destroy_node()
+
+
+@contextmanager
 def _stop_on_signals() -> Iterator[Callable[[], bool]]:
     """Yield a function that tells whether to stop; Ctrl-C a second time raises KeyboardInterrupt."""
     stopped = False

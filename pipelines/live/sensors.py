@@ -25,9 +25,16 @@ class Sensors:
     """Scans and odometry with steady stamps; what is wrong with them is told and lived with."""
 
     def __init__(
-        self, *, base_frame: str, laser_pose: Pose | None, integrate_twist: bool, faults: Faults
+        self,
+        *,
+        base_frame: str,
+        laser_pose: Pose | None,
+        integrate_twist: bool,
+        after: int | None,
+        faults: Faults,
     ) -> None:
-        """``laser_pose`` (3,) overrides ``/tf_static``; ``integrate_twist``: only odometry's speeds count."""
+        """``laser_pose`` (3,) overrides ``/tf_static``; ``integrate_twist``: only odometry's speeds count;
+        ``after``: the last stamp of a drive that is carried on."""
         self._base_frame = base_frame
         self._laser_pose = laser_pose
         self._faults = faults
@@ -39,7 +46,7 @@ class Sensors:
         self._odometry_counts: Counter[str] = Counter()
         self._integrate_twist = integrate_twist
         self._odometry_converter = OdometryConverter(integrate_twist, self._odometry_counts)
-        shared = SteadyClock()
+        shared = SteadyClock(after)
         self._scan_clock = TopicClock(shared, self._teller("scans"))
         self._odometry_clock = TopicClock(shared, self._teller("odometry"))
         self._standing: Pose | None = None

@@ -5,10 +5,15 @@ algorithms see stamps that go on steadily; what is published bears the stamps of
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from threading import Lock
 
-_JUMP = 2_000_000_000
-"""Nanoseconds by which header and arrival part at once when a clock was set."""
+_AHEAD = 2_000_000_000
+"""Nanoseconds by which a stamp may be ahead of what the arrivals say; what is behind may just have waited."""
+_BACK = 1_000_000_000
+"""Nanoseconds by which stamps may go back, because messages overtook each other."""
+_PAUSE = 1_000_000_000
+"""Nanoseconds that a drive is taken to have paused when the clock no longer tells."""
 _SAME = 500_000_000
 """Nanoseconds within which two topics' jumps are one and the same."""
 
@@ -16,7 +21,9 @@ _SAME = 500_000_000
 class SteadyClock:
     """What the topics' clocks have in common; they may be read in several threads."""
 
-    def __init__(self) -> None:
+    def __init__(self, after: int | None = None) -> None:
+        """``after``: the last steady stamp of a drive that is carried on, in nanoseconds."""
+        self._after = after
         self._lock = Lock()
         self._shifts = [0]
         self._offset = 0
@@ -29,6 +36,12 @@ class SteadyClock:
                 return nearest
             self._shifts = [*self._shifts[-9:], shift]
             return shift
+
+    def first_shift(self, header: int) -> int:
+        """The shift to begin with, so that a drive that is carried on does not go back in time."""
+        if self._after is None or header > self._after:
+            return 0
+        return self.nearest_shift(header - self._after - _PAUSE)
 
     def note(self, steady: int, arrival: int) -> None:
         """Remember how the steady time runs, for topics without stamps of their own."""
@@ -47,8 +60,8 @@ class TopicClock:
         self._shared = shared
         self._tell_jump = tell_jump
         self._shift = 0
-        self._offset: int | None = None
-        self._suspected: int | None = None
+        self._last: _Seen | None = None
+        self._suspected: _Seen | None = None
 
     def steady(self, header: int, arrival: int) -> int | None:
         """The steady stamp of a message, from its header's and its arrival's time in nanoseconds.
@@ -57,15 +70,33 @@ class TopicClock:
         """
         if header <= 0:
             return self._shared.without_stamp(arrival)
-        offset = header - arrival
-        if self._offset is not None and abs(offset - self._offset) >= _JUMP:
-            if self._suspected is None or abs(offset - self._suspected) >= _JUMP:
-                self._suspected = offset
+        seen = _Seen(header, arrival)
+        if self._last is None:
+            self._shift = self._shared.first_shift(header)
+        if self._last is not None and not seen.follows(self._last):
+            if self._suspected is None or not seen.follows(self._suspected):
+                self._suspected = seen
                 return None
-            jump = offset - self._offset
+            jump = self._suspected.jump_from(self._last)
             self._shift = self._shared.nearest_shift(self._shift + jump)
             self._tell_jump(jump * 1e-9)
-        self._offset, self._suspected = offset, None
+        self._last, self._suspected = seen, None
         steady = header - self._shift
         self._shared.note(steady, arrival)
         return steady
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """A stamp, and when the message that bore it arrived; nanoseconds."""
+
+    header: int
+    arrival: int
+
+    def follows(self, before: "_Seen") -> bool:
+        """Whether no clock was set in between."""
+        return -_BACK < self.header - before.header < max(self.arrival - before.arrival, 0) + _AHEAD
+
+    def jump_from(self, before: "_Seen") -> int:
+        """By how much the headers' clock was set."""
+        return self.header - before.header - (self.arrival - before.arrival)

@@ -69,6 +69,8 @@ class LiveCar:
         self.scans_per_sweep = 1
         self.truth: dict[int, Pose] = {}
         """``map_from_base`` by the stamp of a message's header."""
+        self.undisturbed: dict[int, Pose] = {}
+        """The same by the stamps as they were if nobody had set the clock."""
         self.place: Pose = recorded()[0][2]
         """``map_from_base`` now."""
         self.scans_sent = 0
@@ -124,7 +126,7 @@ class LiveCar:
             ranges=array("f", sweep.ranges.tobytes()),
         )
         self.spoil(message)
-        self.truth[stamp] = truth
+        self.truth[stamp] = self.undisturbed[stamp - self.shift] = truth
         for _ in range(self.scans_per_sweep):
             self._scan_topic.publish(message)
         self.scans_sent += 1
