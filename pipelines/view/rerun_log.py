@@ -87,7 +87,7 @@ def _view(name: str, origin: str, contents: list[str], eye: rrb.EyeControls3D) -
 def _log(scene: Scene, stream: rr.RecordingStream) -> None:
     stream.log("about", rr.TextDocument(scene.about, media_type=rr.MediaType.MARKDOWN), static=True)
     if scene.grid is not None:
-        stream.log("map/grid", _as_grid_map(scene.grid), static=True)
+        stream.log("map/grid", as_grid_map(scene.grid), static=True)
     path = _raised(scene.trajectory.map_from_base[:, :2], "path")
     stream.log("map/path", rr.LineStrips3D([path], colors=_SKY, radii=-1.5), static=True)
     if len(scene.keyframes):
@@ -133,7 +133,8 @@ def _log_drive(scene: Scene, stream: rr.RecordingStream) -> None:
         stream.log("map/particles", rr.Points3D(points, colors=_PARTICLE, radii=-2.0))
 
 
-def _as_grid_map(grid: OccupancyGrid) -> rr.GridMap:
+def as_grid_map(grid: OccupancyGrid) -> rr.GridMap:
+    """A grid as rerun shows one, free cells white and walls dark."""
     rows, columns = grid.cells.shape
     x, y, yaw = grid.map_from_grid
     share = np.clip(grid.cells, 0, 100)[..., None] / 100.0
