@@ -1,13 +1,33 @@
 """``racecar live``: the ROS 2 nodes that run on the car."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from pipelines.live.ros_arguments import RosCommand
 from pipelines.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
+
+if TYPE_CHECKING:
+    from pipelines.live.viewer import LiveView
+
+ViewOption = Annotated[
+    bool, typer.Option("--view", help="Show everything in the browser, on this machine only.")
+]
+ViewPortOption = Annotated[
+    int | None,
+    typer.Option(
+        "--view-port",
+        metavar="N",
+        min=1,
+        max=65535,
+        help="Port of the page; a free one when not given.",
+        show_default=False,
+    ),
+]
 
 live = typer.Typer(help="The ROS 2 nodes that run on the car.")
 
@@ -20,6 +40,28 @@ def _describe() -> None:
 def _state_folder() -> Path:
     home = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
     return Path(home) / "racecar"
+
+
+@contextmanager
+def _page(is_wanted: bool, title: str, port: int | None) -> "Iterator[LiveView | None]":
+    """The page in the browser, if it is wanted. Raises UserError when it cannot be shown."""
+    from importlib.util import find_spec
+
+    from maps.errors import UserError
+
+    if not is_wanted:
+        yield None
+        return
+    if find_spec("rerun") is None:
+        raise UserError("To look on takes rerun, which needs Python 3.11 or newer: pip install rerun-sdk.")
+
+    from rich.console import Console
+
+    from pipelines.live.viewer import live_view
+
+    with live_view(title, port) as page:
+        Console(highlight=False, soft_wrap=True).print(f"Look at {page.page}", markup=False)
+        yield page
 
 
 @live.command(cls=RosCommand)
@@ -57,6 +99,8 @@ def localize(
         ),
     ] = None,
     no_memory: Annotated[bool, typer.Option("--no-memory", help="Do not remember the pose.")] = False,
+    view: ViewOption = False,
+    view_port: ViewPortOption = None,
     config: ConfigOption = None,
     seed: SeedOption = 0,
     json: JsonOption = None,
@@ -93,9 +137,12 @@ def localize(
         memory=None if no_memory else memory or _state_folder(),
         seed=seed,
     )
-    with ros_node("racecar_localizer", context.obj) as node:
+    with (
+        _page(view, "racecar localizer", view_port) as page,
+        ros_node("racecar_localizer", context.obj) as node,
+    ):
         warm_up()
-        localizer = LocalizerNode(node, settings, start)
+        localizer = LocalizerNode(node, settings, start, page)
         localizer.start()
         try:
             spin(node, localizer.survive)
@@ -112,6 +159,8 @@ def map(
     anew: Annotated[
         bool, typer.Option("--anew", help="Do not go on with a drive whose node was killed.")
     ] = False,
+    view: ViewOption = False,
+    view_port: ViewPortOption = None,
     config: ConfigOption = None,
     json: JsonOption = None,
 ) -> None:
@@ -132,16 +181,16 @@ def map(
     from pipelines.live.map_saving import MapOutput, resume
     from pipelines.live.mapper_node import MapperNode
     from pipelines.live.run import ros_node, spin
-    from pipelines.report import write_json
     from pipelines.live.warm_up import warm_up
+    from pipelines.report import write_json
 
     settings = load_config(config).mapping
     console = Console(highlight=False, soft_wrap=True)
     output = MapOutput(out, settings, {"live": True, "settings": settings.model_dump()})
     mapper, messages = resume(output, anew=anew, announce=console.print)
-    with ros_node("racecar_mapper", context.obj) as node:
+    with _page(view, "racecar mapper", view_port) as page, ros_node("racecar_mapper", context.obj) as node:
         warm_up()
-        drive = MapperNode(node, output, mapper, messages)
+        drive = MapperNode(node, output, mapper, messages, page)
         drive.start()
         try:
             spin(node, drive.survive)
@@ -152,3 +201,14 @@ def map(
         console.print("Settling the map; a second Ctrl-C gives it up.")
         drive.save()
         console.print(f"The map is saved: {out / 'map.png'} shows it.", markup=False)
+
+
+@live.command()
+def files() -> None:
+    """Print the folder of the launch files, the commented parameter files and the RViz configurations.
+
+    Example: ros2 launch $(racecar live files)/localize.launch.xml map:=$PWD/runs/drive
+    """
+    from importlib.resources import files as resources
+
+    print(resources("pipelines.live") / "share")

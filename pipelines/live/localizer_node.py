@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from geometry_msgs.msg import PointStamped, PoseArray, PoseWithCovarianceStamped
@@ -40,6 +40,9 @@ from pipelines.live.node import LATCHED, LiveNode
 from pipelines.live.parameters import declare, declare_localization, watch_localization
 from pipelines.live.remembered_pose import PoseMemory, RememberedPose
 
+if TYPE_CHECKING:
+    from pipelines.live.viewer import LiveView
+
 _WORK = {"scan": 80, "place": 4, "map": 1, "settings": 4}
 _SIDE_WORK = {"map": 1, "cloud": 1, "particles": 1, "path": 1, "memory": 1, "view": 1}
 _LOST = 0.5
@@ -71,11 +74,13 @@ class LocalizerNode(LiveNode):
         "odometry": "the motion is guessed from scan to scan",
     }
 
-    def __init__(self, node: Any, config: LocalizationConfig, start: Start) -> None:
+    def __init__(
+        self, node: Any, config: LocalizationConfig, start: Start, view: "LiveView | None" = None
+    ) -> None:
         """Builds the map's range table. Raises UserError when the map or a parameter is at fault."""
         super().__init__(node, "localizer", _WORK, _SIDE_WORK)
         self._config = declare_localization(node, config)
-        self._begin = start
+        self._begin, self._view = start, view
         self._maps_taken = 0
         self._localizer: Localizer | None = None
         self._grid: OccupancyGrid | None = None
@@ -188,6 +193,8 @@ class LocalizerNode(LiveNode):
         before, self._estimate = self._estimate, None
         self._memory = PoseMemory(self._begin.memory, grid) if self._begin.memory is not None else None
         self._grid, self._localizer = grid, localizer
+        if self._view is not None:
+            self._view.show_map(grid)
         if self._map_topic is not None:
             now = self.node.get_clock().now().to_msg()
             self._map_topic.publish(grid_message(now, self.parameters.map_frame, grid))
@@ -278,6 +285,8 @@ class LocalizerNode(LiveNode):
             )
         if self._is_due("path") and self.is_heard(self._path_topic):
             put("path", lambda: self._path_topic.publish(path_bytes(stamp, frame, self._path.poses)))
+        if self._view is not None and self._is_due("view"):
+            put("view", partial(self._show_in_browser, self._view, scan, estimate, localizer))
         if self._is_due("memory"):
             put("memory", self._remember)
 
@@ -291,6 +300,12 @@ class LocalizerNode(LiveNode):
     def _publish_cloud(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
         points = transform_points(map_from_base, scan.points_in_base())
         self._cloud_topic.publish(cloud_message(stamp, self.parameters.map_frame, points))
+
+    def _show_in_browser(
+        self, view: "LiveView", scan: Scan, estimate: PoseEstimate, localizer: Localizer
+    ) -> None:
+        points = transform_points(estimate.map_from_base, scan.points_in_base())
+        view.show(estimate.map_from_base, points, self._path.poses, localizer.particles()[0])
 
     def _remember(self) -> None:
         """Write the pose down, if it is known well."""

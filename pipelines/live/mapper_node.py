@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from concurrent.futures import Future, TimeoutError
 from contextlib import ExitStack
 from functools import partial
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
@@ -22,7 +22,7 @@ from mapping.session import Session
 from maps.errors import UserError
 from maps.odometry import Odometry, OdometryBuffer
 from maps.scan import Scan
-from maps.se2 import Pose
+from maps.se2 import Pose, transform_points
 from pipelines.bag_messages import frame_name
 from pipelines.bag_odometry import planar_pose
 from pipelines.bag_order import HeldScans
@@ -34,6 +34,9 @@ from pipelines.live.messages import fill_pose, grid_message, header
 from pipelines.live.node import LATCHED, LiveNode
 from pipelines.live.parameters import declare
 from pipelines.live.run import sister_node
+
+if TYPE_CHECKING:
+    from pipelines.live.viewer import LiveView
 
 _WORK = {"message": 20_000, "rest": 1, "save": 1}
 _SIDE_WORK = {"map": 1, "graph": 1, "path": 1, "checkpoint": 1, "view": 1}
@@ -57,11 +60,14 @@ class MapperNode(LiveNode):
         "odometry": "the map rests on the scans alone",
     }
 
-    def __init__(self, node: Any, output: MapOutput, mapper: Mapper, messages: int) -> None:
+    def __init__(
+        self, node: Any, output: MapOutput, mapper: Mapper, messages: int, view: "LiveView | None" = None
+    ) -> None:
         """``mapper`` may have taken ``messages`` of this drive already. Raises UserError that names a
         parameter at fault."""
         super().__init__(node, "mapper", _WORK, _SIDE_WORK, after=mapper.last_stamp)
         self._output, self._mapper, self._messages = output, mapper, messages
+        self._view = view
         self._checkpoint = output.checkpoint()
         self._grid = GrowingGrid(output.config.resolution)
         self._counts: Counter[str] = Counter()
@@ -198,7 +204,7 @@ class MapperNode(LiveNode):
         self._publish(stamp, item, self._pose)
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
         self._path.add(self._pose)
-        self._show(stamp)
+        self._show(stamp, item, self._pose)
         self._save_checkpoint_when_due()
 
     def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
@@ -211,7 +217,7 @@ class MapperNode(LiveNode):
         stated = self._stated.pose_at(scan.stamp) if is_covered else None
         self.transforms.publish(stamp, map_from_base, self._odom_frame, stated)
 
-    def _show(self, stamp: Any) -> None:
+    def _show(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
         """What people look at, when it is due; another thread makes it."""
         put = self.side.inbox.put
         if self._is_due("map"):
@@ -224,6 +230,13 @@ class MapperNode(LiveNode):
             frame = self.parameters.map_frame
             put("path", lambda: self._path_topic.publish(path_bytes(stamp, frame, self._path.poses)))
 
+        if self._view is not None and self._is_due("view"):
+            put("view", partial(self._show_in_browser, self._view, scan, map_from_base))
+
+    def _show_in_browser(self, view: "LiveView", scan: Scan, map_from_base: Pose) -> None:
+        points = transform_points(map_from_base, scan.points_in_base())
+        view.show(map_from_base, points, self._path.poses)
+
     def _is_due(self, what: str) -> bool:
         now = time.monotonic()
         if now < self._due[what]:
@@ -235,6 +248,8 @@ class MapperNode(LiveNode):
         grid = self._grid.draw(rays, poses)
         self._map_topic.publish(grid_message(stamp, self.parameters.map_frame, grid))
         self.health.note("maps")
+        if self._view is not None:
+            self._view.show_map(grid)
 
     def _publish_graph(self, stamp: Any, session: Session) -> None:
         self._graph_topic.publish(graph_markers(stamp, self.parameters.map_frame, session))

@@ -1,0 +1,84 @@
+"""What a node sees, in a browser of this machine, for those without RViz."""
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from urllib.parse import parse_qs, urlsplit
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+from numpy.typing import NDArray
+
+from maps.occupancy_grid import OccupancyGrid
+from maps.se2 import Pose
+from pipelines.view.rerun_log import as_grid_map
+from pipelines.view.viewer_server import serve_viewer
+
+_PATH, _SCAN, _PARTICLE, _CAR = [0, 114, 178], [230, 159, 0], [204, 121, 167], [0, 158, 115]
+_HEIGHTS = {"path": 0.05, "scan": 0.15, "particles": 0.2, "car": 0.25}
+"""Metres above the map, so that all of it is seen from above."""
+_CAR_LENGTH = 0.5
+
+
+class LiveView:
+    """Shows the latest of everything; what was before is forgotten, so that memory does not grow."""
+
+    def __init__(self, stream: rr.RecordingStream, page: str) -> None:
+        self._stream = stream
+        self.page = page
+        """Where a browser finds it."""
+
+    def show_map(self, grid: OccupancyGrid) -> None:
+        """The map from now on."""
+        self._stream.log("map/grid", as_grid_map(grid), static=True)
+
+    def show(
+        self,
+        map_from_base: Pose,
+        scan_in_map: NDArray[np.float64],
+        path: Pose,
+        particles: Pose | None = None,
+    ) -> None:
+        """The car (3,), its scan (N, 2), the way driven (M, 3), and particles (P, 3)."""
+        log = self._stream.log
+        x, y, yaw = map_from_base
+        ahead = _CAR_LENGTH * np.array([np.cos(yaw), np.sin(yaw), 0.0])
+        arrow = rr.Arrows3D(vectors=[ahead], origins=[[x, y, _HEIGHTS["car"]]], colors=_CAR, radii=0.03)
+        log("map/car", arrow, static=True)
+        log("map/scan", rr.Points3D(_raised(scan_in_map, "scan"), colors=_SCAN, radii=-2.0), static=True)
+        if len(path) > 1:
+            line = rr.LineStrips3D([_raised(path[:, :2], "path")], colors=_PATH, radii=-1.5)
+            log("map/path", line, static=True)
+        if particles is not None:
+            places = _raised(particles[:, :2], "particles")
+            log("map/particles", rr.Points3D(places, colors=_PARTICLE, radii=-2.0), static=True)
+
+
+@contextmanager
+def live_view(title: str, port: int | None) -> Iterator[LiveView]:
+    """Serve a page to this machine, on the loopback address only, while the block lasts.
+
+    Raises RuntimeError when the server does not start.
+    """
+    stream = rr.RecordingStream("racecar_live", recording_id=title)
+    view = rrb.Spatial3DView(origin="map", name=title, background=[255, 255, 255], line_grid=False)
+    blueprint = rrb.Blueprint(view, collapse_panels=True, auto_views=False)
+    with tempfile.TemporaryDirectory() as folder:
+        opening = Path(folder) / "opening.rrd"
+        with rr.RecordingStream("racecar_live", recording_id=title) as first:
+            first.save(opening, default_blueprint=blueprint)
+            first.log("map", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
+            first.flush()
+        with serve_viewer(opening, port) as (page, _):
+            data = parse_qs(urlsplit(page).query)["url"][0]
+            stream.connect_grpc(data, default_blueprint=blueprint)
+            try:
+                yield LiveView(stream, page)
+            finally:
+                stream.disconnect()
+
+
+def _raised(points: NDArray[np.float64], what: str) -> NDArray[np.float64]:
+    return np.column_stack([points, np.full(len(points), _HEIGHTS[what])])
