@@ -1,0 +1,64 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from localization.pose_estimate import PoseEstimate
+from maps.errors import UserError
+from maps.occupancy_grid import OccupancyGrid
+from maps.se2 import compose
+from pipelines.live.remembered_pose import PoseMemory, RememberedPose
+
+GRID = OccupancyGrid(np.zeros((5, 5), np.int8), 0.1, np.zeros(3))
+SECOND = 1_000_000_000
+
+
+def estimate() -> PoseEstimate:
+    return PoseEstimate(
+        stamp=5,
+        map_from_base=np.array([1.0, 2.0, 0.5]),
+        covariance=np.diag([0.01, 0.02, 0.003]),
+        cluster_weight=1.0,
+        effective_sample_size=100.0,
+        particle_count=100,
+        is_start=False,
+        lost_probability=0.0,
+    )
+
+
+def remembered(tmp_path: Path) -> RememberedPose:
+    memory = PoseMemory(tmp_path, GRID)
+    memory.save(estimate(), 100 * SECOND, np.array([7.0, 8.0, -0.2]))
+    found = memory.load()
+    assert found is not None
+    return found
+
+
+def test_a_pose_is_remembered_for_its_map_only(tmp_path: Path) -> None:
+    np.testing.assert_allclose(remembered(tmp_path).map_from_base, [1.0, 2.0, 0.5])
+    assert PoseMemory(tmp_path, replace(GRID, resolution=0.2)).load() is None
+
+
+def test_odometry_that_went_on_tells_how_far_the_car_drove_meanwhile(tmp_path: Path) -> None:
+    found = remembered(tmp_path)
+    step = np.array([3.0, 0.5, 1.0])
+    carried = found.carried_to(103 * SECOND, compose(found.odom_from_base, step))
+    assert carried is not None
+    pose, covariance = carried
+    np.testing.assert_allclose(pose, compose([1.0, 2.0, 0.5], step))
+    assert covariance[0, 0] > 0.01
+
+
+@pytest.mark.parametrize(("stamp", "far"), [(99, 0.1), (101, 50.0), (100_000, 0.1)])
+def test_odometry_that_began_anew_tells_nothing(tmp_path: Path, stamp: int, far: float) -> None:
+    found = remembered(tmp_path)
+    assert found.carried_to(stamp * SECOND, compose(found.odom_from_base, [far, 0.0, 0.0])) is None
+
+
+@pytest.mark.parametrize("text", ["", "[1", "{}", '{"map_from_base": [1, 2, 3], "covariance": [[1]]}'])
+def test_a_damaged_memory_is_an_error_that_names_the_file(tmp_path: Path, text: str) -> None:
+    memory = PoseMemory(tmp_path, GRID)
+    memory.path.write_text(text)
+    with pytest.raises(UserError, match=memory.path.name):
+        memory.load()

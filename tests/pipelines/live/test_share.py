@@ -1,0 +1,70 @@
+"""The files to start nodes with fit the nodes."""
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import pytest
+import yaml
+from typer.testing import CliRunner
+
+import pipelines.live
+from pipelines.cli import app
+
+SHARE = Path(pipelines.live.__file__).parent / "share"
+
+
+def test_the_command_names_the_folder() -> None:
+    result = CliRunner().invoke(app, ["live", "files"])
+    assert Path(result.output.strip()) == SHARE
+
+
+@pytest.mark.parametrize("name", ["localize", "map"])
+def test_a_launch_file_starts_a_command_that_there_is(name: str) -> None:
+    root = ElementTree.parse(SHARE / f"{name}.launch.xml").getroot()
+    arguments = {argument.get("name") for argument in root.findall("arg")}
+    command = str(root.findall("executable")[0].get("cmd"))
+    assert command.startswith(f"racecar live {name} ")
+    own, _, ros = command.partition("--ros-args")
+    flags = {word for word in own.split() if word.startswith("--")}
+    shown = CliRunner().invoke(app, ["live", name, "--help"], env={"COLUMNS": "200"}).output
+    assert all(flag in shown for flag in flags)
+    for piece in command.split("$(var ")[1:]:
+        assert piece.split(")")[0] in arguments
+    for piece in command.split("$(dirname)/")[1:]:
+        assert (SHARE / piece.split()[0]).is_file()
+    assert "--params-file" in ros
+
+
+@pytest.mark.parametrize("kind", ["localizer", "mapper"])
+def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
+    from localization.config import LocalizationConfig
+    from pipelines.live.run import ros_node
+
+    told = yaml.safe_load((SHARE / f"{kind}.yaml").read_text())["/**"]["ros__parameters"]
+    with ros_node("test_parameters", ["--ros-args", "--params-file", str(SHARE / f"{kind}.yaml")]) as node:
+        if kind == "localizer":
+            from pipelines.live.localizer_node import LocalizerNode, Start
+
+            LocalizerNode(node, LocalizationConfig(), Start(None))
+        else:
+            from mapping.config import MappingConfig
+            from mapping.mapper import Mapper
+            from pipelines.live.map_saving import MapOutput
+            from pipelines.live.mapper_node import MapperNode
+
+            MapperNode(node, MapOutput(Path("nowhere"), MappingConfig(), {}), Mapper(MappingConfig()), 0)
+        declared = {name: parameter.value for name, parameter in node._parameters.items()}
+    for name, value in told.items():
+        assert name in declared
+        assert list(declared[name]) == value if isinstance(value, list) else declared[name] == value
+
+
+@pytest.mark.parametrize("name", ["localize", "map"])
+def test_rviz_shows_topics_that_there_are(name: str) -> None:
+    displays = yaml.safe_load((SHARE / f"{name}.rviz").read_text())["Visualization Manager"]["Displays"]
+    topics = {display["Topic"]["Value"] for display in displays if "Topic" in display}
+    expected = {
+        "localize": {"/map", "/particle_cloud", "/scan_on_map", "/pf/pose/odom", "/path"},
+        "map": {"/map", "/pose_graph", "/tracked_pose", "/path"},
+    }
+    assert topics == expected[name]
