@@ -12,6 +12,7 @@ from localization.pose_estimate import PoseEstimate
 from maps.distance_field import distance_to_occupied, sample_field
 from maps.map_files import find_map
 from maps.occupancy_grid import OccupancyGrid
+from maps.odometry import Odometry
 from maps.scan import Scan
 from maps.se2 import IDENTITY, transform_points
 from maps.trajectory import Trajectory
@@ -21,6 +22,7 @@ from pipelines.overlay import Moment, save_overlay
 from pipelines.progress import progress_bar
 from pipelines.report import Report
 from pipelines.tum import load_tum, save_tum
+from pipelines.view.recorder import Recorder
 
 LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", "report.json")
 
@@ -67,13 +69,14 @@ def replay(
     report: Report,
     *,
     start: Trajectory | None = None,
+    recorder: Recorder | None = None,
     quiet: bool,
 ) -> LocalizationRun:
     """Feed a bag through the localizer, which has been told where to start.
 
     With a ``start`` trajectory the car starts from the pose that this has at the first scan; where it
-    has none the search goes on over the whole map, and the report says so.
-    Raises UserError when the bag holds no usable scan.
+    has none the search goes on over the whole map, and the report says so. What comes in and out goes to a
+    ``recorder`` too. Raises UserError when the bag holds no usable scan.
     """
     run, walls = LocalizationRun(), distance_to_occupied(grid)
     with progress_bar("Localizing", reader.message_count, quiet=quiet) as advance_to:
@@ -87,6 +90,9 @@ def replay(
                     _judge(run, message, grid, walls, reader.messages_read / max(reader.message_count, 1))
             else:
                 localizer.add_odometry(message)
+            if recorder is not None:
+                with report.stage("recording"):
+                    _record(message, run, localizer, recorder)
             advance_to(reader.messages_read)
     _describe(run, reader, report)
     return run
@@ -127,6 +133,14 @@ def _add_scan(run: LocalizationRun, scan: Scan, localizer: Localizer) -> None:
     began = time.perf_counter()
     run.estimates.append(localizer.add_scan(scan))
     run.update_seconds.append(time.perf_counter() - began)
+
+
+def _record(message: Scan | Odometry, run: LocalizationRun, localizer: Localizer, recorder: Recorder) -> None:
+    if isinstance(message, Odometry):
+        recorder.write_odometry(message)
+        return
+    recorder.write_scan(message, run.estimates[-1].map_from_base, run.estimates[-1].covariance)
+    recorder.write_particles(message.stamp, *localizer.particles())
 
 
 def _judge(

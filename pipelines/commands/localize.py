@@ -1,5 +1,6 @@
 """``racecar localize``: a bag and a map become the car's poses."""
 
+from contextlib import nullcontext
 from typing import Annotated
 
 import typer
@@ -18,6 +19,7 @@ from pipelines.options import (
     SeedOption,
     open_bag,
 )
+from pipelines.view.record_option import RecordOption
 
 
 def localize(
@@ -41,6 +43,7 @@ def localize(
     odom_topic: OdomTopicOption = None,
     no_odom: NoOdomOption = False,
     laser_pose: LaserPoseOption = None,
+    record: RecordOption = False,
     seed: SeedOption = 0,
     json: JsonOption = None,
     quiet: QuietOption = False,
@@ -79,6 +82,7 @@ def localize(
             from localization.warm_up import warm_up
             from pipelines.localization_run import mapping_trajectory, replay, save_localization
             from pipelines.localization_summary import print_localization
+            from pipelines.view.recorder import Recorder
 
             warm_up()
         driven = mapping_trajectory(map)
@@ -87,7 +91,9 @@ def localize(
         if initial_pose is not None:
             localizer.set_pose(np.array(initial_pose))
         is_open = initial_pose is None and not anywhere
-        run = replay(reader, localizer, grid, report, start=driven if is_open else None, quiet=quiet)
+        start = driven if is_open else None
+        with Recorder(folder, grid) if record else nullcontext() as recorder:
+            run = replay(reader, localizer, grid, report, start=start, recorder=recorder, quiet=quiet)
         save_localization(run, grid, driven, report, folder, title=bag.name)
     if json is not None:
         report.write(json)

@@ -18,6 +18,7 @@ from pipelines.options import (
     SeedOption,
     open_bag,
 )
+from pipelines.view.record_option import RecordOption
 
 _INTERRUPTED = 130
 
@@ -45,6 +46,7 @@ def map(
     laser_pose: LaserPoseOption = None,
     continue_: ContinueOption = None,
     ply: PlyOption = False,
+    record: RecordOption = False,
     seed: SeedOption = 0,
     json: JsonOption = None,
     quiet: QuietOption = False,
@@ -82,6 +84,7 @@ def map(
             from pipelines.point_map import save_point_map
             from pipelines.run_summary import print_mapping
             from pipelines.session_file import load_session
+            from pipelines.view.mapping_record import record_mapping
         earlier = load_session(continue_, verify_loops=settings.verify_loops) if continue_ else None
         checkpoint = Checkpoint(out, describe_run(reader, settings))
         console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
@@ -97,6 +100,9 @@ def map(
         if ply:
             with report.stage("writing"):
                 save_point_map(result.points, result.grid.resolution, folder / "points.ply")
+        if record:
+            with report.stage("recording"):
+                record_mapping(reader, result, folder)
         save_mapping(result, report, folder, title=bag.name)
     checkpoint.remove()
     if json is not None:

@@ -17,9 +17,9 @@ def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> No
     poses = dict(zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True))
     with Recorder(folder, result.grid) as recorder:
         for message in reader:
-            if message.stamp > trajectory.stamps[-1]:
-                break
             if isinstance(message, Odometry):
                 recorder.write_odometry(message)
             elif message.stamp in poses:
                 recorder.write_scan(message, poses[message.stamp])
+            elif message.stamp > trajectory.stamps[-1]:
+                break  # Ctrl-C ended the mapping here

@@ -29,22 +29,35 @@ _SAME_PLACE = 1e-6
 def load_run(folder: Path) -> Scene:
     """What a mapping or localization run left in a folder. Raises UserError when it left nothing."""
     report = _read_report(folder)
-    title, about = folder.absolute().name, _about(report)
-    if (folder / RECORD_FOLDER).is_dir():
-        scene = read_record(folder / RECORD_FOLDER, title, about)
-    else:
-        path = folder / "trajectory.tum"
-        if not path.is_file():
-            raise UserError(
-                f"{folder} holds no run: there is no trajectory.tum; name a folder that `racecar map` or "
-                "`racecar localize` has written."
-            )
-        scene = Scene(title, about, load_tum(path))
+    scene = _recorded_or_driven(folder, folder.absolute().name, _about(report))
     if scene.grid is None:
         scene.grid = _find_grid(folder, report)
     if (folder / SESSION_FILE).is_file():
         _add_session(scene, load_arrays(folder / SESSION_FILE, "racecar session"))
     return scene
+
+
+def _recorded_or_driven(folder: Path, title: str, about: str) -> Scene:
+    """The recording; without one, or with one that an earlier run left, the trajectory alone."""
+    path = folder / "trajectory.tum"
+    driven = load_tum(path) if path.is_file() else None
+    if (folder / RECORD_FOLDER).is_dir():
+        scene = read_record(folder / RECORD_FOLDER, title, about)
+        if driven is None or _are_same(driven, scene.trajectory):
+            return scene
+        about += "\n\nThe recording in this folder is of an earlier run, so it is left aside."
+    if driven is None:
+        raise UserError(
+            f"{folder} holds no run: there is no trajectory.tum; name a folder that `racecar map` or "
+            "`racecar localize` has written."
+        )
+    return Scene(title, about, driven)
+
+
+def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
+    return np.array_equal(driven.stamps, recorded.stamps) and np.allclose(
+        driven.map_from_base[:, :2], recorded.map_from_base[:, :2], atol=_SAME_PLACE
+    )
 
 
 def _find_grid(folder: Path, report: dict[str, Any]) -> OccupancyGrid | None:

@@ -102,6 +102,16 @@ def test_a_recording_shows_everything(run: Path, grid: OccupancyGrid) -> None:
     np.testing.assert_allclose(scene.clouds[3].map_from_base, np.tile(PATH[3], (4, 1)), atol=1e-9)
 
 
+def test_a_recording_of_an_earlier_run_is_left_aside(run: Path, grid: OccupancyGrid) -> None:
+    with Recorder(run, grid) as recorder:
+        bearings = np.linspace(-1.0, 1.0, 5)
+        scan = Scan(int(STAMPS[0]), bearings, np.ones(5), np.zeros(5), BASE_FROM_LASER, 10.0)
+        recorder.write_scan(scan, PATH[0])
+    scene = load_run(run)
+    assert len(scene.trajectory) == 20
+    assert "earlier run" in scene.about
+
+
 def test_an_empty_folder_is_one_sentence(tmp_path: Path) -> None:
     with pytest.raises(UserError, match="holds no run"):
         load_run(tmp_path)
