@@ -5,10 +5,11 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,20 @@ _FLAGS = (
     *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"),
 )
 """No host but this one can be reached, and WebGL runs on the processor."""
+
+_START = """
+import os, sys
+pipes = [os.dup(int(pipe)) for pipe in sys.argv[1:3]]
+pipes = [os.dup2(pipe, 100 + pipe) for pipe in pipes]
+os.dup2(pipes[0], 3)
+os.dup2(pipes[1], 4)
+os.execv(sys.argv[3], sys.argv[3:])
+"""
+"""Chromium listens on descriptor 3 and answers on 4."""
+
+
+class NotNowError(Exception):
+    """What the browser says to whoever asks while a page gives way to the next."""
 
 
 class Browser:
@@ -49,10 +64,12 @@ class Browser:
     def wait_until(self, is_true: Callable[[], bool], seconds: float, what: str) -> None:
         """Ask again and again; fails the test when the time is over."""
         end = time.monotonic() + seconds
-        while not is_true():
-            if time.monotonic() > end:
-                pytest.fail(f"waited {seconds:.0f} s for {what}")
+        while time.monotonic() < end:
+            with suppress(NotNowError):
+                if is_true():
+                    return
             time.sleep(0.5)
+        pytest.fail(f"waited {seconds:.0f} s for {what}")
 
     def screenshot(self, path: Path, *, whole_page: bool = False) -> None:
         """Write what is seen as PNG."""
@@ -71,7 +88,7 @@ class Browser:
                 self.requests.append(answer["params"]["request"]["url"])
             if answer.get("id") == self._last_id:
                 if "error" in answer:
-                    raise RuntimeError(f"{method}: {answer['error']['message']}")
+                    raise NotNowError(f"{method}: {answer['error']['message']}")
                 result: dict[str, Any] = answer["result"]
                 return result
 
@@ -97,7 +114,7 @@ def open_browser(width: int = 1400, height: int = 900) -> Iterator[Browser]:
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
         flags = [*_FLAGS, f"--user-data-dir={profile}", f"--window-size={width},{height}"]
         process = subprocess.Popen(
-            ["/bin/sh", "-c", f'exec "$0" "$@" 3<&{command_read} 4>&{answer_write}', program, *flags],
+            [sys.executable, "-c", _START, str(command_read), str(answer_write), program, *flags],
             pass_fds=(command_read, answer_write),
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

@@ -1,0 +1,64 @@
+"""``racecar view`` running, and what of a run can be seen in the browser."""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from browser import Browser
+from PIL import Image
+
+_COLORS = {
+    "walls": (27, 31, 36),
+    "path": (0, 114, 178),
+    "particles": (204, 121, 167),
+    "scan": (230, 159, 0),
+}
+_WITHIN = 40
+_FEWEST = 20
+
+
+@dataclass(frozen=True)
+class Seen:
+    """How many pixels are nearly of the colour of each thing."""
+
+    counts: dict[str, int]
+
+    @property
+    def complete(self) -> bool:
+        """Whether walls, path, scan and particles are all to be seen."""
+        return min(self.counts.values()) > _FEWEST
+
+
+def pixels_of(browser: Browser, path: Path) -> Seen:
+    """What the browser shows, which is written as PNG too."""
+    browser.screenshot(path)
+    picture = np.asarray(Image.open(path).convert("RGB")).astype(np.int64)
+    return Seen(
+        {
+            name: int(np.count_nonzero(np.abs(picture - color).max(axis=2) < _WITHIN))
+            for name, color in _COLORS.items()
+        }
+    )
+
+
+@contextmanager
+def viewed(run: Path) -> Iterator[str]:
+    """The address of a ``racecar view`` that runs meanwhile."""
+    command = [sys.executable, "-m", "pipelines.cli", "view", str(run), "--no-browser"]
+    environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
+    try:
+        assert process.stdout is not None
+        found = re.search(r"http://127\.0\.0\.1:\S+", process.stdout.readline())
+        assert found is not None, "racecar view did not start"
+        yield found[0]
+    finally:
+        process.send_signal(signal.SIGINT)
+        process.wait(30)
