@@ -15,8 +15,8 @@ from maps.trajectory import Trajectory
 from pipelines.experiments.course_filter import CourseSettings
 from pipelines.experiments.figure_style import (
     COURSE_NAME,
+    MAP_OF_NUMBERS,
     OURS_NAME,
-    TRUTH,
     Picture,
     drawing,
     finish,
@@ -117,7 +117,7 @@ class Autograde:
         }
 
     def pictures(self) -> list[Picture]:
-        return [self._bars(), self._over_time(), self._paths()]
+        return [self._bars(), self._over_time(), self._path()]
 
     def _bars(self) -> Picture:
         with drawing(62) as figure:
@@ -170,26 +170,21 @@ class Autograde:
                 "The distance from the true place over time, for each scenario, first seed.",
             )
 
-    def _paths(self) -> Picture:
-        scenario = "full"
-        path = self.truths[scenario].map_from_base
-        with drawing(75) as figure:
+    def _path(self) -> Picture:
+        true, ours = self.truths["full"].map_from_base, self.drives["full"][OURS_NAME][0].map_from_base
+        with drawing(70) as figure:
             axes = figure.subplots()
             draw_grid(axes, self.grid)
-            axes.plot(*path[:, :2].T, "--", color=TRUTH, linewidth=0.8, label="truth", zorder=4)
-            for name, drives in self.drives[scenario].items():
-                axes.plot(
-                    *drives[0].map_from_base[:, :2].T,
-                    color=COLORS[name],
-                    linewidth=0.8,
-                    label=f"{name} filter",
-                )
-            _show_about(axes, path)
-            legend_below(figure, columns=3)
+            errors = 100 * place_errors(ours, true)
+            x, y = true[:, :2].T
+            drawn = axes.scatter(x, y, s=5, c=errors, cmap=MAP_OF_NUMBERS, linewidths=0, zorder=3)
+            figure.colorbar(drawn, ax=axes, location="top", shrink=0.9, label="deviation (cm)")
+            _show_about(axes, true)
             return finish(
                 figure,
-                "autograde-paths",
-                "The paths of both filters and the true one under full noise, first seed, on the map.",
+                "autograde-path",
+                "The drive on the map; the colour tells how far this library's filter was from it under full "
+                "noise, first seed.",
             )
 
     def _deviations(self, scenario: str, name: str) -> NDArray[np.float64]:

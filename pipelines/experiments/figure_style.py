@@ -28,6 +28,7 @@ _STYLE: Any = {
     "axes.labelsize": 8,
     "axes.linewidth": 0.6,
     "axes.grid": True,
+    "axes.axisbelow": True,
     "grid.linewidth": 0.4,
     "grid.color": "#dfe3e8",
     "axes.spines.top": False,

@@ -34,6 +34,9 @@ from pipelines.map_picture import draw_grid
 _ON_WALL = 0.10
 """Metres from a wall within which a scan's end point counts as on it."""
 _MOMENTS = 4
+_PAUSE = 1.0
+"""Seconds between two scans."""
+_DECADES = tuple(10.0**power for power in range(-3, 6))
 _VIEW = 6.0
 """Metres from the car to the edge of a panel."""
 
@@ -204,20 +207,23 @@ class RealRun:
             )
 
     def _over_time(self) -> Picture:
-        seconds = self.run.seconds
+        run = self.run
         with drawing(130) as figure:
-            walls, extent, size, latency = figure.subplots(4, 1, sharex=True)
-            walls.plot(seconds, 100 * self.shares_on_wall, color=BLUE, linewidth=0.7)
+            walls, extent, size, latency = panels = figure.subplots(4, 1, sharex=True)
+            for axes, values, color, label in (
+                (walls, 100 * self.shares_on_wall, BLUE, None),
+                (extent, run.extents[:, 0], BLUE, "extent in x"),
+                (extent, run.extents[:, 1], VERMILLION, "extent in y"),
+                (size, run.effective_sizes, BLUE, None),
+                (latency, 1e3 * run.update_seconds, BLUE, None),
+            ):
+                axes.plot(*_with_gaps(run.seconds, values), color=color, linewidth=0.7, label=label)
             walls.set(ylabel="end points\non walls (%)", ylim=(0, 103))
-            extent.plot(seconds, self.run.extents[:, 0], color=BLUE, linewidth=0.7, label="extent in x")
-            extent.plot(seconds, self.run.extents[:, 1], color=VERMILLION, linewidth=0.7, label="extent in y")
             extent.set(ylabel="particles'\nextent (m)", yscale="log")
-            show_plain_ticks(extent.yaxis, (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50))
-            size.plot(seconds, self.run.effective_sizes, color=BLUE, linewidth=0.7)
-            size.set(ylabel="effective\nsample size", ylim=(0, None))
-            latency.plot(seconds, 1e3 * self.run.update_seconds, color=BLUE, linewidth=0.7)
-            latency.set(ylabel="latency (ms)", xlabel="time (s)", yscale="log")
-            show_plain_ticks(latency.yaxis, (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000))
+            size.set(ylabel="effective\nsample size", yscale="log")
+            latency.set(ylabel="latency (ms)", yscale="log", xlabel="time (s)")
+            for axes in panels[1:]:
+                show_plain_ticks(axes.yaxis, _DECADES)
             figure.align_ylabels()
             legend_below(figure)
             return finish(
@@ -258,6 +264,14 @@ def real_run(settings: Settings, sweep: Sweep, recording: Recording) -> RealRun:
         None if end is None else np.array([*end, 0.0][:3]),
         end is not None and len(end) == 3,
     )
+
+
+def _with_gaps(
+    seconds: NDArray[np.float64], values: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Both with a nan wherever the recording pauses, so that no line is drawn over it."""
+    pauses = np.flatnonzero(np.diff(seconds) > _PAUSE) + 1
+    return np.insert(seconds, pauses, np.nan), np.insert(values, pauses, np.nan)
 
 
 def _look_again(recording: Recording, run: Track, shares: Sequence[float]) -> list[SeenMoment]:
