@@ -126,14 +126,19 @@ class NoiseSweep:
         noise = self.best(name)
         runs = self.responses[name][noise]
         means = [_mean(each, "mean_error") for each in self.responses[name].values()]
-        doubt = " The choice hardly matters." if max(means) - min(means) < _HARDLY else ""
+        span = f"over the noises it goes from {min(means):.3f} to {max(means):.3f} m"
+        seconds, spread = _mean(runs, "seconds_to_converge"), 100 * _mean(runs, "spread")
+        speed = f"With {noise:g} the filter converges in {seconds:.2f} s and then spreads by {spread:.1f} cm."
+        if max(means) - min(means) < _HARDLY:
+            return (
+                f"For {_OWNERS[name]} filter the choice hardly matters. Its mean error after the jump "
+                f"counts the way there and the unrest afterwards alike; {span}. The least noise among the "
+                f"best is {noise:g}. {speed}"
+            )
         return (
-            f"For {_OWNERS[name]} filter {noise:g} is the value to pick: of all whose mean error after the "
-            "jump is the smallest, but for two standard errors, it is the least. That error counts the "
-            f"way there and the unrest afterwards alike; it is {_mean(runs, 'mean_error'):.3f} m, and over "
-            f"the noises it goes from {min(means):.3f} to {max(means):.3f} m. With {noise:g} the filter "
-            f"converges in {_mean(runs, 'seconds_to_converge'):.2f} s and then spreads by "
-            f"{100 * _mean(runs, 'spread'):.1f} cm.{doubt}"
+            f"For {_OWNERS[name]} filter {noise:g} is the value to pick: the least noise whose mean error "
+            "after the jump, which counts the way there and the unrest afterwards alike, is the smallest "
+            f"but for two standard errors. There it is {_mean(runs, 'mean_error'):.3f} m; {span}. {speed}"
         )
 
     def _traces(self, name: str) -> Picture:
