@@ -141,8 +141,8 @@ def localize(
         _page(view, "racecar localizer", view_port) as page,
         ros_node("racecar_localizer", context.obj) as node,
     ):
-        warm_up()
         localizer = LocalizerNode(node, settings, start, page)
+        warm_up()
         localizer.start()
         try:
             spin(node, localizer.survive)
@@ -182,15 +182,18 @@ def map(
     from pipelines.live.mapper_node import MapperNode
     from pipelines.live.run import ros_node, spin
     from pipelines.live.warm_up import warm_up
+    from pipelines.outputs import output_folder
     from pipelines.report import write_json
 
     settings = load_config(config).mapping
     console = Console(highlight=False, soft_wrap=True)
     output = MapOutput(out, settings, {"live": True, "settings": settings.model_dump()})
+    with output_folder(out):
+        pass  # so that no drive is made in vain
     mapper, messages = resume(output, anew=anew, announce=console.print)
     with _page(view, "racecar mapper", view_port) as page, ros_node("racecar_mapper", context.obj) as node:
-        warm_up()
         drive = MapperNode(node, output, mapper, messages, page)
+        warm_up()
         drive.start()
         try:
             spin(node, drive.survive)

@@ -1,0 +1,182 @@
+"""A bag played by one process, localized and mapped by others, over real DDS."""
+
+import json
+import os
+import socket
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from pipelines.bag_reader import BagReader
+from pipelines.cli import run
+from pipelines.evaluation import compare
+from pipelines.live.processes import private_environment, racecar_process
+from pipelines.tum import load_tum
+
+DOMAIN = 1 + (os.getpid() + 50) % 100
+Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+@pytest.fixture(autouse=True)
+def ros(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    """The environment of the processes; skips where there is no ROS 2."""
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        pytest.skip(f"no ROS 2 here, so no live tests: {error}")
+    environment = private_environment(DOMAIN)
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    return environment
+
+
+def wait_until(condition: Callable[[], bool], within: float, log: Path) -> None:
+    until = time.monotonic() + within
+    while not condition():
+        assert time.monotonic() < until, log.read_text()
+        time.sleep(0.05)
+
+
+def play_to(node: list[str], bag: Path, environment: dict[str, str], folder: Path, *flags: str) -> dict:
+    """Play a bag to a node; the node's figures."""
+    from pipelines.live.run import ros_node
+
+    summary, log = folder / "summary.json", folder / "log"
+    cut = node.index("--ros-args") if "--ros-args" in node else len(node)
+    command = [*node[:cut], "--json", str(summary), *node[cut:]]
+    with racecar_process(command, environment, log) as process:
+        with ros_node("test_readiness", []) as watcher:
+            wait_until(
+                lambda: bool(watcher.count_subscribers("/scan")) or process.poll() is not None, 90.0, log
+            )
+        with racecar_process(
+            ["play", str(bag), "--quiet", "--wait", "20", *flags], environment, log
+        ) as player:
+            assert player.wait(300) == 0, log.read_text()
+        time.sleep(0.5)
+    assert process.returncode == 0, log.read_text()
+    return json.loads(summary.read_text())
+
+
+def scans_in(bag: Path) -> int:
+    with BagReader(bag) as reader:
+        return reader.topics[reader.scan_topic].message_count
+
+
+def start_of(drive: Path) -> list[str]:
+    truth = load_tum(drive / "ground_truth.tum")
+    return ["--initial-pose", *(f"{value:.6f}" for value in truth.map_from_base[0])]
+
+
+def test_every_scan_of_a_played_bag_is_localized(drive: Path, ros: dict[str, str], tmp_path: Path) -> None:
+    node = ["live", "localize", "--map", "building", "--no-memory", *start_of(drive)]
+    figures = play_to(node, drive / "drive.bag", ros, tmp_path)
+    assert figures["counts"]["scans"] == scans_in(drive / "drive.bag")
+    assert figures["dropped"] == {}
+    assert figures["counts"]["poses"] == pytest.approx(figures["counts"]["odometry"], abs=25)
+    assert set(figures["faults"]) <= {"no_scans", "no_odometry"}  # before the bag began, and after its end
+
+
+def test_a_played_bag_is_mapped_as_it_is_offline(
+    racecar: Racecar, drive: Path, ros: dict[str, str], tmp_path: Path
+) -> None:
+    out = tmp_path / "live"
+    figures = play_to(["live", "map", "--out", str(out)], drive / "drive.bag", ros, tmp_path)
+    assert figures["counts"]["poses"] == scans_in(drive / "drive.bag")
+    offline = racecar("map", drive / "drive.bag", "--out", tmp_path / "offline", "--quiet")
+    assert offline.returncode == 0, offline.stderr
+    errors = compare(load_tum(out / "trajectory.tum"), load_tum(tmp_path / "offline" / "trajectory.tum"))
+    assert errors.matched == errors.total
+    assert errors.positions.mean() < 0.05
+
+
+def test_a_ros_from_pypi_is_found_without_any_setup(drive: Path, tmp_path: Path) -> None:
+    """The command starts itself anew where neither the wheels nor the shell have set the paths."""
+    bare = {name: value for name, value in os.environ.items() if name != "LD_LIBRARY_PATH"}
+    bare["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"  # as in a process that was started by another environment's
+    command = [sys.executable, "-m", "pipelines.cli", "play", str(tmp_path / "none.bag")]
+    done = subprocess.run(command, env=bare, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 2
+    assert "does not exist" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["live", "localize", "--map", "nowhere"], "There is no map at"),
+        (["live", "localize", "--map", "building", "--global", "--initial-pose", "0", "0", "0"], "exclude"),
+        (["live", "localize", "--map", "building", "--initial-pose", "999", "0", "0"], "free space"),
+        (["live", "localize", "--map", "building", "--ros-args", "-p", "tf:=maybe"], "parameter tf"),
+        (["live", "localize", "--map", "building", "--ros-args", "-p", "particles:=none"], "particles"),
+        (["live", "localize", "--map", "building", "--ros-args", "--nonsense"], "ROS does not start"),
+        (["live", "localize", "--mop", "building"], "No such option"),
+        (["live", "map", "--out", "/proc/nowhere"], "Cannot write"),
+        (["live", "map", "--out", "x", "--ros-args", "-p", "laser_pose:=[1.0, 2.0]"], "laser_pose"),
+    ],
+)
+def test_a_mistake_is_one_sentence(
+    arguments: list[str],
+    words: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert run(arguments) == 2
+    said = capsys.readouterr().err
+    assert words in said
+    assert "Traceback" not in said
+
+
+def test_the_page_is_served_to_this_machine_only(ros: dict[str, str], tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="no rerun for this Python")
+    log = tmp_path / "log"
+    node = ["live", "localize", "--map", "building", "--global", "--no-memory", "--view"]
+    before = listening_everywhere()
+    with racecar_process(node, ros, log):
+        wait_until(lambda: "Look at http://127.0.0.1:" in log.read_text(), 60.0, log)
+        port = int(log.read_text().split("http://127.0.0.1:")[1].split("/")[0])
+        with socket.create_connection(("127.0.0.1", port), timeout=5.0):
+            pass
+        assert port in listening_on_loopback()
+        assert port not in listening_everywhere()
+        assert listening_everywhere() <= before
+
+
+def listening_on_loopback() -> set[int]:
+    return {port for address, port in _listening() if address == "127.0.0.1"}
+
+
+def listening_everywhere() -> set[int]:
+    return {port for address, port in _listening() if not address.startswith("127.")}
+
+
+def _listening() -> list[tuple[str, int]]:
+    found = []
+    for line in Path("/proc/net/tcp").read_text().splitlines()[1:]:
+        local, state = line.split()[1], line.split()[3]
+        if state == "0A":
+            address, port = local.split(":")
+            found.append((socket.inet_ntoa(struct.pack("<I", int(address, 16))), int(port, 16)))
+    return found
+
+
+@pytest.mark.slow
+def test_the_race_car_is_localized_live_as_offline(
+    recordings: Path, racecar: Racecar, ros: dict[str, str], tmp_path: Path
+) -> None:
+    """At real speed, from the same start."""
+    bag, map_ = recordings / "racecar" / "session_A", recordings / "racecar" / "maps" / "stata_basement.yaml"
+    offline = racecar("localize", bag, "--map", map_, "--out", tmp_path / "offline", "--global", "--quiet")
+    assert offline.returncode == 0, offline.stderr
+    found = load_tum(tmp_path / "offline" / "trajectory.tum")
+    start = ["--initial-pose", *(f"{value:.6f}" for value in found.map_from_base[40])]
+    node = ["live", "localize", "--map", str(map_), "--no-memory", *start]
+    figures = play_to([*node, "--ros-args", "-r", "odom:=/vesc/odom"], bag, ros, tmp_path)
+    assert figures["counts"]["scans"] == scans_in(bag)
+    assert figures["dropped"] == {}
