@@ -1,8 +1,10 @@
 """``python tests/end_to_end/readme_pictures.py docs`` makes the pictures of the README; needs Chromium."""
 
+import os
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 from browser import open_browser
@@ -12,39 +14,47 @@ from viewing import pixels_of, viewed
 _FIGURES = ("noise-sweep", "autograde", "beams-and-particles-time", "motion-model")
 _WIDTH = 700
 """Pixels; enough to be read on a page."""
+_DRIVING_SECONDS = 20.0
+"""Until some way lies behind the car."""
 
 
 def main(folder: Path) -> None:
-    """Drive, localize, look; run the experiments; keep small copies of what is seen."""
+    """Look at a run and at the report, and keep small copies of what is seen."""
+    folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as temporary:
-        work = Path(temporary)
-        _racecar("simulate", "--map", "building", "--out", work / "drive.bag", "--seed", 3, "--duration", 40)
-        run = ("localize", work / "drive.bag", "--map", "building", "--initial-pose", 0, 0, 0, "--record")
-        _racecar(*run, "--out", work / "drive")
-        with viewed(work / "drive") as address, open_browser() as browser:
-            browser.open(address)
-            browser.wait_until(lambda: pixels_of(browser, work / "view.png").complete, 90, "the viewer")
-        _shrink(work / "view.png", folder / "view.png", 1400)
-        _racecar("experiment", "all", "--out", work / "report")
-        with open_browser(900, 1000) as browser:
-            browser.open((work / "report" / "report.html").as_uri())
-            browser.wait_until(lambda: browser.ask("document.readyState") == "complete", 60, "the report")
-            browser.screenshot(work / "report.png")
-        _shrink(work / "report.png", folder / "report.png", 900)
-        for name in _FIGURES:
-            _shrink(work / "report" / f"{name}.png", folder / f"{name}.png", _WIDTH)
+    with tempfile.TemporaryDirectory() as work:
+        os.chdir(work)  # the viewer shows the names of files: short ones
+        show_run(folder)
+        show_report(folder)
+
+
+def show_run(folder: Path) -> None:
+    """A drive through the building, localized, in the viewer."""
+    _racecar("simulate", "--map", "building", "--out", "drive.bag", "--seed", 3, "--duration", 40)
+    pose = ("--initial-pose", 0, 0, 0)
+    _racecar("localize", "drive.bag", "--map", "building", *pose, "--record", "--out", "drive")
+    with viewed(Path("drive")) as address, open_browser() as browser:
+        browser.open(address)
+        browser.wait_until(lambda: pixels_of(browser, Path("view.png")).complete, 90, "the viewer")
+        time.sleep(_DRIVING_SECONDS)
+        pixels_of(browser, folder / "view.png")
+
+
+def show_report(folder: Path) -> None:
+    """The page about all experiments, and some of its figures."""
+    _racecar("experiment", "all", "--out", "report")
+    with open_browser(900, 1000) as browser:
+        browser.open(Path("report/report.html").absolute().as_uri())
+        browser.wait_until(lambda: browser.ask("document.readyState") == "complete", 60, "the report")
+        browser.screenshot(folder / "report.png")
+    for name in _FIGURES:
+        picture = Image.open(f"report/{name}.png").convert("RGB")
+        picture.thumbnail((_WIDTH, 10 * _WIDTH))
+        picture.save(folder / f"{name}.png", optimize=True)
 
 
 def _racecar(*arguments: object) -> None:
     subprocess.run([sys.executable, "-m", "pipelines.cli", *map(str, arguments)], check=True)
-
-
-def _shrink(source: Path, target: Path, width: int) -> None:
-    """Not wider than so many pixels, and of 128 colours, which figures are content with."""
-    picture = Image.open(source).convert("RGB")
-    picture.thumbnail((width, 10_000))
-    picture.quantize(128).save(target, optimize=True)
 
 
 if __name__ == "__main__":
