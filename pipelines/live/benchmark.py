@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import Odometry as OdometryMessage
+from sensor_msgs.msg import LaserScan
 
 from localization.config import LocalizationConfig
 from localization.localizer import Localizer
@@ -28,6 +29,7 @@ from pipelines.bag_messages import nanoseconds
 from pipelines.bag_odometry import planar_pose
 from pipelines.bag_reader import BagReader
 from pipelines.evaluation import compare
+from pipelines.live.node import sensor_qos
 from pipelines.live.processes import private_environment, racecar_process
 from pipelines.live.run import ros_node, served
 from pipelines.mapping_run import build_map
@@ -63,6 +65,8 @@ class LiveFigures:
     posed: int = 0
     pose_messages: int = 0
     latency_ms: dict[str, float] = field(default_factory=dict)
+    seen_latency_ms: dict[str, float] = field(default_factory=dict)
+    """From where another process receives a scan to where it receives its pose."""
     cpu_share: float = 0.0
     error_live_m: float | None = None
     error_offline_m: float | None = None
@@ -105,9 +109,11 @@ def measure_localizer(drive: LiveDrive, config: LocalizationConfig, domain: int)
         offline = _replay(reader, drive, config, start)
         pose = [f"{value:.6f}" for value in start]
         arguments = ["live", "localize", "--map", str(drive.map), "--no-memory", "--initial-pose", *pose]
-        summary, live, pose_messages = _run(arguments, drive, reader.odom_topic, domain)
+        summary, heard = _run(arguments, drive, reader.odom_topic, domain)
+        live = heard.trajectory()
         _take_summary(figures, summary)
-        figures.posed, figures.pose_messages = len(live), pose_messages
+        figures.posed, figures.pose_messages = len(live), heard.pose_messages
+        figures.seen_latency_ms = heard.latency_ms()
         if drive.truth is not None:
             figures.error_live_m = _mean_error(live, drive.truth)
             figures.error_offline_m = _mean_error(offline, drive.truth)
@@ -124,7 +130,7 @@ def measure_mapper(drive: LiveDrive, config: MappingConfig, domain: int) -> Live
         figures.odometry = reader.topics[reader.odom_topic].message_count if reader.odom_topic else 0
         offline = build_map(reader, config, Report("offline"), quiet=True).trajectory
         out = Path(folder) / "map"
-        summary, _, _ = _run(["live", "map", "--out", str(out)], drive, reader.odom_topic, domain)
+        summary, _ = _run(["live", "map", "--out", str(out)], drive, reader.odom_topic, domain)
         _take_summary(figures, summary)
         live = load_tum(out / "trajectory.tum")
         figures.posed = len(live)
@@ -166,8 +172,8 @@ def _replay(reader: BagReader, drive: LiveDrive, config: LocalizationConfig, sta
 
 def _run(
     arguments: list[str], drive: LiveDrive, odom_topic: str | None, domain: int
-) -> tuple[dict[str, Any], Trajectory, int]:
-    """Play the bag to a node; its summary, the poses it told per scan, and how many at odometry's rate."""
+) -> "tuple[dict[str, Any], _Heard]":
+    """Play the bag to a node; its summary, and what was heard of it."""
     environment = private_environment(domain)
     os.environ.update({name: environment[name] for name in environment if name.startswith("ROS_")})
     with tempfile.TemporaryDirectory() as folder:
@@ -182,7 +188,7 @@ def _run(
             with racecar_process(play, environment, log) as player:
                 player.wait()
             time.sleep(1.0)
-        return loads(summary.read_text()), heard.trajectory(), heard.pose_messages
+        return loads(summary.read_text()), heard
 
 
 class _Heard:
@@ -191,13 +197,26 @@ class _Heard:
     def __init__(self, node: Any) -> None:
         self._node = node
         self._poses: dict[int, Pose] = {}
+        self._scans_at: dict[int, float] = {}
+        self._poses_at: dict[int, float] = {}
         self.pose_messages = 0
+        node.create_subscription(LaserScan, "/scan", self._on_scan, sensor_qos(1000))
         node.create_subscription(PoseWithCovarianceStamped, "/amcl_pose", self._on_pose, 1000)
         node.create_subscription(OdometryMessage, "/pf/pose/odom", self._on_odometry, 1000)
 
     def is_node_there(self) -> bool:
-        """Whether a node listens to scans."""
-        return bool(self._node.count_subscribers("/scan"))
+        """Whether another node listens to scans."""
+        return int(self._node.count_subscribers("/scan")) > 1
+
+    def latency_ms(self) -> dict[str, float]:
+        """Median and 99th percentile from a scan's arrival here to that of its pose."""
+        both = [
+            (self._scans_at[stamp], at) for stamp, at in self._poses_at.items() if stamp in self._scans_at
+        ]
+        if not both:
+            return {}
+        median, high = np.quantile([1e3 * (pose - scan) for scan, pose in both], [0.5, 0.99])
+        return {"median": float(median), "percentile_99": float(high)}
 
     def trajectory(self) -> Trajectory:
         """The poses by the stamps of their scans."""
@@ -206,7 +225,11 @@ class _Heard:
             np.array(stamps, dtype=np.int64), np.array([self._poses[s] for s in stamps]).reshape(-1, 3)
         )
 
+    def _on_scan(self, message: Any) -> None:
+        self._scans_at[nanoseconds(message.header.stamp)] = time.monotonic()
+
     def _on_pose(self, message: Any) -> None:
+        self._poses_at[nanoseconds(message.header.stamp)] = time.monotonic()
         pose = planar_pose(message)
         if pose is not None:
             self._poses[nanoseconds(message.header.stamp)] = pose

@@ -77,6 +77,8 @@ def _table(figures: "list[LiveFigures]") -> Table:
         "poses at odometry's rate": lambda f: f"{f.pose_messages}" if f.node == "localizer" else "",
         "latency, median (ms)": lambda f: _number(f.latency_ms.get("median"), 2),
         "latency, 99 % (ms)": lambda f: _number(f.latency_ms.get("percentile_99"), 2),
+        "seen from outside, median (ms)": lambda f: _number(f.seen_latency_ms.get("median"), 2),
+        "seen from outside, 99 % (ms)": lambda f: _number(f.seen_latency_ms.get("percentile_99"), 2),
         "share of a core": lambda f: f"{f.cpu_share:.1%}",
         "error, live (m)": lambda f: _number(f.error_live_m, 4),
         "error, offline (m)": lambda f: _number(f.error_offline_m, 4),

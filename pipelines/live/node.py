@@ -2,12 +2,11 @@
 
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from rclpy.subscription import Subscription
 from sensor_msgs.msg import LaserScan
 
 from pipelines.live.diagnostics import Diagnostics
@@ -25,7 +24,6 @@ LATCHED = QoSProfile(
 )
 _SILENT_AFTER = 1.0
 """Seconds without a message after which a topic has stopped."""
-_LONGEST_WAIT = 10_000_000_000
 _PATIENCE = 3.0
 """Seconds after the start for which a topic may be silent."""
 
@@ -35,22 +33,6 @@ def sensor_qos(depth: int) -> QoSProfile:
     return QoSProfile(
         depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
     )
-
-
-def timed_callback(take: Callable[[Any, int], None]) -> Callable[..., None]:
-    """A callback that tells when the middleware received a message, in nanoseconds of the monotonic clock.
-
-    Where ROS does not tell (Humble), it is the time of the callback.
-    """
-
-    def on_message(message: Any) -> None:
-        take(message, time.monotonic_ns())
-
-    def on_message_with_info(message: Any, info: Any) -> None:
-        waited = time.time_ns() - info["received_timestamp"]
-        take(message, time.monotonic_ns() - max(0, min(waited, _LONGEST_WAIT)))
-
-    return on_message_with_info if hasattr(Subscription, "CallbackType") else on_message
 
 
 class LiveNode(ABC):
@@ -103,8 +85,8 @@ class LiveNode(ABC):
             node.create_subscription(
                 transform_message_type(), "/tf_static", self.sensors.take_transforms, static, raw=True
             )
-        node.create_subscription(OdometryMessage, "odom", timed_callback(self._on_odometry), sensor_qos(400))
-        node.create_subscription(LaserScan, "scan", timed_callback(self._on_scan), sensor_qos(100))
+        node.create_subscription(OdometryMessage, "odom", self._on_odometry, sensor_qos(400))
+        node.create_subscription(LaserScan, "scan", self._on_scan, sensor_qos(100))
         node.create_timer(0.5, self.watch)
         node.create_timer(1.0, self._tell)
 
@@ -153,13 +135,13 @@ class LiveNode(ABC):
     def _warn(self, sentence: str) -> None:
         self.node.get_logger().warning(sentence)
 
-    def _on_scan(self, message: Any, arrival: int) -> None:
+    def _on_scan(self, message: Any) -> None:
         self.health.note("scans")
-        self.take_scan(message, arrival)
+        self.take_scan(message, time.monotonic_ns())
 
-    def _on_odometry(self, message: Any, arrival: int) -> None:
+    def _on_odometry(self, message: Any) -> None:
         self.health.note("odometry")
-        self.take_odometry(message, arrival)
+        self.take_odometry(message, time.monotonic_ns())
 
     def watch(self) -> None:
         """Twice a second: topics that stopped, and work that is not kept up with."""
