@@ -74,13 +74,15 @@ class Player:
         self._clock = self._node.create_publisher(Clock, "/clock", 10)
 
     def wait_for_listeners(self, seconds: float) -> bool:
-        """Wait, for so long at most, until somebody listens to the scans; tells whether somebody does."""
+        """Wait, for so long at most, until all who want the scans can hear them; tells whether anybody does."""
         scans = [topic for topic in self.topics if topic.message_type in (LASER_SCAN, POINT_CLOUD)]
+        names = [topic.name for topic in scans or self.topics]
         until = time.monotonic() + seconds
         while True:
-            heard = [self._publishers[topic.name].get_subscription_count() for topic in scans or self.topics]
-            if any(heard) or time.monotonic() > until:
-                return any(heard)
+            wanting = [self._node.count_subscribers(name) for name in names]
+            hearing = [self._publishers[name].get_subscription_count() for name in names]
+            if (any(wanting) and hearing == wanting) or time.monotonic() > until:
+                return any(hearing)
             time.sleep(0.05)
 
     def play(self, speed: float, progress: Callable[[int], None] = lambda count: None) -> Played:
