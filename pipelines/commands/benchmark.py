@@ -142,6 +142,39 @@ def growth(
 
 
 @benchmark.command()
+def localizer(
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Time the localizer with 4000 particles and 100 beams, beside bare memory loads and a plain filter.
+
+    On the shipped building and, where there are recordings, the basement's map.
+    Example: racecar benchmark localizer --json localizer.json
+    """
+    from rich.console import Console
+
+    from pipelines.benchmark_localizer import FULL, benchmark_maps, measure_localizer
+    from pipelines.benchmark_localizer_table import CHECKS, checks_table, times_table
+    from pipelines.report import Report
+
+    announce = Console(stderr=True, quiet=quiet, highlight=False).print
+    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
+    report = Report("racecar benchmark localizer")
+    report.add("inputs", {"seed": seed, "workload": asdict(FULL)})
+    maps = {}
+    for name, grid in benchmark_maps().items():
+        announce(f"Measuring on {name}")
+        maps[name] = measure_localizer(grid, FULL, seed)
+    report.add("maps", {name: asdict(figures) for name, figures in maps.items()})
+    for check in CHECKS:
+        report.add("checks", {check.name: check.as_dict(maps)})
+    page.print(checks_table(maps), times_table(maps))
+    if json is not None:
+        report.write(json)
+
+
+@benchmark.command()
 def live(
     seconds: Annotated[
         float, typer.Option("--seconds", min=5.0, metavar="SECONDS", help="Length of the simulated drive.")

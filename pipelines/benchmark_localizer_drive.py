@@ -1,0 +1,110 @@
+"""What the localizer's benchmark runs on: a simulated drive, followed with a fixed number of particles."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TypeVar
+
+import numpy as np
+
+from localization.beams import Beams, select_beams
+from localization.config import LocalizationConfig
+from localization.localizer import Localizer
+from localization.pose_estimate import PoseEstimate
+from maps.occupancy_grid import OccupancyGrid
+from maps.odometry import Odometry, OdometryBuffer
+from maps.scan import Scan
+from maps.se2 import Pose
+from pipelines.laser_sensor import SCAN_TIME
+from pipelines.simulator import Simulation
+from pipelines.simulator_config import SimulationConfig
+
+_T = TypeVar("_T")
+
+
+@dataclass(frozen=True, eq=False)
+class DriveStep:
+    """What comes in from one scan to the next."""
+
+    odometry: list[Odometry]
+    scan: Scan
+    map_from_base: Pose
+    """The truth at the scan."""
+
+
+class MeasuredDrive:
+    """A localizer that follows a simulated drive of so many steps."""
+
+    def __init__(
+        self, grid: OccupancyGrid, config: LocalizationConfig, steps: int, warm_up_steps: int, seed: int
+    ) -> None:
+        """The first steps compile the kernels and gather the cloud. Raises UserError when no car has room."""
+        self.config = config
+        self.localizer = Localizer(grid, config, np.random.default_rng(seed))
+        self._steps = iter(list(_simulated(grid, (steps + warm_up_steps + 4) * SCAN_TIME, seed)))
+        self._odometry = OdometryBuffer()
+        self.step = self.next_step()
+        self.localizer.set_pose(self.step.map_from_base)
+        self.feed()
+        for _ in range(warm_up_steps):
+            self.next_step()
+            self.feed()
+
+    def next_step(self) -> DriveStep:
+        """Drive on to the next scan."""
+        self.step = next(self._steps)
+        for sample in self.step.odometry:
+            self._odometry.add(sample)
+        return self.step
+
+    def feed(self) -> PoseEstimate:
+        """The localizer's work in this step."""
+        for sample in self.step.odometry:
+            self.localizer.add_odometry(sample)
+        return self.localizer.add_scan(self.step.scan)
+
+    @property
+    def beams(self) -> Beams:
+        """Of the scan, as the localizer selects them but for the motion during the sweep."""
+        return select_beams(self.step.scan, self.config.beams, None)
+
+    @property
+    def odom_from_base(self) -> Pose:
+        """(3,) at the scan."""
+        return self._odometry.pose_at(self.step.scan.stamp)
+
+
+class Stopwatch:
+    """Gathers how long things took, by name."""
+
+    def __init__(self) -> None:
+        self._seconds: dict[str, list[float]] = {}
+
+    def time(self, name: str, work: Callable[[], _T]) -> _T:
+        """Do the work once."""
+        started = time.perf_counter()
+        result = work()
+        self._seconds.setdefault(name, []).append(time.perf_counter() - started)
+        return result
+
+    def time_warm(self, name: str, work: Callable[[], object], repetitions: int) -> None:
+        """Do it so often after a first time, which finds the caches as other work left them."""
+        work()
+        for _ in range(repetitions):
+            self.time(name, work)
+
+    def milliseconds(self, name: str) -> float:
+        """The median."""
+        return 1e3 * float(np.median(self._seconds[name]))
+
+
+def _simulated(grid: OccupancyGrid, seconds: float, seed: int) -> Iterator[DriveStep]:
+    simulation = Simulation(grid, SimulationConfig(duration=seconds, seed=seed))
+    poses = iter(simulation.ground_truth.map_from_base)
+    odometry: list[Odometry] = []
+    for message in simulation.messages():
+        if isinstance(message, Odometry):
+            odometry.append(message)
+        else:
+            yield DriveStep(odometry, message, next(poses))
+            odometry = []
