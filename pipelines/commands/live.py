@@ -119,12 +119,12 @@ def localize(
 
     import numpy as np
 
-    from localization.warm_up import warm_up
     from maps.errors import UserError
     from maps.map_files import load_map
     from pipelines.config_file import load_config
     from pipelines.live.localizer_node import LocalizerNode, Start
     from pipelines.live.run import ros_node, spin
+    from pipelines.live.warm_up_localizer import warm_up_localizer
     from pipelines.report import write_json
 
     if initial_pose is not None and anywhere:
@@ -142,7 +142,7 @@ def localize(
         ros_node("racecar_localizer", context.obj) as node,
     ):
         localizer = LocalizerNode(node, settings, start, page)
-        warm_up()
+        warm_up_localizer(settings)
         localizer.start()
         try:
             spin(node, localizer.survive)
@@ -181,7 +181,7 @@ def map(
     from pipelines.live.map_saving import MapOutput, resume
     from pipelines.live.mapper_node import MapperNode
     from pipelines.live.run import ros_node, spin
-    from pipelines.live.warm_up import warm_up
+    from pipelines.live.warm_up import warm_up_mapper
     from pipelines.outputs import output_folder
     from pipelines.report import write_json
 
@@ -193,7 +193,7 @@ def map(
     mapper, messages = resume(output, anew=anew, announce=console.print)
     with _page(view, "racecar mapper", view_port) as page, ros_node("racecar_mapper", context.obj) as node:
         drive = MapperNode(node, output, mapper, messages, page)
-        warm_up()
+        warm_up_mapper()
         drive.start()
         try:
             spin(node, drive.survive)

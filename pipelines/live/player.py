@@ -74,7 +74,7 @@ class Player:
         self._clock = self._node.create_publisher(Clock, "/clock", 10)
 
     def wait_for_listeners(self, seconds: float) -> bool:
-        """Wait, for so long at most, until all who want the scans can hear them; tells whether anybody does."""
+        """Wait, for so long at most, until all who want the scans hear them; tells whether anybody does."""
         scans = [topic for topic in self.topics if topic.message_type in (LASER_SCAN, POINT_CLOUD)]
         names = [topic.name for topic in scans or self.topics]
         until = time.monotonic() + seconds

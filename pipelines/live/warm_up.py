@@ -1,4 +1,4 @@
-"""Compiling what a live mapper needs before the first scan comes."""
+"""Compiling what a live mapper needs before the first scan comes, by a short drive."""
 
 from mapping.config import MappingConfig
 from mapping.growing_grid import GrowingGrid
@@ -9,8 +9,8 @@ from pipelines.simulator_config import SimulationConfig
 from pipelines.warm_up import draw_ring
 
 
-def warm_up() -> None:
-    """Compile the kernels, or load them from numba's cache, by a short drive that closes a loop."""
+def warm_up_mapper() -> None:
+    """Compile the mapper's kernels, or load them from numba's cache; the drive closes a loop."""
     config = MappingConfig()
     mapper = Mapper(config)
     drive = Simulation(draw_ring(), SimulationConfig(noise="slight", seed=0, duration=14.0))
