@@ -180,3 +180,32 @@ def test_the_race_car_is_localized_live_as_offline(
     figures = play_to([*node, "--ros-args", "-r", "odom:=/vesc/odom"], bag, ros, tmp_path)
     assert figures["counts"]["scans"] == scans_in(bag)
     assert figures["dropped"] == {}
+
+
+@pytest.mark.slow
+def test_memory_does_not_grow_with_the_drive(racecar: Racecar, ros: dict[str, str], tmp_path: Path) -> None:
+    """Ten minutes of driving, played five times as fast."""
+    from pipelines.live.run import ros_node
+
+    bag, log, summary = tmp_path / "drive", tmp_path / "log", tmp_path / "summary.json"
+    simulated = racecar(
+        *("simulate", "--map", "building", "--out", bag, "--noise", "slight", "--duration", "600", "--quiet")
+    )
+    assert simulated.returncode == 0, simulated.stderr
+    node = ["live", "localize", "--map", "building", "--no-memory", *start_of(tmp_path)]
+    sizes = []
+    with racecar_process([*node, "--json", str(summary)], ros, log) as process:
+        with ros_node("test_readiness", []) as watcher:
+            wait_until(lambda: bool(watcher.count_subscribers("/scan")), 90.0, log)
+        play = ["play", str(bag), "--quiet", "--wait", "20", "--speed", "5"]
+        with racecar_process(play, ros, log) as player:
+            while player.poll() is None:
+                time.sleep(10.0)
+                sizes.append(resident_megabytes(process.pid))
+    assert json.loads(summary.read_text())["dropped"] == {}, log.read_text()
+    assert sizes[-2] < 1.05 * sizes[1], sizes
+
+
+def resident_megabytes(process: int) -> float:
+    status = Path(f"/proc/{process}/status").read_text().splitlines()
+    return next(float(line.split()[1]) / 1e3 for line in status if line.startswith("VmRSS"))
