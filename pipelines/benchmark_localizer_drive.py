@@ -65,8 +65,8 @@ class MeasuredDrive:
 
     @property
     def beams(self) -> Beams:
-        """Of the scan, as the localizer selects them but for the motion during the sweep."""
-        return select_beams(self.step.scan, self.config.beams, None)
+        """Of the scan, as the localizer selects them."""
+        return select_beams(self.step.scan, self.config.beams, self._odometry.pose_at)
 
     @property
     def odom_from_base(self) -> Pose:
@@ -75,16 +75,19 @@ class MeasuredDrive:
 
 
 class Stopwatch:
-    """Gathers how long things took, by name."""
+    """Gathers how much time of the processor this thread took for things, by name.
+
+    On a machine with nothing else to do it is how long they took; other work there does not show.
+    """
 
     def __init__(self) -> None:
         self._seconds: dict[str, list[float]] = {}
 
     def time(self, name: str, work: Callable[[], _T]) -> _T:
         """Do the work once."""
-        started = time.perf_counter()
+        started = time.thread_time()
         result = work()
-        self._seconds.setdefault(name, []).append(time.perf_counter() - started)
+        self._seconds.setdefault(name, []).append(time.thread_time() - started)
         return result
 
     def time_warm(self, name: str, work: Callable[[], object], repetitions: int) -> None:
