@@ -387,6 +387,7 @@ class LocalizerNode(LiveNode):
 
     def _go_over_to(self, grid: OccupancyGrid, localizer: Localizer) -> None:
         is_first = self._localizer is None
+        localizer.reconfigure(self._config)  # which may have changed while its table was built
         rows, columns = grid.cells.shape
         size = f"{columns * grid.resolution:.1f} × {rows * grid.resolution:.1f} m"
         self.faults.end("no_map", f"The map has come, {size}.")

@@ -167,10 +167,10 @@ def _listening() -> list[tuple[str, int]]:
 
 
 @pytest.mark.slow
-def test_the_race_car_is_localized_live_as_offline(
+def test_no_scan_of_the_race_car_is_lost(
     recordings: Path, racecar: Racecar, ros: dict[str, str], tmp_path: Path
 ) -> None:
-    """At real speed, from the same start."""
+    """At real speed, with its pauses, after which the whole map is searched."""
     bag, map_ = recordings / "racecar" / "session_A", recordings / "racecar" / "maps" / "stata_basement.yaml"
     offline = racecar("localize", bag, "--map", map_, "--out", tmp_path / "offline", "--global", "--quiet")
     assert offline.returncode == 0, offline.stderr
