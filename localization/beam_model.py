@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from localization.beam_model_kernels import add_up_beams, add_up_cast_beams
-from localization.beam_table import beam_log_probabilities
+from localization.beam_table import TRACKING, beam_log_probabilities
 from localization.beams import Beams
 from localization.free_space import FreeSpace
 from localization.range_codes import CODE_OF_CELLS
@@ -28,7 +28,7 @@ class BeamModel:
         """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash."""
         grid = self._free_space.grid
         log_probabilities = beam_log_probabilities(
-            beams.ranges, beams.max_range, grid.resolution, self._squash
+            beams.ranges, beams.max_range, grid.resolution, self._squash, TRACKING
         )
         x, y, yaw = grid.map_from_grid
         laser_on_base = beams.base_from_laser[:2].copy()  # one that is read-only would be compiled for anew

@@ -1,5 +1,6 @@
 """The beam sensor model of MIT's robotics course (RSS, lab 5): how likely a reading is on the map."""
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -9,12 +10,26 @@ from localization.range_codes import CELLS_OF_CODE, FARTHEST
 
 COURSE_PIXELS = 200
 """The course counts distances in map pixels and clips them here."""
-HIT_DEVIATION = 8.0
-"""Pixels."""
-HIT, SHORT, MAX, RANDOM = 0.74, 0.07, 0.07, 0.12
 
 
-def beam_probabilities(max_pixels: int = COURSE_PIXELS) -> NDArray[np.float64]:
+@dataclass(frozen=True)
+class BeamMixture:
+    """What a reading can be: the wall, something before it, the maximum, anything; here by the course."""
+
+    hit_deviation: float = 8.0
+    """Pixels."""
+    hit: float = 0.74
+    short: float = 0.07
+    max: float = 0.07
+    random: float = 0.12
+
+
+COURSE = BeamMixture()
+TRACKING = BeamMixture(hit_deviation=4.0, random=1.2)
+"""Sharper at the wall, as bends and bare corridors need, and more forgiving of what the map does not know."""
+
+
+def beam_probabilities(max_pixels: int = COURSE_PIXELS, mixture: BeamMixture = COURSE) -> NDArray[np.float64]:
     """(P + 1, P + 1) probability of measuring z (row) where the map says d (column), both in pixels.
 
     A mixture of a Gaussian about d, something in the way (more likely near by), a reading of the
@@ -22,20 +37,20 @@ def beam_probabilities(max_pixels: int = COURSE_PIXELS) -> NDArray[np.float64]:
     """
     measured = np.arange(max_pixels + 1.0)[:, None]
     expected = np.arange(max_pixels + 1.0)[None, :]
-    hit = np.exp(-0.5 * ((measured - expected) / HIT_DEVIATION) ** 2)
+    hit = np.exp(-0.5 * ((measured - expected) / mixture.hit_deviation) ** 2)
     hit /= hit.sum(axis=0)
     distance = np.maximum(expected, 1.0)
     short = np.where(
         (measured <= expected) & (expected > 0), 2.0 / distance * (1.0 - measured / distance), 0.0
     )
     maximum = measured == max_pixels
-    mixed = HIT * hit + SHORT * short + MAX * maximum + RANDOM / max_pixels
+    mixed = mixture.hit * hit + mixture.short * short + mixture.max * maximum + mixture.random / max_pixels
     probabilities: NDArray[np.float64] = mixed / mixed.sum(axis=0)
     return probabilities
 
 
 def beam_log_probabilities(
-    ranges: NDArray[np.float64], max_range: float, resolution: float, squash: float
+    ranges: NDArray[np.float64], max_range: float, resolution: float, squash: float, mixture: BeamMixture
 ) -> NDArray[np.float32]:
     """(B, 256) log-probability of B ranges (metres, inf: a miss) for the code of every expected range.
 
@@ -45,14 +60,14 @@ def beam_log_probabilities(
     reach = max_range / resolution
     max_pixels = max(1, round(reach)) if reach < FARTHEST else FARTHEST
     pixels = np.clip(np.rint(ranges / resolution), 0, max_pixels).astype(np.int64)
-    logs: NDArray[np.float32] = _log_probabilities(max_pixels, squash)[pixels]
+    logs: NDArray[np.float32] = _log_probabilities(max_pixels, squash, mixture)[pixels]
     return logs
 
 
 @lru_cache(maxsize=4)
-def _log_probabilities(max_pixels: int, squash: float) -> NDArray[np.float32]:
+def _log_probabilities(max_pixels: int, squash: float, mixture: BeamMixture) -> NDArray[np.float32]:
     """(P + 1, 256) a row for each reading, a column for each code of an expected range."""
     expected = np.minimum(np.rint(CELLS_OF_CODE), max_pixels).astype(np.int64)
-    logs = (np.log(beam_probabilities(max_pixels)[:, expected]) / squash).astype(np.float32)
+    logs = (np.log(beam_probabilities(max_pixels, mixture)[:, expected]) / squash).astype(np.float32)
     logs.flags.writeable = False
     return logs

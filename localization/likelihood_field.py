@@ -7,7 +7,7 @@ and no ray is ever cast. Misses tell it nothing.
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.beam_table import HIT, HIT_DEVIATION, MAX, RANDOM
+from localization.beam_table import TRACKING
 from localization.beams import Beams
 from localization.free_space import FreeSpace
 from localization.likelihood_field_kernels import add_up_ends
@@ -46,6 +46,6 @@ class LikelihoodField:
 
 def _log_probabilities(squash: float) -> NDArray[np.float32]:
     """(256,) log-probability of a beam that ends so many cells from a wall; the last is beyond the map."""
-    hit = np.exp(-0.5 * (np.arange(_FARTHEST + 1.0) / HIT_DEVIATION) ** 2)
-    hit *= HIT / (HIT_DEVIATION * np.sqrt(2.0 * np.pi))
-    return (np.log(hit + (RANDOM + MAX) / FARTHEST) / squash).astype(np.float32)
+    hit = np.exp(-0.5 * (np.arange(_FARTHEST + 1.0) / TRACKING.hit_deviation) ** 2)
+    hit *= TRACKING.hit / (TRACKING.hit_deviation * np.sqrt(2.0 * np.pi))
+    return (np.log(hit + TRACKING.random / FARTHEST) / squash).astype(np.float32)

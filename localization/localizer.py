@@ -11,7 +11,7 @@ from localization.beams import Beams, select_beams
 from localization.config import LocalizationConfig
 from localization.free_space import find_free_space
 from localization.likelihood_field import LikelihoodField
-from localization.lost_detector import LostDetector
+from localization.lost_detector import LostDetector, agreement_shares
 from localization.motion_model_kernels import carry
 from localization.motion_source import RESTART_SECONDS, MotionSource, MotionStep
 from localization.particle_filter import ParticleFilter
@@ -19,27 +19,25 @@ from localization.place_search import PlaceSearch
 from localization.pose_estimate import PoseEstimate
 from localization.range_table import HEADINGS, build_range_table
 from localization.refinement import refine
+from localization.rival import Rival
 from localization.sensor_model import SensorModel
 from localization.start_poses import draw_about, draw_anywhere, draw_start, draw_within
 from localization.tempering import temper
 from localization.walls import find_walls
 from maps.occupancy_grid import OccupancyGrid
 from maps.odometry import Odometry
+from maps.ray_casting import cast_ray_fan
 from maps.scan import Scan
 from maps.se2 import Pose, compose
 
 _NEWS_AFTER = 0.02
 """Metres plus radians of motion after which a scan tells something new. Scans of a car that stands repeat
 themselves; counted as independent, they would narrow the cloud to a point."""
-_NEWS_AFTER_SECONDS = 0.5
-"""A car that stands looks again now and then: it may have been pushed."""
 _LOST = 0.9
 """Probability of being lost at which the map is searched."""
-_FAR_ADVANTAGE = np.log(2.0)
-"""By how much a far place must fit better than one near the last: each beam twice as probable, on average.
+_FAR_ADVANTAGE = 0.5
+"""By how much more a beam's log-probability must be at a far place than at one near the last, on average.
 What has changed since the map was made costs nearly as much at the right place, and may not at one alike."""
-_FAR_ADVANTAGE_WHEN_LOST = 0.1
-"""The same when scans did not fit for a while, so that the place near the last is hardly the right one."""
 _FASTEST_DRIVE = 5.0
 """Metres per second that a car goes at most while nothing measures its motion."""
 _TRACKED_WITHIN = 0.5
@@ -69,7 +67,7 @@ class Localizer:
         self._rng = rng
         self._lock = Lock()
         self._is_settled = False
-        self._lost = LostDetector()
+        self._rival: Rival | None = None
         self._walls = find_walls(grid)
         self._survey(config)
         self._configure(config)
@@ -77,7 +75,6 @@ class Localizer:
         self._last: PoseEstimate | None = None
         self._published: _Published | None = None
         self._travel_since_weighing = 0.0
-        self._weighed_at: int | None = None
         self._scatter()
 
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None = None) -> None:
@@ -123,15 +120,15 @@ class Localizer:
             if self._last is not None and 0 <= self._last.stamp - scan.stamp < RESTART_SECONDS * 1e9:
                 return replace(self._last, is_start=False)
             step = self._motion.step_to(scan.stamp)
-            self._filter.predict(step, self._motion.model)
-            if self._is_settled and (step.is_over_gap or self._lost.probability >= _LOST):
+            self._filter.predict(step, self._motion.model, self._config.slip)
+            if self._rival is not None:
+                self._rival.filter.predict(step, self._motion.model, self._config.slip)
+            if self._is_settled and step.is_over_gap:
                 self._start_over(step)
-            was_settled = self._is_settled
             odometry_at = self._motion.poses_at if self._motion.knows(scan.stamp) else None
             beams = select_beams(scan, self._config.beams, odometry_at)
-            if len(beams) > 0:
-                self._look(beams, step, scan.stamp)
-            estimate = self._estimate(beams, scan.stamp, is_start=not was_settled)
+            is_start = self._look(beams, step, scan.stamp) if len(beams) > 0 else not self._is_settled
+            estimate = self._estimate(beams, step.seconds, scan.stamp, is_start)
             self._filter.resample(*self._wanted_particles(estimate))
             self._motion.follow(scan.stamp, estimate.map_from_base)
             self._last = estimate
@@ -161,6 +158,7 @@ class Localizer:
         self._free_space = find_free_space(self._walls.grid, config.table_megabytes * 10**6 // HEADINGS)
         self._table = build_range_table(self._free_space, config.table_megabytes)
         self._search = PlaceSearch(self._free_space, self._table)
+        self._lost = LostDetector(self._search.shares_when_lost())
 
     def _configure(self, config: LocalizationConfig) -> None:
         self._config = config
@@ -172,7 +170,7 @@ class Localizer:
 
     def _scatter(self) -> None:
         self._start_from(self._anywhere())
-        self._cloud_is_likely, self._far_advantage = False, 0.0
+        self._search_near, self._search_far = False, True
 
     def _start_over(self, step: MotionStep) -> None:
         """Search where the odometry leads or, after a gap in it, where the car can have driven meanwhile.
@@ -181,14 +179,13 @@ class Localizer:
         """
         assert self._last is not None
         predicted = compose(self._last.map_from_base, step.base_from_next_base)
-        advantage = _FAR_ADVANTAGE if step.is_over_gap else _FAR_ADVANTAGE_WHEN_LOST
         if step.is_over_gap and np.isinf(step.travel):
             reach = self._free_space.within(_FASTEST_DRIVE * step.seconds, predicted[:2])
             nearby = draw_anywhere(reach, self._config, self._rng) if reach.cell_count else self._anywhere()
         else:
             nearby = draw_about(predicted, self._config.scattered_particles, self._config, self._rng)
         self._start_from(nearby)
-        self._far_advantage = advantage
+        self._search_far = True
 
     def _anywhere(self) -> Pose:
         return draw_anywhere(self._free_space, self._config, self._rng)
@@ -197,62 +194,81 @@ class Localizer:
         """Search among poses (N, 3) when the next scan comes."""
         self._filter = ParticleFilter(map_from_base, self._rng)
         self._cloud = self._filter.map_from_base, self._filter.weights
-        self._cloud_is_likely = True
-        self._far_advantage = np.inf
+        self._search_near, self._search_far = True, False
         self._is_settled = False
-        self._lost = LostDetector()
+        self._rival = None
+        self._lost = self._lost.for_another_place()
         self._motion.forget_speed()
 
-    def _look(self, beams: Beams, step: MotionStep, stamp: int) -> None:
-        """Take in a scan: search with it, weigh the particles by it, or only see whether it still fits."""
+    def _look(self, beams: Beams, step: MotionStep, stamp: int) -> bool:
+        """Take in a scan; whether the estimates to come do not continue those before."""
         if not self._is_settled:
-            self._settle(beams)
-            self._note_weighing(stamp)
-            return
+            self._settle(beams, stamp)
+            return True
         self._travel_since_weighing += step.travel
-        if self._is_news(stamp):
-            log_likelihood = self._filter.explain(lambda poses: self._sensor.log_likelihood(poses, beams))
+        is_news = self._travel_since_weighing >= _NEWS_AFTER
+        log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, beams)
+        if is_news:
             self._filter.weigh(log_likelihood)
-            self._note_weighing(stamp)
-        else:
-            log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, beams)
-        self._lost.judge(self._fit(log_likelihood, beams))
+            self._travel_since_weighing = 0.0
+        return self._race(beams, float(log_likelihood.max()), is_news, step.seconds, stamp)
 
-    def _is_news(self, stamp: int) -> bool:
-        assert self._weighed_at is not None
-        waited = (stamp - self._weighed_at) * 1e-9
-        return self._travel_since_weighing >= _NEWS_AFTER or waited >= _NEWS_AFTER_SECONDS
-
-    def _note_weighing(self, stamp: int) -> None:
-        self._travel_since_weighing, self._weighed_at = 0.0, stamp
-
-    def _settle(self, beams: Beams) -> None:
+    def _settle(self, beams: Beams, stamp: int) -> None:
         """Take in a first scan, for which the cloud is too thin to be weighed at once."""
-        particles, fit = np.empty((0, 3)), -np.inf
-        if self._cloud_is_likely:
-            particles, fit = self._tempered(self._filter.map_from_base, beams)
-        if self._far_advantage < np.inf:
-            count = self._config.scattered_particles
-            found = self._search.find(beams, self._config.squash, count, self._rng)
-            elsewhere, fit_elsewhere = self._tempered(found, beams)
-            particles = elsewhere if fit_elsewhere > fit + self._far_advantage else particles
-        self._filter = ParticleFilter(particles, self._rng)
         self._is_settled = True
+        self._travel_since_weighing = 0.0
+        if not self._search_near:
+            self._filter, _ = self._search_map(beams)
+            return
+        near, fit_near = self._tempered(self._filter.map_from_base, beams)
+        if not self._search_far:
+            self._filter = near
+            return
+        far, fit_far = self._search_map(beams)
+        if fit_far - fit_near > _FAR_ADVANTAGE * len(beams) / self._config.squash:
+            near, far = far, near
+        self._filter, self._rival = near, Rival(far, self._lost.for_another_place(), stamp)
 
-    def _tempered(self, cloud: Pose, beams: Beams) -> tuple[Pose, float]:
-        """Particles at the places of a cloud that fit a scan best, and how well they do."""
+    def _race(self, beams: Beams, fit: float, is_moving: bool, seconds: float, stamp: int) -> bool:
+        """Search for a rival when the car seems lost; it takes over once it has fitted better for a while."""
+        rival = self._rival
+        is_lost = self._lost.probability >= _LOST
+        if is_lost and (rival is None or not rival.is_promising(stamp)):
+            found, _ = self._search_map(beams)
+            self._rival = Rival(found, self._lost.for_another_place(), stamp)
+            return False
+        if rival is None:
+            return False
+        self._judge(rival.lost, rival.filter.moments()[0], beams, seconds)
+        log_likelihood = self._sensor.log_likelihood(rival.filter.map_from_base, beams)
+        if is_moving:
+            rival.filter.weigh(log_likelihood)
+            rival.filter.resample(self._config.particles, self._config.scattered_particles)
+        rival.compare(float(log_likelihood.max()) - fit, seconds * self._lost.clarity, is_moving)
+        if rival.has_won and is_lost:
+            self._filter, self._lost, self._rival = rival.filter, rival.lost, None
+            self._motion.forget_speed()
+            return True
+        if rival.has_lost:
+            self._rival = None
+        return False
+
+    def _search_map(self, beams: Beams) -> tuple[ParticleFilter, float]:
+        found = self._search.find(beams, self._config.squash, self._config.scattered_particles, self._rng)
+        return self._tempered(found, beams)
+
+    def _tempered(self, cloud: Pose, beams: Beams) -> tuple[ParticleFilter, float]:
+        """Particles at the places of a cloud that fit a scan best, and the best one's log-likelihood."""
         count = min(len(cloud), self._config.scattered_particles)
         particles = temper(cloud, lambda poses: self._sensor.log_likelihood(poses, beams), count, self._rng)
-        return particles, self._fit(self._sensor.log_likelihood(particles, beams), beams)
+        best = float(self._sensor.log_likelihood(particles, beams).max())
+        return ParticleFilter(particles, self._rng), best
 
-    def _fit(self, log_likelihood: NDArray[np.float64], beams: Beams) -> float:
-        """The mean log-probability of a beam at the best particle."""
-        return float(log_likelihood.max() * self._config.squash / len(beams))
-
-    def _estimate(self, beams: Beams, stamp: int, is_start: bool) -> PoseEstimate:
+    def _estimate(self, beams: Beams, seconds: float, stamp: int, is_start: bool) -> PoseEstimate:
         map_from_base, covariance, weight = self._filter.moments()
         if _is_tracked(covariance, weight):
             map_from_base, covariance = refine(map_from_base, covariance, beams, self._walls)
+        self._judge(self._lost, map_from_base, beams, seconds)
         return PoseEstimate(
             stamp=stamp,
             map_from_base=map_from_base,
@@ -263,6 +279,15 @@ class Localizer:
             is_start=is_start,
             lost_probability=1.0 - (1.0 - self._lost.probability) * weight,
         )
+
+    def _judge(self, lost: LostDetector, map_from_base: Pose, beams: Beams, seconds: float) -> None:
+        """Tell a detector how a scan agrees with the map; from inside an obstacle nothing can be told."""
+        map_from_laser = compose(map_from_base, beams.base_from_laser)
+        if len(beams) == 0 or not self._free_space.contains(map_from_laser[None, :2])[0]:
+            return
+        expected = cast_ray_fan(self._walls.grid, map_from_laser[None], beams.bearings, beams.max_range)[0]
+        measured, expected = (np.minimum(ranges, beams.max_range) for ranges in (beams.ranges, expected))
+        lost.judge(agreement_shares(measured, expected), seconds)
 
     def _wanted_particles(self, estimate: PoseEstimate) -> tuple[int, int]:
         """The fewest and the most."""

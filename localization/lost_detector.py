@@ -1,21 +1,82 @@
-"""Is the car where the filter thinks?"""
+"""Is the car where the filter thinks? Told from how scans agree with the map, against what they usually do.
 
-_POOR_FIT = -5.0
-_LOST_AFTER = 20
-"""Scans."""
+A beam agrees with the map, is stopped before the wall, as by people, or looks through it, which nothing but a
+changed map excuses. At the right place their shares are learned while the car is tracked; at wrong places
+they are what the map's own places give when they are taken for each other. Bayes' rule turns scans into the
+odds of being lost.
+"""
+
+from copy import copy
+
+import numpy as np
+from numpy.typing import NDArray
+
+ALIKE, ALIKE_SHARE = 0.25, 0.02
+"""Metres, and share of the range, within which a reading agrees with the map."""
+_USUAL_SHARES = np.array([0.85, 0.12, 0.03])
+_LEAST_SHARES = np.array([0.05, 0.06, 0.01])
+"""Of beams that agree, are stopped and look through, at the right place: until learned, and at least."""
+_FIRST_SECONDS, _MEMORY_SECONDS = 2.0, 30.0
+"""For how long the usual shares count, and scans are remembered."""
+_EVIDENCE_PER_SECOND = 40.0
+"""A beam's mean log-ratio counts so often: beams and scans of a moment are alike in what disturbs them."""
+_CLOUDING, _LEAST_CLARITY = 3.0, 0.15
+_LONGEST = 0.1
+"""Seconds that one scan stands for at most."""
+_SUREST = 6.0
+"""Log-odds; nothing is believed more firmly, so that no change of mind takes long."""
+_SURE = 3.0
+"""Log-odds against being lost from which on the shares at the right place are learned."""
 
 
 class LostDetector:
-    """Counts scans that do not fit, whatever the pose; the fit is a beam's mean log-probability."""
+    """Weighs two explanations of every scan: tracked, and lost."""
 
-    def __init__(self) -> None:
-        self._poor_scans = 0
+    def __init__(self, shares_when_lost: NDArray[np.float64]) -> None:
+        """The shares (3,) of beams that agree, are stopped and look through, at wrong places of the map."""
+        self._when_lost = _normalized(np.maximum(shares_when_lost, _LEAST_SHARES))
+        self._when_tracked = _USUAL_SHARES
+        self._learned_seconds = _FIRST_SECONDS
+        self._log_odds = 0.0
 
     @property
     def probability(self) -> float:
         """How likely the car is elsewhere, 0 to 1."""
-        return min(self._poor_scans / _LOST_AFTER, 1.0)
+        return float(1.0 / (1.0 + np.exp(-self._log_odds)))
 
-    def judge(self, fit: float) -> None:
-        """Take in how well the best particle explains a scan."""
-        self._poor_scans = self._poor_scans + 1 if fit < _POOR_FIT else 0
+    @property
+    def clarity(self) -> float:
+        """How much a scan counts, 0 to 1: less where many beams disagree at the right place too."""
+        disagreeing = 1.0 - self._when_tracked[0]
+        return float(np.clip(1.0 - _CLOUDING * disagreeing, _LEAST_CLARITY, 1.0))
+
+    def for_another_place(self) -> "LostDetector":
+        """One that knows what this has learned of the sensor, but nothing yet of the place."""
+        other = copy(self)
+        other._log_odds = 0.0
+        return other
+
+    def judge(self, shares: NDArray[np.float64], seconds: float) -> None:
+        """Take in the shares (3,) of a scan, so long after the one before."""
+        seconds = min(seconds, _LONGEST)
+        tracked = _normalized(np.maximum(self._when_tracked, _LEAST_SHARES))
+        evidence = float(shares @ np.log(self._when_lost / tracked))
+        self._log_odds += _EVIDENCE_PER_SECOND * self.clarity * seconds * evidence
+        self._log_odds = float(np.clip(self._log_odds, -_SUREST, _SUREST))
+        if self._log_odds <= -_SURE:
+            self._learned_seconds = min(self._learned_seconds + seconds, _MEMORY_SECONDS)
+            self._when_tracked = self._when_tracked + seconds / self._learned_seconds * (
+                shares - self._when_tracked
+            )
+
+
+def agreement_shares(measured: NDArray[np.float64], expected: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3,) shares of readings (B,) that agree with what the map says (B,), are shorter, and are longer."""
+    within = ALIKE + ALIKE_SHARE * expected
+    shorter, longer = np.mean(measured < expected - within), np.mean(measured > expected + within)
+    return np.array([1.0 - shorter - longer, shorter, longer])
+
+
+def _normalized(shares: NDArray[np.float64]) -> NDArray[np.float64]:
+    normalized: NDArray[np.float64] = shares / shares.sum()
+    return normalized

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from localization.config import LocalizationConfig
 from localization.motion_model_kernels import drive_particles, move_particles
@@ -14,12 +15,20 @@ class MotionModel(Protocol):
     """What is known of how measured motion errs."""
 
     def deviations(self, base_from_next_base: Pose) -> Pose:
-        """(3,) standard deviations (metres, radians) of a measured increment (3,)."""
+        """(3,) standard deviations (metres, radians) of a measured increment (3,), besides the slip."""
 
     def move(
-        self, map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, rng: np.random.Generator
+        self,
+        map_from_base: Pose,
+        slips: NDArray[np.float64],
+        base_from_next_base: Pose,
+        deviations: Pose,
+        rng: np.random.Generator,
     ) -> Pose:
-        """Particles (N, 3) after an increment (3,); each draws noise of its own, in its own base frame."""
+        """Particles (N, 3) after an increment (3,), stretched by each one's slips (N, 2) of way and turn.
+
+        Each also draws noise of its own, in its own base frame.
+        """
 
 
 @dataclass(frozen=True)
@@ -28,29 +37,30 @@ class OdometryModel:
 
     The alphas are those of Thrun, Burgard and Fox: Probabilistic Robotics (2005), section 5.4. Here they
     give variances that grow with the motion and not with its square, so that a drive is as uncertain in many
-    small steps as in few large ones; the ``slip`` is a share of each coordinate, for what wheels and steering
-    get wrong for a while. A car that stands still gains no noise at all.
+    small steps as in few large ones. A car that stands still gains no noise at all.
     """
 
     config: LocalizationConfig
 
     def deviations(self, base_from_next_base: Pose) -> Pose:
-        """(3,) standard deviations (metres, radians) of a measured increment (3,)."""
+        """(3,) standard deviations (metres, radians) of a measured increment (3,), besides the slip."""
         path, turn = _path_and_turn(base_from_next_base)
         config = self.config
         place = path * config.path_noise_per_metre**2 + turn * config.path_noise_per_turn**2
         heading = path * config.turn_noise_per_metre**2 + turn * config.turn_noise_per_turn**2
-        deviations: Pose = np.sqrt([place, place, heading] + (config.slip * base_from_next_base) ** 2)
-        return deviations
+        return np.sqrt([place, place, heading])
 
     def move(
-        self, map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, rng: np.random.Generator
+        self,
+        map_from_base: Pose,
+        slips: NDArray[np.float64],
+        base_from_next_base: Pose,
+        deviations: Pose,
+        rng: np.random.Generator,
     ) -> Pose:
-        """Particles (N, 3) after an increment (3,); each draws noise of its own, in its own base frame."""
-        if not np.any(deviations) and not np.any(base_from_next_base):
-            return map_from_base
+        """Particles (N, 3) after an increment (3,), stretched by each one's slips (N, 2) of way and turn."""
         noise = rng.standard_normal(map_from_base.shape, dtype=np.float32)
-        return move_particles(map_from_base, base_from_next_base, deviations, noise)
+        return move_particles(map_from_base, slips, base_from_next_base, deviations, noise)
 
 
 @dataclass(frozen=True)
@@ -66,20 +76,22 @@ class AckermannModel:
         """(3,) standard deviations (metres, radians) along the arc, across it (none) and of the heading."""
         path, turn = _path_and_turn(base_from_next_base)
         steering = np.arctan2(self.config.wheelbase * turn, max(path, 1e-6))
-        along = path * self.config.path_noise_per_metre**2 + (self.config.slip * path) ** 2
-        heading = path * (self.config.turn_noise_per_metre / np.cos(steering)) ** 2
-        return np.sqrt([along, 0.0, heading + (self.config.slip * turn) ** 2])
+        along = np.sqrt(path) * self.config.path_noise_per_metre
+        return np.array([along, 0.0, np.sqrt(path) * self.config.turn_noise_per_metre / np.cos(steering)])
 
     def move(
-        self, map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, rng: np.random.Generator
+        self,
+        map_from_base: Pose,
+        slips: NDArray[np.float64],
+        base_from_next_base: Pose,
+        deviations: Pose,
+        rng: np.random.Generator,
     ) -> Pose:
-        """Particles (N, 3) after an increment (3,); each draws a speed and a steering of its own."""
-        if not np.any(deviations) and not np.any(base_from_next_base):
-            return map_from_base
+        """Particles (N, 3) after an increment (3,), by a speed and a steering of each one's own."""
         if deviations[1] > 0.0:  # nothing measured it, so it may have gone anywhere
-            return OdometryModel(self.config).move(map_from_base, base_from_next_base, deviations, rng)
+            return OdometryModel(self.config).move(map_from_base, slips, base_from_next_base, deviations, rng)
         noise = rng.standard_normal((len(map_from_base), 2), dtype=np.float32)
-        return drive_particles(map_from_base, base_from_next_base, deviations, noise)
+        return drive_particles(map_from_base, slips, base_from_next_base, deviations, noise)
 
 
 def motion_model(config: LocalizationConfig) -> MotionModel:

@@ -6,44 +6,56 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from localization.trigonometry_kernels import sin_cos, wrapped
 from maps.se2 import Pose
 
 
 @njit(cache=True, nogil=True)
 def move_particles(
-    map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, noise: NDArray[np.float32]
+    map_from_base: Pose,
+    slips: NDArray[np.float64],
+    base_from_next_base: Pose,
+    deviations: Pose,
+    noise: NDArray[np.float32],
 ) -> Pose:
-    """Particles (N, 3) moved by an increment (3,) and by deviations (3,) times ``noise`` (N, 3)."""
+    """Particles (N, 3) moved by an increment (3,), stretched by slips (N, 2) of way and turn.
+
+    To this come deviations (3,) times ``noise`` (N, 3).
+    """
     moved = np.empty_like(map_from_base)
     for i in range(len(map_from_base)):
-        forward = base_from_next_base[0] + deviations[0] * noise[i, 0]
-        left = base_from_next_base[1] + deviations[1] * noise[i, 1]
-        turn = base_from_next_base[2] + deviations[2] * noise[i, 2]
-        yaw = map_from_base[i, 2]
-        cos, sin = math.cos(yaw), math.sin(yaw)
+        way, turning = 1.0 + slips[i, 0], 1.0 + slips[i, 1]
+        forward = way * base_from_next_base[0] + deviations[0] * noise[i, 0]
+        left = way * base_from_next_base[1] + deviations[1] * noise[i, 1]
+        turn = turning * base_from_next_base[2] + deviations[2] * noise[i, 2]
+        sin, cos = sin_cos(map_from_base[i, 2])
         moved[i, 0] = map_from_base[i, 0] + cos * forward - sin * left
         moved[i, 1] = map_from_base[i, 1] + sin * forward + cos * left
-        moved[i, 2] = math.pi - (math.pi - yaw - turn) % (2.0 * math.pi)
+        moved[i, 2] = wrapped(map_from_base[i, 2] + turn)
     return moved
 
 
 @njit(cache=True, nogil=True)
 def drive_particles(
-    map_from_base: Pose, base_from_next_base: Pose, deviations: Pose, noise: NDArray[np.float32]
+    map_from_base: Pose,
+    slips: NDArray[np.float64],
+    base_from_next_base: Pose,
+    deviations: Pose,
+    noise: NDArray[np.float32],
 ) -> Pose:
-    """Particles (N, 3) moved along arcs; ``noise`` (N, 2) is of the way and of the turn on it."""
+    """Particles (N, 3) moved along arcs; slips and ``noise`` (N, 2) are of the way and of the turn on it."""
     turn, chord = base_from_next_base[2], math.hypot(base_from_next_base[0], base_from_next_base[1])
     way = math.copysign(chord / _chord_share(turn), base_from_next_base[0])
     turn_on_way = turn / way if way != 0.0 else 0.0
     moved = np.empty_like(map_from_base)
     for i in range(len(map_from_base)):
-        driven = way + deviations[0] * noise[i, 0]
-        turned = driven * turn_on_way + deviations[2] * noise[i, 1]
+        driven = (1.0 + slips[i, 0]) * way + deviations[0] * noise[i, 0]
+        turned = (1.0 + slips[i, 1]) * driven * turn_on_way + deviations[2] * noise[i, 1]
         yaw = map_from_base[i, 2]
         direction, straight = yaw + 0.5 * turned, driven * _chord_share(turned)
         moved[i, 0] = map_from_base[i, 0] + straight * math.cos(direction)
         moved[i, 1] = map_from_base[i, 1] + straight * math.sin(direction)
-        moved[i, 2] = math.pi - (math.pi - yaw - turned) % (2.0 * math.pi)
+        moved[i, 2] = wrapped(yaw + turned)
     return moved
 
 

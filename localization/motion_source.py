@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from localization.config import LocalizationConfig
 from localization.motion_model import drift_noise, motion_model, travel
+from localization.slip import tyre_effort
 from maps.odometry import Odometry, OdometryBuffer
 from maps.se2 import IDENTITY, Pose, between, compose
 
@@ -41,6 +42,8 @@ class MotionStep:
     """Metres plus radians that the car may have moved; inf where nothing measured it."""
     seconds: float
     """inf where the clock was set back, so that nothing tells."""
+    effort: NDArray[np.float64]
+    """(2,) how hard the tyres were pushed along the car and across it, 0 to 1."""
 
     @property
     def is_over_gap(self) -> bool:
@@ -65,6 +68,7 @@ class MotionSource:
         self._odom_from_base: Pose | None = None
         self._stamp: int | None = None
         self._possible_speed: Pose = IDENTITY
+        self._step_speed: Pose = IDENTITY
         self._speed: Pose = IDENTITY
         self._last_estimate: tuple[int, Pose] | None = None
         self.reconfigure(config)
@@ -136,7 +140,7 @@ class MotionSource:
         seconds = (stamp - since) * 1e-9
         if odom_from_base is not None and self.knows(stamp):
             step = between(odom_from_base, self.poses_at(np.array(stamp)))
-            return MotionStep(step, self.model.deviations(step), travel(step), seconds)
+            return MotionStep(step, self.model.deviations(step), travel(step), seconds, np.zeros(2))
         return self._carried_on(seconds)
 
     def follow(self, stamp: int, map_from_base: Pose) -> None:
@@ -168,7 +172,17 @@ class MotionSource:
         if travel(step) > _FASTEST * (seconds + _STALE_SECONDS):
             return None
         possible = self._possible_step(step, seconds)
-        return MotionStep(step, self.model.deviations(possible), travel(possible), seconds)
+        sliding = self._config.slip * (possible - np.abs(step))
+        deviations = np.hypot(self.model.deviations(possible), sliding)
+        return MotionStep(step, deviations, travel(possible), seconds, self._effort_of(step, seconds))
+
+    def _effort_of(self, step: Pose, seconds: float) -> NDArray[np.float64]:
+        if seconds == 0.0:
+            return np.zeros(2)
+        before = self._step_speed
+        blend = min(1.0, seconds / _SPEED_MEMORY)
+        self._step_speed = before + blend * (step / seconds - before)
+        return tyre_effort(before, self._step_speed, seconds)
 
     def _possible_step(self, step: Pose, seconds: float) -> Pose:
         """(3,) how far the car may have gone in each coordinate: as measured, or on as a moment before."""
@@ -182,4 +196,4 @@ class MotionSource:
     def _carried_on(self, seconds: float) -> MotionStep:
         step = self._speed * float(np.clip(seconds, -_LONGEST_CARRY, _LONGEST_CARRY))
         noise = drift_noise(min(abs(seconds), GAP_SECONDS), self._config.drift_noise)
-        return MotionStep(step, noise, np.inf, seconds)
+        return MotionStep(step, noise, np.inf, seconds, np.zeros(2))

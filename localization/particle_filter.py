@@ -8,12 +8,14 @@ from localization.motion_model import MotionModel
 from localization.motion_source import MotionStep
 from localization.pose_estimate_kernels import cluster_moments
 from localization.resampling import effective_sample_size, systematic_resample
-from localization.tempering import LogLikelihood
+from localization.slip import changed_slips
 from maps.se2 import Pose
 
-_ONE_STRAY_IN = 100
-_STRAY = np.array([0.3, 0.3, 0.15])
-"""Standard deviations in metres and radians."""
+_MOST_EVIDENCE = 6.0
+"""Log-likelihood by which one scan tells against a particle at most. The car may drive where the map has an
+obstacle that was moved, and from there the map explains nothing."""
+_SLIPS_CHANGE_AFTER = 0.1
+"""Seconds; in shorter ones the slips keep."""
 
 
 class ParticleFilter:
@@ -24,40 +26,35 @@ class ParticleFilter:
         """(N, 3)"""
         self.weights: NDArray[np.float64] = np.empty(0)
         """(N,) that sum to 1."""
+        self._slips = np.zeros((len(map_from_base), 2))
+        self._slip_age = 0.0
+        self._effort = np.zeros(2)
         self._rng = rng
-        self._set_even_weights()
+        self._set_weights(np.zeros(len(map_from_base)))
 
     def __len__(self) -> int:
         return len(self.map_from_base)
 
-    def predict(self, step: MotionStep, model: MotionModel) -> None:
-        """Move all particles by a step, each by its own guess of how that was measured wrongly."""
+    def predict(self, step: MotionStep, model: MotionModel, slip: float) -> None:
+        """Move all particles by a step, each by its own guess of how that was measured wrongly.
+
+        The guesses of the slip last for a while, so that the filter learns it.
+        """
+        if step.travel == 0.0:
+            return
+        self._slip_age += step.seconds
+        self._effort = np.maximum(self._effort, step.effort)
+        if self._slip_age >= _SLIPS_CHANGE_AFTER:
+            self._slips = changed_slips(self._slips, self._slip_age, self._effort, slip, self._rng)
+            self._slip_age, self._effort = 0.0, np.zeros(2)
         self.map_from_base = model.move(
-            self.map_from_base, step.base_from_next_base, step.deviations, self._rng
+            self.map_from_base, self._slips, step.base_from_next_base, step.deviations, self._rng
         )
 
-    def explain(self, log_likelihood: LogLikelihood) -> NDArray[np.float64]:
-        """(N,) how well each particle explains what was measured; a few first try to do so better elsewhere.
-
-        Many scans that agree make the cloud so narrow that what the map lacks can lead it astray; a stray
-        that is right draws it back.
-        """
-        strays = self._rng.integers(len(self), size=-(-len(self) // _ONE_STRAY_IN))
-        places = self.map_from_base[strays] + _STRAY * self._rng.standard_normal((len(strays), 3))
-        both = log_likelihood(np.concatenate([self.map_from_base, places]))
-        explained, proposed = both[: len(self)], both[len(self) :]
-        is_better = proposed > explained[strays]
-        explained[strays[is_better]] = proposed[is_better]
-        self.map_from_base = self.map_from_base.copy()
-        self.map_from_base[strays[is_better]] = places[is_better]
-        return explained
-
     def weigh(self, log_likelihood: NDArray[np.float64]) -> None:
-        """Take in how well each particle (N,) explains what was measured."""
-        self._log_weights += log_likelihood
-        self._log_weights -= self._log_weights.max()
-        self.weights = np.exp(self._log_weights)
-        self.weights /= self.weights.sum()
+        """Take in how well each particle (N,) explains what was measured, however badly some do."""
+        evidence = np.maximum(log_likelihood, log_likelihood.max() - _MOST_EVIDENCE)
+        self._set_weights(self._log_weights + evidence)
 
     def moments(self) -> tuple[Pose, NDArray[np.float64], float]:
         """Mean (3,), covariance (3, 3) and weight of the heaviest cluster."""
@@ -76,9 +73,11 @@ class ParticleFilter:
         if self.effective_size >= 0.5 * len(self) and len(self) <= most:
             return
         count = most if fewest >= most else needed_particles(self.map_from_base, self.weights, fewest, most)
-        self.map_from_base = self.map_from_base[systematic_resample(self.weights, count, self._rng)]
-        self._set_even_weights()
+        chosen = systematic_resample(self.weights, count, self._rng)
+        self.map_from_base, self._slips = self.map_from_base[chosen], self._slips[chosen]
+        self._set_weights(np.zeros(count))
 
-    def _set_even_weights(self) -> None:
-        self._log_weights = np.zeros(len(self))
-        self.weights = np.full(len(self), 1.0 / len(self))
+    def _set_weights(self, log_weights: NDArray[np.float64]) -> None:
+        self._log_weights = log_weights - log_weights.max()
+        self.weights = np.exp(self._log_weights)
+        self.weights /= self.weights.sum()

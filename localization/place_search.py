@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
 
-from localization.beam_table import beam_log_probabilities
+from localization.beam_table import COURSE, beam_log_probabilities
 from localization.beams import Beams
 from localization.free_space import FreeSpace
-from localization.place_search_kernels import fill_scores
+from localization.lost_detector import ALIKE, ALIKE_SHARE
+from localization.place_search_kernels import compare_views, fill_scores
 from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
 from localization.range_table import RangeTable
 from maps.ray_casting import cast_ray_fan
@@ -22,6 +23,7 @@ _SPACING = 0.2
 _MOST_PLACES = 60_000
 _BEAMS = 60
 _HEADINGS_CAST = 128
+_COMPARED = 60
 _KEPT = 4000
 """Poses that are looked at closely."""
 
@@ -44,11 +46,24 @@ class PlaceSearch:
             self._views = _cast_views(self._grid.resolution, free_space, self._map_from_place)
             self._view_of_place = np.arange(len(places))
 
+    def shares_when_lost(self) -> NDArray[np.float64]:
+        """(3,) of the beams at wrong places: that agree, are stopped before and look through the map's walls.
+
+        Views from places all over the map are taken for each other, each turned as fits best; a filter that
+        is lost settles where that is not bad, so the better half counts.
+        """
+        chosen = np.linspace(0, len(self._view_of_place) - 1, _COMPARED).astype(np.int64)
+        views = CELLS_OF_CODE[self._views[self._view_of_place[chosen]]].astype(np.float32)
+        shares = compare_views(views, ALIKE / self._grid.resolution, ALIKE_SHARE)
+        better = shares[:, 0] >= np.median(shares[:, 0])
+        mean: NDArray[np.float64] = shares[better].mean(axis=0)
+        return mean
+
     def find(self, beams: Beams, squash: float, count: int, rng: np.random.Generator) -> Pose:
         """(count, 3) poses of the base, spread over the places where a scan fits best."""
         thinned = beams.thinned(_BEAMS)
         log_probabilities = beam_log_probabilities(
-            thinned.ranges, thinned.max_range, self._grid.resolution, squash
+            thinned.ranges, thinned.max_range, self._grid.resolution, squash, COURSE
         )
         headings = self._views.shape[1]
         offsets = np.rint(thinned.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings

@@ -27,3 +27,35 @@ def fill_scores(
             for beam in range(len(offsets)):
                 total += log_probabilities[beam, around[2 * half + offsets[beam]]]
             scores[place, half] = total
+
+
+@njit(cache=True, nogil=True)
+def compare_views(views: NDArray[np.float32], alike: float, alike_share: float) -> NDArray[np.float64]:
+    """(P * (P - 1), 3) shares of the beams of one view that agree, are shorter, are longer than another's.
+
+    The other of views (P, headings) is turned as fits best. Readings agree within ``alike`` and a share of
+    the range.
+    """
+    places, headings = views.shape
+    shares = np.zeros((places * (places - 1), 3))
+    pair = 0
+    for seen in range(places):
+        for taken in range(places):
+            if seen == taken:
+                continue
+            for turn in range(0, headings, 4):
+                agreeing, shorter = 0, 0
+                for heading in range(0, headings, 4):
+                    expected = views[taken, (heading + turn) % headings]
+                    within = alike + alike_share * expected
+                    measured = views[seen, heading]
+                    if measured < expected - within:
+                        shorter += 1
+                    elif measured <= expected + within:
+                        agreeing += 1
+                share = agreeing / (headings // 4)
+                if share > shares[pair, 0]:
+                    shares[pair, 0], shares[pair, 1] = share, shorter / (headings // 4)
+            shares[pair, 2] = 1.0 - shares[pair, 0] - shares[pair, 1]
+            pair += 1
+    return shares

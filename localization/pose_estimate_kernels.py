@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from localization.trigonometry_kernels import sin_cos
+from localization.trigonometry_kernels import sin_cos, wrapped
 from maps.se2 import Pose
 
 _PLACE_SIZE = 0.5
@@ -39,7 +39,7 @@ def cluster_moments(
     for i in range(len(weights)):
         if is_near[i]:
             dx, dy = map_from_base[i, 0] - mean[0], map_from_base[i, 1] - mean[1]
-            turn = _wrapped(map_from_base[i, 2] - mean[2])
+            turn = wrapped(map_from_base[i, 2] - mean[2])
             share = weights[i] / total
             covariance[0, 0] += share * dx * dx
             covariance[0, 1] += share * dx * dy
@@ -64,7 +64,7 @@ def _heaviest_place(map_from_base: Pose, weights: NDArray[np.float64]) -> tuple[
     for i in range(len(weights)):
         low_x, high_x = min(low_x, map_from_base[i, 0]), max(high_x, map_from_base[i, 0])
         low_y, high_y = min(low_y, map_from_base[i, 1]), max(high_y, map_from_base[i, 1])
-        widest = max(widest, abs(_wrapped(map_from_base[i, 2] - map_from_base[0, 2])))
+        widest = max(widest, abs(wrapped(map_from_base[i, 2] - map_from_base[0, 2])))
     if high_x - low_x < _RADIUS and high_y - low_y < _RADIUS and widest < _HALF_ANGLE:
         return map_from_base[0], True
     columns = int((high_x - low_x) / _PLACE_SIZE) + 2
@@ -106,9 +106,4 @@ def _place_of(map_from_base: Pose, low_x: float, low_y: float) -> tuple[int, int
 @njit(cache=True, nogil=True, inline="always")
 def _is_near(map_from_base: Pose, center: Pose) -> bool:
     dx, dy = map_from_base[0] - center[0], map_from_base[1] - center[1]
-    return dx * dx + dy * dy < _RADIUS**2 and abs(_wrapped(map_from_base[2] - center[2])) < _HALF_ANGLE
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _wrapped(angle: float) -> float:
-    return angle - _TURN * math.floor(angle / _TURN + 0.5)
+    return dx * dx + dy * dy < _RADIUS**2 and abs(wrapped(map_from_base[2] - center[2])) < _HALF_ANGLE

@@ -8,6 +8,12 @@ _TURN = 2.0 * math.pi
 
 
 @njit(cache=True, nogil=True, inline="always")
+def wrapped(angle: float) -> float:
+    """The same angle in [-π, π)."""
+    return angle - _TURN * math.floor(angle / _TURN + 0.5)
+
+
+@njit(cache=True, nogil=True, inline="always")
 def sin_cos(angle: float) -> tuple[float, float]:
     """Sine and cosine to 1e-14, of angles up to some thousand turns.
 

@@ -2,7 +2,7 @@ import numpy as np
 from drives import BASE_FROM_LASER, BEARINGS, room
 
 from localization.beam_model import BeamModel
-from localization.beam_table import beam_probabilities
+from localization.beam_table import TRACKING, beam_probabilities
 from localization.beams import Beams
 from localization.free_space import find_free_space
 from localization.range_table import build_range_table
@@ -21,7 +21,7 @@ def test_log_likelihoods_agree_with_the_product_over_exact_ranges() -> None:
     particles = particles[free_space.contains(compose(particles, BASE_FROM_LASER)[:, :2])]
     expected = cast_ray_fan(grid, compose(particles, BASE_FROM_LASER), bearings, 30.0)
     z, d = (np.minimum(np.rint(r / grid.resolution), 600).astype(int) for r in (measured, expected))
-    exact = np.log(beam_probabilities(600)[z[None, :], d]).sum(axis=1) / 2.2
+    exact = np.log(beam_probabilities(600, TRACKING)[z[None, :], d]).sum(axis=1) / 2.2
     fast = model.log_likelihood(particles, Beams(bearings, measured, BASE_FROM_LASER, 30.0))
     assert np.corrcoef(fast, exact)[0, 1] > 0.997
     assert np.mean(np.abs(fast - exact)) < 1.0

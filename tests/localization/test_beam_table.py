@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from localization.beam_table import beam_log_probabilities, beam_probabilities
+from localization.beam_table import COURSE, beam_log_probabilities, beam_probabilities
 from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS
 
 
@@ -26,26 +26,26 @@ def test_every_column_sums_to_one() -> None:
 
 
 def test_log_probabilities_are_squashed_and_rounded_to_pixels() -> None:
-    logs = beam_log_probabilities(np.array([1.02, 50.0]), 10.0, 0.05, 2.2)
+    logs = beam_log_probabilities(np.array([1.02, 50.0]), 10.0, 0.05, 2.2, COURSE)
     expected = np.minimum(np.rint(CELLS_OF_CODE), 200).astype(int)
     np.testing.assert_allclose(logs[0], np.log(beam_probabilities()[20, expected]) / 2.2, rtol=1e-5)
     np.testing.assert_allclose(logs[1], np.log(beam_probabilities()[200, expected]) / 2.2, rtol=1e-5)
 
 
 def test_a_miss_of_a_short_sighted_sensor_agrees_with_all_that_is_beyond_its_sight() -> None:
-    logs = beam_log_probabilities(np.array([np.inf]), 5.0, 0.05, 1.0)[0]
+    logs = beam_log_probabilities(np.array([np.inf]), 5.0, 0.05, 1.0, COURSE)[0]
     assert np.all(logs[100:] == logs[-1])
     assert logs[80] < logs[100] - 0.5
 
 
 def test_far_ranges_are_told_apart() -> None:
     """A wall at 20 m explains a reading of 20 m better than one at 18 m does."""
-    logs = beam_log_probabilities(np.array([20.0]), 30.0, 0.05, 1.0)[0]
+    logs = beam_log_probabilities(np.array([20.0]), 30.0, 0.05, 1.0, COURSE)[0]
     at_20, at_18 = (CODE_OF_CELLS[int(metres / 0.05)] for metres in (20.0, 18.0))
     assert logs[at_20] > logs[at_18] + 2.0
 
 
 def test_computing_logs_leaves_the_table_as_it_was() -> None:
-    first = beam_log_probabilities(np.array([1.0, np.inf]), 3.0, 0.05, 2.2)
+    first = beam_log_probabilities(np.array([1.0, np.inf]), 3.0, 0.05, 2.2, COURSE)
     first[:] = 0.0
-    assert np.all(beam_log_probabilities(np.array([1.0, np.inf]), 3.0, 0.05, 2.2) < 0.0)
+    assert np.all(beam_log_probabilities(np.array([1.0, np.inf]), 3.0, 0.05, 2.2, COURSE) < 0.0)

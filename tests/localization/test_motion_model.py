@@ -14,17 +14,22 @@ poses = st.tuples(coordinate, coordinate, st.floats(-3.1, 3.1)).map(np.array)
 MODELS = [OdometryModel(LocalizationConfig()), AckermannModel(LocalizationConfig())]
 
 
+NO_SLIP = np.zeros((1, 2))
+
+
 def exact(**alphas: float) -> LocalizationConfig:
     """No noise but what is named."""
     tiny = 1e-9
     names = ("turn_noise_per_turn", "turn_noise_per_metre", "path_noise_per_metre", "path_noise_per_turn")
-    return LocalizationConfig(**{**dict.fromkeys(names, tiny), "slip": 0.0, **alphas})
+    return LocalizationConfig(**{**dict.fromkeys(names, tiny), **alphas})
 
 
 @settings(deadline=None)
 @given(poses, poses)
 def test_without_noise_every_particle_moves_by_the_increment(start: np.ndarray, step: np.ndarray) -> None:
-    moved = MODELS[0].move(np.tile(start, (3, 1)), step, np.zeros(3), np.random.default_rng(0))
+    moved = MODELS[0].move(
+        np.tile(start, (3, 1)), np.zeros((3, 2)), step, np.zeros(3), np.random.default_rng(0)
+    )
     expected = compose(start, step)
     np.testing.assert_allclose(moved[:, :2], np.tile(expected[:2], (3, 1)), atol=1e-9)
     np.testing.assert_allclose(wrap_angle(moved[:, 2] - expected[2]), 0.0, atol=1e-9)
@@ -35,37 +40,40 @@ def test_without_noise_every_particle_moves_by_the_increment(start: np.ndarray, 
 def test_without_noise_a_steered_car_follows_its_arc(start: np.ndarray, way: float, turn: float) -> None:
     chord = way * np.sinc(turn / 2 / np.pi)
     step = np.array([chord * np.cos(turn / 2), chord * np.sin(turn / 2), turn])
-    moved = MODELS[1].move(start[None], step, np.zeros(3), np.random.default_rng(0))[0]
+    moved = MODELS[1].move(start[None], NO_SLIP, step, np.zeros(3), np.random.default_rng(0))[0]
     np.testing.assert_allclose(between(compose(start, step), moved), 0.0, atol=1e-7)
 
 
 def test_noise_lies_in_the_base_frame() -> None:
     start = np.tile([1.0, 2.0, np.pi / 2], (20_000, 1))
-    deviations = np.array([0.2, 0.01, 0.03])
-    moved = MODELS[0].move(start, np.array([1.0, 0.0, 0.0]), deviations, np.random.default_rng(0))
+    deviations, slips = np.array([0.2, 0.01, 0.03]), np.zeros((20_000, 2))
+    moved = MODELS[0].move(start, slips, np.array([1.0, 0.0, 0.0]), deviations, np.random.default_rng(0))
     np.testing.assert_allclose(moved.mean(axis=0), [1.0, 3.0, np.pi / 2], atol=0.01)
     np.testing.assert_allclose(moved.std(axis=0), [0.01, 0.2, 0.03], rtol=0.03)
 
 
 def test_a_steered_car_never_slides_aside_and_turns_with_its_way() -> None:
-    start, deviations = np.zeros((20_000, 3)), np.array([0.2, 0.0, 0.0])
-    straight = MODELS[1].move(start, np.array([1.0, 0.0, 0.0]), deviations, np.random.default_rng(0))
+    start, slips, deviations = np.zeros((20_000, 3)), np.zeros((20_000, 2)), np.array([0.2, 0.0, 0.0])
+    straight = MODELS[1].move(start, slips, np.array([1.0, 0.0, 0.0]), deviations, np.random.default_rng(0))
     np.testing.assert_allclose(straight[:, 1:], 0.0, atol=1e-12)
     np.testing.assert_allclose(straight[:, 0].std(), 0.2, rtol=0.03)
-    bend = MODELS[1].move(start, np.array([1.0, 0.2, 0.4]), deviations, np.random.default_rng(0))
+    bend = MODELS[1].move(start, slips, np.array([1.0, 0.2, 0.4]), deviations, np.random.default_rng(0))
     assert np.corrcoef(np.hypot(bend[:, 0], bend[:, 1]), bend[:, 2])[0, 1] > 0.999
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_a_car_that_stands_still_gains_no_noise(model: MotionModel) -> None:
     assert np.all(model.deviations(IDENTITY) == 0.0)
-    cloud = np.random.default_rng(0).normal(size=(50, 3))
-    assert model.move(cloud, IDENTITY, np.zeros(3), np.random.default_rng(1)) is cloud
+    cloud = np.random.default_rng(0).uniform(-1.0, 1.0, size=(50, 3))
+    moved = model.move(cloud, np.ones((50, 2)), IDENTITY, np.zeros(3), np.random.default_rng(1))
+    np.testing.assert_allclose(moved, cloud, atol=1e-12)
 
 
 @pytest.mark.parametrize("model", MODELS)
 def test_motion_that_nothing_measured_goes_any_way(model: MotionModel) -> None:
-    moved = model.move(np.zeros((5000, 3)), IDENTITY, drift_noise(4.0, 0.2), np.random.default_rng(0))
+    moved = model.move(
+        np.zeros((5000, 3)), np.zeros((5000, 2)), IDENTITY, drift_noise(4.0, 0.2), np.random.default_rng(0)
+    )
     np.testing.assert_allclose(moved.std(axis=0), 0.4, rtol=0.05)
 
 
@@ -90,14 +98,19 @@ def test_noise_does_not_depend_on_the_number_of_steps(name: str) -> None:
     np.testing.assert_allclose(in_steps, once)
 
 
-def test_slip_is_a_share_of_each_coordinate() -> None:
-    deviations = OdometryModel(exact(slip=0.3)).deviations(np.array([1.0, 0.0, -0.5]))
-    np.testing.assert_allclose(deviations, [0.3, 0.0, 0.15], atol=1e-8)
+@pytest.mark.parametrize("model", MODELS)
+def test_slip_stretches_the_way_and_the_turn(model: MotionModel) -> None:
+    step = np.array([1.0, 0.0, 0.0])
+    moved = model.move(np.zeros((1, 3)), np.array([[-0.2, 0.5]]), step, np.zeros(3), np.random.default_rng(0))
+    np.testing.assert_allclose(moved[0], [0.8, 0.0, 0.0], atol=1e-9)
+    bend = np.array([0.1, 0.0, 0.1])
+    moved = model.move(np.zeros((1, 3)), np.array([[0.0, 0.5]]), bend, np.zeros(3), np.random.default_rng(0))
+    np.testing.assert_allclose(moved[0, 2], 0.15, atol=1e-9)
 
 
 def test_headings_stay_within_half_a_turn() -> None:
     start, step = np.array([[0.0, 0.0, 3.0]]), np.array([0.0, 0.0, 1.0])
-    moved = MODELS[0].move(start, step, np.zeros(3), np.random.default_rng(0))
+    moved = MODELS[0].move(start, NO_SLIP, step, np.zeros(3), np.random.default_rng(0))
     np.testing.assert_allclose(between(moved[0], compose([0.0, 0.0, 3.0], step)), 0.0, atol=1e-12)
     assert -np.pi < moved[0, 2] <= np.pi
 
@@ -108,7 +121,7 @@ def test_a_carried_covariance_is_that_of_carried_particles() -> None:
     covariance = np.array([[0.010, 0.004, 0.002], [0.004, 0.020, -0.003], [0.002, -0.003, 0.005]])
     deviations = np.array([0.10, 0.03, 0.05])
     cloud = rng.multivariate_normal(pose, covariance, 200_000)
-    moved = MODELS[0].move(cloud, step, deviations, rng)
+    moved = MODELS[0].move(cloud, np.zeros((200_000, 2)), step, deviations, rng)
     carried, grown = carry(pose, covariance, step, deviations)
     np.testing.assert_allclose(carried, compose(pose, step), atol=1e-12)
     np.testing.assert_allclose(grown, np.cov(moved.T), atol=5e-4)
