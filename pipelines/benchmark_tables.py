@@ -85,11 +85,16 @@ def growth_table(figures: GrowthFigures) -> Table:
     tenths = (f"{number}." for number in range(1, len(figures.milliseconds_per_scan) + 1))
     _add_columns(table, "tenth", *tenths, "last / first", "MB per keyframe", "finish (s)")
     table.add_row(
-        "ms",
+        "scans of this tenth",
         *(f"{milliseconds:.2f}" for milliseconds in figures.milliseconds_per_scan),
         f"{figures.ratio:.2f}",
         f"{figures.megabytes_per_keyframe:.3f}",
         f"{figures.finish_seconds:.1f}",
+    )
+    table.add_row(
+        "scans of the first, mapped anew meanwhile",
+        *(f"{milliseconds:.2f}" for milliseconds in figures.early_milliseconds_per_scan),
+        *[""] * 3,
     )
     return table
 

@@ -23,9 +23,10 @@ def test_the_figures_of_a_short_drive(
     assert growth["scans"] == 60  # 6 s at 10 a second
     assert 5 < growth["path_metres"] < 12
     assert 2 < growth["keyframes"] < growth["scans"]
-    assert len(growth["milliseconds_per_scan"]) == 10
-    assert min(growth["milliseconds_per_scan"]) > 0
-    assert growth["ratio"] == growth["milliseconds_per_scan"][-1] / growth["milliseconds_per_scan"][0]
+    late, early = growth["milliseconds_per_scan"], growth["early_milliseconds_per_scan"]
+    assert len(late) == len(early) == 10
+    assert min(late + early) > 0
+    assert growth["ratio"] == late[-1] / early[-1]
     assert growth["finish_seconds"] > 0
 
 
@@ -35,6 +36,7 @@ def test_the_table_sets_the_last_tenth_against_the_first() -> None:
         scans=72_000,
         keyframes=30_000,
         milliseconds_per_scan=[2.0] * 9 + [2.5],
+        early_milliseconds_per_scan=[1.5] * 9 + [2.0],
         megabytes_per_keyframe=0.0321,
         finish_seconds=321.0,
     )
@@ -42,7 +44,7 @@ def test_the_table_sets_the_last_tenth_against_the_first() -> None:
     Console(file=page, width=200).print(growth_table(figures))
     shown = page.getvalue()
     assert "12.3 km with 72000 scans and 30000 keyframes" in shown
-    row = next(line for line in shown.splitlines() if line.startswith("| ms"))
+    row = next(line for line in shown.splitlines() if line.startswith("| scans of this tenth"))
     assert row.replace("|", "").split()[-4:] == ["2.50", "1.25", "0.032", "321.0"]
 
 
