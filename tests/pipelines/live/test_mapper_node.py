@@ -202,7 +202,7 @@ def test_the_service_saves_a_map_while_the_car_drives_on(stage: Stage) -> None:
         p.name for p in stage.out.iterdir()
     }
     assert len(stage.errors(since)) > 20 * (time.monotonic() - since)
-    stage.drive_on(1.0)
+    stage.right_within(4.0)  # a loop may close meanwhile, which moves the car to where it is
 
 
 def test_a_killed_node_goes_on_with_the_map_and_ctrl_c_saves_it(stage: Stage) -> None:
