@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 _WORK = {"scan": 80, "place": 4, "map": 1, "settings": 4}
 _SIDE_WORK = {"map": 1, "cloud": 1, "particles": 1, "path": 1, "memory": 1, "view": 1}
 _LOST = 0.5
-"""Probability above which the car counts as lost; a place that was just found begins with as much doubt."""
+"""Probability from which the car counts as lost; a place that was just found begins with as much doubt."""
 _KNOWN_WITHIN = 0.5
 """Metres of standard deviation within which the pose is worth remembering."""
 
@@ -264,7 +264,7 @@ class LocalizerNode(LiveNode):
         self.health.note("poses")
 
     def _judge(self, estimate: PoseEstimate) -> None:
-        if estimate.lost_probability > _LOST:
+        if estimate.lost_probability >= _LOST and not estimate.is_start:
             self.faults.tell(
                 "lost", "The scans do not fit the map where the car is taken to be: it may be lost."
             )
