@@ -11,8 +11,8 @@ from localization.range_codes import CODE_OF_CELLS
 from localization.range_table import RangeTable
 from maps.se2 import Pose
 
-_TURN = 2.0**32
-"""A full turn in the kernel's whole numbers, which wrap around by themselves."""
+_TURN = 2**16
+"""A full turn in the kernel's whole numbers."""
 
 
 class BeamModel:
@@ -60,5 +60,7 @@ class BeamModel:
 
 
 def _whole_numbers(angles: NDArray[np.float64]) -> NDArray[np.uint32]:
-    turns = angles / (2.0 * np.pi)
-    return ((turns - np.floor(turns)) * _TURN).astype(np.uint64).astype(np.uint32)
+    turned: NDArray[np.uint32] = (np.rint(angles / (2.0 * np.pi) * _TURN).astype(np.int64) % _TURN).astype(
+        np.uint32
+    )
+    return turned

@@ -6,11 +6,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from localization.beams_kernels import set_back
 from maps.scan import Scan
-from maps.se2 import Pose, between, compose
+from maps.se2 import Pose
 
 OdometryAt = Callable[[NDArray[np.int64]], Pose]
 """``odom_from_base`` (N, 3) at stamps (N,) in nanoseconds."""
+
+
+_KNOTS = 8
+"""Moments of a sweep at which the car's pose is asked for; between them it moves evenly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,32 +53,17 @@ def select_beams(scan: Scan, count: int, odometry_at: OdometryAt | None) -> Beam
     useful = np.flatnonzero(~np.isnan(scan.ranges) & np.isfinite(scan.bearings) & (scan.ranges >= 0.0))
     chosen = useful[_evenly(len(useful), count)]
     bearings, ranges = scan.bearings[chosen], scan.ranges[chosen]
+    base_from_laser = np.array(scan.base_from_laser)  # one that is read-only would be compiled for anew
     offsets = scan.time_offsets[chosen]
     if odometry_at is not None and len(chosen) and np.ptp(offsets) + abs(offsets[0]) > 0:
-        laser_from_moved_laser = _motion_since_stamp(scan, offsets, odometry_at)
-        bearings, ranges = _seen_from_stamp(bearings, ranges, laser_from_moved_laser)
-    return Beams(bearings, ranges, scan.base_from_laser, scan.max_range)
+        knots = np.linspace(offsets.min(), max(offsets.max(), offsets.min() + 1e-6), _KNOTS)
+        stamps = scan.stamp + np.rint(np.append(knots, 0.0) * 1e9).astype(np.int64)
+        odom_from_base = odometry_at(stamps)
+        bearings, ranges = set_back(
+            bearings, ranges, offsets, knots, odom_from_base[:-1], odom_from_base[-1], base_from_laser
+        )
+    return Beams(bearings, ranges, base_from_laser, scan.max_range)
 
 
 def _evenly(total: int, count: int) -> NDArray[np.int64]:
     return np.linspace(0, total - 1, min(count, total)).round().astype(np.int64)
-
-
-def _motion_since_stamp(scan: Scan, offsets: NDArray[np.float64], odometry_at: OdometryAt) -> Pose:
-    """(B, 3) ``laser_from_moved_laser``: the laser at each beam's time, seen from the laser at the stamp."""
-    stamps = scan.stamp + np.rint(offsets * 1e9).astype(np.int64)
-    odom_from_base = odometry_at(np.append(stamps, scan.stamp))
-    odom_from_laser = compose(odom_from_base, scan.base_from_laser)
-    return between(odom_from_laser[-1], odom_from_laser[:-1])
-
-
-def _seen_from_stamp(
-    bearings: NDArray[np.float64], ranges: NDArray[np.float64], laser_from_moved_laser: Pose
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Bearings and ranges (B,) of the same end points from the laser at the stamp; misses are only turned."""
-    directions = bearings + laser_from_moved_laser[:, 2]
-    hit = np.isfinite(ranges)
-    reach = np.where(hit, ranges, 0.0)
-    x = laser_from_moved_laser[:, 0] + reach * np.cos(directions)
-    y = laser_from_moved_laser[:, 1] + reach * np.sin(directions)
-    return np.where(hit, np.arctan2(y, x), directions), np.where(hit, np.hypot(x, y), ranges)

@@ -12,7 +12,7 @@ from maps.se2 import Pose
 
 _SMALLEST_AREA = 1.0
 """Square metres; a smaller patch of free cells is a speck of the mapping, not a place for a car."""
-_UNKNOWN_REACH = 1.0
+_UNKNOWN_REACH = 0.8
 """Metres."""
 
 
@@ -53,7 +53,7 @@ class FreeSpace:
 
 
 def find_free_space(grid: OccupancyGrid, max_cells: int) -> FreeSpace:
-    """Patches of free cells, of a square metre and more, and the unknown floor within a metre of them.
+    """Patches of free cells, of a square metre and more, and the unknown floor within 0.8 m of them.
 
     (A map may not know the floor that the mapping car itself stood on.) Where that is more than
     ``max_cells``, patches that reach the grid's edge are left out if others remain: on the map of a

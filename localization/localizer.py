@@ -26,7 +26,6 @@ from localization.tempering import temper
 from localization.walls import find_walls
 from maps.occupancy_grid import OccupancyGrid
 from maps.odometry import Odometry
-from maps.ray_casting import cast_ray_fan
 from maps.scan import Scan
 from maps.se2 import Pose, compose
 
@@ -282,12 +281,9 @@ class Localizer:
 
     def _judge(self, lost: LostDetector, map_from_base: Pose, beams: Beams, seconds: float) -> None:
         """Tell a detector how a scan agrees with the map; from inside an obstacle nothing can be told."""
-        map_from_laser = compose(map_from_base, beams.base_from_laser)
-        if len(beams) == 0 or not self._free_space.contains(map_from_laser[None, :2])[0]:
-            return
-        expected = cast_ray_fan(self._walls.grid, map_from_laser[None], beams.bearings, beams.max_range)[0]
-        measured, expected = (np.minimum(ranges, beams.max_range) for ranges in (beams.ranges, expected))
-        lost.judge(agreement_shares(measured, expected), seconds)
+        shares = agreement_shares(map_from_base, beams, self._free_space)
+        if shares is not None:
+            lost.judge(shares, seconds)
 
     def _wanted_particles(self, estimate: PoseEstimate) -> tuple[int, int]:
         """The fewest and the most."""

@@ -11,6 +11,11 @@ from copy import copy
 import numpy as np
 from numpy.typing import NDArray
 
+from localization.beams import Beams
+from localization.free_space import FreeSpace
+from localization.lost_detector_kernels import count_agreeing
+from maps.se2 import Pose
+
 ALIKE, ALIKE_SHARE = 0.25, 0.02
 """Metres, and share of the range, within which a reading agrees with the map."""
 _USUAL_SHARES = np.array([0.85, 0.12, 0.03])
@@ -48,7 +53,7 @@ class LostDetector:
     def clarity(self) -> float:
         """How much a scan counts, 0 to 1: less where many beams disagree at the right place too."""
         disagreeing = 1.0 - self._when_tracked[0]
-        return float(np.clip(1.0 - _CLOUDING * disagreeing, _LEAST_CLARITY, 1.0))
+        return max(1.0 - _CLOUDING * float(disagreeing), _LEAST_CLARITY)
 
     def for_another_place(self) -> "LostDetector":
         """One that knows what this has learned of the sensor, but nothing yet of the place."""
@@ -61,8 +66,8 @@ class LostDetector:
         seconds = min(seconds, _LONGEST)
         tracked = _normalized(np.maximum(self._when_tracked, _LEAST_SHARES))
         evidence = float(shares @ np.log(self._when_lost / tracked))
-        self._log_odds += _EVIDENCE_PER_SECOND * self.clarity * seconds * evidence
-        self._log_odds = float(np.clip(self._log_odds, -_SUREST, _SUREST))
+        log_odds = self._log_odds + _EVIDENCE_PER_SECOND * self.clarity * seconds * evidence
+        self._log_odds = min(max(log_odds, -_SUREST), _SUREST)
         if self._log_odds <= -_SURE:
             self._learned_seconds = min(self._learned_seconds + seconds, _MEMORY_SECONDS)
             self._when_tracked = self._when_tracked + seconds / self._learned_seconds * (
@@ -70,11 +75,26 @@ class LostDetector:
             )
 
 
-def agreement_shares(measured: NDArray[np.float64], expected: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3,) shares of readings (B,) that agree with what the map says (B,), are shorter, and are longer."""
-    within = ALIKE + ALIKE_SHARE * expected
-    shorter, longer = np.mean(measured < expected - within), np.mean(measured > expected + within)
-    return np.array([1.0 - shorter - longer, shorter, longer])
+def agreement_shares(map_from_base: Pose, beams: Beams, free_space: FreeSpace) -> NDArray[np.float64] | None:
+    """(3,) shares of the beams that agree with the map from a pose (3,), are shorter, and are longer.
+
+    None when there are no beams, or where the laser cannot be.
+    """
+    grid = free_space.grid
+    counts = count_agreeing(
+        map_from_base,
+        beams.base_from_laser,
+        np.append(grid.map_from_grid, 1.0 / grid.resolution),
+        grid.cells,
+        free_space.is_open,
+        beams.bearings,
+        beams.ranges,
+        beams.max_range,
+        ALIKE,
+        ALIKE_SHARE,
+    )
+    total = counts.sum()
+    return counts / total if total > 0 else None
 
 
 def _normalized(shares: NDArray[np.float64]) -> NDArray[np.float64]:

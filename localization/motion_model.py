@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from localization.config import LocalizationConfig
 from localization.motion_model_kernels import drive_particles, move_particles
+from localization.noise_kernels import random_words
 from maps.se2 import Pose
 
 
@@ -59,8 +60,8 @@ class OdometryModel:
         rng: np.random.Generator,
     ) -> Pose:
         """Particles (N, 3) after an increment (3,), stretched by each one's slips (N, 2) of way and turn."""
-        noise = rng.standard_normal(map_from_base.shape, dtype=np.float32)
-        return move_particles(map_from_base, slips, base_from_next_base, deviations, noise)
+        words = random_words(map_from_base.shape, rng)
+        return move_particles(map_from_base, slips, base_from_next_base, deviations, words)
 
 
 @dataclass(frozen=True)
@@ -90,8 +91,8 @@ class AckermannModel:
         """Particles (N, 3) after an increment (3,), by a speed and a steering of each one's own."""
         if deviations[1] > 0.0:  # nothing measured it, so it may have gone anywhere
             return OdometryModel(self.config).move(map_from_base, slips, base_from_next_base, deviations, rng)
-        noise = rng.standard_normal((len(map_from_base), 2), dtype=np.float32)
-        return drive_particles(map_from_base, slips, base_from_next_base, deviations, noise)
+        words = random_words((len(map_from_base), 2), rng)
+        return drive_particles(map_from_base, slips, base_from_next_base, deviations, words)
 
 
 def motion_model(config: LocalizationConfig) -> MotionModel:

@@ -6,8 +6,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from localization.noise_kernels import deviate
 from localization.trigonometry_kernels import sin_cos, wrapped
 from maps.se2 import Pose
+
+_BATCH = 256
+"""Particles whose sines are taken together, by vector instructions."""
 
 
 @njit(cache=True, nogil=True)
@@ -16,22 +20,29 @@ def move_particles(
     slips: NDArray[np.float64],
     base_from_next_base: Pose,
     deviations: Pose,
-    noise: NDArray[np.float32],
+    words: NDArray[np.uint64],
 ) -> Pose:
     """Particles (N, 3) moved by an increment (3,), stretched by slips (N, 2) of way and turn.
 
-    To this come deviations (3,) times ``noise`` (N, 3).
+    To this comes noise of deviations (3,), made from random ``words`` (N, 3).
     """
     moved = np.empty_like(map_from_base)
-    for i in range(len(map_from_base)):
-        way, turning = 1.0 + slips[i, 0], 1.0 + slips[i, 1]
-        forward = way * base_from_next_base[0] + deviations[0] * noise[i, 0]
-        left = way * base_from_next_base[1] + deviations[1] * noise[i, 1]
-        turn = turning * base_from_next_base[2] + deviations[2] * noise[i, 2]
-        sin, cos = sin_cos(map_from_base[i, 2])
-        moved[i, 0] = map_from_base[i, 0] + cos * forward - sin * left
-        moved[i, 1] = map_from_base[i, 1] + sin * forward + cos * left
-        moved[i, 2] = wrapped(map_from_base[i, 2] + turn)
+    yaw, sine, cosine = np.empty(_BATCH), np.empty(_BATCH), np.empty(_BATCH)
+    for start in range(0, len(map_from_base), _BATCH):
+        count = min(_BATCH, len(map_from_base) - start)
+        for k in range(count):
+            yaw[k] = map_from_base[start + k, 2]
+        for k in range(count):
+            sine[k], cosine[k] = sin_cos(yaw[k])
+        for k in range(count):
+            i = start + k
+            way, turning = 1.0 + slips[i, 0], 1.0 + slips[i, 1]
+            forward = way * base_from_next_base[0] + deviations[0] * deviate(words[i, 0])
+            left = way * base_from_next_base[1] + deviations[1] * deviate(words[i, 1])
+            turn = turning * base_from_next_base[2] + deviations[2] * deviate(words[i, 2])
+            moved[i, 0] = map_from_base[i, 0] + cosine[k] * forward - sine[k] * left
+            moved[i, 1] = map_from_base[i, 1] + sine[k] * forward + cosine[k] * left
+            moved[i, 2] = wrapped(yaw[k] + turn)
     return moved
 
 
@@ -41,16 +52,16 @@ def drive_particles(
     slips: NDArray[np.float64],
     base_from_next_base: Pose,
     deviations: Pose,
-    noise: NDArray[np.float32],
+    words: NDArray[np.uint64],
 ) -> Pose:
-    """Particles (N, 3) moved along arcs; slips and ``noise`` (N, 2) are of the way and of the turn on it."""
+    """Particles (N, 3) moved along arcs; slips and random ``words`` (N, 2) are of the way and of its turn."""
     turn, chord = base_from_next_base[2], math.hypot(base_from_next_base[0], base_from_next_base[1])
     way = math.copysign(chord / _chord_share(turn), base_from_next_base[0])
     turn_on_way = turn / way if way != 0.0 else 0.0
     moved = np.empty_like(map_from_base)
     for i in range(len(map_from_base)):
-        driven = (1.0 + slips[i, 0]) * way + deviations[0] * noise[i, 0]
-        turned = (1.0 + slips[i, 1]) * driven * turn_on_way + deviations[2] * noise[i, 1]
+        driven = (1.0 + slips[i, 0]) * way + deviations[0] * deviate(words[i, 0])
+        turned = (1.0 + slips[i, 1]) * driven * turn_on_way + deviations[2] * deviate(words[i, 1])
         yaw = map_from_base[i, 2]
         direction, straight = yaw + 0.5 * turned, driven * _chord_share(turned)
         moved[i, 0] = map_from_base[i, 0] + straight * math.cos(direction)
@@ -94,3 +105,11 @@ def carry(
                 for m in range(3):
                     grown[i, j] += turned[i, k] * covariance[k, m] * turned[j, m]
     return carried, grown
+
+
+@njit(cache=True, nogil=True)
+def step_between(world_from_a: Pose, world_from_b: Pose) -> Pose:
+    """``a_from_b`` (3,) of two poses (3,), without the ado that many poses at once would be worth."""
+    dx, dy = world_from_b[0] - world_from_a[0], world_from_b[1] - world_from_a[1]
+    cos, sin = math.cos(world_from_a[2]), math.sin(world_from_a[2])
+    return np.array([cos * dx + sin * dy, cos * dy - sin * dx, wrapped(world_from_b[2] - world_from_a[2])])

@@ -8,9 +8,11 @@ from numpy.typing import NDArray
 
 from localization.config import LocalizationConfig
 from localization.motion_model import drift_noise, motion_model, travel
+from localization.motion_model_kernels import step_between
+from localization.odometry_track import OdometryTrack
 from localization.slip import tyre_effort
-from maps.odometry import Odometry, OdometryBuffer
-from maps.se2 import IDENTITY, Pose, between, compose
+from maps.odometry import Odometry
+from maps.se2 import IDENTITY, Pose
 
 RESTART_SECONDS = 1.0
 """A clock that goes back by more has been set anew; by less, messages came out of order."""
@@ -25,8 +27,6 @@ _STANDING = 0.01
 """Metres or radians per second below which a car stands."""
 _LONGEST_CARRY = 0.5
 """Seconds for which a speed is believed to last."""
-_LONGEST_EXTRAPOLATION = 0.1
-"""Seconds for which the latest odometry's speed is taken to last, while the next is on its way."""
 _SPEED_MEMORY = 0.15
 """Seconds over which the speed of the estimates is averaged."""
 
@@ -60,9 +60,7 @@ class MotionSource:
 
     def __init__(self, config: LocalizationConfig) -> None:
         self._lock = Lock()
-        self._odometry = OdometryBuffer()
-        self._latest: tuple[int, Pose] | None = None
-        self._odometry_speed: Pose = IDENTITY
+        self._odometry = OdometryTrack()
         self._restarts = 0
         self._followed_restarts = 0
         self._odom_from_base: Pose | None = None
@@ -83,18 +81,16 @@ class MotionSource:
         if not np.all(np.isfinite(odometry.odom_from_base)):
             return
         with self._lock:
-            if self._latest is not None and self._latest[0] - odometry.stamp > RESTART_SECONDS * 1e9:
-                self._odometry, self._latest = OdometryBuffer(), None
+            latest = self._odometry.latest_stamp
+            if latest is not None and latest - odometry.stamp > RESTART_SECONDS * 1e9:
+                self._odometry = OdometryTrack()
                 self._restarts += 1
-            if not self._odometry.add(odometry):
-                return
-            self._odometry_speed = self._speed_to(odometry)
-            self._latest = odometry.stamp, np.array(odometry.odom_from_base, dtype=np.float64)
+            self._odometry.add(odometry)
 
     def knows(self, stamp: int) -> bool:
         """Whether the odometry reaches to a stamp, or nearly."""
-        latest = self._latest
-        return latest is not None and stamp - latest[0] < _STALE_SECONDS * 1e9
+        latest = self._odometry.latest_stamp
+        return latest is not None and stamp - latest < _STALE_SECONDS * 1e9
 
     def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
         """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.
@@ -102,11 +98,7 @@ class MotionSource:
         Raises LookupError while there is no odometry.
         """
         with self._lock:
-            poses = self._odometry.pose_at(stamps)
-            latest, speed = self._latest, self._odometry_speed
-        assert latest is not None
-        ahead = np.clip((stamps - latest[0]) * 1e-9, 0.0, _LONGEST_EXTRAPOLATION)
-        return compose(poses, ahead[..., None] * speed) if np.any(ahead > 0.0) else poses
+            return self._odometry.poses_at(stamps)
 
     def step_to(self, stamp: int) -> MotionStep:
         """The motion since the last call."""
@@ -124,7 +116,7 @@ class MotionSource:
             seconds = max(stamp - self._stamp, 0) * 1e-9
         self._stamp = stamp
         before = self._odom_from_base
-        self._odom_from_base = self.poses_at(np.array(stamp)) if self.knows(stamp) else None
+        self._odom_from_base = self.poses_at(np.array([stamp]))[0] if self.knows(stamp) else None
         return self._measured(before, self._odom_from_base, seconds) or self._carried_on(seconds)
 
     @property
@@ -139,7 +131,7 @@ class MotionSource:
         """
         seconds = (stamp - since) * 1e-9
         if odom_from_base is not None and self.knows(stamp):
-            step = between(odom_from_base, self.poses_at(np.array(stamp)))
+            step = step_between(odom_from_base, self.poses_at(np.array([stamp]))[0])
             return MotionStep(step, self.model.deviations(step), travel(step), seconds, np.zeros(2))
         return self._carried_on(seconds)
 
@@ -148,7 +140,7 @@ class MotionSource:
         if self._last_estimate is not None:
             seconds = (stamp - self._last_estimate[0]) * 1e-9
             if 0.0 < seconds < _LONGEST_CARRY:
-                speed = between(self._last_estimate[1], map_from_base) / seconds
+                speed = step_between(self._last_estimate[1], map_from_base) / seconds
                 self._speed = self._speed + seconds / (seconds + _SPEED_MEMORY) * (speed - self._speed)
         self._last_estimate = (stamp, map_from_base)
 
@@ -156,19 +148,10 @@ class MotionSource:
         """The estimates to come do not continue those before."""
         self._speed, self._last_estimate = IDENTITY, None
 
-    def _speed_to(self, odometry: Odometry) -> Pose:
-        """(3,) m/s and rad/s from the sample before; none where that is too long ago or has jumped."""
-        if self._latest is None:
-            return IDENTITY
-        seconds = (odometry.stamp - self._latest[0]) * 1e-9
-        speed = between(self._latest[1], odometry.odom_from_base) / seconds
-        is_sound = seconds < _STALE_SECONDS and travel(speed) < _FASTEST
-        return speed if is_sound else IDENTITY
-
     def _measured(self, before: Pose | None, after: Pose | None, seconds: float) -> MotionStep | None:
         if before is None or after is None:
             return None
-        step = between(before, after)
+        step = step_between(before, after)
         if travel(step) > _FASTEST * (seconds + _STALE_SECONDS):
             return None
         possible = self._possible_step(step, seconds)

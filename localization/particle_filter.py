@@ -8,6 +8,7 @@ from localization.motion_model import MotionModel
 from localization.motion_source import MotionStep
 from localization.pose_estimate_kernels import cluster_moments
 from localization.resampling import effective_sample_size, systematic_resample
+from localization.resampling_kernels import take_rows
 from localization.slip import changed_slips
 from maps.se2 import Pose
 
@@ -30,7 +31,7 @@ class ParticleFilter:
         self._slip_age = 0.0
         self._effort = np.zeros(2)
         self._rng = rng
-        self._set_weights(np.zeros(len(map_from_base)))
+        self._set_even_weights()
 
     def __len__(self) -> int:
         return len(self.map_from_base)
@@ -53,8 +54,10 @@ class ParticleFilter:
 
     def weigh(self, log_likelihood: NDArray[np.float64]) -> None:
         """Take in how well each particle (N,) explains what was measured, however badly some do."""
-        evidence = np.maximum(log_likelihood, log_likelihood.max() - _MOST_EVIDENCE)
-        self._set_weights(self._log_weights + evidence)
+        self._log_weights += np.maximum(log_likelihood, log_likelihood.max() - _MOST_EVIDENCE)
+        self._log_weights -= self._log_weights.max()
+        self.weights = np.exp(self._log_weights)
+        self.weights /= self.weights.sum()
 
     def moments(self) -> tuple[Pose, NDArray[np.float64], float]:
         """Mean (3,), covariance (3, 3) and weight of the heaviest cluster."""
@@ -74,10 +77,9 @@ class ParticleFilter:
             return
         count = most if fewest >= most else needed_particles(self.map_from_base, self.weights, fewest, most)
         chosen = systematic_resample(self.weights, count, self._rng)
-        self.map_from_base, self._slips = self.map_from_base[chosen], self._slips[chosen]
-        self._set_weights(np.zeros(count))
+        self.map_from_base, self._slips = take_rows(self.map_from_base, self._slips, chosen)
+        self._set_even_weights()
 
-    def _set_weights(self, log_weights: NDArray[np.float64]) -> None:
-        self._log_weights = log_weights - log_weights.max()
-        self.weights = np.exp(self._log_weights)
-        self.weights /= self.weights.sum()
+    def _set_even_weights(self) -> None:
+        self._log_weights = np.zeros(len(self))
+        self.weights = np.full(len(self), 1.0 / len(self))

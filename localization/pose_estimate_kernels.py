@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from localization.trigonometry_kernels import sin_cos, wrapped
+from localization.trigonometry_kernels import wrapped
 from maps.se2 import Pose
 
 _PLACE_SIZE = 0.5
@@ -22,51 +22,54 @@ def cluster_moments(
     map_from_base: Pose, weights: NDArray[np.float64]
 ) -> tuple[Pose, NDArray[np.float64], float]:
     """Mean (3,), covariance (3, 3) and weight of the heaviest cluster of particles (N, 3)."""
-    center, is_whole = _heaviest_place(map_from_base, weights)
-    total, x, y, sine, cosine = 0.0, 0.0, 0.0, 0.0, 0.0
-    is_near = np.empty(len(weights), dtype=np.bool_)
-    for i in range(len(weights)):
-        is_near[i] = is_whole or _is_near(map_from_base[i], center)
-        if is_near[i]:
-            s, c = sin_cos(map_from_base[i, 2])
-            total += weights[i]
-            x += weights[i] * map_from_base[i, 0]
-            y += weights[i] * map_from_base[i, 1]
-            sine += weights[i] * s
-            cosine += weights[i] * c
-    mean = np.array([x / total, y / total, math.atan2(sine, cosine)])
-    covariance = np.zeros((3, 3))
-    for i in range(len(weights)):
-        if is_near[i]:
-            dx, dy = map_from_base[i, 0] - mean[0], map_from_base[i, 1] - mean[1]
-            turn = wrapped(map_from_base[i, 2] - mean[2])
-            share = weights[i] / total
-            covariance[0, 0] += share * dx * dx
-            covariance[0, 1] += share * dx * dy
-            covariance[0, 2] += share * dx * turn
-            covariance[1, 1] += share * dy * dy
-            covariance[1, 2] += share * dy * turn
-            covariance[2, 2] += share * turn * turn
-    covariance[1, 0], covariance[2, 0], covariance[2, 1] = (
-        covariance[0, 1],
-        covariance[0, 2],
-        covariance[1, 2],
-    )
-    return mean, covariance, min(total, 1.0)
+    mean, covariance, weight, is_whole = _moments_about(map_from_base[0], map_from_base, weights)
+    if not is_whole:
+        center = _heaviest_place(map_from_base, weights)
+        mean, covariance, weight, _ = _moments_about(center, map_from_base, weights)
+    return mean, covariance, min(weight, 1.0)
 
 
 @njit(cache=True, nogil=True)
-def _heaviest_place(map_from_base: Pose, weights: NDArray[np.float64]) -> tuple[Pose, bool]:
-    """Mean (3,) of the particles at the heaviest place and sector, and whether all lie close together."""
+def _moments_about(
+    center: Pose, map_from_base: Pose, weights: NDArray[np.float64]
+) -> tuple[Pose, NDArray[np.float64], float, bool]:
+    """Of the particles near a pose (3,): mean, covariance and weight, and whether these are all there are."""
+    count = 0
+    total = 0.0
+    x, y, turn = 0.0, 0.0, 0.0
+    xx, xy, xt, yy, yt, tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(weights)):
+        dx, dy = map_from_base[i, 0] - center[0], map_from_base[i, 1] - center[1]
+        dt = wrapped(map_from_base[i, 2] - center[2])
+        if dx * dx + dy * dy >= _RADIUS**2 or abs(dt) >= _HALF_ANGLE:
+            continue
+        weight = weights[i]
+        count += 1
+        total += weight
+        x += weight * dx
+        y += weight * dy
+        turn += weight * dt
+        xx += weight * dx * dx
+        xy += weight * dx * dy
+        xt += weight * dx * dt
+        yy += weight * dy * dy
+        yt += weight * dy * dt
+        tt += weight * dt * dt
+    mean = np.array([x, y, turn]) / total
+    covariance = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]]) / total - np.outer(mean, mean)
+    mean += center
+    mean[2] = wrapped(mean[2])
+    return mean, covariance, total, count == len(weights)
+
+
+@njit(cache=True, nogil=True)
+def _heaviest_place(map_from_base: Pose, weights: NDArray[np.float64]) -> Pose:
+    """Mean (3,) of the particles at the heaviest place and sector."""
     low_x, low_y = np.inf, np.inf
     high_x, high_y = -np.inf, -np.inf
-    widest = 0.0
     for i in range(len(weights)):
         low_x, high_x = min(low_x, map_from_base[i, 0]), max(high_x, map_from_base[i, 0])
         low_y, high_y = min(low_y, map_from_base[i, 1]), max(high_y, map_from_base[i, 1])
-        widest = max(widest, abs(wrapped(map_from_base[i, 2] - map_from_base[0, 2])))
-    if high_x - low_x < _RADIUS and high_y - low_y < _RADIUS and widest < _HALF_ANGLE:
-        return map_from_base[0], True
     columns = int((high_x - low_x) / _PLACE_SIZE) + 2
     rows = int((high_y - low_y) / _PLACE_SIZE) + 2
     gathered = np.zeros((rows, columns, _SECTORS))
@@ -93,7 +96,7 @@ def _heaviest_place(map_from_base: Pose, weights: NDArray[np.float64]) -> tuple[
             cosine += weights[i] * math.cos(map_from_base[i, 2])
     center[:2] /= heaviest
     center[2] = math.atan2(sine, cosine)
-    return center, False
+    return center
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -101,9 +104,3 @@ def _place_of(map_from_base: Pose, low_x: float, low_y: float) -> tuple[int, int
     row = int((map_from_base[1] - low_y) / _PLACE_SIZE)
     column = int((map_from_base[0] - low_x) / _PLACE_SIZE)
     return row, column, int(_SECTORS * (map_from_base[2] / _TURN + 1.0)) % _SECTORS
-
-
-@njit(cache=True, nogil=True, inline="always")
-def _is_near(map_from_base: Pose, center: Pose) -> bool:
-    dx, dy = map_from_base[0] - center[0], map_from_base[1] - center[1]
-    return dx * dx + dy * dy < _RADIUS**2 and abs(wrapped(map_from_base[2] - center[2])) < _HALF_ANGLE

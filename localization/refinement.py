@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from localization.beams import Beams
-from localization.refinement_kernels import align_to_walls
+from localization.refinement_kernels import align_to_walls, points_of
 from localization.walls import Walls
-from maps.se2 import Pose, compose, inverse, transform_points
+from maps.se2 import Pose
 
 _FEWEST_POINTS = 10
 _FARTHEST = 0.5
@@ -25,20 +25,18 @@ def refine(
 
     The estimate and its covariance (3, 3) are that of the cloud; they are returned where walls tell nothing.
     """
-    points_in_base = transform_points(beams.base_from_laser, beams.end_points)
+    points_in_base = points_of(beams.bearings, beams.ranges, beams.base_from_laser)
     if len(points_in_base) < _FEWEST_POINTS:
         return map_from_base, covariance
-    map_from_grid = walls.grid.map_from_grid
-    start = compose(inverse(map_from_grid), map_from_base)
-    turn = _turn(map_from_grid[2])
     aligned, uncertainty = align_to_walls(
-        start, turn.T @ covariance @ turn, points_in_base, walls.distances, walls.grid.resolution
+        map_from_base,
+        covariance,
+        walls.grid_from_map,
+        points_in_base,
+        walls.distances,
+        walls.grid.resolution,
     )
-    if np.any(np.abs(aligned - start) > _FARTHEST):
+    moved = np.abs(aligned - map_from_base)
+    if moved[0] > _FARTHEST or moved[1] > _FARTHEST or _FARTHEST < moved[2] < 2.0 * np.pi - _FARTHEST:
         return map_from_base, covariance
-    return compose(map_from_grid, aligned), turn @ uncertainty @ turn.T
-
-
-def _turn(angle: float) -> NDArray[np.float64]:
-    cos, sin = np.cos(angle), np.sin(angle)
-    return np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    return aligned, uncertainty

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from localization.trigonometry_kernels import wrapped
 from maps.se2 import Pose
 
 _SCALES = (0.3, 0.2, 0.1, 0.1, 0.07, 0.07)
@@ -21,9 +22,26 @@ has seen the same scan, and shares the sensor model's errors."""
 
 
 @njit(cache=True, nogil=True)
+def points_of(
+    bearings: NDArray[np.float64], ranges: NDArray[np.float64], base_from_laser: Pose
+) -> NDArray[np.float64]:
+    """(N, 2) where the beams (B,) that met something end, in the base frame."""
+    points = np.empty((len(bearings), 2))
+    count = 0
+    for beam in range(len(bearings)):
+        if math.isfinite(ranges[beam]):
+            direction = base_from_laser[2] + bearings[beam]
+            points[count, 0] = base_from_laser[0] + ranges[beam] * math.cos(direction)
+            points[count, 1] = base_from_laser[1] + ranges[beam] * math.sin(direction)
+            count += 1
+    return points[:count]
+
+
+@njit(cache=True, nogil=True)
 def align_to_walls(
-    grid_from_base: Pose,
+    map_from_base: Pose,
     covariance: NDArray[np.float64],
+    grid_from_map: Pose,
     points_in_base: NDArray[np.float64],
     distances: NDArray[np.float32],
     resolution: float,
@@ -34,25 +52,32 @@ def align_to_walls(
     surface is half a cell before that, in maps made from scans it is there: a quarter is between.
     Weights of Geman and McClure; the cloud holds the pose where walls do not, as along a corridor.
     """
-    pose = grid_from_base.copy()
+    pose = map_from_base.copy()
+    turn_cos, turn_sin = math.cos(grid_from_map[2]), math.sin(grid_from_map[2])
     cloud = np.linalg.inv(_CLOUD_WIDTH**2 * covariance + _LEAST_CLOUD**2 * np.eye(3))
     information = cloud.copy()
     for scale in _SCALES:
         information = cloud.copy()
-        gradient = cloud @ (pose - grid_from_base)
+        gradient = cloud @ (pose - map_from_base)
+        x = grid_from_map[0] + turn_cos * pose[0] - turn_sin * pose[1]
+        y = grid_from_map[1] + turn_sin * pose[0] + turn_cos * pose[1]
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
         for i in range(len(points_in_base)):
             dx = cos * points_in_base[i, 0] - sin * points_in_base[i, 1]
             dy = sin * points_in_base[i, 0] + cos * points_in_base[i, 1]
             distance, slope_x, slope_y = _sample(
-                distances, (pose[0] + dx) / resolution - 0.5, (pose[1] + dy) / resolution - 0.5
+                distances,
+                (x + turn_cos * dx - turn_sin * dy) / resolution - 0.5,
+                (y + turn_sin * dx + turn_cos * dy) / resolution - 0.5,
             )
             if distance < 0.0:
                 continue
             distance = max(distance - 0.25 * resolution, 0.0)
             weight = 1.0 / ((1.0 + (distance / scale) ** 2) ** 2 * _WALL_NOISE**2 * _POINTS_PER_WITNESS)
-            slope_x /= resolution
-            slope_y /= resolution
+            slope_x, slope_y = (
+                (turn_cos * slope_x + turn_sin * slope_y) / resolution,
+                (turn_cos * slope_y - turn_sin * slope_x) / resolution,
+            )
             slope_yaw = slope_y * dx - slope_x * dy
             gradient[0] += weight * slope_x * distance
             gradient[1] += weight * slope_y * distance
@@ -69,6 +94,7 @@ def align_to_walls(
             information[1, 2],
         )
         pose -= np.linalg.solve(information, gradient)
+    pose[2] = wrapped(pose[2])
     return pose, np.linalg.inv(information)
 
 

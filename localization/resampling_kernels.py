@@ -1,5 +1,7 @@
 """The loop of systematic resampling."""
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -9,13 +11,26 @@ from numpy.typing import NDArray
 def systematic_indices(weights: NDArray[np.float64], count: int, offset: float) -> NDArray[np.int64]:
     """Where ``count`` pointers, 1/count apart and the first at ``offset``/count, fall into the weights."""
     indices = np.empty(count, dtype=np.int64)
-    last = len(weights) - 1
-    index = 0
-    reached = weights[0]
-    for i in range(count):
-        pointer = (i + offset) / count
-        while reached < pointer and index < last:
-            index += 1
-            reached += weights[index]
-        indices[i] = index
+    taken, reached = 0, 0.0
+    for index in range(len(weights)):
+        reached += weights[index] * count
+        end = min(math.ceil(reached - offset), count)
+        while taken < end:
+            indices[taken] = index
+            taken += 1
+    indices[taken:] = len(weights) - 1
     return indices
+
+
+@njit(cache=True, nogil=True)
+def take_rows(
+    first: NDArray[np.float64], second: NDArray[np.float64], indices: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The rows of two tables (N, 3) and (N, 2) at some indices, without the lock that NumPy keeps for it."""
+    first_taken, second_taken = np.empty((len(indices), 3)), np.empty((len(indices), 2))
+    for i in range(len(indices)):
+        for column in range(3):
+            first_taken[i, column] = first[indices[i], column]
+        for column in range(2):
+            second_taken[i, column] = second[indices[i], column]
+    return first_taken, second_taken

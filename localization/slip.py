@@ -8,6 +8,8 @@ bends and when the speed changes, comes and goes with the force on them.
 import numpy as np
 from numpy.typing import NDArray
 
+from localization.noise_kernels import random_words
+from localization.slip_kernels import change_slips
 from maps.se2 import Pose
 
 _USUAL = 0.05
@@ -35,6 +37,4 @@ def changed_slips(
     """Slips (N, 2) of way and turn some time later; ``most`` is their deviation at full effort (2,)."""
     kept = np.exp(-seconds * (1.0 / _USUAL_SECONDS + effort / _PUSHED_SECONDS))
     deviation = np.hypot(min(_USUAL, most), most * effort)
-    noise = rng.standard_normal(slips.shape, dtype=np.float32)
-    changed: NDArray[np.float64] = kept * slips + deviation * np.sqrt(1.0 - kept**2) * noise
-    return changed
+    return change_slips(slips, kept, deviation * np.sqrt(1.0 - kept**2), random_words(slips.shape, rng))

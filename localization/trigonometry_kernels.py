@@ -5,12 +5,13 @@ import math
 from numba import njit
 
 _TURN = 2.0 * math.pi
+_PER_RADIAN = 1.0 / _TURN
 
 
 @njit(cache=True, nogil=True, inline="always")
 def wrapped(angle: float) -> float:
     """The same angle in [-π, π)."""
-    return angle - _TURN * math.floor(angle / _TURN + 0.5)
+    return angle - _TURN * math.floor(angle * _PER_RADIAN + 0.5)
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -19,7 +20,7 @@ def sin_cos(angle: float) -> tuple[float, float]:
 
     By Taylor's series on an eighth of the turn about zero, doubled twice.
     """
-    a = 0.25 * (angle - _TURN * math.floor(angle / _TURN + 0.5))
+    a = 0.25 * (angle - _TURN * math.floor(angle * _PER_RADIAN + 0.5))
     q = a * a
     sine = a * (
         1.0

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from maps.distance_field import distance_to_occupied
 from maps.occupancy_grid import OccupancyGrid
+from maps.se2 import Pose, inverse
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,8 +17,9 @@ class Walls:
     grid: OccupancyGrid
     distances: NDArray[np.float32]
     """(rows, columns) metres from a cell's centre to that of the nearest occupied cell."""
+    grid_from_map: Pose
 
 
 def find_walls(grid: OccupancyGrid) -> Walls:
     """The walls of a map."""
-    return Walls(grid, distance_to_occupied(grid))
+    return Walls(grid, distance_to_occupied(grid), inverse(grid.map_from_grid))

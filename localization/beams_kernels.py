@@ -1,0 +1,58 @@
+"""Setting the beams of a moving laser back to one moment."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from localization.trigonometry_kernels import wrapped
+from maps.se2 import Pose
+
+
+@njit(cache=True, nogil=True)
+def set_back(
+    bearings: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    offsets: NDArray[np.float64],
+    knots: NDArray[np.float64],
+    odom_from_base: Pose,
+    odom_from_base_at_stamp: Pose,
+    base_from_laser: Pose,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Bearings and ranges (B,) of the same end points from where the laser is at the stamp.
+
+    The base's poses (K, 3) are at ascending ``knots`` (K,), seconds from the stamp like the beams' offsets
+    (B,), and straight between. Beams that met nothing are only turned.
+    """
+    new_bearings, new_ranges = np.empty_like(bearings), np.empty_like(ranges)
+    x0, y0, yaw0 = _laser_of(odom_from_base_at_stamp, base_from_laser)
+    cos0, sin0 = math.cos(yaw0), math.sin(yaw0)
+    laser = np.empty((len(knots), 3))
+    for knot in range(len(knots)):
+        laser[knot] = _laser_of(odom_from_base[knot], base_from_laser)
+    for beam in range(len(bearings)):
+        right = min(max(np.searchsorted(knots, offsets[beam]), 1), len(knots) - 1)
+        left = right - 1
+        share = (offsets[beam] - knots[left]) / (knots[right] - knots[left])
+        x = laser[left, 0] + share * (laser[right, 0] - laser[left, 0]) - x0
+        y = laser[left, 1] + share * (laser[right, 1] - laser[left, 1]) - y0
+        turn = laser[left, 2] + share * wrapped(laser[right, 2] - laser[left, 2]) - yaw0
+        direction = wrapped(bearings[beam] + turn)
+        new_bearings[beam], new_ranges[beam] = direction, ranges[beam]
+        if math.isfinite(ranges[beam]):
+            end_x = cos0 * x + sin0 * y + ranges[beam] * math.cos(direction)
+            end_y = cos0 * y - sin0 * x + ranges[beam] * math.sin(direction)
+            new_bearings[beam] = math.atan2(end_y, end_x)
+            new_ranges[beam] = math.hypot(end_x, end_y)
+    return new_bearings, new_ranges
+
+
+@njit(cache=True, nogil=True)
+def _laser_of(odom_from_base: Pose, base_from_laser: Pose) -> tuple[float, float, float]:
+    cos, sin = math.cos(odom_from_base[2]), math.sin(odom_from_base[2])
+    return (
+        odom_from_base[0] + cos * base_from_laser[0] - sin * base_from_laser[1],
+        odom_from_base[1] + sin * base_from_laser[0] + cos * base_from_laser[1],
+        odom_from_base[2] + base_from_laser[2],
+    )

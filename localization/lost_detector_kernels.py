@@ -1,0 +1,53 @@
+"""Comparing a scan with what the map says."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from maps.ray_casting_kernels import cast_one
+from maps.se2 import Pose
+
+
+@njit(cache=True, nogil=True)
+def count_agreeing(
+    map_from_base: Pose,
+    base_from_laser: Pose,
+    grid_in_map: NDArray[np.float64],
+    cells: NDArray[np.int8],
+    is_open: NDArray[np.bool_],
+    bearings: NDArray[np.float64],
+    ranges: NDArray[np.float64],
+    max_range: float,
+    alike: float,
+    alike_share: float,
+) -> NDArray[np.float64]:
+    """(3,) how many beams agree with the map, are shorter, and are longer; none where the laser cannot be.
+
+    ``grid_in_map`` is x, y and yaw of the grid's origin and cells per metre; a reading agrees when it is
+    within ``alike`` metres and a share of the range.
+    """
+    counts = np.zeros(3)
+    x0, y0, yaw0, per_metre = grid_in_map
+    cos, sin = math.cos(map_from_base[2]), math.sin(map_from_base[2])
+    x = map_from_base[0] + cos * base_from_laser[0] - sin * base_from_laser[1] - x0
+    y = map_from_base[1] + sin * base_from_laser[0] + cos * base_from_laser[1] - y0
+    cos, sin = math.cos(yaw0), math.sin(yaw0)
+    column, row = (cos * x + sin * y) * per_metre, (cos * y - sin * x) * per_metre
+    if not (0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]) or not is_open[int(row), int(column)]:
+        return counts
+    heading = map_from_base[2] + base_from_laser[2] - yaw0
+    for beam in range(len(bearings)):
+        direction = heading + bearings[beam]
+        reach = cast_one(cells, row, column, math.sin(direction), math.cos(direction), max_range * per_metre)
+        expected = min(reach / per_metre, max_range)
+        measured = min(ranges[beam], max_range)
+        within = alike + alike_share * expected
+        if measured < expected - within:
+            counts[1] += 1.0
+        elif measured > expected + within:
+            counts[2] += 1.0
+        else:
+            counts[0] += 1.0
+    return counts

@@ -1,0 +1,64 @@
+"""The latest stretch of odometry, told at any stamp in a few microseconds; its memory is bounded."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from localization.motion_model_kernels import step_between
+from localization.odometry_track_kernels import poses_at
+from maps.odometry import Odometry
+from maps.se2 import Pose
+
+_KEPT = 4096
+_LONGEST_EXTRAPOLATION = 0.1
+"""Seconds for which the latest speed is taken to last, while the next sample is on its way."""
+_STALE_SECONDS = 0.5
+_FASTEST = 20.0
+"""Metres or radians per second; odometry that claims more has jumped."""
+
+
+class OdometryTrack:
+    """Samples in the order of time."""
+
+    def __init__(self) -> None:
+        self._stamps = np.empty(2 * _KEPT, dtype=np.int64)
+        self._poses = np.empty((2 * _KEPT, 3))
+        self._count = 0
+        self._speed: Pose = np.zeros(3)
+
+    @property
+    def latest_stamp(self) -> int | None:
+        """Nanoseconds, None while empty."""
+        return int(self._stamps[self._count - 1]) if self._count else None
+
+    def add(self, odometry: Odometry) -> None:
+        """Take a sample; one that is not newer than the last is left out."""
+        last = self._count - 1
+        if self._count and odometry.stamp <= self._stamps[last]:
+            return
+        if self._count == len(self._stamps):
+            self._stamps[:_KEPT], self._poses[:_KEPT] = self._stamps[_KEPT:], self._poses[_KEPT:]
+            self._count, last = _KEPT, _KEPT - 1
+        if self._count:
+            seconds = (odometry.stamp - int(self._stamps[last])) * 1e-9
+            odom_from_base = np.array(odometry.odom_from_base, dtype=np.float64)
+            speed = step_between(self._poses[last], odom_from_base) / seconds
+            is_sound = seconds < _STALE_SECONDS and bool(np.all(np.abs(speed) < _FASTEST))
+            self._speed = speed if is_sound else np.zeros(3)
+        self._stamps[self._count], self._poses[self._count] = odometry.stamp, odometry.odom_from_base
+        self._count += 1
+
+    def poses_at(self, stamps: ArrayLike) -> Pose:
+        """``odom_from_base`` (N, 3) at stamps (N,) in nanoseconds.
+
+        Between samples it is interpolated. Past the latest, its speed lasts for a little; before the first
+        that one stands. Raises LookupError while empty.
+        """
+        if not self._count:
+            raise LookupError("no odometry yet")
+        return poses_at(
+            self._stamps[: self._count],
+            self._poses[: self._count],
+            self._speed,
+            np.atleast_1d(np.asarray(stamps, dtype=np.int64)),
+            _LONGEST_EXTRAPOLATION,
+        )
