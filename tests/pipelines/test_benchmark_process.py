@@ -28,6 +28,7 @@ def test_a_death_is_told() -> None:
 
 
 def test_an_interrupt_ends_the_work() -> None:
+    children = set(multiprocessing.active_children())  # workers of the experiments may be among them
     before = signal.signal(signal.SIGALRM, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_REAL, 0.5)
     try:
@@ -35,7 +36,7 @@ def test_an_interrupt_ends_the_work() -> None:
             in_fresh_process(partial(sleep, 600.0))
     finally:
         signal.signal(signal.SIGALRM, before)
-    assert multiprocessing.active_children() == []
+    assert set(multiprocessing.active_children()) <= children
 
 
 def test_ctrl_c_is_heard_by_the_one_who_waits() -> None:
