@@ -28,6 +28,7 @@ MAPS = ("building", "track")
 _SCANS_PER_SECOND = round(1.0 / laser_sensor.SCAN_TIME)
 _TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
 """m/s, m/s and a share."""
+_DRIVE_SECONDS = 30.0
 _CROWD = 0.15
 _LOST = 0.5
 """Metres off, or probability of being lost, from which on the car counts as lost."""
@@ -80,7 +81,7 @@ class AccuracyBenchmark:
 
     def __init__(self, settings: LocalizationConfig, seeds: int, announce: Callable[[str], None]) -> None:
         self._settings = settings
-        self._seeds = seeds
+        self.seeds = seeds
         self._announce = announce
         self._grids = {name: load_map(shipped_map(name)) for name in MAPS}
 
@@ -100,7 +101,7 @@ class AccuracyBenchmark:
         """Furniture was moved, and people stand about."""
         self._announce(f"Furniture moved, people about: {map_name}")
         runs = []
-        for seed in range(self._seeds):
+        for seed in range(self.seeds):
             rng = np.random.default_rng([seed, 11])
             world = move_furniture(self._grids[map_name], rng)
             settings = SimulationConfig(
@@ -163,7 +164,7 @@ class AccuracyBenchmark:
     def _track(self, map_name: str, seconds: float, **settings: object) -> TrackingFigures:
         grid = self._grids[map_name]
         runs = []
-        for seed in range(self._seeds):
+        for seed in range(self.seeds):
             start = random_start(grid, np.random.default_rng([seed, 5]))
             drive = simulate(grid, SimulationConfig(seed=seed, duration=seconds, start=start, **settings))
             runs.append(self._run(grid, drive, seed))
@@ -200,6 +201,27 @@ class AccuracyBenchmark:
             yield long_drive.between(first, first + length), passed
             before = long_drive.map_from_base[first + length - 1]
             count, passed = count - 1, 0
+
+
+def measure_accuracy(
+    benchmark: AccuracyBenchmark, minutes: float
+) -> tuple[dict[str, TrackingFigures], dict[str, FindingFigures]]:
+    """All rows: tracking, the last of them over so many minutes, and finding."""
+    tracking = {
+        f"{name}, up to 3 m/s, noise {noise.value}": benchmark.tracking(name, noise, _DRIVE_SECONDS)
+        for name in MAPS
+        for noise in NoiseLevel
+    }
+    for name in MAPS:
+        tracking[f"{name}, up to 7 m/s, 25 % slip"] = benchmark.racing(name, _DRIVE_SECONDS)
+    for name in MAPS:
+        tracking[f"{name}, furniture moved, people"] = benchmark.changed_map(name, _DRIVE_SECONDS)
+    tracking[f"{MAPS[0]}, {minutes:g} minutes"] = benchmark.long_drive(MAPS[0], 60.0 * minutes)
+    places = 10 * benchmark.seeds
+    finding = {"anywhere": benchmark.global_start(dict.fromkeys(MAPS, places))}
+    for name in MAPS:
+        finding[f"kidnapped, {name}"] = benchmark.kidnapped(name, places // len(MAPS))
+    return tracking, finding
 
 
 def _tracking_figures(runs: Sequence[Run]) -> TrackingFigures:

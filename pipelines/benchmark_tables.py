@@ -15,10 +15,12 @@ _UNKNOWN = "–"
 
 def accuracy_table(runs: Mapping[str, LogFigures]) -> Table:
     """Errors and cost of each log beside the published figures."""
-    table = _table("Mean error over the relations ± standard deviation, and what others published", SOURCES)
+    table = new_table(
+        "Mean error over the relations ± standard deviation, and what others published", SOURCES
+    )
     ours = ("translation (m)", "rotation (°)", "relations", "lost", "wall (s)", "peak (MB)")
     cartographer = ("Cartographer (m)", "Cartographer (°)", "Cartographer (s)")
-    _add_columns(table, "log", *ours, *cartographer, "graph mapping (m)", "GMapping (m)")
+    add_columns(table, "log", *ours, *cartographer, "graph mapping (m)", "GMapping (m)")
     for log, run in runs.items():
         error = run.accuracy
         table.add_row(
@@ -37,8 +39,8 @@ def accuracy_table(runs: Mapping[str, LogFigures]) -> Table:
 def stages_table(runs: Mapping[str, LogFigures]) -> Table:
     """Wall time of each log, split by stage."""
     stages = list(dict.fromkeys(stage for run in runs.values() for stage in run.seconds if stage != "rest"))
-    table = _table("Wall time by stage (s)")
-    _add_columns(table, "log", *stages, "rest", "total")
+    table = new_table("Wall time by stage (s)")
+    add_columns(table, "log", *stages, "rest", "total")
     for log, run in runs.items():
         seconds = [run.seconds.get(stage) for stage in (*stages, "rest")]
         cells = (_UNKNOWN if value is None else f"{value:.1f}" for value in seconds)
@@ -49,8 +51,8 @@ def stages_table(runs: Mapping[str, LogFigures]) -> Table:
 def ablation_table(variants: Mapping[str, Mapping[str, LogFigures]]) -> Table:
     """Mean errors, a row for each variant and a column for each log."""
     logs = list(next(iter(variants.values())))
-    table = _table("Mean error with one thing left out (m / °)")
-    _add_columns(table, "variant", *logs)
+    table = new_table("Mean error with one thing left out (m / °)")
+    add_columns(table, "variant", *logs)
     for variant, runs in variants.items():
         table.add_row(variant, *(_both_errors(runs[log].accuracy) for log in logs))
     return table
@@ -58,9 +60,9 @@ def ablation_table(variants: Mapping[str, Mapping[str, LogFigures]]) -> Table:
 
 def false_loops_table(figures: Mapping[str, FalseLoopFigures]) -> Table:
     """Mean errors of each log without and with wrong loops in its graph."""
-    table = _table("Mean error when wrong loop closures are put into the finished graph")
+    table = new_table("Mean error when wrong loop closures are put into the finished graph")
     translation, rotation = ("before (m)", "after (m)", "ratio"), ("before (°)", "after (°)", "ratio")
-    _add_columns(table, "log", "true loops", "wrong loops", *translation, *rotation)
+    add_columns(table, "log", "true loops", "wrong loops", *translation, *rotation)
     for log, found in figures.items():
         table.add_row(
             log,
@@ -78,12 +80,12 @@ def false_loops_table(figures: Mapping[str, FalseLoopFigures]) -> Table:
 
 def growth_table(figures: GrowthFigures) -> Table:
     """Processor time per scan by tenth of a long drive, and what the drive costs in the end."""
-    table = _table(
+    table = new_table(
         f"Processor time per scan (ms) by tenth of a drive of {1e-3 * figures.path_metres:.1f} km "
         f"with {figures.scans} scans and {figures.keyframes} keyframes"
     )
     tenths = (f"{number}." for number in range(1, len(figures.milliseconds_per_scan) + 1))
-    _add_columns(table, "tenth", *tenths, "last / first", "MB per keyframe", "finish (s)")
+    add_columns(table, "tenth", *tenths, "last / first", "MB per keyframe", "finish (s)")
     table.add_row(
         "scans of this tenth",
         *(f"{milliseconds:.2f}" for milliseconds in figures.milliseconds_per_scan),
@@ -117,13 +119,15 @@ def _published(log: str) -> list[str]:
     ]
 
 
-def _table(title: str, caption: str | None = None) -> Table:
+def new_table(title: str, caption: str | None = None) -> Table:
+    """A table in Markdown."""
     table = Table(title=title, caption=caption, title_justify="left", caption_justify="left")
     table.box = box.MARKDOWN
     return table
 
 
-def _add_columns(table: Table, name: str, *figures: str) -> None:
+def add_columns(table: Table, name: str, *figures: str) -> None:
+    """A column of names, and columns of figures."""
     table.add_column(name)
     for figure in figures:
         table.add_column(figure, justify="right")

@@ -175,6 +175,48 @@ def localizer(
 
 
 @benchmark.command()
+def accuracy(
+    seeds: Annotated[
+        int, typer.Option("--seeds", min=1, metavar="N", help="Drives of each kind on each map.")
+    ] = 10,
+    minutes: Annotated[
+        float,
+        typer.Option("--minutes", min=0.1, metavar="MINUTES", help="Length of the drive for false alarms."),
+    ] = 60.0,
+    config: ConfigOption = None,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Localize simulated drives on the shipped maps: known, fast, with errors in the map, lost, carried away.
+
+    Example: racecar benchmark accuracy --seeds 2 --minutes 5
+    """
+    from pipelines.config_file import load_config
+
+    settings = load_config(config).localization
+
+    from rich.console import Console
+
+    from pipelines.benchmark_accuracy import AccuracyBenchmark, measure_accuracy
+    from pipelines.benchmark_accuracy_table import finding_table, tracking_table
+    from pipelines.report import Report
+
+    announce = Console(stderr=True, quiet=quiet, highlight=False).print
+    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
+    report = Report("racecar benchmark accuracy")
+    report.add(
+        "inputs",
+        {"seeds": seeds, "minutes": minutes, "config": config, "settings": settings.model_dump()},
+    )
+    tracking, finding = measure_accuracy(AccuracyBenchmark(settings, seeds, announce), minutes)
+    report.add("tracking", {name: asdict(figures) for name, figures in tracking.items()})
+    report.add("finding", {name: asdict(figures) for name, figures in finding.items()})
+    page.print(tracking_table(tracking), finding_table(finding))
+    if json is not None:
+        report.write(json)
+
+
+@benchmark.command()
 def live(
     seconds: Annotated[
         float, typer.Option("--seconds", min=5.0, metavar="SECONDS", help="Length of the simulated drive.")
