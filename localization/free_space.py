@@ -14,6 +14,8 @@ _SMALLEST_AREA = 1.0
 """Square metres; a smaller patch of free cells is a speck of the mapping, not a place for a car."""
 _UNKNOWN_REACH = 0.8
 """Metres."""
+_LARGEST_MOVABLE = 3.0
+"""Metres; a longer obstacle is a wall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,11 +25,18 @@ class FreeSpace:
     grid: OccupancyGrid
     is_open: NDArray[np.bool_]
     """(rows, columns)"""
+    is_movable: NDArray[np.bool_]
+    """(rows, columns) cells of furniture: lone obstacles, where a car can stand once they were moved."""
 
     @property
     def cell_count(self) -> int:
         """How many cells there are."""
         return int(np.count_nonzero(self.is_open))
+
+    @property
+    def is_standable(self) -> NDArray[np.bool_]:
+        """(rows, columns) where a car can be, by this map or since it was made."""
+        return self.is_open | self.is_movable
 
     def contains(self, points_in_map: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) whether points (N, 2) lie on it."""
@@ -79,4 +88,20 @@ def find_free_space(grid: OccupancyGrid, max_cells: int) -> FreeSpace:
         is_open = ndimage.binary_dilation(
             is_open, np.ones((3, 3), dtype=np.bool_), iterations=steps, mask=passable
         )
-    return FreeSpace(grid, is_open)
+    return FreeSpace(grid, is_open, _find_movable(grid, is_open))
+
+
+def _find_movable(grid: OccupancyGrid, is_open: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(rows, columns) obstacles of at most 3 m that stand where the car drives, and what they enclose."""
+    longest = _LARGEST_MOVABLE / grid.resolution
+    pieces, count = ndimage.label(grid.cells >= OCCUPIED_FROM, structure=np.ones((3, 3)))
+    is_piece = np.zeros(count + 1, dtype=np.bool_)
+    for number, box in enumerate(ndimage.find_objects(pieces), start=1):
+        is_piece[number] = max(side.stop - side.start for side in box) <= longest
+    reached = ndimage.binary_dilation(is_open, np.ones((3, 3), dtype=np.bool_)) & is_piece[pieces]
+    is_piece[:] = False
+    is_piece[pieces[reached]] = True
+    outlines = is_piece[pieces]
+    surroundings, count = ndimage.label(~outlines)
+    is_inside = np.bincount(surroundings.ravel(), minlength=count + 1) <= longest**2
+    return is_inside[surroundings] & ~is_open | outlines

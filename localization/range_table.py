@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_cdt
 
 from localization.free_space import FreeSpace
-from localization.range_table_kernels import OBSTACLE, fill_heading, transpose_block
+from localization.range_table_kernels import MOVABLE, OBSTACLE, fill_heading, transpose_block
 from maps.occupancy_grid import OCCUPIED_FROM
 
 _log = logging.getLogger(__name__)
@@ -23,7 +23,10 @@ behind are filled with those ahead, so that headings come in twice as many."""
 
 @dataclass(frozen=True, eq=False)
 class RangeTable:
-    """How far the nearest obstacle is from each free cell in each direction, as `range_codes` has it."""
+    """How far the nearest obstacle is from each free cell in each direction, as `range_codes` has it.
+
+    From a cell of an obstacle that can be moved, it is the nearest one behind that.
+    """
 
     ranges: NDArray[np.uint8]
     """(cells, headings); heading h looks along 2π·h/headings over the grid."""
@@ -38,14 +41,15 @@ class RangeTable:
 
 def build_range_table(free_space: FreeSpace, max_megabytes: int) -> RangeTable | None:
     """The table of a map, with 320 headings or, to stay within the limit, fewer; None when it has too few."""
-    affordable = max_megabytes * 10**6 // free_space.cell_count
+    cell_count = int(np.count_nonzero(free_space.is_standable))
+    affordable = max_megabytes * 10**6 // cell_count
     headings = min(HEADINGS, affordable - affordable % (2 * _BLOCK))
     if headings < _FEWEST_HEADINGS:
-        needed = -(-free_space.cell_count * _FEWEST_HEADINGS // 10**6)
+        needed = -(-cell_count * _FEWEST_HEADINGS // 10**6)
         _log.warning(
             "A range table of the map's %d free cells takes %d MB and table_megabytes is %d: rays are cast "
             "one by one, which takes some fifty times as long.",
-            free_space.cell_count,
+            cell_count,
             needed,
             max_megabytes,
         )
@@ -57,16 +61,17 @@ def build_range_table(free_space: FreeSpace, max_megabytes: int) -> RangeTable |
             HEADINGS,
             max_megabytes,
         )
-    codes = _cell_codes(free_space)
-    return RangeTable(_fill(codes, free_space.cell_count, headings), codes)
+    cell_index = _cell_codes(free_space)
+    codes = np.where(free_space.is_movable, cell_index + MOVABLE, cell_index)
+    return RangeTable(_fill(codes, cell_count, headings), cell_index)
 
 
 def _cell_codes(free_space: FreeSpace) -> NDArray[np.int32]:
     """(rows, columns) running number of each cell the car can be on, else the kernel's negative codes."""
     is_obstacle = free_space.grid.cells >= OCCUPIED_FROM
-    steps_away = distance_transform_cdt(~(is_obstacle | free_space.is_open), metric="chessboard")
+    steps_away = distance_transform_cdt(~(is_obstacle | free_space.is_standable), metric="chessboard")
     codes = (OBSTACLE - steps_away).astype(np.int32)
-    codes[free_space.is_open] = np.arange(free_space.cell_count, dtype=np.int32)
+    codes[free_space.is_standable] = np.arange(np.count_nonzero(free_space.is_standable), dtype=np.int32)
     return codes
 
 

@@ -11,6 +11,8 @@ from localization.range_codes import CODE_OF_CELLS, FARTHEST
 OBSTACLE = -1
 """Code of an obstacle; lower codes are cells of no interest, by how far any other kind is from them:
 OBSTACLE - k means that it is k columns or rows away."""
+MOVABLE = 2**30
+"""Added to the code of a cell of an obstacle that can be moved; from there, rays go through it."""
 
 
 @njit(cache=True, nogil=True)
@@ -21,7 +23,8 @@ def fill_heading(
 
     Parallel lines, one through each row, cover every cell once (|slope| <= 1). Walking along a line, the
     last obstacle passed is the one that a cell sees behind it, and on the way back the one ahead.
-    ``codes`` (rows, columns) hold a cell's place in ``ahead`` and ``behind``, or OBSTACLE or lower.
+    ``codes`` (rows, columns) hold a cell's place in ``ahead`` and ``behind``, or OBSTACLE or lower; those
+    of an obstacle that can be moved have MOVABLE on top, and see what lies beyond it.
     """
     rows, columns = codes.shape
     stretch = math.sqrt(1.0 + slope * slope)
@@ -31,7 +34,8 @@ def fill_heading(
     corner_blocks = np.empty(columns, dtype=np.bool_)
     for start in range(math.floor(min(0.0, -climb)), rows + math.ceil(max(0.0, -climb))):
         column, end = _columns_on_grid(start + 0.5, slope, rows, columns)
-        wall = -1e9
+        wall = beyond = -1e9
+        was_movable = False
         count = 0
         while column < end:
             height = start + 0.5 + slope * column
@@ -39,30 +43,51 @@ def fill_heading(
             code = codes[row, column]
             if code < OBSTACLE - 1:
                 column += OBSTACLE - 1 - code
+                was_movable = False
                 continue
-            if code >= 0:
+            if code >= MOVABLE:
+                if not was_movable:
+                    beyond = wall
+                cells_away = int((column - beyond) * stretch + 0.5)
+                behind[code - MOVABLE] = CODE_OF_CELLS[min(cells_away, FARTHEST)]
+                wall = column + 0.5
+            elif code >= 0:
                 behind[code] = CODE_OF_CELLS[min(int((column - wall) * stretch + 0.5), FARTHEST)]
             elif code == OBSTACLE:
                 wall = column + 0.5
+            was_movable = code >= MOVABLE
             blocks = False
             next_row = int(height + slope)
             if next_row != row and column + 1 < end:
                 row_between = int(height + 0.5 * slope)
                 column_between = column if row_between == next_row else column + 1
-                blocks = codes[row_between, column_between] == OBSTACLE
+                corner = codes[row_between, column_between]
+                if corner >= MOVABLE:
+                    blocks = code < MOVABLE and codes[next_row, column + 1] < MOVABLE
+                else:
+                    blocks = corner == OBSTACLE
                 if blocks:
                     wall = column + 0.5
             visited[count], line[count], corner_blocks[count] = column, code, blocks
             count += 1
             column += 1
-        wall = 1e9
+        wall = beyond = 1e9
+        was_movable = False
         for i in range(count - 1, -1, -1):
+            code, column = line[i], visited[i]
             if corner_blocks[i]:
-                wall = visited[i] + 0.5
-            if line[i] >= 0:
-                ahead[line[i]] = CODE_OF_CELLS[min(int((wall - visited[i]) * stretch + 0.5), FARTHEST)]
-            elif line[i] == OBSTACLE:
-                wall = visited[i] - 0.5
+                wall = column + 0.5
+            if code >= MOVABLE:
+                if not was_movable:
+                    beyond = wall
+                cells_away = int((beyond - column) * stretch + 0.5)
+                ahead[code - MOVABLE] = CODE_OF_CELLS[min(cells_away, FARTHEST)]
+                wall = column - 0.5
+            elif code >= 0:
+                ahead[code] = CODE_OF_CELLS[min(int((wall - column) * stretch + 0.5), FARTHEST)]
+            elif code == OBSTACLE:
+                wall = column - 0.5
+            was_movable = code >= MOVABLE
 
 
 @njit(cache=True, nogil=True)
