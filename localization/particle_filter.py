@@ -15,6 +15,7 @@ from maps.se2 import Pose
 _MOST_EVIDENCE = 6.0
 """Log-likelihood by which one scan tells against a particle at most. The car may drive where the map has an
 obstacle that was moved, and from there the map explains nothing."""
+_ONE_STRAY_IN = 20
 _SLIPS_CHANGE_AFTER = 0.1
 """Seconds; in shorter ones the slips keep."""
 
@@ -51,6 +52,15 @@ class ParticleFilter:
         self.map_from_base = model.move(
             self.map_from_base, self._slips, step.base_from_next_base, step.deviations, self._rng
         )
+        if np.isfinite(step.travel):
+            self._stray(step.base_from_next_base)
+
+    def _stray(self, base_from_next_base: Pose) -> None:
+        """Let a few particles think that the odometry is all wrong: wheels spin, cars bump and are pushed."""
+        strays = slice(int(self._rng.integers(_ONE_STRAY_IN)), None, _ONE_STRAY_IN)
+        x, y, turn = base_from_next_base
+        deviations = np.array([np.hypot(x, y), np.hypot(x, y), abs(turn)])
+        self.map_from_base[strays] += deviations * self._rng.standard_normal(self.map_from_base[strays].shape)
 
     def weigh(self, log_likelihood: NDArray[np.float64]) -> None:
         """Take in how well each particle (N,) explains what was measured, however badly some do."""
