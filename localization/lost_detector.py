@@ -1,15 +1,16 @@
 """Is the car where the filter thinks? Told from how scans agree with the map, against what they usually do.
 
-A beam agrees with the map, is stopped before the wall, as by people, or looks through it, which nothing but a
-changed map excuses. At the right place their shares are learned while the car is tracked; at wrong places
-they are what the map's own places give when they are taken for each other. Bayes' rule turns scans into the
-odds of being lost.
+A beam agrees with the map closely or roughly, is stopped before the wall, as by people, or looks through it,
+which nothing but a changed map excuses. At the right place their shares are learned while the car is tracked;
+at wrong places they are what the map's own places give when they are taken for each other, be they hardly or
+very much alike. Bayes' rule turns scans into the odds of being lost.
 """
 
 from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logsumexp
 
 from localization.beams import Beams
 from localization.free_space import FreeSpace
@@ -18,15 +19,20 @@ from maps.se2 import Pose
 
 ALIKE, ALIKE_SHARE = 0.25, 0.02
 """Metres, and share of the range, within which a reading agrees with the map."""
-_USUAL_SHARES = np.array([0.85, 0.12, 0.03])
-_LEAST_SHARES = np.array([0.05, 0.06, 0.01])
-"""Of beams that agree, are stopped and look through, at the right place: until learned, and at least."""
+CLOSE = 0.4
+"""Share of that within which it agrees closely."""
+LIKENESS_QUANTILES = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.99, 1.0])
+"""Pairs of places are sorted by how much they look alike and parted here, finely among those that do."""
+_USUAL_SHARES = np.array([0.7, 0.15, 0.12, 0.03])
+_LEAST_SHARES = np.array([0.05, 0.05, 0.06, 0.01])
+"""Of beams that agree closely, roughly, are stopped, look through, at the right place: until learned, and at
+least."""
 _FIRST_SECONDS, _MEMORY_SECONDS = 2.0, 30.0
 """For how long the usual shares count, and scans are remembered."""
-_EVIDENCE_PER_SECOND = 40.0
-"""A beam's mean log-ratio counts so often: beams and scans of a moment are alike in what disturbs them."""
-_CLOUDING, _LEAST_CLARITY = 3.0, 0.15
-_LONGEST = 0.1
+_BEAMS_PER_SECOND = 110.0
+"""So many independent ones are a second's scans worth: its beams are alike in what disturbs them."""
+_CLOUDING, _LEAST_CLARITY = 4.5, 0.15
+_LONGEST = 0.25
 """Seconds that one scan stands for at most."""
 _SUREST = 6.0
 """Log-odds; nothing is believed more firmly, so that no change of mind takes long."""
@@ -38,7 +44,10 @@ class LostDetector:
     """Weighs two explanations of every scan: tracked, and lost."""
 
     def __init__(self, shares_when_lost: NDArray[np.float64]) -> None:
-        """The shares (3,) of beams that agree, are stopped and look through, at wrong places of the map."""
+        """Shares (K, 4) of beams that agree closely, roughly, are stopped, look through: at wrong places.
+
+        A row for each part of the pairs between `LIKENESS_QUANTILES`.
+        """
         self._when_lost = _normalized(np.maximum(shares_when_lost, _LEAST_SHARES))
         self._when_tracked = _USUAL_SHARES
         self._learned_seconds = _FIRST_SECONDS
@@ -52,8 +61,8 @@ class LostDetector:
     @property
     def clarity(self) -> float:
         """How much a scan counts, 0 to 1: less where many beams disagree at the right place too."""
-        disagreeing = 1.0 - self._when_tracked[0]
-        return max(1.0 - _CLOUDING * float(disagreeing), _LEAST_CLARITY)
+        disagreeing = float(self._when_tracked[2:].sum())
+        return max(1.0 - _CLOUDING * disagreeing, _LEAST_CLARITY)
 
     def for_another_place(self) -> "LostDetector":
         """One that knows what this has learned of the sensor, but nothing yet of the place."""
@@ -62,21 +71,20 @@ class LostDetector:
         return other
 
     def judge(self, shares: NDArray[np.float64], seconds: float) -> None:
-        """Take in the shares (3,) of a scan, so long after the one before."""
+        """Take in the shares (4,) of a scan, so long after the one before."""
         seconds = min(seconds, _LONGEST)
         tracked = _normalized(np.maximum(self._when_tracked, _LEAST_SHARES))
-        evidence = float(shares @ np.log(self._when_lost / tracked))
-        log_odds = self._log_odds + _EVIDENCE_PER_SECOND * self.clarity * seconds * evidence
-        self._log_odds = min(max(log_odds, -_SUREST), _SUREST)
+        log_ratios = _BEAMS_PER_SECOND * self.clarity * (np.log(self._when_lost / tracked) @ shares)
+        evidence = float(logsumexp(log_ratios, b=np.diff(LIKENESS_QUANTILES)))
+        self._log_odds = min(max(self._log_odds + seconds * evidence, -_SUREST), _SUREST)
         if self._log_odds <= -_SURE:
             self._learned_seconds = min(self._learned_seconds + seconds, _MEMORY_SECONDS)
-            self._when_tracked = self._when_tracked + seconds / self._learned_seconds * (
-                shares - self._when_tracked
-            )
+            blend = seconds / self._learned_seconds
+            self._when_tracked = self._when_tracked + blend * (shares - self._when_tracked)
 
 
 def agreement_shares(map_from_base: Pose, beams: Beams, free_space: FreeSpace) -> NDArray[np.float64] | None:
-    """(3,) shares of the beams that agree with the map from a pose (3,), are shorter, and are longer.
+    """(4,) shares of the beams from a pose (3,) that agree closely, roughly, are shorter, are longer.
 
     None when there are no beams, or where the laser cannot be.
     """
@@ -92,11 +100,12 @@ def agreement_shares(map_from_base: Pose, beams: Beams, free_space: FreeSpace) -
         beams.max_range,
         ALIKE,
         ALIKE_SHARE,
+        CLOSE,
     )
     total = counts.sum()
     return counts / total if total > 0 else None
 
 
 def _normalized(shares: NDArray[np.float64]) -> NDArray[np.float64]:
-    normalized: NDArray[np.float64] = shares / shares.sum()
+    normalized: NDArray[np.float64] = shares / shares.sum(axis=-1, keepdims=True)
     return normalized

@@ -22,13 +22,14 @@ def count_agreeing(
     max_range: float,
     alike: float,
     alike_share: float,
+    close: float,
 ) -> NDArray[np.float64]:
-    """(3,) how many beams agree with the map, are shorter, and are longer; none where the laser cannot be.
+    """(4,) how many beams agree closely, roughly, are shorter, are longer; none where the laser cannot be.
 
     ``grid_in_map`` is x, y and yaw of the grid's origin and cells per metre; a reading agrees when it is
-    within ``alike`` metres and a share of the range.
+    within ``alike`` metres and a share of the range, and closely within a share ``close`` of that.
     """
-    counts = np.zeros(3)
+    counts = np.zeros(4)
     x0, y0, yaw0, per_metre = grid_in_map
     cos, sin = math.cos(map_from_base[2]), math.sin(map_from_base[2])
     x = map_from_base[0] + cos * base_from_laser[0] - sin * base_from_laser[1] - x0
@@ -45,9 +46,11 @@ def count_agreeing(
         measured = min(ranges[beam], max_range)
         within = alike + alike_share * expected
         if measured < expected - within:
-            counts[1] += 1.0
-        elif measured > expected + within:
             counts[2] += 1.0
+        elif measured > expected + within:
+            counts[3] += 1.0
+        elif abs(measured - expected) > close * within:
+            counts[1] += 1.0
         else:
             counts[0] += 1.0
     return counts

@@ -4,6 +4,8 @@ The rows of the range table are what a laser would see all around from a cell: t
 row tells how well every heading fits there, without another trip to memory.
 """
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
@@ -11,7 +13,7 @@ from scipy.special import logsumexp
 from localization.beam_table import COURSE, beam_log_probabilities
 from localization.beams import Beams
 from localization.free_space import FreeSpace
-from localization.lost_detector import ALIKE, ALIKE_SHARE
+from localization.lost_detector import ALIKE, ALIKE_SHARE, CLOSE, LIKENESS_QUANTILES
 from localization.place_search_kernels import compare_views, fill_scores
 from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
 from localization.range_table import RangeTable
@@ -47,17 +49,18 @@ class PlaceSearch:
             self._view_of_place = np.arange(len(places))
 
     def shares_when_lost(self) -> NDArray[np.float64]:
-        """(3,) of the beams at wrong places: that agree, are stopped before and look through the map's walls.
+        """(K, 4) shares of beams that agree closely, roughly, are stopped, look through: at wrong places.
 
-        Views from places all over the map are taken for each other, each turned as fits best; a filter that
-        is lost settles where that is not bad, so the better half counts.
+        Views from places all over the map are taken for each other, each turned as fits best. The rows are
+        of the pairs that look least alike up to those that look most alike.
         """
         chosen = np.linspace(0, len(self._view_of_place) - 1, _COMPARED).astype(np.int64)
         views = CELLS_OF_CODE[self._views[self._view_of_place[chosen]]].astype(np.float32)
-        shares = compare_views(views, ALIKE / self._grid.resolution, ALIKE_SHARE)
-        better = shares[:, 0] >= np.median(shares[:, 0])
-        mean: NDArray[np.float64] = shares[better].mean(axis=0)
-        return mean
+        shares = compare_views(views, ALIKE / self._grid.resolution, ALIKE_SHARE, CLOSE)
+        order = np.argsort(shares[:, 0] + shares[:, 1])
+        edges = (LIKENESS_QUANTILES * len(order)).astype(np.int64)
+        parts = [shares[order[first:end]] for first, end in pairwise(edges)]
+        return np.array([part.mean(axis=0) for part in parts])
 
     def find(self, beams: Beams, squash: float, count: int, rng: np.random.Generator) -> Pose:
         """(count, 3) poses of the base, spread over the places where a scan fits best."""

@@ -30,32 +30,41 @@ def fill_scores(
 
 
 @njit(cache=True, nogil=True)
-def compare_views(views: NDArray[np.float32], alike: float, alike_share: float) -> NDArray[np.float64]:
-    """(P * (P - 1), 3) shares of the beams of one view that agree, are shorter, are longer than another's.
+def compare_views(
+    views: NDArray[np.float32], alike: float, alike_share: float, close: float
+) -> NDArray[np.float64]:
+    """(P * (P - 1), 4) shares of a view's beams that agree with another closely, roughly, are shorter, longer.
 
     The other of views (P, headings) is turned as fits best. Readings agree within ``alike`` and a share of
-    the range.
+    the range, and closely within a share ``close`` of that.
     """
     places, headings = views.shape
-    shares = np.zeros((places * (places - 1), 3))
+    shares = np.zeros((places * (places - 1), 4))
+    compared = headings // 4
     pair = 0
     for seen in range(places):
         for taken in range(places):
             if seen == taken:
                 continue
+            most = -1
             for turn in range(0, headings, 4):
-                agreeing, shorter = 0, 0
+                closely, agreeing, shorter = 0, 0, 0
                 for heading in range(0, headings, 4):
                     expected = views[taken, (heading + turn) % headings]
                     within = alike + alike_share * expected
-                    measured = views[seen, heading]
-                    if measured < expected - within:
+                    off = views[seen, heading] - expected
+                    if off < -within:
                         shorter += 1
-                    elif measured <= expected + within:
+                    elif off <= within:
                         agreeing += 1
-                share = agreeing / (headings // 4)
-                if share > shares[pair, 0]:
-                    shares[pair, 0], shares[pair, 1] = share, shorter / (headings // 4)
-            shares[pair, 2] = 1.0 - shares[pair, 0] - shares[pair, 1]
+                        if abs(off) <= close * within:
+                            closely += 1
+                if agreeing > most:
+                    most = agreeing
+                    shares[pair, 0] = closely
+                    shares[pair, 1] = agreeing - closely
+                    shares[pair, 2] = shorter
+                    shares[pair, 3] = compared - agreeing - shorter
             pair += 1
+    shares /= compared
     return shares

@@ -8,11 +8,11 @@ from localization.particle_filter import ParticleFilter
 _COUNTS_PER_SECOND = 0.2
 """So many scans' log-likelihoods count in a second: what disturbs one disturbs the next ones too."""
 _MOST_PER_SECOND = 16.0
-_LONGEST = 0.1
+_LONGEST = 0.25
 """Seconds that one scan stands for at most."""
 _WHILE_STANDING = 0.1
 """Share of that for a scan without motion, which repeats the one before."""
-_FIRST_ODDS, _DECIDED = 0.0, 10.0
+_DECIDED = 10.0
 _TRIAL_SECONDS = 1.0
 _GOOD = 0.02
 """Probability of being lost below which a place is good."""
@@ -25,8 +25,8 @@ class Rival:
         """The stamp tells when the place of the cloud was found, the detector whether it is a good one."""
         self.filter = filter
         self.lost = lost
-        self.stamp = stamp
-        self._log_odds = _FIRST_ODDS
+        self._stamp = stamp
+        self._log_odds = 0.0
 
     def compare(self, advantage: float, seconds: float, is_moving: bool) -> None:
         """Take in by how much the log-likelihood of a scan is larger in this cloud than in the first."""
@@ -38,11 +38,6 @@ class Rival:
         """Whether this cloud is to take the place of the first: better than that, and good."""
         return self._log_odds >= _DECIDED and self.lost.probability < _GOOD
 
-    def is_promising(self, stamp: int) -> bool:
-        """Whether it may still turn out to be right, or has not had the time to."""
-        return (stamp - self.stamp) * 1e-9 < _TRIAL_SECONDS or self.lost.probability < _GOOD
-
-    @property
-    def has_lost(self) -> bool:
-        """Whether it is to be forgotten."""
-        return self._log_odds <= -_DECIDED
+    def has_failed(self, stamp: int) -> bool:
+        """Whether it had its time, and is rather wrong itself."""
+        return (stamp - self._stamp) * 1e-9 >= _TRIAL_SECONDS and self.lost.probability >= 0.5
