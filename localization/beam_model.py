@@ -3,13 +3,15 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.beam_model_kernels import add_up_beams, add_up_cast_beams
+from localization.beam_model_kernels import add_up_beams, add_up_cast_beams, find_fitting
 from localization.beam_table import TRACKING, beam_log_probabilities
 from localization.beams import Beams
 from localization.free_space import FreeSpace
-from localization.range_codes import CODE_OF_CELLS
+from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
 from localization.range_table import RangeTable
-from maps.se2 import Pose
+from localization.sensor_model import ALIKE, ALIKE_SHARE
+from maps.ray_casting import cast_ray_fan
+from maps.se2 import Pose, compose
 
 _TURN = 2**16
 """A full turn in the kernel's whole numbers."""
@@ -30,11 +32,8 @@ class BeamModel:
         log_probabilities = beam_log_probabilities(
             beams.ranges, beams.max_range, grid.resolution, self._squash, TRACKING
         )
-        x, y, yaw = grid.map_from_grid
-        laser_on_base = beams.base_from_laser[:2].copy()  # one that is read-only would be compiled for anew
-        grid_in_map = np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / grid.resolution])
+        laser_on_base, grid_in_map, turns = self._on_grid(beams)
         least = float(log_probabilities.min(axis=1).sum())
-        turns = beams.bearings + beams.base_from_laser[2] - yaw
         if self._table is None:
             return add_up_cast_beams(
                 map_from_base,
@@ -57,6 +56,39 @@ class BeamModel:
             log_probabilities,
             least,
         )
+
+    def fits(self, map_from_base: Pose, beams: Beams) -> NDArray[np.bool_]:
+        """(N, B) whether each beam reads about what the map says from each of the poses (N, 3)."""
+        grid = self._free_space.grid
+        most = min(beams.max_range / grid.resolution, FARTHEST)
+        measured = np.minimum(beams.ranges / grid.resolution, most)
+        within = ALIKE / grid.resolution + ALIKE_SHARE * measured
+        shortest = measured - within
+        longest = np.where(measured + within < most, measured + within, np.inf)
+        if self._table is None:
+            map_from_laser = compose(map_from_base, beams.base_from_laser)
+            cast = cast_ray_fan(grid, map_from_laser, beams.bearings, most * grid.resolution)
+            expected = np.minimum(cast / grid.resolution, most)
+            return np.asarray((shortest <= expected) & (expected <= longest))
+        laser_on_base, grid_in_map, turns = self._on_grid(beams)
+        return find_fitting(
+            map_from_base,
+            laser_on_base,
+            grid_in_map,
+            self._table.cell_index,
+            self._table.ranges,
+            _whole_numbers(turns),
+            np.searchsorted(CELLS_OF_CODE, shortest),
+            np.searchsorted(CELLS_OF_CODE, longest, side="right"),
+        )
+
+    def _on_grid(self, beams: Beams) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Laser (2,) on the base, grid (5,) in the map for the kernels, and bearings (B,) over the grid."""
+        grid = self._free_space.grid
+        x, y, yaw = grid.map_from_grid
+        laser_on_base = beams.base_from_laser[:2].copy()  # one that is read-only would be compiled for anew
+        grid_in_map = np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / grid.resolution])
+        return laser_on_base, grid_in_map, beams.bearings + beams.base_from_laser[2] - yaw
 
 
 def _whole_numbers(angles: NDArray[np.float64]) -> NDArray[np.uint32]:

@@ -67,6 +67,35 @@ def add_up_beams(
 
 
 @njit(cache=True, nogil=True)
+def find_fitting(
+    map_from_base: Pose,
+    laser_on_base: NDArray[np.float64],
+    grid_in_map: NDArray[np.float64],
+    cell_index: NDArray[np.int32],
+    ranges: NDArray[np.uint8],
+    bearings: NDArray[np.uint32],
+    first_codes: NDArray[np.int64],
+    end_codes: NDArray[np.int64],
+) -> NDArray[np.bool_]:
+    """(N, B) whether the code expected by particles (N, 3) is from each beam's first to before its end.
+
+    The rest is as for `add_up_beams`; off the table, nothing fits.
+    """
+    rows, headings = _locate(map_from_base, laser_on_base, grid_in_map, cell_index)
+    per_turn = np.uint32(ranges.shape[1])
+    half = np.uint32(2**15 // ranges.shape[1])
+    fits = np.zeros((len(rows), len(bearings)), dtype=np.bool_)
+    for i in range(len(rows)):
+        if rows[i] < 0:
+            continue
+        for beam in range(len(bearings)):
+            turned = np.uint32(np.uint32(headings[i] + half + bearings[beam]) & np.uint32(0xFFFF))
+            code = ranges[rows[i], np.uint32(turned * per_turn) >> np.uint32(16)]
+            fits[i, beam] = first_codes[beam] <= code < end_codes[beam]
+    return fits
+
+
+@njit(cache=True, nogil=True)
 def _locate(
     map_from_base: Pose,
     laser_on_base: NDArray[np.float64],

@@ -41,7 +41,10 @@ class Beams:
 
     def thinned(self, count: int) -> "Beams":
         """At most ``count`` of them, evenly taken."""
-        chosen = _evenly(len(self), count)
+        return self.only(_evenly(len(self), count))
+
+    def only(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> "Beams":
+        """Those chosen, by number or by a mask (B,)."""
         return replace(self, bearings=self.bearings[chosen], ranges=self.ranges[chosen])
 
 

@@ -12,6 +12,7 @@ from localization.beams import Beams
 from localization.free_space import FreeSpace
 from localization.likelihood_field_kernels import add_up_ends
 from localization.range_codes import FARTHEST
+from localization.sensor_model import ALIKE
 from localization.walls import Walls
 from maps.se2 import Pose, transform_points
 
@@ -38,10 +39,22 @@ class LikelihoodField:
             map_from_base,
             np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / grid.resolution]),
             self._cells_to_wall,
-            self._free_space.is_open,
+            self._free_space.is_standable,
             ends,
             self._log_probabilities,
         )
+
+    def fits(self, map_from_base: Pose, beams: Beams) -> NDArray[np.bool_]:
+        """(N, B) whether each beam ends near a wall as seen from each of the poses (N, 3); misses do."""
+        grid = self._free_space.grid
+        ends = transform_points(beams.base_from_laser, beams.end_points)
+        cells = grid.cell_of(np.concatenate([transform_points(pose, ends) for pose in map_from_base]))
+        inside = grid.contains(cells)
+        is_near = np.zeros(len(cells), dtype=np.bool_)
+        is_near[inside] = self._cells_to_wall[tuple(cells[inside].T)] * grid.resolution <= ALIKE
+        fits = np.ones((len(map_from_base), len(beams)), dtype=np.bool_)
+        fits[:, np.isfinite(beams.ranges)] = is_near.reshape(len(map_from_base), len(ends))
+        return fits
 
 
 def _log_probabilities(squash: float) -> NDArray[np.float32]:

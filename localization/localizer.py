@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from localization.beam_model import BeamModel
+from localization.beam_skipping import skip_unexplained
 from localization.beams import Beams, select_beams
 from localization.config import LocalizationConfig
 from localization.free_space import find_free_space
@@ -34,13 +35,17 @@ _NEWS_AFTER = 0.02
 themselves; counted as independent, they would narrow the cloud to a point."""
 _LOST = 0.9
 """Probability of being lost at which the map is searched."""
+_FOUND = 0.02
+"""Probability of being lost at which no other place is thought of any more."""
 _FAR_ADVANTAGE = 0.5
 """By how much more a beam's log-probability must be at a far place than at one near the last, on average.
 What has changed since the map was made costs nearly as much at the right place, and may not at one alike."""
 _FASTEST_DRIVE = 5.0
 """Metres per second that a car goes at most while nothing measures its motion."""
-_TRACKED_WITHIN = 0.5
-"""Metres of standard deviation within which the place counts as known."""
+_DOMINANT = 0.9
+"""Weight of a cluster beside which the others do not matter."""
+_TRACKED_WITHIN, _NARROW = 0.5, 0.15
+"""Metres of standard deviation within which the place counts as known, and as known well."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -206,11 +211,20 @@ class Localizer:
             return True
         self._travel_since_weighing += step.travel
         is_news = self._travel_since_weighing >= _NEWS_AFTER
-        log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, beams)
         if is_news:
-            self._filter.weigh(log_likelihood)
+            self._filter.weigh(
+                self._sensor.log_likelihood(self._filter.map_from_base, self._explained(beams))
+            )
             self._travel_since_weighing = 0.0
-        return self._race(beams, float(log_likelihood.max()), is_news, step.seconds, stamp)
+        return self._race(beams, is_news, step.seconds, stamp)
+
+    def _explained(self, beams: Beams) -> Beams:
+        """The beams to weigh: while the cloud is narrow, only those that the map explains."""
+        mean, covariance, weight = self._filter.moments()
+        if weight < _DOMINANT or np.trace(covariance[:2, :2]) > _NARROW**2:
+            return beams
+        aligned, _ = refine(mean, covariance, beams, self._walls)
+        return skip_unexplained(beams, self._filter.map_from_base, aligned, self._sensor)
 
     def _settle(self, beams: Beams, stamp: int) -> None:
         """Take in a first scan, for which the cloud is too thin to be weighed at once."""
@@ -228,11 +242,11 @@ class Localizer:
             near, far = far, near
         self._filter, self._rival = near, Rival(far, self._lost.for_another_place(), stamp)
 
-    def _race(self, beams: Beams, fit: float, is_moving: bool, seconds: float, stamp: int) -> bool:
+    def _race(self, beams: Beams, is_moving: bool, seconds: float, stamp: int) -> bool:
         """Search for a rival when the car seems lost; it takes over once it has fitted better for a while."""
         rival = self._rival
         is_lost = self._lost.probability >= _LOST
-        if is_lost and (rival is None or not rival.is_promising(stamp)):
+        if is_lost and (rival is None or rival.has_failed(stamp)):
             found, _ = self._search_map(beams)
             self._rival = Rival(found, self._lost.for_another_place(), stamp)
             return False
@@ -243,12 +257,13 @@ class Localizer:
         if is_moving:
             rival.filter.weigh(log_likelihood)
             rival.filter.resample(self._config.particles, self._config.scattered_particles)
-        rival.compare(float(log_likelihood.max()) - fit, seconds * self._lost.clarity, is_moving)
+        fit = self._sensor.log_likelihood(self._filter.map_from_base, beams).max()
+        rival.compare(float(log_likelihood.max() - fit), seconds * self._lost.clarity, is_moving)
         if rival.has_won and is_lost:
             self._filter, self._lost, self._rival = rival.filter, rival.lost, None
             self._motion.forget_speed()
             return True
-        if rival.has_lost:
+        if self._lost.probability < _FOUND:
             self._rival = None
         return False
 
@@ -295,4 +310,4 @@ class Localizer:
 
 def _is_tracked(covariance: NDArray[np.float64], cluster_weight: float) -> bool:
     deviation = np.sqrt(covariance[0, 0] + covariance[1, 1])
-    return bool(cluster_weight > 0.9 and deviation < _TRACKED_WITHIN)
+    return bool(cluster_weight > _DOMINANT and deviation < _TRACKED_WITHIN)

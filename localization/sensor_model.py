@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 from localization.beams import Beams
 from maps.se2 import Pose
 
+ALIKE, ALIKE_SHARE = 0.2, 0.02
+"""Metres, and share of the range, within which a reading is what the map says."""
+
 
 class SensorModel(Protocol):
     """How likely a scan is from a pose on the map."""
@@ -17,3 +20,6 @@ class SensorModel(Protocol):
 
         A pose where the car cannot be gets what the least likely readings would give.
         """
+
+    def fits(self, map_from_base: Pose, beams: Beams) -> NDArray[np.bool_]:
+        """(N, B) whether each beam reads about what the map says from each of the poses (N, 3)."""
