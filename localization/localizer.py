@@ -40,8 +40,6 @@ _FOUND = 0.02
 _FAR_ADVANTAGE = 0.5
 """By how much more a beam's log-probability must be at a far place than at one near the last, on average.
 What has changed since the map was made costs nearly as much at the right place, and may not at one alike."""
-_FASTEST_DRIVE = 5.0
-"""Metres per second that a car goes at most while nothing measures its motion."""
 _DOMINANT = 0.9
 """Weight of a cluster beside which the others do not matter."""
 _TRACKED_WITHIN, _NARROW = 0.5, 0.15
@@ -177,18 +175,10 @@ class Localizer:
         self._search_near, self._search_far = False, True
 
     def _start_over(self, step: MotionStep) -> None:
-        """Search where the odometry leads or, after a gap in it, where the car can have driven meanwhile.
-
-        The whole map is searched too, for a place that fits better.
-        """
+        """Search where the odometry leads, and the whole map if the next scan does not fit there."""
         assert self._last is not None
         predicted = compose(self._last.map_from_base, step.base_from_next_base)
-        if step.is_over_gap and np.isinf(step.travel):
-            reach = self._free_space.within(_FASTEST_DRIVE * step.seconds, predicted[:2])
-            nearby = draw_anywhere(reach, self._config, self._rng) if reach.cell_count else self._anywhere()
-        else:
-            nearby = draw_about(predicted, self._config.scattered_particles, self._config, self._rng)
-        self._start_from(nearby)
+        self._start_from(draw_about(predicted, self._config.particles, self._config, self._rng))
         self._search_far = True
 
     def _anywhere(self) -> Pose:
@@ -234,7 +224,7 @@ class Localizer:
             self._filter, _ = self._search_map(beams)
             return
         near, fit_near = self._tempered(self._filter.map_from_base, beams)
-        if not self._search_far:
+        if not self._search_far or self._agrees(near.moments()[0], beams):
             self._filter = near
             return
         far, fit_far = self._search_map(beams)
@@ -293,6 +283,11 @@ class Localizer:
             is_start=is_start,
             lost_probability=1.0 - (1.0 - self._lost.probability) * weight,
         )
+
+    def _agrees(self, map_from_base: Pose, beams: Beams) -> bool:
+        """Whether the car is rather at a pose (3,) than elsewhere, by one scan."""
+        shares = agreement_shares(map_from_base, beams, self._free_space)
+        return shares is not None and self._lost.evidence(shares) < 0.0
 
     def _judge(self, lost: LostDetector, map_from_base: Pose, beams: Beams, seconds: float) -> None:
         """Tell a detector how a scan agrees with the map; from inside an obstacle nothing can be told."""

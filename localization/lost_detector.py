@@ -70,13 +70,16 @@ class LostDetector:
         other._log_odds = 0.0
         return other
 
+    def evidence(self, shares: NDArray[np.float64]) -> float:
+        """By how much the log-odds of being lost rise in a second of scans with such shares (4,)."""
+        tracked = _normalized(np.maximum(self._when_tracked, _LEAST_SHARES))
+        log_ratios = _BEAMS_PER_SECOND * self.clarity * (np.log(self._when_lost / tracked) @ shares)
+        return float(logsumexp(log_ratios, b=np.diff(LIKENESS_QUANTILES)))
+
     def judge(self, shares: NDArray[np.float64], seconds: float) -> None:
         """Take in the shares (4,) of a scan, so long after the one before."""
         seconds = min(seconds, _LONGEST)
-        tracked = _normalized(np.maximum(self._when_tracked, _LEAST_SHARES))
-        log_ratios = _BEAMS_PER_SECOND * self.clarity * (np.log(self._when_lost / tracked) @ shares)
-        evidence = float(logsumexp(log_ratios, b=np.diff(LIKENESS_QUANTILES)))
-        self._log_odds = min(max(self._log_odds + seconds * evidence, -_SUREST), _SUREST)
+        self._log_odds = min(max(self._log_odds + seconds * self.evidence(shares), -_SUREST), _SUREST)
         if self._log_odds <= -_SURE:
             self._learned_seconds = min(self._learned_seconds + seconds, _MEMORY_SECONDS)
             blend = seconds / self._learned_seconds
