@@ -10,7 +10,6 @@ from copy import copy
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from localization.beams import Beams
 from localization.free_space import FreeSpace
@@ -74,7 +73,8 @@ class LostDetector:
         """By how much the log-odds of being lost rise in a second of scans with such shares (4,)."""
         tracked = _normalized(np.maximum(self._when_tracked, _LEAST_SHARES))
         log_ratios = _BEAMS_PER_SECOND * self.clarity * (np.log(self._when_lost / tracked) @ shares)
-        return float(logsumexp(log_ratios, b=np.diff(LIKENESS_QUANTILES)))
+        most = log_ratios.max()
+        return float(most + np.log(np.diff(LIKENESS_QUANTILES) @ np.exp(log_ratios - most)))
 
     def judge(self, shares: NDArray[np.float64], seconds: float) -> None:
         """Take in the shares (4,) of a scan, so long after the one before."""

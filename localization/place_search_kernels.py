@@ -33,7 +33,7 @@ def fill_scores(
 def compare_views(
     views: NDArray[np.float32], alike: float, alike_share: float, close: float
 ) -> NDArray[np.float64]:
-    """(P * (P - 1), 4) shares of the beams that agree with another view closely, roughly, are shorter, longer.
+    """(P * (P - 1), 4) shares of beams that agree with another view closely, roughly, are shorter, longer.
 
     The other of views (P, headings) is turned as fits best. Readings agree within ``alike`` and a share of
     the range, and closely within a share ``close`` of that.
