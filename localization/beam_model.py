@@ -33,7 +33,6 @@ class BeamModel:
             beams.ranges, beams.max_range, grid.resolution, self._squash, TRACKING
         )
         laser_on_base, grid_in_map, turns = self._on_grid(beams)
-        least = float(log_probabilities.min(axis=1).sum())
         if self._table is None:
             return add_up_cast_beams(
                 map_from_base,
@@ -44,7 +43,6 @@ class BeamModel:
                 turns,
                 log_probabilities,
                 CODE_OF_CELLS,
-                least,
             )
         return add_up_beams(
             map_from_base,
@@ -54,7 +52,6 @@ class BeamModel:
             self._table.ranges,
             _whole_numbers(turns),
             log_probabilities,
-            least,
         )
 
     def fits(self, map_from_base: Pose, beams: Beams) -> NDArray[np.bool_]:

@@ -29,13 +29,13 @@ def add_up_beams(
     ranges: NDArray[np.uint8],
     bearings: NDArray[np.uint32],
     log_probabilities: NDArray[np.float32],
-    outside: float,
 ) -> NDArray[np.float64]:
     """(N,) sum over beams of the log-probability (beam, code of the expected range) for particles (N, 3).
 
     ``laser_on_base`` is x, y; ``grid_in_map`` x, y, cos and sin of the grid's origin and cells per metre;
     ``bearings`` (B,) are relative to the base's yaw less the grid's, with 2^16 to the turn. A particle off
-    the table gets ``outside``. One particle after the other: its beams lie in one row of the table.
+    the table gets what the least likely codes give. One particle after the other: the beams of one lie in one
+    row of the table.
     """
     rows, headings = _locate(map_from_base, laser_on_base, grid_in_map, cell_index)
     is_large = len(rows) * ranges.shape[1] > _CACHE_BYTES
@@ -44,12 +44,15 @@ def add_up_beams(
     columns = np.empty(len(bearings), dtype=np.uint32)
     totals = np.empty(len(rows))
     fetched = 0
+    outside = 1.0  # summed up when a particle needs it
     for start in range(0, len(rows), _FETCHED):
         end = min(start + _FETCHED, len(rows))
         if is_large:
             fetched += _fetch(rows[start:end], ranges)
         for i in range(start, end):
             if rows[i] < 0:
+                if outside > 0.0:
+                    outside = _least_of(log_probabilities)
                 totals[i] = outside
                 continue
             expected = ranges[rows[i]]
@@ -126,6 +129,15 @@ def _locate(
 
 
 @njit(cache=True, nogil=True)
+def _least_of(log_probabilities: NDArray[np.float32]) -> float:
+    """The sum over beams of the least of each row."""
+    total = 0.0
+    for beam in range(len(log_probabilities)):
+        total += log_probabilities[beam].min()
+    return total
+
+
+@njit(cache=True, nogil=True)
 def _fetch(rows: NDArray[np.int64], ranges: NDArray[np.uint8]) -> int:
     """Touch every cache line of some rows of the table."""
     total = 0
@@ -146,11 +158,11 @@ def add_up_cast_beams(
     bearings: NDArray[np.float64],
     log_probabilities: NDArray[np.float32],
     code_of_cells: NDArray[np.uint8],
-    outside: float,
 ) -> NDArray[np.float64]:
     """(N,) the same from rays through the grid; ``bearings`` (B,) are radians."""
     x0, y0, cos0, sin0, per_metre = grid_in_map
     farthest = len(code_of_cells) - 1
+    outside = _least_of(log_probabilities)
     totals = np.empty(len(map_from_base))
     for i in range(len(map_from_base)):
         yaw = map_from_base[i, 2]

@@ -26,9 +26,10 @@ def skip_unexplained(beams: Beams, map_from_base: Pose, aligned: Pose, sensor: S
 
     All of them if those are too few.
     """
-    asked = map_from_base[np.linspace(0, len(map_from_base) - 1, _ASKED).astype(np.int64)]
+    asked = map_from_base[:: max(1, len(map_from_base) // _ASKED)]
     fits = sensor.fits(np.vstack([aligned, asked]), beams)
-    is_explained = fits[1:].mean(axis=0) >= _MOST_OF_THE_CLOUD
-    if fits[0].mean() > is_explained.mean() + _NOTABLY_MORE:
-        is_explained = fits[0]
-    return beams.only(is_explained) if is_explained.mean() >= _FEWEST_LEFT else beams
+    is_explained = np.count_nonzero(fits[1:], axis=0) >= _MOST_OF_THE_CLOUD * len(asked)
+    left, left_aligned = np.count_nonzero(is_explained), np.count_nonzero(fits[0])
+    if left_aligned > left + _NOTABLY_MORE * len(beams):
+        is_explained, left = fits[0], left_aligned
+    return beams.only(is_explained) if left >= _FEWEST_LEFT * len(beams) else beams

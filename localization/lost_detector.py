@@ -22,6 +22,7 @@ CLOSE = 0.4
 """Share of that within which it agrees closely."""
 LIKENESS_QUANTILES = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.99, 1.0])
 """Pairs of places are sorted by how much they look alike and parted here, finely among those that do."""
+_SHARES_OF_PAIRS = np.diff(LIKENESS_QUANTILES)
 _USUAL_SHARES = np.array([0.7, 0.15, 0.12, 0.03])
 _LEAST_SHARES = np.array([0.05, 0.05, 0.06, 0.01])
 """Of beams that agree closely, roughly, are stopped, look through, at the right place: until learned, and at
@@ -47,7 +48,7 @@ class LostDetector:
 
         A row for each part of the pairs between `LIKENESS_QUANTILES`.
         """
-        self._when_lost = _normalized(np.maximum(shares_when_lost, _LEAST_SHARES))
+        self._log_when_lost = np.log(_normalized(np.maximum(shares_when_lost, _LEAST_SHARES)))
         self._when_tracked = _USUAL_SHARES
         self._learned_seconds = _FIRST_SECONDS
         self._log_odds = 0.0
@@ -72,9 +73,9 @@ class LostDetector:
     def evidence(self, shares: NDArray[np.float64]) -> float:
         """By how much the log-odds of being lost rise in a second of scans with such shares (4,)."""
         tracked = _normalized(np.maximum(self._when_tracked, _LEAST_SHARES))
-        log_ratios = _BEAMS_PER_SECOND * self.clarity * (np.log(self._when_lost / tracked) @ shares)
+        log_ratios = _BEAMS_PER_SECOND * self.clarity * ((self._log_when_lost - np.log(tracked)) @ shares)
         most = log_ratios.max()
-        return float(most + np.log(np.diff(LIKENESS_QUANTILES) @ np.exp(log_ratios - most)))
+        return float(most + np.log(_SHARES_OF_PAIRS @ np.exp(log_ratios - most)))
 
     def judge(self, shares: NDArray[np.float64], seconds: float) -> None:
         """Take in the shares (4,) of a scan, so long after the one before."""
