@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from rich.table import Table
 
 from pipelines.benchmark_accuracy import FindingFigures, TrackingFigures
+from pipelines.benchmark_accuracy_recordings import RecordingFigures
 from pipelines.benchmark_tables import add_columns, new_table
 
 
@@ -41,5 +42,23 @@ def finding_table(runs: Mapping[str, FindingFigures]) -> Table:
             "" if run.noticed is None else f"{100 * run.noticed / run.places:.1f} %",
             f"{100 * run.share_found:.1f} %",
             f"{run.median_seconds:.2f}",
+        )
+    return table
+
+
+def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
+    """How far the localizer was from where single scans fit best; distances are of those that agree."""
+    table = new_table("Recordings from an unknown start: every 50th scan beside an exhaustive match")
+    distances = ("mean (m)", "largest (m)", "beyond 0.15 m", "undecided")
+    add_columns(table, "recording", "scans compared", *distances, "searches")
+    for name, run in runs.items():
+        table.add_row(
+            name,
+            f"{run.scans_compared}",
+            f"{run.mean_m:.3f}",
+            f"{run.largest_m:.3f}",
+            f"{len(run.beyond)}",
+            f"{len(run.undecided)}",
+            f"{run.searches}",
         )
     return table

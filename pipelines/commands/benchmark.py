@@ -189,16 +189,19 @@ def accuracy(
 ) -> None:
     """Localize simulated drives on the shipped maps: known, fast, with errors in the map, lost, carried away.
 
+    Where there are recordings, these too, beside an exhaustive match of single scans.
     Example: racecar benchmark accuracy --seeds 2 --minutes 5
     """
     from pipelines.config_file import load_config
 
-    settings = load_config(config).localization
+    settings = load_config(config)
 
     from rich.console import Console
 
     from pipelines.benchmark_accuracy import AccuracyBenchmark, measure_accuracy
-    from pipelines.benchmark_accuracy_table import finding_table, tracking_table
+    from pipelines.benchmark_accuracy_recordings import measure_recordings
+    from pipelines.benchmark_accuracy_table import finding_table, recordings_table, tracking_table
+    from pipelines.benchmark_logs import recordings_folder
     from pipelines.report import Report
 
     announce = Console(stderr=True, quiet=quiet, highlight=False).print
@@ -208,10 +211,13 @@ def accuracy(
         "inputs",
         {"seeds": seeds, "minutes": minutes, "config": config, "settings": settings.model_dump()},
     )
-    tracking, finding = measure_accuracy(AccuracyBenchmark(settings, seeds, announce), minutes)
+    tracking, finding = measure_accuracy(AccuracyBenchmark(settings.localization, seeds, announce), minutes)
     report.add("tracking", {name: asdict(figures) for name, figures in tracking.items()})
     report.add("finding", {name: asdict(figures) for name, figures in finding.items()})
     page.print(tracking_table(tracking), finding_table(finding))
+    if recordings := measure_recordings(recordings_folder(), settings, announce):
+        report.add("recordings", {name: asdict(figures) for name, figures in recordings.items()})
+        page.print(recordings_table(recordings))
     if json is not None:
         report.write(json)
 

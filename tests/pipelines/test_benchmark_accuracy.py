@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from localization.config import LocalizationConfig
-from pipelines import benchmark_accuracy
+from pipelines import benchmark_accuracy, benchmark_accuracy_recordings
 from pipelines.benchmark_accuracy import AccuracyBenchmark
 from pipelines.cli import run
 from pipelines.simulator_config import NoiseLevel
@@ -42,15 +42,24 @@ def test_the_command_tells_every_row(
         monkeypatch.setattr(AccuracyBenchmark, row, lambda *_: tracked)
     for row in ("global_start", "kidnapped"):
         monkeypatch.setattr(AccuracyBenchmark, row, lambda *_: found)
+    (tmp_path / "racecar" / "session_A").mkdir(parents=True)
+    beyond = [benchmark_accuracy_recordings.Comparison(50, 0.3, 0.1)]
+    matched = benchmark_accuracy_recordings.RecordingFigures(37, 0.0456, 0.1, beyond, [], 5)
+    monkeypatch.setattr(benchmark_accuracy_recordings, "measure_recording", lambda *_, **__: matched)
+    monkeypatch.setenv("RACECAR_DATA", str(tmp_path))
     path = tmp_path / "figures.json"
     assert run(["benchmark", "accuracy", "--seeds", "1", "--json", str(path)]) == 0
     page = capsys.readouterr().out
+    cells = ["session_A on our own map", "37", "0.046", "0.100", "1", "0", "5"]
+    assert any([cell.strip() for cell in line.split("|")[1:-1]] == cells for line in page.splitlines())
     assert page.count("0.0111") == 2 * 3 + 2 + 2 + 1
     assert page.count("90.0 %") == 3
     assert "100.0 %" in page
     written = json.loads(path.read_text())
     assert np.isclose(written["tracking"]["track, up to 7 m/s, 25 % slip"]["mean_m"], 0.0111)
     assert written["finding"]["anywhere"]["found"] == 9
+    assert list(written["recordings"]) == ["session_A on our own map"]
+    assert written["recordings"]["session_A on our own map"]["beyond"][0]["scan"] == 50
 
 
 def test_no_drives_are_refused(capsys: pytest.CaptureFixture[str]) -> None:

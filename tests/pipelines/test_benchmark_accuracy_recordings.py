@@ -1,0 +1,127 @@
+"""The exhaustive match of single scans, and the localizer beside it."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from localization.config import LocalizationConfig
+from localization.localizer import Localizer
+from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from maps.ray_casting import cast_ray_fan
+from maps.scan import Scan
+from maps.se2 import IDENTITY, Pose, compose, wrap_angle
+from pipelines.benchmark_accuracy_drives import Drive, simulate
+from pipelines.benchmark_accuracy_kernels import mean_fits
+from pipelines.benchmark_accuracy_matcher import ExhaustiveMatcher
+from pipelines.benchmark_accuracy_recordings import (
+    Comparison,
+    compare_scans,
+    find_recordings,
+    measure_recording,
+    recording_figures,
+)
+from pipelines.config_file import Config
+from pipelines.simulator_config import SimulationConfig
+
+BEARINGS = np.linspace(-2.3, 2.3, 271)
+BASE_FROM_LASER = np.array([0.3, 0.1, 0.2])
+MAP_FROM_GRID = np.array([5.0, -2.0, 3.0])
+
+
+def rooms(map_from_grid: Pose = IDENTITY) -> OccupancyGrid:
+    """Two rooms and a door between them; nothing in them looks like anything else."""
+    cells = np.full((100, 160), OCCUPIED, dtype=np.int8)
+    cells[3:97, 3:90] = FREE
+    cells[3:70, 94:157] = FREE
+    cells[30:45, 90:94] = FREE
+    cells[70:85, 20:35] = cells[10:16, 60:75] = cells[50:56, 120:150] = OCCUPIED
+    return OccupancyGrid(cells, 0.1, map_from_grid)
+
+
+def scan_from(grid: OccupancyGrid, map_from_base: Pose) -> Scan:
+    map_from_laser = compose(map_from_base, BASE_FROM_LASER)
+    ranges = cast_ray_fan(grid, map_from_laser[None], BEARINGS, 30.0)[0]
+    return Scan(0, BEARINGS, ranges, np.zeros(len(BEARINGS)), BASE_FROM_LASER, 30.0)
+
+
+@pytest.fixture(scope="module")
+def drive() -> Drive:
+    return simulate(rooms(), SimulationConfig(duration=2.0, seed=3, start=(3.0, 4.0, 0.3)))
+
+
+def test_points_fit_by_their_distance_from_walls() -> None:
+    distances = np.array([[0.0, 0.1, 0.2]], dtype=np.float32)
+    points = np.array([[0.05, 0.05], [0.15, 0.05]])
+    poses = np.array([[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.2, 0.0, 0.0], [0.0, 0.0, np.pi]])
+    fits = mean_fits(poses, points, distances, 0.1)
+    np.testing.assert_allclose(fits, [(1.0 + 0.5) / 2, (0.5 + 0.2) / 2, 0.2 / 2, 0.0], rtol=1e-6)
+
+
+@pytest.mark.parametrize("grid_from_base", [[6.3, 2.2, 0.4], [11.0, 6.1, -2.0]])
+def test_a_scan_is_found_wherever_it_was_taken(grid_from_base: list[float]) -> None:
+    grid = rooms(MAP_FROM_GRID)
+    truth = compose(MAP_FROM_GRID, grid_from_base)
+    scan, matcher = scan_from(grid, truth), ExhaustiveMatcher(grid)
+    best, gain = matcher.match(scan, compose(MAP_FROM_GRID, [2.0, 5.0, 1.0]))
+    assert np.hypot(*(best - truth)[:2]) < grid.resolution
+    assert abs(wrap_angle(best[2] - truth[2])) < np.radians(1.0)
+    assert gain > 0.3
+    _, gain_over_best = matcher.match(scan, best)
+    assert 0.0 <= gain_over_best < 0.02
+
+
+def test_a_localizer_that_is_right_agrees(drive: Drive) -> None:
+    grid = rooms()
+    localizer = Localizer(grid, LocalizationConfig(), np.random.default_rng(0))
+    localizer.set_pose(drive.map_from_base[0])
+    comparisons, searches = compare_scans(drive.messages, localizer, ExhaustiveMatcher(grid), every=20)
+    assert [each.scan for each in comparisons] == [20, 40, 60, 80]
+    figures = recording_figures(comparisons, searches)
+    assert figures.scans_compared == 4
+    assert figures.searches == 1
+    assert figures.beyond == figures.undecided == []
+    assert 0.0 < figures.mean_m <= figures.largest_m < 0.1
+
+
+def test_a_localizer_that_is_wrong_is_told(drive: Drive) -> None:
+    """Its map is the building's, moved by two metres."""
+    moved = rooms(np.array([2.0, 0.0, 0.0]))
+    localizer = Localizer(moved, LocalizationConfig(), np.random.default_rng(0))
+    localizer.set_pose(drive.map_from_base[0] + [2.0, 0.0, 0.0])
+    comparisons, _ = compare_scans(drive.messages, localizer, ExhaustiveMatcher(rooms()), every=40)
+    assert all(1.9 < each.metres < 2.1 and each.gain > 0.2 for each in comparisons)
+
+
+def test_scans_are_sorted_by_distance_and_by_fit() -> None:
+    agreeing = [Comparison(50, 0.02, 0.0), Comparison(100, 0.1, 0.3)]
+    beyond, undecided = Comparison(150, 0.2, 0.05), Comparison(200, 9.0, 0.01)
+    figures = recording_figures([*agreeing, beyond, undecided], searches=2)
+    assert figures.scans_compared == 4
+    assert figures.mean_m == pytest.approx(0.06)
+    assert figures.largest_m == 0.1
+    assert figures.beyond == [beyond]
+    assert figures.undecided == [undecided]
+    assert np.isnan(recording_figures([beyond], searches=1).mean_m)
+
+
+def test_only_recordings_that_exist_are_measured(tmp_path: Path) -> None:
+    assert find_recordings(tmp_path) == {}
+    home = tmp_path / "racecar"
+    (home / "session_A").mkdir(parents=True)
+    assert list(find_recordings(tmp_path)) == ["session_A on our own map"]
+    (home / "maps").mkdir()
+    (home / "maps" / "stata_basement.yaml").touch()
+    assert list(find_recordings(tmp_path)) == ["session_A on stata_basement", "session_A on our own map"]
+
+
+@pytest.mark.slow
+def test_a_recorded_drive_is_found_on_the_basement_map(recordings: Path) -> None:
+    found = find_recordings(recordings)
+    if "localization_bag1 on stata_basement" not in found:
+        pytest.skip(f"no localization_bag1 in {recordings}")
+    figures = measure_recording(found["localization_bag1 on stata_basement"], Config(), seed=0)
+    assert figures.scans_compared == 5
+    assert figures.searches == 1
+    assert all(each.metres < 0.3 for each in [*figures.beyond, *figures.undecided])
+    assert figures.largest_m <= 0.15
