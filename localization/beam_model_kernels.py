@@ -133,7 +133,10 @@ def _least_of(log_probabilities: NDArray[np.float32]) -> float:
     """The sum over beams of the least of each row."""
     total = 0.0
     for beam in range(len(log_probabilities)):
-        total += log_probabilities[beam].min()
+        least = log_probabilities[beam, 0]
+        for code in range(log_probabilities.shape[1]):
+            least = min(least, log_probabilities[beam, code])
+        total += least
     return total
 
 

@@ -30,7 +30,7 @@ def set_back(
     cos0, sin0 = math.cos(yaw0), math.sin(yaw0)
     laser = np.empty((len(knots), 3))
     for knot in range(len(knots)):
-        laser[knot] = _laser_of(odom_from_base[knot], base_from_laser)
+        laser[knot, 0], laser[knot, 1], laser[knot, 2] = _laser_of(odom_from_base[knot], base_from_laser)
     for beam in range(len(bearings)):
         right = min(max(np.searchsorted(knots, offsets[beam]), 1), len(knots) - 1)
         left = right - 1

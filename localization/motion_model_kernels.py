@@ -88,15 +88,15 @@ def carry(
     cos, sin = math.cos(yaw), math.sin(yaw)
     forward, left, turn = base_from_next_base
     shift_x, shift_y = cos * forward - sin * left, sin * forward + cos * left
-    carried = np.array(
-        [
-            map_from_base[0] + shift_x,
-            map_from_base[1] + shift_y,
-            math.pi - (math.pi - yaw - turn) % (2.0 * math.pi),
-        ]
-    )
-    turned = np.array([[1.0, 0.0, -shift_y], [0.0, 1.0, shift_x], [0.0, 0.0, 1.0]])
-    axes = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]]) * deviations
+    carried = np.empty(3)
+    carried[0], carried[1] = map_from_base[0] + shift_x, map_from_base[1] + shift_y
+    carried[2] = math.pi - (math.pi - yaw - turn) % (2.0 * math.pi)
+    turned, axes = np.zeros((3, 3)), np.zeros((3, 3))
+    turned[0, 0] = turned[1, 1] = turned[2, 2] = 1.0
+    turned[0, 2], turned[1, 2] = -shift_y, shift_x
+    axes[0, 0], axes[0, 1] = cos * deviations[0], -sin * deviations[1]
+    axes[1, 0], axes[1, 1] = sin * deviations[0], cos * deviations[1]
+    axes[2, 2] = deviations[2]
     grown = np.zeros((3, 3))
     for i in range(3):
         for j in range(3):

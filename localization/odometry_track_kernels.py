@@ -29,7 +29,7 @@ def poses_at(
             told[i, 1] = poses[last, 1] + ahead * (sin * speed[0] + cos * speed[1])
             told[i, 2] = wrapped(poses[last, 2] + ahead * speed[2])
         elif right == 0:
-            told[i] = poses[0]
+            told[i, 0], told[i, 1], told[i, 2] = poses[0, 0], poses[0, 1], poses[0, 2]
         else:
             left = right - 1
             share = (wanted[i] - stamps[left]) / (stamps[right] - stamps[left])

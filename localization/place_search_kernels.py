@@ -20,8 +20,8 @@ def fill_scores(
     headings = views.shape[1]
     around = np.empty(2 * headings, dtype=np.uint8)
     for place in range(len(view_of_place)):
-        around[:headings] = views[view_of_place[place]]
-        around[headings:] = around[:headings]
+        for heading in range(headings):
+            around[heading] = around[headings + heading] = views[view_of_place[place], heading]
         for half in range(headings // 2):
             total = np.float32(0.0)
             for beam in range(len(offsets)):

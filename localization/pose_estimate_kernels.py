@@ -55,10 +55,15 @@ def _moments_about(
         yy += weight * dy * dy
         yt += weight * dy * dt
         tt += weight * dt * dt
-    mean = np.array([x, y, turn]) / total
-    covariance = np.array([[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]]) / total - np.outer(mean, mean)
-    mean += center
-    mean[2] = wrapped(mean[2])
+    x, y, turn = x / total, y / total, turn / total
+    mean, covariance = np.empty(3), np.empty((3, 3))
+    mean[0], mean[1], mean[2] = center[0] + x, center[1] + y, wrapped(center[2] + turn)
+    covariance[0, 0] = xx / total - x * x
+    covariance[1, 1] = yy / total - y * y
+    covariance[2, 2] = tt / total - turn * turn
+    covariance[0, 1] = covariance[1, 0] = xy / total - x * y
+    covariance[0, 2] = covariance[2, 0] = xt / total - x * turn
+    covariance[1, 2] = covariance[2, 1] = yt / total - y * turn
     return mean, covariance, total, count == len(weights)
 
 
@@ -94,7 +99,8 @@ def _heaviest_place(map_from_base: Pose, weights: NDArray[np.float64]) -> Pose:
             center[1] += weights[i] * map_from_base[i, 1]
             sine += weights[i] * math.sin(map_from_base[i, 2])
             cosine += weights[i] * math.cos(map_from_base[i, 2])
-    center[:2] /= heaviest
+    center[0] /= heaviest
+    center[1] /= heaviest
     center[2] = math.atan2(sine, cosine)
     return center
 

@@ -1,4 +1,7 @@
-"""Gauss-Newton on the distance to walls."""
+"""Gauss-Newton on the distance to walls.
+
+Three by three matrices are written out: NumPy's linear algebra takes seconds to compile.
+"""
 
 import math
 
@@ -54,11 +57,20 @@ def align_to_walls(
     """
     pose = map_from_base.copy()
     turn_cos, turn_sin = math.cos(grid_from_map[2]), math.sin(grid_from_map[2])
-    cloud = np.linalg.inv(_CLOUD_WIDTH**2 * covariance + _LEAST_CLOUD**2 * np.eye(3))
+    held = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            held[i, j] = _CLOUD_WIDTH**2 * covariance[i, j]
+        held[i, i] += _LEAST_CLOUD**2
+    cloud = _inverse(held)
     information = cloud.copy()
+    gradient = np.zeros(3)
     for scale in _SCALES:
         information = cloud.copy()
-        gradient = cloud @ (pose - map_from_base)
+        for i in range(3):
+            gradient[i] = 0.0
+            for j in range(3):
+                gradient[i] += cloud[i, j] * (pose[j] - map_from_base[j])
         x = grid_from_map[0] + turn_cos * pose[0] - turn_sin * pose[1]
         y = grid_from_map[1] + turn_sin * pose[0] + turn_cos * pose[1]
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
@@ -88,14 +100,28 @@ def align_to_walls(
             information[1, 1] += weight * slope_y * slope_y
             information[1, 2] += weight * slope_y * slope_yaw
             information[2, 2] += weight * slope_yaw * slope_yaw
-        information[1, 0], information[2, 0], information[2, 1] = (
-            information[0, 1],
-            information[0, 2],
-            information[1, 2],
-        )
-        pose -= np.linalg.solve(information, gradient)
+        uncertainty = _inverse(information)
+        for i in range(3):
+            for j in range(3):
+                pose[i] -= uncertainty[i, j] * gradient[j]
     pose[2] = wrapped(pose[2])
-    return pose, np.linalg.inv(information)
+    return pose, _inverse(information)
+
+
+@njit(cache=True, nogil=True)
+def _inverse(symmetric: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) from the upper triangle of a symmetric matrix (3, 3), by its cofactors."""
+    a, b, c = symmetric[0, 0], symmetric[0, 1], symmetric[0, 2]
+    d, e, f = symmetric[1, 1], symmetric[1, 2], symmetric[2, 2]
+    inverse = np.empty((3, 3))
+    inverse[0, 0], inverse[0, 1], inverse[0, 2] = d * f - e * e, c * e - b * f, b * e - c * d
+    inverse[1, 1], inverse[1, 2], inverse[2, 2] = a * f - c * c, b * c - a * e, a * d - b * b
+    determinant = a * inverse[0, 0] + b * inverse[0, 1] + c * inverse[0, 2]
+    for i in range(3):
+        for j in range(i, 3):
+            inverse[i, j] /= determinant
+            inverse[j, i] = inverse[i, j]
+    return inverse
 
 
 @njit(cache=True, nogil=True)

@@ -18,7 +18,9 @@ def systematic_indices(weights: NDArray[np.float64], count: int, offset: float) 
         while taken < end:
             indices[taken] = index
             taken += 1
-    indices[taken:] = len(weights) - 1
+    while taken < count:
+        indices[taken] = len(weights) - 1
+        taken += 1
     return indices
 
 
