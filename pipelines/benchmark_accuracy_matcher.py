@@ -1,54 +1,68 @@
-"""Where on a map a single scan fits best, told by trying everything: slow, but it cannot lose its way."""
+"""Where about a pose a single scan fits best, told by trying everything: slow, but no filter.
+
+On a whole map a scan of a corridor, or of a room that has changed since the map was made, often fits best at
+some place that is tens of metres away; so only a few metres are searched.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from maps.distance_field import distance_to_occupied
 from maps.occupancy_grid import FREE, OccupancyGrid
+from maps.ray_casting import cast_ray_fan
 from maps.scan import Scan
 from maps.se2 import Pose, between, compose, inverse
 from pipelines.benchmark_accuracy_kernels import mean_fits
 
+_WINDOW = 4.0
+"""Metres about a pose that are searched."""
 _COARSE, _COARSE_TURN, _COARSE_POINTS = 0.2, np.radians(4.0), 60
 _FINE, _FINE_TURN, _FINE_POINTS = 0.02, np.radians(1.0), 360
 """Metres and radians between the poses that are tried, and how many end points tell their fit."""
-_SHORTLIST, _CANDIDATES, _APART = 20_000, 40, 0.4
+_SHORTLIST, _CANDIDATES, _APART = 5_000, 20, 0.4
 """Of the coarse poses so many are the best, of which those are tried finely that lie so many metres apart."""
 _STEPS, _TURN_STEPS = np.arange(-10, 11), np.arange(-5, 6)
 _CLEARANCE = 0.1
 """Metres from a wall at which a laser can be."""
+_BEHIND = 0.3
+"""Metres by which an end point lies behind a wall for sure."""
 
 
 class ExhaustiveMatcher:
-    """Tries all free places of a map, facing any way, by how near the scan's end points are to walls."""
+    """Tries all free places about a pose, facing any way, by how near the scan's end points are to walls."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         self._grid = grid
         self._distances = distance_to_occupied(grid)
         step = max(1, round(_COARSE / grid.resolution))
         cells = np.argwhere((grid.cells == FREE) & (self._distances > _CLEARANCE))
-        places = grid.center_of(cells[np.all(cells % step == step // 2, axis=1)])
-        headings = np.arange(-np.pi, np.pi, _COARSE_TURN)
-        self._map_from_laser = np.column_stack(
-            [np.repeat(places, len(headings), axis=0), np.tile(headings, len(places))]
-        )
+        self._places = grid.center_of(cells[np.all(cells % step == step // 2, axis=1)])
 
     def match(self, scan: Scan, map_from_base: Pose) -> tuple[Pose, float]:
         """The pose (3,) of the base that fits best, and by how much more than the given one (3,) it does.
 
-        Fits are means over the end points, 1 on a wall and 1/2 at 0.1 m. The car's motion during the sweep
-        is left out of account.
+        The given one is the middle of the search. Fits are means over the end points: 1 on a wall, 1/2 at
+        0.1 m and 0 behind a wall. The car's motion during the sweep is left out of account.
         """
         points = scan.points_in_base()
-        candidates = self._coarsely(_thinned(points, _COARSE_POINTS), inverse(scan.base_from_laser))
+        places = self._places[np.hypot(*(self._places - map_from_base[:2]).T) < _WINDOW]
+        candidates = self._coarsely(_thinned(points, _COARSE_POINTS), places, inverse(scan.base_from_laser))
         points = _thinned(points, _FINE_POINTS)
         found = [self._finely(points, pose) for pose in (map_from_base, *candidates)]
-        best, fit = max(found, key=lambda pose_and_fit: pose_and_fit[1])
-        return best, fit - float(self._fits(points, map_from_base[None])[0])
+        poses = np.array([map_from_base, *found])
+        fits = self._fits_in_sight(scan, points, poses)
+        best = int(np.argmax(fits))
+        return poses[best], float(fits[best] - fits[0])
 
-    def _coarsely(self, points: NDArray[np.float64], laser_from_base: Pose) -> list[Pose]:
-        """The best poses of the base that are not beside one another."""
-        map_from_base = compose(self._map_from_laser, laser_from_base)
+    def _coarsely(
+        self, points: NDArray[np.float64], places: NDArray[np.float64], laser_from_base: Pose
+    ) -> list[Pose]:
+        """The best poses of the base that are not beside one another, with the laser at places (P, 2)."""
+        headings = np.arange(-np.pi, np.pi, _COARSE_TURN)
+        map_from_laser = np.column_stack(
+            [np.repeat(places, len(headings), axis=0), np.tile(headings, len(places))]
+        )
+        map_from_base = compose(map_from_laser, laser_from_base)
         order = np.argsort(-self._fits(points, map_from_base), kind="stable")
         left = map_from_base[order[:_SHORTLIST]]
         chosen: list[Pose] = []
@@ -57,15 +71,27 @@ class ExhaustiveMatcher:
             left = left[np.hypot(*(left - left[0])[:, :2].T) > _APART]
         return chosen
 
-    def _finely(self, points: NDArray[np.float64], pose: Pose) -> tuple[Pose, float]:
-        """The best of a lattice about a pose, and of one four times as fine about that; and its fit."""
-        fit = 0.0
+    def _finely(self, points: NDArray[np.float64], pose: Pose) -> Pose:
+        """The best of a lattice about a pose, and of one four times as fine about that."""
         for fineness in (1.0, 0.25):
             x, y, yaw = np.meshgrid(_FINE * _STEPS, _FINE * _STEPS, _FINE_TURN * _TURN_STEPS)
             poses = pose + fineness * np.column_stack([x.ravel(), y.ravel(), yaw.ravel()])
-            fits = self._fits(points, poses)
-            pose, fit = poses[np.argmax(fits)], float(fits.max())
-        return pose, fit
+            pose = poses[np.argmax(self._fits(points, poses))]
+        return pose
+
+    def _fits_in_sight(
+        self, scan: Scan, points: NDArray[np.float64], map_from_base: Pose
+    ) -> NDArray[np.float64]:
+        """(P,) fits of a scan's end points (N, 2) from poses (P, 3); behind a wall they fit not at all."""
+        bearings = _thinned(scan.bearings[scan.is_return], _FINE_POINTS)
+        ranges = _thinned(scan.ranges[scan.is_return], _FINE_POINTS)
+        map_from_laser = compose(map_from_base, scan.base_from_laser)
+        walls = cast_ray_fan(self._grid, map_from_laser, bearings, scan.max_range)
+        is_seen = ranges < walls + _BEHIND
+        fits = [
+            self._fits(points[seen], pose[None])[0] for seen, pose in zip(is_seen, map_from_base, strict=True)
+        ]
+        return np.asarray(np.array(fits) * is_seen.mean(axis=1), dtype=np.float64)
 
     def _fits(self, points: NDArray[np.float64], map_from_base: Pose) -> NDArray[np.float64]:
         grid_from_base = between(self._grid.map_from_grid, map_from_base)

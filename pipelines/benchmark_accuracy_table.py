@@ -48,7 +48,9 @@ def finding_table(runs: Mapping[str, FindingFigures]) -> Table:
 
 def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
     """How far the localizer was from where single scans fit best; distances are of those that agree."""
-    table = new_table("Recordings from an unknown start: every 50th scan beside an exhaustive match")
+    table = new_table(
+        "Recordings from an unknown start: every 50th scan beside an exhaustive match within 4 m"
+    )
     distances = ("mean (m)", "largest (m)", "beyond 0.15 m", "undecided")
     add_columns(table, "recording", "scans compared", *distances, "searches")
     for name, run in runs.items():
