@@ -1,24 +1,28 @@
 import threading
+from functools import cache
 
 import numpy as np
 import pytest
 from drives import BASE_FROM_LASER, BEARINGS, Drive, drive, pose_at, room
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from localization.config import LocalizationConfig
 from localization.localizer import Localizer
+from localization.odometry_track import OdometryTrack
 from localization.pose_estimate import PoseEstimate
 from maps.errors import UserError
 from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from maps.odometry import Odometry
 from maps.ray_casting import cast_ray_fan
 from maps.scan import Scan
-from maps.se2 import IDENTITY, compose, wrap_angle
+from maps.se2 import IDENTITY, between, compose, wrap_angle
 
 SECOND = 1_000_000_000
 
 
-def localizer(seed: int = 0, **settings: float) -> Localizer:
-    return Localizer(room(), LocalizationConfig(**settings), np.random.default_rng(seed))
+def localizer(seed: int = 0, **options: float | str) -> Localizer:
+    return Localizer(room(), LocalizationConfig.model_validate(options), np.random.default_rng(seed))
 
 
 def replay(filter: Localizer, messages: list[Scan | Odometry]) -> list[PoseEstimate]:
@@ -205,6 +209,112 @@ def test_the_pose_is_carried_to_now() -> None:
             assert not carried.is_start
 
 
+@settings(deadline=None, max_examples=60)
+@given(st.lists(st.integers(-400, 450), min_size=2, max_size=8))
+def test_the_carried_pose_is_the_last_one_and_what_the_odometry_told_since(milliseconds: list[int]) -> None:
+    """Asked as often as one likes, for any time; the doubt grows with the way."""
+    filter, last = carried_filter()
+    told = OdometryTrack()
+    for message in carried_drive().messages:
+        if isinstance(message, Odometry):
+            told.add(message)
+    for ahead in milliseconds:
+        carried = filter.pose_at(last.stamp + ahead * 1_000_000)
+        assert carried is not None
+        before, after = told.poses_at([last.stamp, carried.stamp])
+        expected = compose(last.map_from_base, between(before, after))
+        np.testing.assert_allclose(between(expected, carried.map_from_base), 0.0, atol=1e-9)
+        assert np.linalg.eigvalsh(carried.covariance).min() > 0.0
+        assert carried.lost_probability == last.lost_probability
+    doubts = [
+        np.linalg.det(carried_covariance(filter, last.stamp + ms * 1_000_000))
+        for ms in sorted(milliseconds)
+        if ms >= 0
+    ]
+    assert np.all(np.diff(doubts) >= 0.0)
+
+
+@cache
+def carried_drive() -> Drive:
+    return drive(room(), 2.0, np.random.default_rng(0), speed=3.0, odometry_scale=1.0)
+
+
+@cache
+def carried_filter() -> tuple[Localizer, PoseEstimate]:
+    """One that has heard all odometry, and scans for a second and a half."""
+    filter = localizer()
+    filter.set_pose(carried_drive().truth[0])
+    scans_end = 1.5 * SECOND
+    estimates = replay(
+        filter, [m for m in carried_drive().messages if isinstance(m, Odometry) or m.stamp <= scans_end]
+    )
+    return filter, estimates[-1]
+
+
+def carried_covariance(filter: Localizer, stamp: int) -> np.ndarray:
+    carried = filter.pose_at(stamp)
+    assert carried is not None
+    return carried.covariance
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_found_from_a_position_without_a_heading(seed: int) -> None:
+    driven = drive(room(), 1.5, np.random.default_rng(seed))
+    filter = localizer(seed)
+    point, radius = driven.truth[0, :2] + [0.3, -0.4], 1.0
+    filter.set_position(point, radius)
+    poses, weights = filter.particles()
+    assert np.hypot(*(poses[:, :2] - point).T).max() < radius + 0.1
+    assert np.histogram(poses[:, 2], bins=4, range=(-np.pi, np.pi))[0].min() > 0.2 * len(poses)
+    np.testing.assert_allclose(weights, 1.0 / len(poses))
+    metres, radians = errors(replay(filter, driven.messages), driven)
+    assert metres[10:].max() < 0.1
+    assert np.rad2deg(radians[10:]).max() < 2.0
+
+
+def test_the_particles_told_are_ones_own() -> None:
+    filter = localizer()
+    filter.set_pose(compose(room().map_from_grid, [9.0, 4.0, 0.7]))
+    poses, weights = filter.particles()
+    poses[:], weights[:] = np.nan, np.nan
+    again, still = filter.particles()
+    assert np.all(np.isfinite(again))
+    assert still.sum() == pytest.approx(1.0)
+    filter.add_scan(scan(0, np.full(271, 2.0)))
+    assert np.all(np.isfinite(filter.particles()[0]))
+
+
+@pytest.mark.parametrize("sensor_model", ["beam", "likelihood_field"])
+def test_recovers_from_an_odometry_that_tells_backward_as_forward(sensor_model: str) -> None:
+    driven = drive(room(), 4.0, np.random.default_rng(0), odometry_scale=1.0)
+    odom_from_base, before, messages = IDENTITY, IDENTITY, []
+    for message in driven.messages:
+        if isinstance(message, Odometry):
+            step = between(before, message.odom_from_base)
+            before = message.odom_from_base
+            is_told_wrongly = 1.5 * SECOND < message.stamp < 1.8 * SECOND
+            odom_from_base = compose(odom_from_base, [-step[0], 0.0, 0.0] if is_told_wrongly else step)
+            message = Odometry(message.stamp, odom_from_base, IDENTITY)
+        messages.append(message)
+    filter = localizer(sensor_model=sensor_model)
+    filter.set_pose(driven.truth[0])
+    metres, _ = errors(replay(filter, messages), driven)
+    assert metres[-10:].max() < 0.1
+
+
+def test_the_range_table_is_built_anew_for_another_limit_and_the_estimate_goes_on() -> None:
+    driven = drive(room(), 1.5, np.random.default_rng(0))
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    half = len(driven.messages) // 2
+    first = replay(filter, driven.messages[:half])
+    filter.reconfigure(LocalizationConfig(table_megabytes=5))
+    second = replay(filter, driven.messages[half:])
+    assert not any(estimate.is_start for estimate in second)
+    metres, _ = errors(first + second, driven)
+    assert metres[len(first) :].max() < 0.1
+
+
 def test_settings_change_while_running() -> None:
     driven = drive(room(), 2.0, np.random.default_rng(0))
     filter = localizer(fewest_particles=4000)
@@ -301,3 +411,57 @@ def test_odometry_and_scans_from_two_threads() -> None:
     assert not any(thread.is_alive() for thread in threads)
     metres, _ = errors(estimates, driven)
     assert np.median(metres) < 0.1
+
+
+def test_readers_beside_the_scans_and_the_odometry_see_no_two_scans_mixed() -> None:
+    driven = drive(room(), 2.0, np.random.default_rng(0), speed=0.5)
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    torn: list[str] = []
+    reads = dict.fromkeys(("pose", "particles"), 0)
+    done, start = threading.Event(), threading.Barrier(4, timeout=60)
+    estimates: list[PoseEstimate] = []
+
+    def add(kind: type) -> None:
+        start.wait()
+        for message in driven.messages:
+            if not isinstance(message, kind):
+                continue
+            if isinstance(message, Odometry):
+                filter.add_odometry(message)
+            else:
+                estimates.append(filter.add_scan(message))
+        if kind is Scan:
+            done.set()
+
+    def read_pose() -> None:
+        start.wait()
+        while not done.is_set():
+            told = list(estimates[-1:])
+            carried = filter.pose_at(told[0].stamp if told else 0)
+            if carried is None:
+                continue
+            reads["pose"] += 1
+            if np.linalg.eigvalsh(carried.covariance).min() <= 0.0:
+                torn.append("covariance")
+            if told and np.hypot(*(carried.map_from_base - told[0].map_from_base)[:2]) > 0.5:
+                torn.append("pose")
+
+    def read_particles() -> None:
+        start.wait()
+        while not done.is_set():
+            poses, weights = filter.particles()
+            reads["particles"] += 1
+            if poses.shape != (len(weights), 3) or abs(weights.sum() - 1.0) > 1e-9:
+                torn.append("particles")
+
+    works = [lambda: add(Scan), lambda: add(Odometry), read_pose, read_particles]
+    threads = [threading.Thread(target=work) for work in works]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join(timeout=60)
+    assert not any(thread.is_alive() for thread in threads)
+    assert not torn
+    assert len(estimates) == len(driven.truth)
+    assert min(reads.values()) > 10

@@ -146,6 +146,20 @@ def test_when_the_odometry_starts_anew_its_jump_home_is_no_motion() -> None:
     assert_same_poses(step.base_from_next_base, IDENTITY)
 
 
+def test_an_odometry_that_ran_ahead_and_starts_anew_is_not_compared_with_its_past() -> None:
+    motion = source()
+    for stamp in range(9 * SECOND, 12 * SECOND, 20 * MILLISECOND):
+        motion.add(Odometry(stamp, np.array([3.0, 0.0, 0.0]), IDENTITY))
+    motion.step_to(10 * SECOND)
+    for stamp in range(10 * SECOND, 10 * SECOND + 400 * MILLISECOND, 20 * MILLISECOND):
+        motion.add(Odometry(stamp, IDENTITY, IDENTITY))
+    first, second = (motion.step_to(10 * SECOND + ms * MILLISECOND) for ms in (100, 200))
+    for step in (first, second):
+        assert_same_poses(step.base_from_next_base, IDENTITY)
+    assert np.isinf(first.travel)
+    assert second.travel == 0.0
+
+
 def test_after_a_restart_of_all_clocks_motion_is_measured_again() -> None:
     motion = source()
     feed(motion, 10 * SECOND, 11 * SECOND)
