@@ -23,7 +23,9 @@ from maps.se2 import Pose, compose, inverse
 _SPACING = 0.2
 """Metres between the places that are tried; the sensor model forgives half of that."""
 _MOST_PLACES = 60_000
-_BEAMS = 60
+_ROUGH_BEAMS, _BEAMS = 15, 60
+_LIKELY_PLACES = 0.15
+"""Share of the places, by a few beams, that are tried with more."""
 _HEADINGS_CAST = 128
 _COMPARED = 60
 _KEPT = 4000
@@ -64,14 +66,11 @@ class PlaceSearch:
 
     def find(self, beams: Beams, squash: float, count: int, rng: np.random.Generator) -> Pose:
         """(count, 3) poses of the base, spread over the places where a scan fits best."""
-        thinned = beams.thinned(_BEAMS)
-        log_probabilities = beam_log_probabilities(
-            thinned.ranges, thinned.max_range, self._grid.resolution, squash, COURSE
-        )
-        headings = self._views.shape[1]
-        offsets = np.rint(thinned.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings
-        scores = np.empty((len(self._view_of_place), headings // 2), dtype=np.float32)
-        fill_scores(self._views, self._view_of_place, offsets, log_probabilities, scores)
+        everywhere = np.arange(len(self._view_of_place))
+        roughly = self._scores(everywhere, beams.thinned(_ROUGH_BEAMS), squash).max(axis=1)
+        likely = int(np.ceil(_LIKELY_PLACES * len(roughly)))
+        places = np.argpartition(roughly, len(roughly) - likely)[-likely:]
+        scores = self._scores(places, beams.thinned(_BEAMS), squash)
         kept = min(_KEPT, scores.size)
         best = np.argpartition(scores.ravel(), scores.size - kept)[-kept:]
         weights = np.exp(0.5 * (scores.ravel()[best] - logsumexp(scores.ravel()[best])))
@@ -80,9 +79,20 @@ class PlaceSearch:
         turned = np.column_stack(
             [np.zeros((count, 2)), 2.0 * np.pi / scores.shape[1] * (heading + rng.uniform(-0.5, 0.5, count))]
         )
-        map_from_laser = compose(self._map_from_place[place], turned)
+        map_from_laser = compose(self._map_from_place[places[place]], turned)
         map_from_laser[:, :2] += rng.uniform(-0.5, 0.5, (count, 2)) * self._spacing
         return compose(map_from_laser, inverse(beams.base_from_laser))
+
+    def _scores(self, places: NDArray[np.int64], beams: Beams, squash: float) -> NDArray[np.float32]:
+        """(P, H) log-likelihood of a scan at places (P,), by number, and at every second heading."""
+        log_probabilities = beam_log_probabilities(
+            beams.ranges, beams.max_range, self._grid.resolution, squash, COURSE
+        )
+        headings = self._views.shape[1]
+        offsets = np.rint(beams.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings
+        scores = np.empty((len(places), headings // 2), dtype=np.float32)
+        fill_scores(self._views, self._view_of_place[places], offsets, log_probabilities, scores)
+        return scores
 
 
 def _lattice(free_space: FreeSpace, step: int) -> NDArray[np.int64]:
