@@ -1,8 +1,8 @@
 """Real recordings, whose truth nobody knows: the localizer beside an exhaustive match of single scans.
 
-That one is wrong, too, where the building has changed or people stand about: a disagreement tells where to look,
-not who is right. And it searches about the localizer's pose: of one that is lost it tells that it is wrong, but
-not where the car is.
+That one is wrong, too, where the building has changed or people stand about: a disagreement tells where to
+look, not who is right. And it searches about the localizer's pose: of one that is lost it tells that it is
+wrong, but not where the car is.
 """
 
 import tempfile
