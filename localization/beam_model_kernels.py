@@ -156,8 +156,10 @@ def add_up_cast_beams(
     map_from_base: Pose,
     laser_on_base: NDArray[np.float64],
     grid_in_map: NDArray[np.float64],
-    is_open: NDArray[np.bool_],
+    is_standable: NDArray[np.bool_],
     cells: NDArray[np.int8],
+    is_movable: NDArray[np.bool_],
+    cells_without_movable: NDArray[np.int8],
     bearings: NDArray[np.float64],
     log_probabilities: NDArray[np.float32],
     code_of_cells: NDArray[np.uint8],
@@ -174,14 +176,15 @@ def add_up_cast_beams(
         y = map_from_base[i, 1] + sin * laser_on_base[0] + cos * laser_on_base[1] - y0
         column, row = (cos0 * x + sin0 * y) * per_metre, (cos0 * y - sin0 * x) * per_metre
         totals[i] = outside
-        if not (0 <= row < is_open.shape[0] and 0 <= column < is_open.shape[1]):
+        if not (0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]):
             continue
-        if not is_open[int(row), int(column)]:
+        if not is_standable[int(row), int(column)]:
             continue
+        seen = cells_without_movable if is_movable[int(row), int(column)] else cells
         total = np.float32(0.0)
         for beam in range(len(bearings)):
             direction = yaw + bearings[beam]
-            reach = cast_one(cells, row, column, math.sin(direction), math.cos(direction), farthest)
+            reach = cast_one(seen, row, column, math.sin(direction), math.cos(direction), farthest)
             code = code_of_cells[int(min(reach, farthest) + 0.5)]
             total += log_probabilities[beam, code]
         totals[i] = total

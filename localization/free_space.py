@@ -1,13 +1,14 @@
 """Where on a map the car can be."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
 from maps.errors import UserError
-from maps.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
+from maps.occupancy_grid import FREE, OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 from maps.se2 import Pose
 
 _SMALLEST_AREA = 1.0
@@ -37,6 +38,11 @@ class FreeSpace:
     def is_standable(self) -> NDArray[np.bool_]:
         """(rows, columns) where a car can be, by this map or since it was made."""
         return self.is_open | self.is_movable
+
+    @cached_property
+    def cells_without_movable(self) -> NDArray[np.int8]:
+        """(rows, columns) of the grid, the furniture taken away."""
+        return np.where(self.is_movable, np.int8(FREE), self.grid.cells)
 
     def contains(self, points_in_map: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) whether points (N, 2) lie on it."""
@@ -85,16 +91,16 @@ def find_free_space(grid: OccupancyGrid, max_cells: int) -> FreeSpace:
     is_open = wanted[patches]
     if steps > 0:
         passable = grid.cells < OCCUPIED_FROM
-        is_open = ndimage.binary_dilation(
-            is_open, np.ones((3, 3), dtype=np.bool_), iterations=steps, mask=passable
-        )
+        # over edges of cells only: corners would let it through thin slanting walls
+        is_open = ndimage.binary_dilation(is_open, iterations=steps, mask=passable)
     return FreeSpace(grid, is_open, _find_movable(grid, is_open))
 
 
 def _find_movable(grid: OccupancyGrid, is_open: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """(rows, columns) obstacles of at most 3 m that stand where the car drives, and what they enclose."""
     longest = _LARGEST_MOVABLE / grid.resolution
-    pieces, count = ndimage.label(grid.cells >= OCCUPIED_FROM, structure=np.ones((3, 3)))
+    is_obstacle = grid.cells >= OCCUPIED_FROM
+    pieces, count = ndimage.label(is_obstacle, structure=np.ones((3, 3)))
     is_piece = np.zeros(count + 1, dtype=np.bool_)
     for number, box in enumerate(ndimage.find_objects(pieces), start=1):
         is_piece[number] = max(side.stop - side.start for side in box) <= longest
@@ -104,4 +110,4 @@ def _find_movable(grid: OccupancyGrid, is_open: NDArray[np.bool_]) -> NDArray[np
     outlines = is_piece[pieces]
     surroundings, count = ndimage.label(~outlines)
     is_inside = np.bincount(surroundings.ravel(), minlength=count + 1) <= longest**2
-    return is_inside[surroundings] & ~is_open | outlines
+    return is_inside[surroundings] & ~is_open & ~is_obstacle | outlines

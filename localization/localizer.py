@@ -33,6 +33,10 @@ from maps.se2 import Pose, compose
 _NEWS_AFTER = 0.02
 """Metres plus radians of motion after which a scan tells something new. Scans of a car that stands repeat
 themselves; counted as independent, they would narrow the cloud to a point."""
+_LOOK_AGAIN_AFTER = 0.5
+_PUSHED = np.array([0.1, 0.1, 0.05])
+"""Seconds after which a car that stands looks again all the same, and by how many metres and radians it may
+have slid or been pushed."""
 _LOST = 0.9
 """Probability of being lost at which the map is searched."""
 _FOUND = 0.02
@@ -76,7 +80,7 @@ class Localizer:
         self._motion = MotionSource(config)
         self._last: PoseEstimate | None = None
         self._published: _Published | None = None
-        self._travel_since_weighing = 0.0
+        self._travel_since_weighing = self._seconds_since_weighing = 0.0
         self._scatter()
 
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None = None) -> None:
@@ -200,13 +204,17 @@ class Localizer:
             self._settle(beams, stamp)
             return True
         self._travel_since_weighing += step.travel
+        self._seconds_since_weighing += step.seconds
         is_news = self._travel_since_weighing >= _NEWS_AFTER
+        if not is_news and self._seconds_since_weighing >= _LOOK_AGAIN_AFTER:
+            self._filter.stray(_PUSHED)
+            is_news = True
         if is_news:
-            self._filter.weigh(
-                self._sensor.log_likelihood(self._filter.map_from_base, self._explained(beams))
-            )
-            self._travel_since_weighing = 0.0
-        return self._race(beams, is_news, step.seconds, stamp)
+            explained = self._explained(beams)
+            log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, explained)
+            self._filter.weigh(log_likelihood, self._travel_since_weighing)
+            self._travel_since_weighing = self._seconds_since_weighing = 0.0
+        return self._race(beams, is_news, step, stamp)
 
     def _explained(self, beams: Beams) -> Beams:
         """The beams to weigh: while the cloud is narrow, only those that the map explains."""
@@ -219,7 +227,7 @@ class Localizer:
     def _settle(self, beams: Beams, stamp: int) -> None:
         """Take in a first scan, for which the cloud is too thin to be weighed at once."""
         self._is_settled = True
-        self._travel_since_weighing = 0.0
+        self._travel_since_weighing = self._seconds_since_weighing = 0.0
         if not self._search_near:
             self._filter, _ = self._search_map(beams)
             return
@@ -232,7 +240,7 @@ class Localizer:
             near, far = far, near
         self._filter, self._rival = near, Rival(far, self._lost.for_another_place(), stamp)
 
-    def _race(self, beams: Beams, is_moving: bool, seconds: float, stamp: int) -> bool:
+    def _race(self, beams: Beams, is_moving: bool, step: MotionStep, stamp: int) -> bool:
         """Search for a rival when the car seems lost; it takes over once it has fitted better for a while."""
         rival = self._rival
         is_lost = self._lost.probability >= _LOST
@@ -242,13 +250,13 @@ class Localizer:
             return False
         if rival is None:
             return False
-        self._judge(rival.lost, rival.filter.moments()[0], beams, seconds)
+        self._judge(rival.lost, rival.filter.moments()[0], beams, step.seconds)
         log_likelihood = self._sensor.log_likelihood(rival.filter.map_from_base, beams)
         if is_moving:
-            rival.filter.weigh(log_likelihood)
+            rival.filter.weigh(log_likelihood, step.travel)
             rival.filter.resample(self._config.particles, self._config.scattered_particles)
         fit = self._sensor.log_likelihood(self._filter.map_from_base, beams).max()
-        rival.compare(float(log_likelihood.max() - fit), seconds * self._lost.clarity, is_moving)
+        rival.compare(float(log_likelihood.max() - fit), step.seconds * self._lost.clarity, is_moving)
         if rival.has_won and is_lost:
             self._filter, self._lost, self._rival = rival.filter, rival.lost, None
             self._motion.forget_speed()

@@ -12,9 +12,10 @@ from localization.resampling_kernels import take_rows
 from localization.slip import changed_slips
 from maps.se2 import Pose
 
-_MOST_EVIDENCE = 6.0
-"""Log-likelihood by which one scan tells against a particle at most. The car may drive where the map has an
-obstacle that was moved, and from there the map explains nothing."""
+_EVIDENCE_PER_TRAVEL, _LEAST_EVIDENCE, _MOST_EVIDENCE = 40.0, 2.0, 6.0
+"""Log-likelihood by which one scan tells against a particle at most, per metre plus radian since the last one.
+What the map has wrong disturbs scans taken near each other alike; a cloud that heeded all of them would leave
+what the odometry says for where that seems explained by chance."""
 _ONE_STRAY_IN = 20
 _SLIPS_CHANGE_AFTER = 0.1
 """Seconds; in shorter ones the slips keep."""
@@ -53,18 +54,21 @@ class ParticleFilter:
             self.map_from_base, self._slips, step.base_from_next_base, step.deviations, self._rng
         )
         if np.isfinite(step.travel):
-            self._stray(step.base_from_next_base)
+            x, y, turn = step.base_from_next_base
+            self.stray(np.array([np.hypot(x, y), np.hypot(x, y), abs(turn)]))
 
-    def _stray(self, base_from_next_base: Pose) -> None:
-        """Let a few particles think that the odometry is all wrong: wheels spin, cars bump and are pushed."""
+    def stray(self, deviations: Pose) -> None:
+        """Let a few particles think that the odometry is all wrong by deviations (3,) in metres and radians.
+
+        Wheels spin, cars bump and are pushed.
+        """
         strays = slice(int(self._rng.integers(_ONE_STRAY_IN)), None, _ONE_STRAY_IN)
-        x, y, turn = base_from_next_base
-        deviations = np.array([np.hypot(x, y), np.hypot(x, y), abs(turn)])
         self.map_from_base[strays] += deviations * self._rng.standard_normal(self.map_from_base[strays].shape)
 
-    def weigh(self, log_likelihood: NDArray[np.float64]) -> None:
-        """Take in how well each particle (N,) explains what was measured, however badly some do."""
-        self._log_weights += np.maximum(log_likelihood, log_likelihood.max() - _MOST_EVIDENCE)
+    def weigh(self, log_likelihood: NDArray[np.float64], travel: float) -> None:
+        """Take in how well each particle (N,) explains a scan, so many metres plus radians after the last."""
+        most = min(max(_EVIDENCE_PER_TRAVEL * travel, _LEAST_EVIDENCE), _MOST_EVIDENCE)
+        self._log_weights += np.maximum(log_likelihood, log_likelihood.max() - most)
         self._log_weights -= self._log_weights.max()
         self.weights = np.exp(self._log_weights)
         self.weights /= self.weights.sum()

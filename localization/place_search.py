@@ -73,6 +73,7 @@ class PlaceSearch:
         scores = self._scores(places, beams.thinned(_BEAMS), squash)
         kept = min(_KEPT, scores.size)
         best = np.argpartition(scores.ravel(), scores.size - kept)[-kept:]
+        best = best[np.argsort(scores.ravel()[best])[::-1]]
         weights = np.exp(0.5 * (scores.ravel()[best] - logsumexp(scores.ravel()[best])))
         chosen = np.concatenate([best, rng.choice(best, count - min(count, kept), p=weights / weights.sum())])
         place, heading = np.divmod(chosen[:count], scores.shape[1])
