@@ -13,7 +13,7 @@ from localization.slip import changed_slips
 from maps.se2 import Pose
 
 _EVIDENCE_PER_TRAVEL, _LEAST_EVIDENCE, _MOST_EVIDENCE = 40.0, 2.0, 6.0
-"""Log-likelihood by which one scan tells against a particle at most, per metre plus radian since the last one.
+"""Log-likelihood by which one scan tells against a particle at most, per metre plus radian since the last.
 What the map has wrong disturbs scans taken near each other alike; a cloud that heeded all of them would leave
 what the odometry says for where that seems explained by chance."""
 _ONE_STRAY_IN = 20
