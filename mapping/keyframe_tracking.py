@@ -31,23 +31,31 @@ _REGULAR = 1e-3 * np.eye(3)
 
 
 def place(
-    index: int, guesses: Pose, information: NDArray[np.float64], store: ScanStore, poses: Pose
+    index: int,
+    guesses: Pose,
+    information: NDArray[np.float64],
+    store: ScanStore,
+    poses: Pose,
+    *,
+    is_after_gap: bool = False,
 ) -> tuple[Pose, int]:
     """Pose (3,) of keyframe ``index``, matched jointly against several before it, from guesses (H, 3).
 
     Also tells which guess led there. ``information`` (3,) is what the guesses are worth, diagonal, in the
-    frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window.
+    frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window; after a gap,
+    in which the car may have been moved by hand, they always are.
     """
     tried = [0, *(k for k in range(1, len(guesses)) if differ(guesses[0], guesses[k]))]
     matches = _match_guesses(index, guesses[tried], information, store, poses)
     best = _best(matches)
-    if matches.overlap.max() > LOST_BELOW:
+    if matches.overlap.max() > LOST_BELOW and not is_after_gap:
         return matches.poses[best], tried[best]
     found = _search_recent(index, guesses[0], store, poses)
     if found is None:
         return matches.poses[best], tried[best]
     matches = _match_guesses(index, np.stack([guesses[0], found]), information, store, poses)
-    return matches.poses[_best(matches)], 0
+    best = int(np.argmax(matches.weight)) if is_after_gap else _best(matches)
+    return matches.poses[best], 0
 
 
 def differ(guess: Pose, other: Pose) -> bool:

@@ -32,6 +32,8 @@ from maps.trajectory import Trajectory
 
 _WINDOW = 40
 _WINDOW_EVERY = 5
+_GAP = 2_000_000_000
+"""Nanoseconds without a scan, after which the car may have been moved by hand."""
 _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
 _CAN_BE_SAVED_EVERY = 100
@@ -139,8 +141,10 @@ class Mapper:
         self._can_be_saved = False
         if len(self._drive) == 0:
             self._base_from_laser = scan.base_from_laser
-        if len(self._drive) == 0 or self._is_far(guesses):
-            self._add_keyframe(scan, points, guesses)
+        last_stamp = self.last_stamp
+        is_after_gap = last_stamp is not None and scan.stamp - last_stamp > _GAP
+        if last_stamp is None or is_after_gap or self._is_far(guesses):
+            self._add_keyframe(scan, points, guesses, is_after_gap=is_after_gap)
             guesses = np.zeros((1, 3))
         self._drive.add(scan.stamp, points, guesses)
         map_from_laser = compose(self._map_from_keyframe[-1], guesses[0])
@@ -211,14 +215,16 @@ class Mapper:
             distances.max() >= self._config.keyframe_distance or angles.max() >= self._config.keyframe_angle
         )
 
-    def _add_keyframe(self, scan: Scan, points: NDArray[np.float64], guesses: Pose) -> None:
+    def _add_keyframe(
+        self, scan: Scan, points: NDArray[np.float64], guesses: Pose, *, is_after_gap: bool
+    ) -> None:
         index = self._keyframes.add(prepare_scan(points))
         step, chosen, is_tied = IDENTITY, 0, True
         if index == 0:
             self._map_from_keyframe = self._base_from_laser[None].copy()
         else:
-            step, chosen = self._place(index, guesses)
-            is_tied = self._tie(index)
+            step, chosen = self._place(index, guesses, is_after_gap=is_after_gap)
+            is_tied = self._tie(index, is_after_gap=is_after_gap)
         self._drive.start_keyframe(guesses, chosen)
         self._rays.append(rays_of(scan, points))
         self._reckoning.start_keyframe(step)
@@ -249,26 +255,34 @@ class Mapper:
             self._loops,
         )
 
-    def _place(self, index: int, guesses: Pose) -> tuple[Pose, int]:
+    def _place(self, index: int, guesses: Pose, *, is_after_gap: bool) -> tuple[Pose, int]:
         """Place a new keyframe in the map; returns its pose (3,) seen from the one before, and which guess
         led there."""
         last = self._map_from_keyframe[-1]
         worth = self._reckoning.calibration.worth
         with self._timed("scan matching"):
             placed, chosen = place(
-                index, compose(last, guesses), worth, self._keyframes, self._map_from_keyframe
+                index,
+                compose(last, guesses),
+                worth,
+                self._keyframes,
+                self._map_from_keyframe,
+                is_after_gap=is_after_gap,
             )
         self._map_from_keyframe = np.concatenate([self._map_from_keyframe, placed[None]])
         return between(last, placed), chosen
 
-    def _tie(self, index: int) -> bool:
-        """Connect a new keyframe to those before; tells whether scan matching did so."""
+    def _tie(self, index: int, *, is_after_gap: bool) -> bool:
+        """Connect a new keyframe to those before; tells whether scan matching did so.
+
+        What the wheels say of a gap counts only where the scans tell nothing: the car may have been carried.
+        """
         with self._timed("scan matching"):
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
             constraints = constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3)
         is_tied = len(constraints) > 0
         wheel_step = self._reckoning.wheel_step()
-        if wheel_step is not None:
+        if wheel_step is not None and not (is_after_gap and is_tied):
             constraints.append(self._odometry_constraint(index, wheel_step))
         self._wheel_steps.append(wheel_step)
         for constraint in constraints:

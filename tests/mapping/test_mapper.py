@@ -1,5 +1,7 @@
 """The whole mapper on a simulated drive, whose truth is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,7 +10,7 @@ from mapping.mapper import Mapper, MappingResult
 from maps.errors import UserError
 from maps.map_files import load_map
 from maps.scan import Scan
-from maps.se2 import between
+from maps.se2 import IDENTITY, between, compose
 from maps.shipped import shipped_map
 from pipelines.simulator import Simulation, SimulationConfig
 
@@ -45,6 +47,40 @@ def test_runs_without_odometry_and_says_so() -> None:
     result, _ = drive(odometry=False)
     assert result.counts["odometry_constraints"] == 0
     assert "no wheel odometry" in result.warnings[0]
+
+
+def test_a_car_that_was_moved_by_hand_while_nothing_was_recorded_is_found_again() -> None:
+    plan = load_map(shipped_map("building"))
+    simulation = Simulation(plan, SimulationConfig(noise="slight", duration=12.0, max_speed=2.0))
+    messages = list(simulation.messages())
+    start = messages[0].stamp
+    mapper = Mapper(MappingConfig())
+    before = after = IDENTITY
+    is_kept = []
+    for message in messages:
+        seconds = (message.stamp - start) * 1e-9
+        is_late = seconds >= 6.5
+        if isinstance(message, Scan):
+            is_kept.append(seconds < 6.0 or is_late)
+        elif seconds < 6.0:
+            before = message.odom_from_base
+        elif not is_late:
+            after = message.odom_from_base
+        if 6.0 <= seconds < 6.5:
+            continue
+        if is_late and not isinstance(message, Scan):
+            pose = compose(before, between(after, message.odom_from_base))
+            message = replace(message, odom_from_base=pose)
+        message = replace(message, stamp=message.stamp + 30 * 10**9 * is_late)
+        mapper.add_scan(message) if isinstance(message, Scan) else mapper.add_odometry(message)
+    result = mapper.finish()
+    true = simulation.ground_truth.map_from_base[is_kept]
+    missed = between(true[np.count_nonzero(is_kept[:240]) - 1], true[240])
+    assert np.hypot(*missed[:2]) > 0.5
+    error = between(
+        between(true[0], true), between(result.trajectory.map_from_base[0], result.trajectory.map_from_base)
+    )
+    assert np.hypot(error[:, 0], error[:, 1]).mean() < 0.05
 
 
 def test_without_a_scan_there_is_no_map() -> None:
