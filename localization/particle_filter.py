@@ -41,7 +41,8 @@ class ParticleFilter:
     def predict(self, step: MotionStep, model: MotionModel, slip: float) -> None:
         """Move all particles by a step, each by its own guess of how that was measured wrongly.
 
-        The guesses of the slip last for a while, so that the filter learns it.
+        The guesses of the slip last for a while, so that the filter learns it. Where wheels can slip at all,
+        a few particles stray.
         """
         if step.travel == 0.0:
             return
@@ -53,7 +54,7 @@ class ParticleFilter:
         self.map_from_base = model.move(
             self.map_from_base, self._slips, step.base_from_next_base, step.deviations, self._rng
         )
-        if np.isfinite(step.travel):
+        if slip > 0.0 and np.isfinite(step.travel):
             x, y, turn = step.base_from_next_base
             self.stray(np.array([np.hypot(x, y), np.hypot(x, y), abs(turn)]))
 
