@@ -3,9 +3,11 @@
 import tempfile
 from pathlib import Path
 
+from localization.config import LocalizationConfig
 from maps.occupancy_grid import OccupancyGrid
 from pipelines.demo_run import run_demo
 from pipelines.floor_canvas import FloorCanvas
+from pipelines.live.warm_up_localizer import warm_up_localizer
 from pipelines.report import Report
 
 
@@ -22,6 +24,7 @@ def warm_up() -> None:
             announce=lambda sentence: None,
             quiet=True,
         )
+    warm_up_localizer(LocalizationConfig())  # a search of the map, too, as live nodes begin with
 
 
 def draw_ring() -> OccupancyGrid:
