@@ -9,7 +9,7 @@ from localization.beams import Beams
 from localization.free_space import FreeSpace
 from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
 from localization.range_table import RangeTable
-from localization.sensor_model import ALIKE, ALIKE_SHARE
+from localization.sensor_model import FITTING, FITTING_SHARE
 from maps.ray_casting import cast_ray_fan
 from maps.se2 import Pose, compose
 
@@ -61,7 +61,7 @@ class BeamModel:
         grid = self._free_space.grid
         most = min(beams.max_range / grid.resolution, FARTHEST)
         measured = np.minimum(beams.ranges / grid.resolution, most)
-        within = ALIKE / grid.resolution + ALIKE_SHARE * measured
+        within = FITTING / grid.resolution + FITTING_SHARE * measured
         shortest = measured - within
         longest = np.where(measured + within < most, measured + within, np.inf)
         if self._table is None:

@@ -6,13 +6,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from localization.trigonometry_kernels import sin_cos
+from localization.trigonometry_kernels import BATCH, take_batch
 from maps.ray_casting_kernels import cast_one
 from maps.se2 import Pose
 
 _PER_RADIAN = 2.0**16 / (2.0 * math.pi)
-_BATCH = 256
-"""Particles whose sines are taken together, by vector instructions."""
 _CACHE_BYTES = 4_000_000
 """Particles whose rows of the table together take more are spread too widely for the processor's cache."""
 _FETCHED = 64
@@ -58,8 +56,7 @@ def add_up_beams(
             expected = ranges[rows[i]]
             heading = headings[i] + half
             for beam in range(len(bearings)):
-                turned = np.uint32(np.uint32(heading + bearings[beam]) & np.uint32(0xFFFF))
-                columns[beam] = np.uint32(turned * per_turn) >> np.uint32(16)
+                columns[beam] = _column_of(heading, bearings[beam], per_turn)
             total = np.float32(0.0)
             for beam in range(len(bearings)):
                 total += log_probabilities[beam, expected[columns[beam]]]
@@ -92,8 +89,7 @@ def find_fitting(
         if rows[i] < 0:
             continue
         for beam in range(len(bearings)):
-            turned = np.uint32(np.uint32(headings[i] + half + bearings[beam]) & np.uint32(0xFFFF))
-            code = ranges[rows[i], np.uint32(turned * per_turn) >> np.uint32(16)]
+            code = ranges[rows[i], _column_of(headings[i] + half, bearings[beam], per_turn)]
             fits[i, beam] = first_codes[beam] <= code < end_codes[beam]
     return fits
 
@@ -110,13 +106,9 @@ def _locate(
     ahead, left = laser_on_base
     rows = np.empty(len(map_from_base), dtype=np.int64)
     headings = np.empty(len(map_from_base), dtype=np.uint32)
-    yaw, sine, cosine = np.empty(_BATCH), np.empty(_BATCH), np.empty(_BATCH)
-    for start in range(0, len(map_from_base), _BATCH):
-        count = min(_BATCH, len(map_from_base) - start)
-        for k in range(count):
-            yaw[k] = map_from_base[start + k, 2]
-        for k in range(count):
-            sine[k], cosine[k] = sin_cos(yaw[k])
+    yaw, sine, cosine = np.empty(BATCH), np.empty(BATCH), np.empty(BATCH)
+    for start in range(0, len(map_from_base), BATCH):
+        count = take_batch(map_from_base, start, yaw, sine, cosine)
         for k in range(count):
             x = map_from_base[start + k, 0] + cosine[k] * ahead - sine[k] * left - x0
             y = map_from_base[start + k, 1] + sine[k] * ahead + cosine[k] * left - y0
@@ -126,6 +118,13 @@ def _locate(
             rows[start + k] = cell_index[row, column] if is_inside else -1
             headings[start + k] = np.uint32(np.int64(math.floor(yaw[k] * _PER_RADIAN)) & 0xFFFF)
     return rows, headings
+
+
+@njit(cache=True, nogil=True, inline="always")
+def _column_of(heading: np.uint32, bearing: np.uint32, per_turn: np.uint32) -> np.uint32:
+    """The table's column for a beam; heading and bearing have 2^16 to the turn, columns ``per_turn``."""
+    turned = np.uint32(np.uint32(heading + bearing) & np.uint32(0xFFFF))
+    return np.uint32(turned * per_turn) >> np.uint32(16)
 
 
 @njit(cache=True, nogil=True)

@@ -34,7 +34,7 @@ class FreeSpace:
         """How many cells there are."""
         return int(np.count_nonzero(self.is_open))
 
-    @property
+    @cached_property
     def is_standable(self) -> NDArray[np.bool_]:
         """(rows, columns) where a car can be, by this map or since it was made."""
         return self.is_open | self.is_movable

@@ -12,7 +12,7 @@ from localization.beams import Beams
 from localization.free_space import FreeSpace
 from localization.likelihood_field_kernels import add_up_ends
 from localization.range_codes import FARTHEST
-from localization.sensor_model import ALIKE
+from localization.sensor_model import FITTING
 from localization.walls import Walls
 from maps.se2 import Pose, transform_points
 
@@ -51,7 +51,7 @@ class LikelihoodField:
         cells = grid.cell_of(np.concatenate([transform_points(pose, ends) for pose in map_from_base]))
         inside = grid.contains(cells)
         is_near = np.zeros(len(cells), dtype=np.bool_)
-        is_near[inside] = self._cells_to_wall[tuple(cells[inside].T)] * grid.resolution <= ALIKE
+        is_near[inside] = self._cells_to_wall[tuple(cells[inside].T)] * grid.resolution <= FITTING
         fits = np.ones((len(map_from_base), len(beams)), dtype=np.bool_)
         fits[:, np.isfinite(beams.ranges)] = is_near.reshape(len(map_from_base), len(ends))
         return fits

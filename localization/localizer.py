@@ -46,7 +46,7 @@ _FAR_ADVANTAGE = 0.5
 What has changed since the map was made costs nearly as much at the right place, and may not at one alike."""
 _DOMINANT = 0.9
 """Weight of a cluster beside which the others do not matter."""
-_TRACKED_WITHIN, _NARROW = 0.5, 0.15
+_TRACKED, _NARROW = 0.5, 0.15
 """Metres of standard deviation within which the place counts as known, and as known well."""
 
 
@@ -219,7 +219,7 @@ class Localizer:
     def _explained(self, beams: Beams) -> Beams:
         """The beams to weigh: while the cloud is narrow, only those that the map explains."""
         mean, covariance, weight = self._filter.moments()
-        if weight < _DOMINANT or np.trace(covariance[:2, :2]) > _NARROW**2:
+        if not _is_known_within(_NARROW, covariance, weight):
             return beams
         aligned, _ = refine(mean, covariance, beams, self._walls)
         return skip_unexplained(beams, self._filter.map_from_base, aligned, self._sensor)
@@ -278,7 +278,7 @@ class Localizer:
 
     def _estimate(self, beams: Beams, seconds: float, stamp: int, is_start: bool) -> PoseEstimate:
         map_from_base, covariance, weight = self._filter.moments()
-        if _is_tracked(covariance, weight):
+        if _is_known_within(_TRACKED, covariance, weight):
             map_from_base, covariance = refine(map_from_base, covariance, beams, self._walls)
         self._judge(self._lost, map_from_base, beams, seconds)
         return PoseEstimate(
@@ -305,12 +305,12 @@ class Localizer:
 
     def _wanted_particles(self, estimate: PoseEstimate) -> tuple[int, int]:
         """The fewest and the most."""
-        if not _is_tracked(estimate.covariance, estimate.cluster_weight):
+        if not _is_known_within(_TRACKED, estimate.covariance, estimate.cluster_weight):
             return min(len(self._filter), self._config.scattered_particles), len(self._filter)
         most = self._config.particles
         return min(self._config.fewest_particles, most), most
 
 
-def _is_tracked(covariance: NDArray[np.float64], cluster_weight: float) -> bool:
+def _is_known_within(metres: float, covariance: NDArray[np.float64], cluster_weight: float) -> bool:
     deviation = np.sqrt(covariance[0, 0] + covariance[1, 1])
-    return bool(cluster_weight > _DOMINANT and deviation < _TRACKED_WITHIN)
+    return bool(cluster_weight > _DOMINANT and deviation < metres)

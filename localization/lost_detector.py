@@ -32,7 +32,7 @@ _FIRST_SECONDS, _MEMORY_SECONDS = 2.0, 30.0
 _BEAMS_PER_SECOND = 110.0
 """So many independent ones are a second's scans worth: its beams are alike in what disturbs them."""
 _CLOUDING, _LEAST_CLARITY = 4.5, 0.15
-_LONGEST = 0.25
+LONGEST = 0.25
 """Seconds that one scan stands for at most."""
 _SUREST = 6.0
 """Log-odds; nothing is believed more firmly, so that no change of mind takes long."""
@@ -79,7 +79,7 @@ class LostDetector:
 
     def judge(self, shares: NDArray[np.float64], seconds: float) -> None:
         """Take in the shares (4,) of a scan, so long after the one before."""
-        seconds = min(seconds, _LONGEST)
+        seconds = min(seconds, LONGEST)
         self._log_odds = min(max(self._log_odds + seconds * self.evidence(shares), -_SUREST), _SUREST)
         if self._log_odds <= -_SURE:
             self._learned_seconds = min(self._learned_seconds + seconds, _MEMORY_SECONDS)

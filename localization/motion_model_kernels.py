@@ -7,11 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from localization.noise_kernels import deviate
-from localization.trigonometry_kernels import sin_cos, wrapped
+from localization.trigonometry_kernels import BATCH, take_batch, wrapped
 from maps.se2 import Pose
-
-_BATCH = 256
-"""Particles whose sines are taken together, by vector instructions."""
 
 
 @njit(cache=True, nogil=True)
@@ -27,13 +24,9 @@ def move_particles(
     To this comes noise of deviations (3,), made from random ``words`` (N, 3).
     """
     moved = np.empty_like(map_from_base)
-    yaw, sine, cosine = np.empty(_BATCH), np.empty(_BATCH), np.empty(_BATCH)
-    for start in range(0, len(map_from_base), _BATCH):
-        count = min(_BATCH, len(map_from_base) - start)
-        for k in range(count):
-            yaw[k] = map_from_base[start + k, 2]
-        for k in range(count):
-            sine[k], cosine[k] = sin_cos(yaw[k])
+    yaw, sine, cosine = np.empty(BATCH), np.empty(BATCH), np.empty(BATCH)
+    for start in range(0, len(map_from_base), BATCH):
+        count = take_batch(map_from_base, start, yaw, sine, cosine)
         for k in range(count):
             i = start + k
             way, turning = 1.0 + slips[i, 0], 1.0 + slips[i, 1]

@@ -2,14 +2,12 @@
 
 import numpy as np
 
-from localization.lost_detector import LostDetector
+from localization.lost_detector import LONGEST, LostDetector
 from localization.particle_filter import ParticleFilter
 
 _COUNTS_PER_SECOND = 0.2
 """So many scans' log-likelihoods count in a second: what disturbs one disturbs the next ones too."""
 _MOST_PER_SECOND = 16.0
-_LONGEST = 0.25
-"""Seconds that one scan stands for at most."""
 _WHILE_STANDING = 0.1
 """Share of that for a scan without motion, which repeats the one before."""
 _DECIDED = 10.0
@@ -31,7 +29,7 @@ class Rival:
     def compare(self, advantage: float, seconds: float, is_moving: bool) -> None:
         """Take in by how much the log-likelihood of a scan is larger in this cloud than in the first."""
         rate = float(np.clip(_COUNTS_PER_SECOND * advantage, -_MOST_PER_SECOND, _MOST_PER_SECOND))
-        self._log_odds += rate * min(seconds, _LONGEST) * (1.0 if is_moving else _WHILE_STANDING)
+        self._log_odds += rate * min(seconds, LONGEST) * (1.0 if is_moving else _WHILE_STANDING)
 
     @property
     def has_won(self) -> bool:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from localization.beams import Beams
 from maps.se2 import Pose
 
-ALIKE, ALIKE_SHARE = 0.2, 0.02
+FITTING, FITTING_SHARE = 0.2, 0.02
 """Metres, and share of the range, within which a reading is what the map says."""
 
 

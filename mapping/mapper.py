@@ -139,9 +139,9 @@ class Mapper:
             points = self._reckoning.advance(scan)
         guesses = self._reckoning.motions()
         self._can_be_saved = False
-        if len(self._drive) == 0:
-            self._base_from_laser = scan.base_from_laser
         last_stamp = self.last_stamp
+        if last_stamp is None:
+            self._base_from_laser = scan.base_from_laser
         is_after_gap = last_stamp is not None and scan.stamp - last_stamp > _GAP
         if last_stamp is None or is_after_gap or self._is_far(guesses):
             self._add_keyframe(scan, points, guesses, is_after_gap=is_after_gap)
