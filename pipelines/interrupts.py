@@ -1,24 +1,46 @@
 """Ctrl-C that asks work to stop at a good place instead of tearing it apart."""
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
 
-@contextmanager
-def stop_on_interrupt() -> Iterator[Callable[[], bool]]:
-    """Yield a function that tells whether Ctrl-C was pressed; a second Ctrl-C raises KeyboardInterrupt."""
-    pressed = False
+class StopRequest:
+    """Whether Ctrl-C, or whoever ends processes, asks the work to stop.
 
-    def remember(_signal: int, _frame: FrameType | None) -> None:
-        nonlocal pressed
-        if pressed:
+    It raises KeyboardInterrupt, unless the work looks for it. Once made it stays: a KeyboardInterrupt
+    that comes up in a destructor, as between two kernels' compilations, is dropped by Python.
+    """
+
+    def __init__(self) -> None:
+        self.is_made = False
+        self._is_looked_for = False
+
+    @contextmanager
+    def looked_for(self) -> Iterator[None]:
+        """While the block lasts a request is only remembered; a second Ctrl-C raises KeyboardInterrupt."""
+        self._is_looked_for = True
+        try:
+            yield
+        finally:
+            self._is_looked_for = False
+
+    def take(self, number: int, _frame: FrameType | None) -> None:
+        """Handle a signal."""
+        is_second = self.is_made and number == signal.SIGINT
+        self.is_made = True
+        if is_second or not self._is_looked_for:
             raise KeyboardInterrupt
-        pressed = True
 
-    before = signal.signal(signal.SIGINT, remember)
+
+@contextmanager
+def stop_request(*signals: signal.Signals) -> Iterator[StopRequest]:
+    """Yield what tells of a request to stop, while the block lasts, by any of the signals."""
+    request = StopRequest()
+    before = {number: signal.signal(number, request.take) for number in signals}
     try:
-        yield lambda: pressed
+        yield request
     finally:
-        signal.signal(signal.SIGINT, before)
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,5 +1,6 @@
 """From a bag to a map and its files: what ``racecar map`` and ``racecar demo`` share."""
 
+import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from maps.se2 import between
 from pipelines.bag_reader import BagReader
 from pipelines.checkpoint import Checkpoint
 from pipelines.g2o import save_g2o
-from pipelines.interrupts import stop_on_interrupt
+from pipelines.interrupts import stop_request
 from pipelines.map_picture import save_map_picture
 from pipelines.progress import progress_bar
 from pipelines.report import Report
@@ -119,7 +120,8 @@ def _feed(
     """Hand every message after those that it has taken to the mapper; the number of scans."""
     scans = 0
     with (
-        stop_on_interrupt() as interrupted,
+        stop_request(signal.SIGINT) as stop,
+        stop.looked_for(),
         progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to,
     ):
         for number, message in enumerate(_timed(reader, report), start=1):
@@ -130,7 +132,7 @@ def _feed(
                 if checkpoint is not None:
                     checkpoint.save_when_due(mapper, number)
             advance_to(reader.messages_read)
-            if interrupted():
+            if stop.is_made:
                 report.add("counts", {"interrupted": True})
                 report.warn(f"Stopped by Ctrl-C after {scans} scans; the map shows these.")
                 break

@@ -1,6 +1,7 @@
 """``racecar live``: the ROS 2 nodes that run on the car."""
 
 import os
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -122,6 +123,7 @@ def localize(
     from maps.errors import UserError
     from maps.map_files import load_map
     from pipelines.config_file import load_config
+    from pipelines.interrupts import stop_request
     from pipelines.live.localizer_node import LocalizerNode, Start
     from pipelines.live.run import ros_node, spin
     from pipelines.live.warm_up_localizer import warm_up_localizer
@@ -138,6 +140,7 @@ def localize(
         seed=seed,
     )
     with (
+        stop_request(signal.SIGINT, signal.SIGTERM) as stop,
         _page(view, "racecar localizer", view_port) as page,
         ros_node("racecar_localizer", context.obj) as node,
     ):
@@ -145,7 +148,7 @@ def localize(
         warm_up_localizer(settings)
         localizer.start()
         try:
-            spin(node, localizer.survive)
+            spin(node, localizer.survive, stop)
         finally:
             localizer.stop()
             if json is not None:
@@ -178,6 +181,7 @@ def map(
     from rich.console import Console
 
     from pipelines.config_file import load_config
+    from pipelines.interrupts import stop_request
     from pipelines.live.map_saving import MapOutput, resume
     from pipelines.live.mapper_node import MapperNode
     from pipelines.live.run import ros_node, spin
@@ -191,12 +195,16 @@ def map(
     with output_folder(out):
         pass  # so that no drive is made in vain
     mapper, messages = resume(output, anew=anew, announce=console.print)
-    with _page(view, "racecar mapper", view_port) as page, ros_node("racecar_mapper", context.obj) as node:
+    with (
+        stop_request(signal.SIGINT, signal.SIGTERM) as stop,
+        _page(view, "racecar mapper", view_port) as page,
+        ros_node("racecar_mapper", context.obj) as node,
+    ):
         drive = MapperNode(node, output, mapper, messages, page)
         warm_up_mapper()
         drive.start()
         try:
-            spin(node, drive.survive)
+            spin(node, drive.survive, stop)
         finally:
             drive.stop()
             if json is not None:

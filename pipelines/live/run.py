@@ -1,12 +1,10 @@
 """A node's life: from its start until somebody stops it."""
 
 import logging
-import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from threading import Event, Thread
-from types import FrameType
 from typing import Any
 
 import rclpy
@@ -14,6 +12,7 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.signals import SignalHandlerOptions
 
 from maps.errors import UserError
+from pipelines.interrupts import StopRequest
 
 _log = logging.getLogger(__name__)
 
@@ -37,17 +36,17 @@ def ros_node(name: str, ros_arguments: list[str]) -> Iterator[Any]:
         rclpy.try_shutdown()
 
 
-def spin(node: Any, survive: Callable[[Exception], None]) -> None:
-    """Serve a node's topics until Ctrl-C or a request to end; a second Ctrl-C raises KeyboardInterrupt.
+def spin(node: Any, survive: Callable[[Exception], None], stop: StopRequest) -> None:
+    """Serve a node's topics until it is asked to stop; a second Ctrl-C raises KeyboardInterrupt.
 
     What a callback raises is handed to ``survive``.
     """
     sys.setswitchinterval(_SWITCH_SECONDS)
     executor = _new_executor()
     executor.add_node(node)
-    with _stop_on_signals() as is_stopped:
+    with stop.looked_for():
         try:
-            while not is_stopped() and rclpy.ok():
+            while not stop.is_made and rclpy.ok():
                 _serve(executor, survive)
         finally:
             executor.remove_node(node)
@@ -105,22 +104,3 @@ def sister_node(node: Any, name: str) -> Iterator[Any]:
             yield sister
     finally:
         sister.destroy_node()
-
-
-@contextmanager
-def _stop_on_signals() -> Iterator[Callable[[], bool]]:
-    """Yield a function that tells whether to stop; Ctrl-C a second time raises KeyboardInterrupt."""
-    stopped = False
-
-    def remember(number: int, _frame: FrameType | None) -> None:
-        nonlocal stopped
-        if stopped and number == signal.SIGINT:
-            raise KeyboardInterrupt
-        stopped = True
-
-    before = {number: signal.signal(number, remember) for number in (signal.SIGINT, signal.SIGTERM)}
-    try:
-        yield lambda: stopped
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

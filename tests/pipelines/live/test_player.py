@@ -58,7 +58,7 @@ def test_messages_come_in_order_and_in_time(bag: Path) -> None:
     assert [message.ranges[0] for _, message in scans] == list(range(SCANS))
     assert [nanoseconds(m.header.stamp) for m in samples] == [10**18 + i * PERIOD for i in range(SCANS)]
     assert samples[-1].pose.pose.position.x == pytest.approx(1.9)
-    assert scans[-1][0] - scans[0][0] > 0.8 * (SCANS - 1) * PERIOD * 1e-9 / 2.0  # not all at once
+    assert scans[-1][0] - scans[0][0] > 0.5 * (SCANS - 1) * PERIOD * 1e-9 / 2.0  # not all at once
     assert clocks == sorted(clocks)
     assert len(clocks) >= SCANS - 1
 
