@@ -15,6 +15,8 @@ class StopRequest:
 
     def __init__(self) -> None:
         self.is_made = False
+        self.has_torn = False
+        """Whether it raised KeyboardInterrupt, wherever that came out."""
         self._is_looked_for = False
 
     @contextmanager
@@ -31,16 +33,24 @@ class StopRequest:
         is_second = self.is_made and number == signal.SIGINT
         self.is_made = True
         if is_second or not self._is_looked_for:
+            self.has_torn = True
             raise KeyboardInterrupt
 
 
 @contextmanager
 def stop_request(*signals: signal.Signals) -> Iterator[StopRequest]:
-    """Yield what tells of a request to stop, while the block lasts, by any of the signals."""
+    """Yield what tells of a request to stop, while the block lasts, by any of the signals.
+
+    Raises KeyboardInterrupt also when that was dropped and the block failed over what it left undone.
+    """
     request = StopRequest()
     before = {number: signal.signal(number, request.take) for number in signals}
     try:
         yield request
+    except Exception as error:
+        if request.has_torn:
+            raise KeyboardInterrupt from error
+        raise
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

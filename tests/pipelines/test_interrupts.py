@@ -32,15 +32,29 @@ def test_work_that_does_not_look_for_it_is_torn() -> None:
             signal.raise_signal(signal.SIGINT)
 
 
+class Compiled:
+    """Something at whose end Ctrl-C is pressed; Python drops what a destructor raises."""
+
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 def test_a_request_that_was_dropped_is_still_known() -> None:
-    """Python drops what a destructor raises."""
-
-    class Compiled:
-        def __del__(self) -> None:
-            signal.raise_signal(signal.SIGINT)
-
     with stop_request(signal.SIGINT) as stop:
         compiled = Compiled()
         del compiled
         assert stop.is_made
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+def test_what_fails_after_a_dropped_request_is_no_fault() -> None:
+    with pytest.raises(KeyboardInterrupt), stop_request(signal.SIGINT):
+        compiled = Compiled()
+        del compiled
+        raise RuntimeError("half done")
+
+
+def test_what_fails_without_a_request_is_a_fault() -> None:
+    with pytest.raises(RuntimeError, match="by itself"), stop_request(signal.SIGINT):
+        raise RuntimeError("by itself")
