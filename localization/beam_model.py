@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.beam_model_kernels import add_up_beams, add_up_cast_beams, find_fitting
-from localization.beam_table import TRACKING, beam_log_probabilities
+from localization.beam_model_kernels import add_up_beams, add_up_cast_beams, aim, expected_codes
+from localization.beam_table import TRACKING, log_probability_table, readings_in
 from localization.beams import Beams
 from localization.free_space import FreeSpace
 from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
@@ -13,8 +13,9 @@ from localization.sensor_model import FITTING, FITTING_SHARE
 from maps.ray_casting import cast_ray_fan
 from maps.se2 import Pose, compose
 
-_TURN = 2**16
-"""A full turn in the kernel's whole numbers."""
+_NEAR = 10.0
+"""Cells; to a laser beside its viewpoint, shorter beams count as so long."""
+_CODES_PER_CELL = 1.0 / np.gradient(CELLS_OF_CODE)
 
 
 class BeamModel:
@@ -29,9 +30,8 @@ class BeamModel:
     def log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
         """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash."""
         grid = self._free_space.grid
-        log_probabilities = beam_log_probabilities(
-            beams.ranges, beams.max_range, grid.resolution, self._squash, TRACKING
-        )
+        log_probabilities = log_probability_table(beams.max_range, grid.resolution, self._squash, TRACKING)
+        readings = readings_in(log_probabilities, beams.ranges, grid.resolution)
         laser_on_base, grid_in_map, turns = self._on_grid(beams)
         if self._table is None:
             return add_up_cast_beams(
@@ -43,6 +43,7 @@ class BeamModel:
                 self._free_space.is_movable,
                 self._free_space.cells_without_movable,
                 turns,
+                readings,
                 log_probabilities,
                 CODE_OF_CELLS,
             )
@@ -51,35 +52,44 @@ class BeamModel:
             laser_on_base,
             grid_in_map,
             self._table.cell_index,
+            self._table.viewpoints,
             self._table.ranges,
-            _whole_numbers(turns),
+            *self._aim(beams, turns),
+            readings,
             log_probabilities,
         )
 
     def fits(self, map_from_base: Pose, beams: Beams) -> NDArray[np.bool_]:
         """(N, B) whether each beam reads about what the map says from each of the poses (N, 3)."""
-        grid = self._free_space.grid
-        most = min(beams.max_range / grid.resolution, FARTHEST)
-        measured = np.minimum(beams.ranges / grid.resolution, most)
-        within = FITTING / grid.resolution + FITTING_SHARE * measured
-        shortest = measured - within
+        most = min(beams.max_range, FARTHEST * self._free_space.grid.resolution)
+        measured = np.minimum(beams.ranges, most)
+        within = FITTING + FITTING_SHARE * measured
         longest = np.where(measured + within < most, measured + within, np.inf)
+        expected = self.expected_ranges(map_from_base, beams)
+        return (measured - within <= expected) & (expected <= longest)
+
+    def expected_ranges(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
+        """(N, B) metres that the beams would read by the map from the poses (N, 3); nan off the table.
+
+        At most as many as the table tells or the sensor reaches. From the table they are exact for beams that
+        read about that.
+        """
+        grid = self._free_space.grid
+        most = min(beams.max_range, FARTHEST * grid.resolution)
         if self._table is None:
-            map_from_laser = compose(map_from_base, beams.base_from_laser)
-            cast = cast_ray_fan(grid, map_from_laser, beams.bearings, most * grid.resolution)
-            expected = np.minimum(cast / grid.resolution, most)
-            return np.asarray((shortest <= expected) & (expected <= longest))
+            cast = cast_ray_fan(grid, compose(map_from_base, beams.base_from_laser), beams.bearings, most)
+            return np.minimum(cast, most)
         laser_on_base, grid_in_map, turns = self._on_grid(beams)
-        return find_fitting(
+        codes = expected_codes(
             map_from_base,
             laser_on_base,
             grid_in_map,
             self._table.cell_index,
+            self._table.viewpoints,
             self._table.ranges,
-            _whole_numbers(turns),
-            np.searchsorted(CELLS_OF_CODE, shortest),
-            np.searchsorted(CELLS_OF_CODE, longest, side="right"),
+            *self._aim(beams, turns),
         )
+        return np.where(codes >= 0, np.minimum(CELLS_OF_CODE[codes] * grid.resolution, most), np.nan)
 
     def _on_grid(self, beams: Beams) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Laser (2,) on the base, grid (5,) in the map for the kernels, and bearings (B,) over the grid."""
@@ -89,9 +99,9 @@ class BeamModel:
         grid_in_map = np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / grid.resolution])
         return laser_on_base, grid_in_map, beams.bearings + beams.base_from_laser[2] - yaw
 
-
-def _whole_numbers(angles: NDArray[np.float64]) -> NDArray[np.uint32]:
-    turned: NDArray[np.uint32] = (np.rint(angles / (2.0 * np.pi) * _TURN).astype(np.int64) % _TURN).astype(
-        np.uint32
-    )
-    return turned
+    def _aim(
+        self, beams: Beams, turns: NDArray[np.float64]
+    ) -> tuple[NDArray[np.uint32], NDArray[np.float32]]:
+        """Bearings (B,) and parallax (4, B) of beams that end as far off as they read."""
+        cells = np.clip(beams.ranges / self._free_space.grid.resolution, _NEAR, FARTHEST)
+        return aim(turns, cells, _CODES_PER_CELL[CODE_OF_CELLS[cells.astype(np.int64)]])

@@ -6,16 +6,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from localization.beam_table import MARGIN
+from localization.prefetch_kernels import prefetch
 from localization.trigonometry_kernels import BATCH, take_batch
 from maps.ray_casting_kernels import cast_one
 from maps.se2 import Pose
 
 _PER_RADIAN = 2.0**16 / (2.0 * math.pi)
-_CACHE_BYTES = 4_000_000
+_CACHE_BYTES = 16_000_000
 """Particles whose rows of the table together take more are spread too widely for the processor's cache."""
-_FETCHED = 64
-"""Of these, so many rows are fetched before any is read: many trips to memory at once."""
+_AHEAD = 4
+"""Of these, rows are asked for so many particles before they are read."""
 _CACHE_LINE = 64
+_LAST_CODE = 255
 
 
 @njit(cache=True, nogil=True)
@@ -24,74 +27,98 @@ def add_up_beams(
     laser_on_base: NDArray[np.float64],
     grid_in_map: NDArray[np.float64],
     cell_index: NDArray[np.int32],
+    viewpoints: NDArray[np.float32],
     ranges: NDArray[np.uint8],
     bearings: NDArray[np.uint32],
+    parallax: NDArray[np.float32],
+    readings: NDArray[np.int64],
     log_probabilities: NDArray[np.float32],
 ) -> NDArray[np.float64]:
-    """(N,) sum over beams of the log-probability (beam, code of the expected range) for particles (N, 3).
+    """(N,) sum over beams of the log-probability of the code of the expected range, for particles (N, 3).
 
     ``laser_on_base`` is x, y; ``grid_in_map`` x, y, cos and sin of the grid's origin and cells per metre;
-    ``bearings`` (B,) are relative to the base's yaw less the grid's, with 2^16 to the turn. A particle off
-    the table gets what the least likely codes give. One particle after the other: the beams of one lie in one
-    row of the table.
+    ``bearings`` (B,) and ``parallax`` (4, B) are as `aim` gives them; ``readings`` (B,) are rows of
+    ``log_probabilities``, whose columns are MARGIN, the codes and MARGIN. A particle off the table gets what
+    the least likely codes give. One particle after the other: the beams of one lie in one row of the table.
     """
-    rows, headings = _locate(map_from_base, laser_on_base, grid_in_map, cell_index)
+    rows, headings, offsets = _locate(map_from_base, laser_on_base, grid_in_map, cell_index, viewpoints)
     is_large = len(rows) * ranges.shape[1] > _CACHE_BYTES
-    per_turn = np.uint32(ranges.shape[1])
-    half = np.uint32(2**15 // ranges.shape[1])
-    columns = np.empty(len(bearings), dtype=np.uint32)
+    beams, per_turn = len(bearings), np.uint32(ranges.shape[1])
+    log_probability = log_probabilities.ravel()
+    at_code_0 = (readings * log_probabilities.shape[1] + MARGIN).astype(np.int32)
+    columns, at_code = np.empty(beams, dtype=np.uint32), np.empty(beams, dtype=np.uint32)
     totals = np.empty(len(rows))
-    fetched = 0
     outside = 1.0  # summed up when a particle needs it
-    for start in range(0, len(rows), _FETCHED):
-        end = min(start + _FETCHED, len(rows))
-        if is_large:
-            fetched += _fetch(rows[start:end], ranges)
-        for i in range(start, end):
-            if rows[i] < 0:
-                if outside > 0.0:
-                    outside = _least_of(log_probabilities)
-                totals[i] = outside
-                continue
-            expected = ranges[rows[i]]
-            heading = headings[i] + half
-            for beam in range(len(bearings)):
-                columns[beam] = _column_of(heading, bearings[beam], per_turn)
-            total = np.float32(0.0)
-            for beam in range(len(bearings)):
-                total += log_probabilities[beam, expected[columns[beam]]]
-            totals[i] = total
-    if fetched < 0:  # never, but the compiler does not know, and so does not leave the fetching out
-        totals[0] = 0.0
+    for i in range(len(rows)):
+        if is_large and i + _AHEAD < len(rows):
+            _prefetch_row(rows[i + _AHEAD], headings[i + _AHEAD], bearings, ranges)
+        if rows[i] < 0:
+            if outside > 0.0:
+                outside = _least_of(readings, log_probabilities)
+            totals[i] = outside
+            continue
+        left, ahead, seen = offsets[0, i], offsets[1, i], ranges[rows[i]]
+        for beam in range(beams):
+            columns[beam] = _column_of(headings[i], left, ahead, bearings, parallax, beam, per_turn)
+            at_code[beam] = np.uint32(at_code_0[beam] - _codes_nearer(left, ahead, parallax, beam))
+        even = np.float32(0.0)  # two sums, for each addition waits for the one before
+        odd = np.float32(0.0)
+        for beam in range(0, beams // 2 * 2, 2):
+            even += log_probability[at_code[beam] + seen[columns[beam]]]
+            odd += log_probability[at_code[beam + 1] + seen[columns[beam + 1]]]
+        if beams % 2 == 1:
+            even += log_probability[at_code[beams - 1] + seen[columns[beams - 1]]]
+        totals[i] = even + odd
     return totals
 
 
 @njit(cache=True, nogil=True)
-def find_fitting(
+def expected_codes(
     map_from_base: Pose,
     laser_on_base: NDArray[np.float64],
     grid_in_map: NDArray[np.float64],
     cell_index: NDArray[np.int32],
+    viewpoints: NDArray[np.float32],
     ranges: NDArray[np.uint8],
     bearings: NDArray[np.uint32],
-    first_codes: NDArray[np.int64],
-    end_codes: NDArray[np.int64],
-) -> NDArray[np.bool_]:
-    """(N, B) whether the code expected by particles (N, 3) is from each beam's first to before its end.
-
-    The rest is as for `add_up_beams`; off the table, nothing fits.
-    """
-    rows, headings = _locate(map_from_base, laser_on_base, grid_in_map, cell_index)
+    parallax: NDArray[np.float32],
+) -> NDArray[np.int16]:
+    """(N, B) the codes whose probabilities `add_up_beams` takes for particles (N, 3); off the table, -1."""
+    rows, headings, offsets = _locate(map_from_base, laser_on_base, grid_in_map, cell_index, viewpoints)
     per_turn = np.uint32(ranges.shape[1])
-    half = np.uint32(2**15 // ranges.shape[1])
-    fits = np.zeros((len(rows), len(bearings)), dtype=np.bool_)
+    codes = np.full((len(rows), len(bearings)), -1, dtype=np.int16)
     for i in range(len(rows)):
         if rows[i] < 0:
             continue
+        left, ahead, seen = offsets[0, i], offsets[1, i], ranges[rows[i]]
         for beam in range(len(bearings)):
-            code = ranges[rows[i], _column_of(headings[i] + half, bearings[beam], per_turn)]
-            fits[i, beam] = first_codes[beam] <= code < end_codes[beam]
-    return fits
+            column = _column_of(headings[i], left, ahead, bearings, parallax, beam, per_turn)
+            code = int(seen[column]) - int(_codes_nearer(left, ahead, parallax, beam))
+            codes[i, beam] = min(max(code, 0), _LAST_CODE)
+    return codes
+
+
+@njit(cache=True, nogil=True)
+def aim(
+    turns: NDArray[np.float64], cells: NDArray[np.float64], codes_per_cell: NDArray[np.float64]
+) -> tuple[NDArray[np.uint32], NDArray[np.float32]]:
+    """Beams (B,) as the loops need them: bearings, with 2^16 to the turn, and their parallax (4, B).
+
+    ``turns`` are relative to the base's yaw less the grid's; a beam reads so many ``cells`` and its code
+    changes so much per cell there. For each cell that the laser is beside a viewpoint the parallax tells how
+    much farther a beam must turn to end at the same place, when it is to the left and when ahead, and how
+    many codes less it reads, likewise.
+    """
+    bearings = np.empty(len(turns), dtype=np.uint32)
+    parallax = np.empty((4, len(turns)), dtype=np.float32)
+    for beam in range(len(turns)):
+        bearings[beam] = np.uint32(np.int64(math.floor(turns[beam] * _PER_RADIAN + 0.5)) & 0xFFFF)
+        cos, sin = math.cos(turns[beam]), math.sin(turns[beam])
+        parallax[0, beam] = cos / cells[beam] * _PER_RADIAN
+        parallax[1, beam] = -sin / cells[beam] * _PER_RADIAN
+        parallax[2, beam] = sin * codes_per_cell[beam]
+        parallax[3, beam] = cos * codes_per_cell[beam]
+    return bearings, parallax
 
 
 @njit(cache=True, nogil=True)
@@ -100,54 +127,90 @@ def _locate(
     laser_on_base: NDArray[np.float64],
     grid_in_map: NDArray[np.float64],
     cell_index: NDArray[np.int32],
-) -> tuple[NDArray[np.int64], NDArray[np.uint32]]:
-    """Rows of the table (N,), negative off it, and headings (N,) with 2^16 to the turn, of the lasers."""
+    viewpoints: NDArray[np.float32],
+) -> tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float32]]:
+    """Of the lasers, rows of the table (N,), negative off it, and headings (N,) with 2^16 to the turn.
+
+    And (2, N) cells that they are to the left of and ahead of the viewpoints, seen along the base.
+    """
     x0, y0, cos0, sin0, per_metre = grid_in_map
-    ahead, left = laser_on_base
+    laser_ahead, laser_left = laser_on_base
     rows = np.empty(len(map_from_base), dtype=np.int64)
     headings = np.empty(len(map_from_base), dtype=np.uint32)
+    offsets = np.zeros((2, len(map_from_base)), dtype=np.float32)
     yaw, sine, cosine = np.empty(BATCH), np.empty(BATCH), np.empty(BATCH)
     for start in range(0, len(map_from_base), BATCH):
         count = take_batch(map_from_base, start, yaw, sine, cosine)
         for k in range(count):
-            x = map_from_base[start + k, 0] + cosine[k] * ahead - sine[k] * left - x0
-            y = map_from_base[start + k, 1] + sine[k] * ahead + cosine[k] * left - y0
-            column = math.floor((cos0 * x + sin0 * y) * per_metre)
-            row = math.floor((cos0 * y - sin0 * x) * per_metre)
+            x = map_from_base[start + k, 0] + cosine[k] * laser_ahead - sine[k] * laser_left - x0
+            y = map_from_base[start + k, 1] + sine[k] * laser_ahead + cosine[k] * laser_left - y0
+            right, up = (cos0 * x + sin0 * y) * per_metre, (cos0 * y - sin0 * x) * per_metre
+            row, column = math.floor(up), math.floor(right)
             is_inside = 0 <= row < cell_index.shape[0] and 0 <= column < cell_index.shape[1]
-            rows[start + k] = cell_index[row, column] if is_inside else -1
+            viewpoint = cell_index[row, column] if is_inside else -1
+            if viewpoint >= 0:
+                right -= viewpoints[viewpoint, 1]
+                up -= viewpoints[viewpoint, 0]
+                offsets[0, start + k] = cosine[k] * up - sine[k] * right
+                offsets[1, start + k] = cosine[k] * right + sine[k] * up
+            rows[start + k] = viewpoint
             headings[start + k] = np.uint32(np.int64(math.floor(yaw[k] * _PER_RADIAN)) & 0xFFFF)
-    return rows, headings
+    return rows, headings, offsets
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _column_of(heading: np.uint32, bearing: np.uint32, per_turn: np.uint32) -> np.uint32:
-    """The table's column for a beam; heading and bearing have 2^16 to the turn, columns ``per_turn``."""
-    turned = np.uint32(np.uint32(heading + bearing) & np.uint32(0xFFFF))
+def _column_of(
+    heading: np.uint32,
+    left: np.float32,
+    ahead: np.float32,
+    bearings: NDArray[np.uint32],
+    parallax: NDArray[np.float32],
+    beam: int,
+    per_turn: np.uint32,
+) -> np.uint32:
+    """The table's column, of ``per_turn``, where a beam ends as it does from so far beside the viewpoint."""
+    turn = np.int32(left * parallax[0, beam] + ahead * parallax[1, beam])
+    half_a_column = np.uint32(2**15) // per_turn
+    turned = np.uint32(
+        np.uint32(heading + bearings[beam] + np.uint32(turn) + half_a_column) & np.uint32(0xFFFF)
+    )
     return np.uint32(turned * per_turn) >> np.uint32(16)
 
 
+@njit(cache=True, nogil=True, inline="always")
+def _codes_nearer(left: np.float32, ahead: np.float32, parallax: NDArray[np.float32], beam: int) -> np.int32:
+    """By how many codes, rounded, a beam is shorter from so far beside the viewpoint."""
+    nearer = left * parallax[2, beam] + ahead * parallax[3, beam]
+    return np.int32(nearer + np.float32(MARGIN + 0.5)) - np.int32(MARGIN)
+
+
 @njit(cache=True, nogil=True)
-def _least_of(log_probabilities: NDArray[np.float32]) -> float:
-    """The sum over beams of the least of each row."""
+def _least_of(readings: NDArray[np.int64], log_probabilities: NDArray[np.float32]) -> float:
+    """The sum of the least of the rows that are read."""
     total = 0.0
-    for beam in range(len(log_probabilities)):
-        least = log_probabilities[beam, 0]
+    for reading in readings:
+        least = log_probabilities[reading, 0]
         for code in range(log_probabilities.shape[1]):
-            least = min(least, log_probabilities[beam, code])
+            least = min(least, log_probabilities[reading, code])
         total += least
     return total
 
 
 @njit(cache=True, nogil=True)
-def _fetch(rows: NDArray[np.int64], ranges: NDArray[np.uint8]) -> int:
-    """Touch every cache line of some rows of the table."""
-    total = 0
-    for row in rows:
-        if row >= 0:
-            for byte in range(0, ranges.shape[1], _CACHE_LINE):
-                total += ranges[row, byte]
-    return total
+def _prefetch_row(
+    row: int, heading: np.uint32, bearings: NDArray[np.uint32], ranges: NDArray[np.uint8]
+) -> None:
+    """Ask for a row of the table, if it is one, from the first beam's cache line to the last one's."""
+    if row < 0:
+        return
+    per_turn = ranges.shape[1]
+    swept = np.int64((bearings[-1] - bearings[0]) & np.uint32(0xFFFF)) * per_turn >> 16
+    first = np.int64((heading + bearings[0]) & np.uint32(0xFFFF)) * per_turn >> 16
+    end = first + swept + _CACHE_LINE
+    for column in range(first, min(end, per_turn), _CACHE_LINE):
+        prefetch(ranges, row, column)
+    for column in range(0, end - per_turn, _CACHE_LINE):
+        prefetch(ranges, row, column)
 
 
 @njit(cache=True, nogil=True)
@@ -160,13 +223,14 @@ def add_up_cast_beams(
     is_movable: NDArray[np.bool_],
     cells_without_movable: NDArray[np.int8],
     bearings: NDArray[np.float64],
+    readings: NDArray[np.int64],
     log_probabilities: NDArray[np.float32],
     code_of_cells: NDArray[np.uint8],
 ) -> NDArray[np.float64]:
     """(N,) the same from rays through the grid; ``bearings`` (B,) are radians."""
     x0, y0, cos0, sin0, per_metre = grid_in_map
     farthest = len(code_of_cells) - 1
-    outside = _least_of(log_probabilities)
+    outside = _least_of(readings, log_probabilities)
     totals = np.empty(len(map_from_base))
     for i in range(len(map_from_base)):
         yaw = map_from_base[i, 2]
@@ -185,6 +249,6 @@ def add_up_cast_beams(
             direction = yaw + bearings[beam]
             reach = cast_one(seen, row, column, math.sin(direction), math.cos(direction), farthest)
             code = code_of_cells[int(min(reach, farthest) + 0.5)]
-            total += log_probabilities[beam, code]
+            total += log_probabilities[readings[beam], MARGIN + code]
         totals[i] = total
     return totals

@@ -6,6 +6,8 @@ think otherwise are more often wrong than the rest. After wrong odometry all of 
 then the scan laid on the walls fits notably better, and is asked instead.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from localization.beams import Beams
@@ -21,15 +23,19 @@ _FEWEST_LEFT = 0.25
 """Share of the beams; where fewer would be left, it is rather the pose that is wrong."""
 
 
-def skip_unexplained(beams: Beams, map_from_base: Pose, aligned: Pose, sensor: SensorModel) -> Beams:
+def skip_unexplained(
+    beams: Beams, map_from_base: Pose, align: Callable[[], Pose], sensor: SensorModel
+) -> Beams:
     """The beams that fit from most of a narrow cloud (N, 3), or else from where the scan lies on walls (3,).
 
-    All of them if those are too few.
+    All of them if those are too few. ``align`` finds where it does.
     """
     asked = map_from_base[:: max(1, len(map_from_base) // _ASKED)]
-    fits = sensor.fits(np.vstack([aligned, asked]), beams)
-    is_explained = np.count_nonzero(fits[1:], axis=0) >= _MOST_OF_THE_CLOUD * len(asked)
-    left, left_aligned = np.count_nonzero(is_explained), np.count_nonzero(fits[0])
-    if left_aligned > left + _NOTABLY_MORE * len(beams):
-        is_explained, left = fits[0], left_aligned
+    is_explained = sensor.fits(asked, beams).sum(axis=0) >= _MOST_OF_THE_CLOUD * len(asked)
+    left = np.count_nonzero(is_explained)
+    notably_more = left + _NOTABLY_MORE * len(beams)
+    if notably_more < len(beams):
+        fits_aligned = sensor.fits(align()[None], beams)[0]
+        if np.count_nonzero(fits_aligned) > notably_more:
+            is_explained, left = fits_aligned, np.count_nonzero(fits_aligned)
     return beams.only(is_explained) if left >= _FEWEST_LEFT * len(beams) else beams

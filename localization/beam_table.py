@@ -8,6 +8,8 @@ from numpy.typing import NDArray
 
 from localization.range_codes import CELLS_OF_CODE, FARTHEST
 
+MARGIN = 3
+"""Codes that a correction may go beyond those there are."""
 COURSE_PIXELS = 200
 """The course counts distances in map pixels and clips them here."""
 
@@ -52,22 +54,34 @@ def beam_probabilities(max_pixels: int = COURSE_PIXELS, mixture: BeamMixture = C
 def beam_log_probabilities(
     ranges: NDArray[np.float64], max_range: float, resolution: float, squash: float, mixture: BeamMixture
 ) -> NDArray[np.float32]:
-    """(B, 256) log-probability of B ranges (metres, inf: a miss) for the code of every expected range.
+    """(B, 256) log-probability of B ranges (metres, inf: a miss) for the code of every expected range."""
+    table = log_probability_table(max_range, resolution, squash, mixture)
+    return table[readings_in(table, ranges, resolution), MARGIN:-MARGIN]
 
-    Already divided by ``squash``. Readings and expectations are clipped to the sensor's range, or to the
-    table's where that is shorter.
+
+def readings_in(
+    table: NDArray[np.float32], ranges: NDArray[np.float64], resolution: float
+) -> NDArray[np.int64]:
+    """(B,) rows of a table of log-probabilities for B ranges (metres, inf: a miss)."""
+    pixels = np.minimum(ranges / resolution + 0.5, len(table) - 1)
+    return pixels.astype(np.int64)
+
+
+def log_probability_table(
+    max_range: float, resolution: float, squash: float, mixture: BeamMixture
+) -> NDArray[np.float32]:
+    """(P + 1, MARGIN + 256 + MARGIN): a row for each reading in pixels, a column for each code of an expected
+    range, the first and the last repeated.
+
+    Log-probabilities, already divided by ``squash``. Readings and expectations are clipped to the sensor's
+    range, or to the table's of ranges where that is shorter.
     """
     reach = max_range / resolution
-    max_pixels = max(1, round(reach)) if reach < FARTHEST else FARTHEST
-    pixels = np.clip(np.rint(ranges / resolution), 0, max_pixels).astype(np.int64)
-    logs: NDArray[np.float32] = _log_probabilities(max_pixels, squash, mixture)[pixels]
-    return logs
+    return _log_probabilities(max(1, round(reach)) if reach < FARTHEST else FARTHEST, squash, mixture)
 
 
 @lru_cache(maxsize=4)
 def _log_probabilities(max_pixels: int, squash: float, mixture: BeamMixture) -> NDArray[np.float32]:
-    """(P + 1, 256) a row for each reading, a column for each code of an expected range."""
-    expected = np.minimum(np.rint(CELLS_OF_CODE), max_pixels).astype(np.int64)
-    logs = (np.log(beam_probabilities(max_pixels, mixture)[:, expected]) / squash).astype(np.float32)
-    logs.flags.writeable = False
-    return logs
+    expected = np.minimum(np.rint(np.pad(CELLS_OF_CODE, MARGIN, mode="edge")), max_pixels).astype(np.int64)
+    logs = np.log(beam_probabilities(max_pixels, mixture)[:, expected]) / squash
+    return np.ascontiguousarray(logs, dtype=np.float32)

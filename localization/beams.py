@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +15,8 @@ OdometryAt = Callable[[NDArray[np.int64]], Pose]
 """``odom_from_base`` (N, 3) at stamps (N,) in nanoseconds."""
 
 
-_KNOTS = 8
-"""Moments of a sweep at which the car's pose is asked for; between them it moves evenly."""
+_KNOTS = np.linspace(0.0, 1.0, 8)
+"""Shares of a sweep after which the car's pose is asked for; between them it moves evenly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,13 +54,14 @@ def select_beams(scan: Scan, count: int, odometry_at: OdometryAt | None) -> Beam
 
     The motion during the sweep comes from the odometry; without it the car is taken to stand.
     """
-    useful = np.flatnonzero(~np.isnan(scan.ranges) & np.isfinite(scan.bearings) & (scan.ranges >= 0.0))
+    useful = np.flatnonzero((scan.ranges >= 0.0) & np.isfinite(scan.bearings))
     chosen = useful[_evenly(len(useful), count)]
     bearings, ranges = scan.bearings[chosen], scan.ranges[chosen]
     base_from_laser = np.array(scan.base_from_laser)  # one that is read-only would be compiled for anew
     offsets = scan.time_offsets[chosen]
-    if odometry_at is not None and len(chosen) and np.ptp(offsets) + abs(offsets[0]) > 0:
-        knots = np.linspace(offsets.min(), max(offsets.max(), offsets.min() + 1e-6), _KNOTS)
+    if odometry_at is not None and offsets.any():
+        first, last = offsets.min(), offsets.max()
+        knots = first + max(last - first, 1e-6) * _KNOTS
         stamps = scan.stamp + np.rint(np.append(knots, 0.0) * 1e9).astype(np.int64)
         odom_from_base = odometry_at(stamps)
         bearings, ranges = set_back(
@@ -68,5 +70,8 @@ def select_beams(scan: Scan, count: int, odometry_at: OdometryAt | None) -> Beam
     return Beams(bearings, ranges, base_from_laser, scan.max_range)
 
 
+@lru_cache(maxsize=64)
 def _evenly(total: int, count: int) -> NDArray[np.int64]:
-    return np.linspace(0, total - 1, min(count, total)).round().astype(np.int64)
+    chosen = np.linspace(0, total - 1, min(count, total)).round().astype(np.int64)
+    chosen.flags.writeable = False
+    return chosen

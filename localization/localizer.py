@@ -221,8 +221,11 @@ class Localizer:
         mean, covariance, weight = self._filter.moments()
         if not _is_known_within(_NARROW, covariance, weight):
             return beams
-        aligned, _ = refine(mean, covariance, beams, self._walls)
-        return skip_unexplained(beams, self._filter.map_from_base, aligned, self._sensor)
+
+        def align() -> Pose:
+            return refine(mean, covariance, beams, self._walls)[0]
+
+        return skip_unexplained(beams, self._filter.map_from_base, align, self._sensor)
 
     def _settle(self, beams: Beams, stamp: int) -> None:
         """Take in a first scan, for which the cloud is too thin to be weighed at once."""

@@ -14,7 +14,20 @@ _SCALE = 1.0 / (65536.0 * math.sqrt(4.0 / 12.0))
 
 def random_words(shape: tuple[int, ...], rng: np.random.Generator) -> NDArray[np.uint64]:
     """Words of 64 random bits each."""
-    return rng.integers(2**64, size=shape, dtype=np.uint64)
+    words = np.empty(shape, dtype=np.uint64)
+    _fill(words.ravel(), rng.integers(2**64, dtype=np.uint64))
+    return words
+
+
+@njit(cache=True, nogil=True)
+def _fill(words: NDArray[np.uint64], seed: np.uint64) -> None:
+    """SplitMix64; G. Steele, D. Lea, C. Flood: Fast splittable pseudorandom number generators, 2014."""
+    state = np.uint64(seed)
+    for i in range(len(words)):
+        state += np.uint64(0x9E3779B97F4A7C15)
+        mixed = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+        mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+        words[i] = mixed ^ (mixed >> np.uint64(31))
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -29,6 +29,8 @@ class ParticleFilter:
         """(N, 3)"""
         self.weights: NDArray[np.float64] = np.empty(0)
         """(N,) that sum to 1."""
+        self.effective_size = 0.0
+        """How many equally weighted particles these are worth."""
         self._slips = np.zeros((len(map_from_base), 2))
         self._slip_age = 0.0
         self._effort = np.zeros(2)
@@ -73,15 +75,11 @@ class ParticleFilter:
         self._log_weights -= self._log_weights.max()
         self.weights = np.exp(self._log_weights)
         self.weights /= self.weights.sum()
+        self.effective_size = effective_sample_size(self.weights)
 
     def moments(self) -> tuple[Pose, NDArray[np.float64], float]:
         """Mean (3,), covariance (3, 3) and weight of the heaviest cluster."""
         return cluster_moments(self.map_from_base, self.weights)
-
-    @property
-    def effective_size(self) -> float:
-        """How many equally weighted particles these are worth."""
-        return effective_sample_size(self.weights)
 
     def resample(self, fewest: int, most: int) -> None:
         """Draw particles anew when under half are effective, or there are too many.
@@ -98,3 +96,4 @@ class ParticleFilter:
     def _set_even_weights(self) -> None:
         self._log_weights = np.zeros(len(self))
         self.weights = np.full(len(self), 1.0 / len(self))
+        self.effective_size = float(len(self))

@@ -27,6 +27,7 @@ _ROUGH_BEAMS, _BEAMS = 15, 60
 _LIKELY_PLACES = 0.15
 """Share of the places, by a few beams, that are tried with more."""
 _HEADINGS_CAST = 128
+_HEADINGS_TRIED = 160
 _COMPARED = 60
 _KEPT = 4000
 """Poses that are looked at closely."""
@@ -46,6 +47,7 @@ class PlaceSearch:
         if table is not None:
             self._views = table.ranges
             self._view_of_place = table.cell_index[tuple(places.T)].astype(np.int64)
+            self._map_from_place[:, :2] = self._grid.center_of(table.viewpoints[self._view_of_place] - 0.5)
         else:
             self._views = _cast_views(self._grid.resolution, free_space, self._map_from_place)
             self._view_of_place = np.arange(len(places))
@@ -85,13 +87,14 @@ class PlaceSearch:
         return compose(map_from_laser, inverse(beams.base_from_laser))
 
     def _scores(self, places: NDArray[np.int64], beams: Beams, squash: float) -> NDArray[np.float32]:
-        """(P, H) log-likelihood of a scan at places (P,), by number, and at every second heading."""
+        """(P, H) log-likelihood of a scan at places (P,), by number, and at every few headings."""
         log_probabilities = beam_log_probabilities(
             beams.ranges, beams.max_range, self._grid.resolution, squash, COURSE
         )
         headings = self._views.shape[1]
         offsets = np.rint(beams.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings
-        scores = np.empty((len(places), headings // 2), dtype=np.float32)
+        step = max(1, headings // _HEADINGS_TRIED)
+        scores = np.empty((len(places), headings // step), dtype=np.float32)
         fill_scores(self._views, self._view_of_place[places], offsets, log_probabilities, scores)
         return scores
 

@@ -13,20 +13,22 @@ def fill_scores(
     log_probabilities: NDArray[np.float32],
     scores: NDArray[np.float32],
 ) -> None:
-    """Fill scores (places, headings / 2): the log-likelihood of a scan at each place and second heading.
+    """Fill scores (places, headings / n): the log-likelihood of a scan at each place and n-th heading.
 
     ``views`` (N, headings) hold codes of ranges, ``offsets`` (B,) the bearings of the beams in headings.
     """
     headings = views.shape[1]
+    tried = scores.shape[1]
+    step = headings // tried
     around = np.empty(2 * headings, dtype=np.uint8)
     for place in range(len(view_of_place)):
         for heading in range(headings):
             around[heading] = around[headings + heading] = views[view_of_place[place], heading]
-        for half in range(headings // 2):
+        for n in range(tried):
             total = np.float32(0.0)
             for beam in range(len(offsets)):
-                total += log_probabilities[beam, around[2 * half + offsets[beam]]]
-            scores[place, half] = total
+                total += log_probabilities[beam, around[step * n + offsets[beam]]]
+            scores[place, n] = total
 
 
 @njit(cache=True, nogil=True)
@@ -40,16 +42,17 @@ def compare_views(
     """
     places, headings = views.shape
     shares = np.zeros((places * (places - 1), 4))
-    compared = headings // 4
+    step = headings // 80
+    compared = headings // step
     pair = 0
     for seen in range(places):
         for taken in range(places):
             if seen == taken:
                 continue
             most = -1
-            for turn in range(0, headings, 4):
+            for turn in range(0, headings, step):
                 closely, agreeing, shorter = 0, 0, 0
-                for heading in range(0, headings, 4):
+                for heading in range(0, headings, step):
                     expected = views[taken, (heading + turn) % headings]
                     within = alike + alike_share * expected
                     off = views[seen, heading] - expected

@@ -1,20 +1,26 @@
-"""Ranges in one byte: to the cell near by, to a hundredth and a half of the way far off."""
+"""Ranges in one byte: to the cell near by, and farther off in steps that grow with the range."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-_EXACT = 160
-"""Cells up to which each has a code of its own: 8 m on a map of 5 cm."""
-FARTHEST = 720
-"""Cells; longer ranges are clipped here, 36 m on a map of 5 cm."""
+_EXACT = 100
+"""Cells up to which each has a code of its own: 5 m on a map of 5 cm."""
+FARTHEST = 640
+"""Cells; longer ranges are clipped here, 32 m on a map of 5 cm."""
+_LAST_STEP = 5.5
+"""Cells between the last two codes, so that none is off by three."""
 
 _CODES = 256
 
 
 def _decoded() -> NDArray[np.float64]:
-    beyond = _CODES - 1 - _EXACT
-    growth = (FARTHEST / _EXACT) ** (np.arange(1, beyond + 1) / beyond)
-    return np.concatenate([np.arange(_EXACT + 1), _EXACT * growth])
+    count = _CODES - 1 - _EXACT
+    beyond = np.arange(1.0, count + 1.0)
+    mean_step = (FARTHEST - _EXACT) / count
+    growth = (_LAST_STEP - mean_step) / (count - 1)
+    return np.concatenate(
+        [np.arange(_EXACT + 1), _EXACT + (mean_step - growth * count) * beyond + growth * beyond**2]
+    )
 
 
 CELLS_OF_CODE: NDArray[np.float64] = _decoded()

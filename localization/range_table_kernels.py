@@ -6,111 +6,133 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from localization.range_codes import CODE_OF_CELLS, FARTHEST
-
-OBSTACLE = -1
-"""Code of an obstacle; lower codes are cells of no interest, by how far any other kind is from them:
-OBSTACLE - k means that it is k columns or rows away."""
-MOVABLE = 2**30
-"""Added to the code of a cell of an obstacle that can be moved; from there, rays go through it."""
+OPEN, WALL, MOVABLE = 0, 1, 2
+"""Kinds of cells: rays go through, they end here, they end here unless they start within."""
 
 
 @njit(cache=True, nogil=True)
-def fill_heading(
-    codes: NDArray[np.int32], slope: float, ahead: NDArray[np.uint8], behind: NDArray[np.uint8]
+def sweep(
+    kinds: NDArray[np.uint8],
+    has_movable: NDArray[np.bool_],
+    first: NDArray[np.int64],
+    rows_of_viewpoints: NDArray[np.int64],
+    is_corner: NDArray[np.int64],
+    numbers: NDArray[np.int64],
+    slope: float,
+    is_forward: bool,
+    codes: NDArray[np.uint8],
+    seen: NDArray[np.uint8],
 ) -> None:
-    """Codes of the ranges of all cells along the direction (columns, rows) = (1, slope) and its opposite.
+    """What all viewpoints see when they look back along the direction (columns, rows) = (1, slope).
 
-    Parallel lines, one through each row, cover every cell once (|slope| <= 1). Walking along a line, the
-    last obstacle passed is the one that a cell sees behind it, and on the way back the one ahead.
-    ``codes`` (rows, columns) hold a cell's place in ``ahead`` and ``behind``, or OBSTACLE or lower; those
-    of an obstacle that can be moved have MOVABLE on top, and see what lies beyond it.
+    All parallel lines, one through each row, go on together from column to column, so that they cover every
+    cell once (|slope| <= 1), and remember the last obstacle that they passed. If not forward, they come from
+    the other end. ``kinds`` are (columns, rows), ``has_movable`` (columns,). The viewpoints of column c are
+    ``first[c]`` to before ``first[c + 1]``. Each is in the middle of a row's cell, or on its far corner,
+    around which all is open; it has a number, under which ``seen`` gets one of the ``codes`` of distances in
+    half columns. The last of these stands for all that are longer.
     """
-    rows, columns = codes.shape
-    stretch = math.sqrt(1.0 + slope * slope)
-    climb = slope * (columns - 1)
-    visited = np.empty(columns, dtype=np.int32)
-    line = np.empty(columns, dtype=np.int32)
-    corner_blocks = np.empty(columns, dtype=np.bool_)
-    for start in range(math.floor(min(0.0, -climb)), rows + math.ceil(max(0.0, -climb))):
-        column, end = _columns_on_grid(start + 0.5, slope, rows, columns)
-        wall = beyond = -1e9
-        was_movable = False
-        count = 0
-        while column < end:
-            height = start + 0.5 + slope * column
-            row = int(height)
-            code = codes[row, column]
-            if code < OBSTACLE - 1:
-                column += OBSTACLE - 1 - code
-                was_movable = False
-                continue
-            if code >= MOVABLE:
-                if not was_movable:
-                    beyond = wall
-                cells_away = int((column - beyond) * stretch + 0.5)
-                behind[code - MOVABLE] = CODE_OF_CELLS[min(cells_away, FARTHEST)]
-                wall = column + 0.5
-            elif code >= 0:
-                behind[code] = CODE_OF_CELLS[min(int((column - wall) * stretch + 0.5), FARTHEST)]
-            elif code == OBSTACLE:
-                wall = column + 0.5
-            was_movable = code >= MOVABLE
-            blocks = False
-            next_row = int(height + slope)
-            if next_row != row and column + 1 < end:
-                row_between = int(height + 0.5 * slope)
-                column_between = column if row_between == next_row else column + 1
-                corner = codes[row_between, column_between]
-                if corner >= MOVABLE:
-                    blocks = code < MOVABLE and codes[next_row, column + 1] < MOVABLE
-                else:
-                    blocks = corner == OBSTACLE
-                if blocks:
-                    wall = column + 0.5
-            visited[count], line[count], corner_blocks[count] = column, code, blocks
-            count += 1
-            column += 1
-        wall = beyond = 1e9
-        was_movable = False
-        for i in range(count - 1, -1, -1):
-            code, column = line[i], visited[i]
-            if corner_blocks[i]:
-                wall = column + 0.5
-            if code >= MOVABLE:
-                if not was_movable:
-                    beyond = wall
-                cells_away = int((beyond - column) * stretch + 0.5)
-                ahead[code - MOVABLE] = CODE_OF_CELLS[min(cells_away, FARTHEST)]
-                wall = column - 0.5
-            elif code >= 0:
-                ahead[code] = CODE_OF_CELLS[min(int((wall - column) * stretch + 0.5), FARTHEST)]
-            elif code == OBSTACLE:
-                wall = column - 0.5
-            was_movable = code >= MOVABLE
+    columns, rows = kinds.shape
+    climbs = np.empty(columns, dtype=np.int64)
+    for column in range(columns):
+        climbs[column] = math.floor(0.5 + slope * column)
+    highest = max(climbs[0], climbs[columns - 1])
+    farthest = len(codes) - 1
+    onward = 1 if is_forward else -1
+    nowhere = -farthest if is_forward else 2 * columns + farthest
+    passed = np.full(rows + abs(climbs[columns - 1] - climbs[0]), nowhere, dtype=np.int32)
+    beyond = passed.copy()
+    for step in range(columns):
+        column = step if is_forward else columns - 1 - step
+        line = highest - climbs[column]
+        if step > 0:
+            left = min(column, column - onward)
+            _pass_corners(
+                kinds[left],
+                kinds[left + 1],
+                climbs[left + 1] - climbs[left],
+                slope,
+                left,
+                0.5 + slope * left - climbs[left],
+                passed[highest - climbs[left] :],
+            )
+            if has_movable[column]:
+                before = column - onward
+                _enter_movable(
+                    kinds[before],
+                    kinds[column],
+                    climbs[column] - climbs[before],
+                    passed[line:],
+                    beyond[line:],
+                )
+        height_at_corner = 0.5 + slope * (column + 0.5) - climbs[column]
+        next_line = 1 if height_at_corner < 0.5 else 0  # whichever passes the corner more closely
+        for viewpoint in range(first[column], first[column + 1]):
+            row, corner = rows_of_viewpoints[viewpoint], is_corner[viewpoint]
+            at = line + row + corner * next_line
+            obstacle = beyond[at] if kinds[column, row] == MOVABLE else passed[at]
+            seen[numbers[viewpoint]] = codes[min(onward * (2 * column + corner - obstacle), farthest)]
+        _pass_cells(kinds[column], 2 * column + onward, passed[line:])
 
 
 @njit(cache=True, nogil=True)
-def _columns_on_grid(height: float, slope: float, rows: int, columns: int) -> tuple[int, int]:
-    """First column and one past the last where 0 <= height + slope * column < rows."""
-    first, end = 0, columns
-    if slope != 0.0:
-        at_bottom, at_top = -height / slope, (rows - height) / slope
-        first = int(min(max(min(at_bottom, at_top) - 1.0, 0.0), columns))
-        end = int(min(max(max(at_bottom, at_top) + 2.0, 0.0), columns))
-    while first < end and not 0.0 <= height + slope * first < rows:
-        first += 1
-    while end > first and not 0.0 <= height + slope * (end - 1) < rows:
-        end -= 1
-    return first, end
+def _pass_cells(here: NDArray[np.uint8], far_side: int, passed: NDArray[np.int32]) -> None:
+    """Remember the far side, in half columns, of obstacles in a column (rows,)."""
+    side = np.int32(far_side)
+    for row in range(len(here)):
+        passed[row] = side if here[row] != OPEN else passed[row]
+
+
+@njit(cache=True, nogil=True)
+def _pass_corners(
+    left: NDArray[np.uint8],
+    right: NDArray[np.uint8],
+    climb: int,
+    slope: float,
+    column: int,
+    height: float,
+    passed: NDArray[np.int32],
+) -> None:
+    """Remember the obstacles whose corners lines cut on the way between two columns (rows,).
+
+    Lines that climb a row pass a third cell in between: the one above, or below, in the left ``column`` if
+    their ``height`` in the cell (0 to 1) lets them leave it there, else the one beside in the right.
+    """
+    if climb == 0:
+        return
+    low, end = max(0, -climb), len(left) - max(0, climb)
+    from_here, into = left[low:end], right[low + climb : end + climb]
+    corners = left[low + climb : end + climb] if math.floor(height + 0.5 * slope) == climb else right[low:end]
+    lines = passed[low:end]
+    side = np.int32(2 * column + 1)
+    for i in range(len(lines)):
+        stays_outside = (from_here[i] != MOVABLE) & (into[i] != MOVABLE)
+        blocks = (corners[i] == WALL) | ((corners[i] == MOVABLE) & stays_outside)
+        lines[i] = side if blocks else lines[i]
+
+
+@njit(cache=True, nogil=True)
+def _enter_movable(
+    before: NDArray[np.uint8],
+    here: NDArray[np.uint8],
+    climb: int,
+    passed: NDArray[np.int32],
+    beyond: NDArray[np.int32],
+) -> None:
+    """Remember what lies before an obstacle that can be moved, where lines come into it."""
+    for row in range(len(here)):
+        if here[row] == MOVABLE:
+            was_outside = not 0 <= row - climb < len(before) or before[row - climb] != MOVABLE
+            if was_outside:
+                beyond[row] = passed[row]
 
 
 @njit(cache=True, nogil=True)
 def transpose_block(block: NDArray[np.uint8], ranges: NDArray[np.uint8], first_heading: int) -> None:
-    """Sort ranges (headings, cells) into columns ``first_heading`` and on of the table (cells, headings)."""
-    headings, cells = block.shape
+    """Sort ranges (headings, R) into columns ``first_heading`` and on of the table (R, headings)."""
+    headings, viewpoints = block.shape
     tile = 64
-    for tile_start in range(0, cells, tile):
+    for tile_start in range(0, viewpoints, tile):
         for heading in range(headings):
-            for cell in range(tile_start, min(tile_start + tile, cells)):
-                ranges[cell, first_heading + heading] = block[heading, cell]
+            for viewpoint in range(tile_start, min(tile_start + tile, viewpoints)):
+                ranges[viewpoint, first_heading + heading] = block[heading, viewpoint]

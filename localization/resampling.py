@@ -8,7 +8,7 @@ from localization.resampling_kernels import systematic_indices
 
 def effective_sample_size(weights: NDArray[np.float64]) -> float:
     """How many equally weighted particles weights (N,) that sum to 1 are worth, 1 to N."""
-    return float(1.0 / np.sum(weights**2))
+    return float(1.0 / np.dot(weights, weights))
 
 
 def systematic_resample(

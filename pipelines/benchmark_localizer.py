@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from localization.beam_model import BeamModel
+from localization.beams import Beams
 from localization.config import LocalizationConfig
 from localization.free_space import FreeSpace, find_free_space
-from localization.range_codes import CELLS_OF_CODE, FARTHEST
+from localization.range_codes import FARTHEST
 from localization.range_table import HEADINGS, RangeTable, build_range_table
 from maps.errors import UserError
 from maps.map_files import load_map
 from maps.occupancy_grid import OccupancyGrid
 from maps.ray_casting import cast_ray_fan
-from maps.se2 import compose
+from maps.se2 import IDENTITY, compose
 from maps.shipped import shipped_map
 from pipelines.benchmark_localizer_drive import MeasuredDrive, Stopwatch
 from pipelines.benchmark_localizer_threads import pace_of_other_thread
@@ -163,14 +164,14 @@ def rays_off(
 
     Rays longer than the table can tell count as just so long.
     """
-    grid = free_space.grid
-    poses = free_space.draw_poses(_RAY_PLACES, rng)
-    exact = cast_ray_fan(grid, poses, bearings, FARTHEST * grid.resolution) / grid.resolution
-    turns = (poses[:, 2:] + bearings - grid.map_from_grid[2]) / (2.0 * np.pi)
-    headings = np.rint(turns * table.headings).astype(np.int64) % table.headings
-    rows = table.cell_index[tuple(grid.cell_of(poses[:, :2]).T)]
-    expected = CELLS_OF_CODE[table.ranges[rows[:, None], headings]]
-    return float(np.mean(np.abs(expected - np.minimum(exact, FARTHEST)) > _OFF))
+    grid, model = free_space.grid, BeamModel(free_space, table, 1.0)
+    reach = FARTHEST * grid.resolution
+    off = []
+    for pose in free_space.draw_poses(_RAY_PLACES, rng):
+        exact = cast_ray_fan(grid, pose[None], bearings, reach)[0]
+        expected = model.expected_ranges(pose[None], Beams(bearings, exact, IDENTITY, reach))[0]
+        off.append(np.abs(expected - np.minimum(exact, reach)) > _OFF * grid.resolution)
+    return float(np.mean(off))
 
 
 def _log_weight_correlation(

@@ -106,3 +106,29 @@ def test_from_inside_an_obstacle_that_was_moved_the_walls_behind_it_explain_the_
     beside = compose(truth, [[0.0, 0.0, 0.0], [1.5, 0.0, 0.0], [0.0, -1.5, 0.0], [0.0, 0.0, 0.6]])
     assert model.fits(truth[None], beams).mean() > 0.97
     assert np.argmax(model.log_likelihood(beside, beams)) == 0
+
+
+def test_ranges_are_expected_from_where_the_laser_is_and_not_from_its_viewpoint() -> None:
+    """To half a cell, in most cases; from the viewpoint they would be a cell off."""
+    grid, rng = room(), np.random.default_rng(0)
+    free_space = find_free_space(grid, 10**6)
+    model = BeamModel(free_space, build_range_table(free_space, 50), 2.2)
+    errors = []
+    for pose in free_space.draw_poses(300, rng):
+        exact = cast_ray_fan(grid, pose[None], BEARINGS, 30.0)[0]
+        told = model.expected_ranges(pose[None], Beams(BEARINGS, exact, np.zeros(3), 30.0))[0]
+        errors.append(np.abs(told - np.minimum(exact, 30.0)) / grid.resolution)
+    near = np.concatenate(errors)
+    assert np.median(near) < 0.5
+    assert np.mean(near > 3.0) < 0.04
+
+
+def test_a_cloud_too_large_for_the_cache_weighs_the_same() -> None:
+    grid, rng = room(), np.random.default_rng(0)
+    free_space = find_free_space(grid, 10**6)
+    model = BeamModel(free_space, build_range_table(free_space, 50), 2.2)
+    beams = Beams(BEARINGS[::40], np.full(len(BEARINGS[::40]), 2.0), BASE_FROM_LASER, 30.0)
+    poses = free_space.draw_poses(30_000, rng)
+    poses[::7] += 100.0
+    in_parts = [model.log_likelihood(part, beams) for part in np.array_split(poses, 10)]
+    np.testing.assert_array_equal(model.log_likelihood(poses, beams), np.concatenate(in_parts))

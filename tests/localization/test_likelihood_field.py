@@ -7,6 +7,7 @@ from localization.beam_table import TRACKING
 from localization.beams import Beams
 from localization.free_space import find_free_space
 from localization.likelihood_field import LikelihoodField
+from localization.range_codes import FARTHEST
 from localization.walls import find_walls
 from maps.occupancy_grid import OCCUPIED, OccupancyGrid
 from maps.ray_casting import cast_ray_fan
@@ -44,7 +45,7 @@ def cells_to_wall(grid: OccupancyGrid, points: np.ndarray) -> np.ndarray:
 def plain_log_likelihood(grid: OccupancyGrid, poses: Pose, beams: Beams) -> np.ndarray:
     off = cells_to_wall(grid, ends_on_map(poses, beams)) / TRACKING.hit_deviation
     hit = np.exp(-0.5 * off**2) / (TRACKING.hit_deviation * np.sqrt(2 * np.pi))
-    return np.asarray(np.log(TRACKING.hit * hit + TRACKING.random / 720).sum(axis=1) / SQUASH)
+    return np.asarray(np.log(TRACKING.hit * hit + TRACKING.random / FARTHEST).sum(axis=1) / SQUASH)
 
 
 def poses_about(pose: Pose, grid: OccupancyGrid, spread: float) -> Pose:
@@ -95,7 +96,7 @@ def test_where_the_car_cannot_be_is_as_unlikely_as_ends_off_the_map() -> None:
         least
         == off_map
         == in_the_wall
-        == pytest.approx(len(BEARINGS) * np.log(TRACKING.random / 720) / SQUASH, rel=1e-4)
+        == pytest.approx(len(BEARINGS) * np.log(TRACKING.random / FARTHEST) / SQUASH, rel=1e-4)
     )
     assert right > least + 100.0
 
