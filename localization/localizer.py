@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from localization.beam_model import BeamModel
-from localization.beam_skipping import skip_unexplained
+from localization.beam_skipping import Alignment, skip_unexplained
 from localization.beams import Beams, select_beams
 from localization.config import LocalizationConfig
 from localization.free_space import find_free_space
@@ -217,15 +217,21 @@ class Localizer:
         return self._race(beams, is_news, step, stamp)
 
     def _explained(self, beams: Beams) -> Beams:
-        """The beams to weigh: while the cloud is narrow, only those that the map explains."""
+        """The beams to weigh: while the cloud is narrow, only those that the map explains.
+
+        Where they fit better beside the cloud, a few particles go there.
+        """
         mean, covariance, weight = self._filter.moments()
         if not _is_known_within(_NARROW, covariance, weight):
             return beams
 
-        def align() -> Pose:
-            return refine(mean, covariance, beams, self._walls)[0]
+        def align() -> Alignment:
+            return refine(mean, covariance, beams, self._walls)
 
-        return skip_unexplained(beams, self._filter.map_from_base, align, self._sensor)
+        explained, better = skip_unexplained(beams, self._filter.map_from_base, align, self._sensor)
+        if better is not None:
+            self._filter.propose(*better)
+        return explained
 
     def _settle(self, beams: Beams, stamp: int) -> None:
         """Take in a first scan, for which the cloud is too thin to be weighed at once."""

@@ -65,8 +65,17 @@ class ParticleFilter:
 
         Wheels spin, cars bump and are pushed.
         """
-        strays = slice(int(self._rng.integers(_ONE_STRAY_IN)), None, _ONE_STRAY_IN)
+        strays = self._choose_strays()
         self.map_from_base[strays] += deviations * self._rng.standard_normal(self.map_from_base[strays].shape)
+
+    def propose(self, map_from_base: Pose, covariance: NDArray[np.float64]) -> None:
+        """Let a few particles stand about another opinion (3,) of the place, with its covariance (3, 3).
+
+        The next scan weighs them against the rest.
+        """
+        strays = self._choose_strays()
+        noise = self._rng.standard_normal(self.map_from_base[strays].shape)
+        self.map_from_base[strays] = map_from_base + noise * np.sqrt(np.diag(covariance))
 
     def weigh(self, log_likelihood: NDArray[np.float64], travel: float) -> None:
         """Take in how well each particle (N,) explains a scan, so many metres plus radians after the last."""
@@ -92,6 +101,9 @@ class ParticleFilter:
         chosen = systematic_resample(self.weights, count, self._rng)
         self.map_from_base, self._slips = take_rows(self.map_from_base, self._slips, chosen)
         self._set_even_weights()
+
+    def _choose_strays(self) -> slice:
+        return slice(int(self._rng.integers(_ONE_STRAY_IN)), None, _ONE_STRAY_IN)
 
     def _set_even_weights(self) -> None:
         self._log_weights = np.zeros(len(self))

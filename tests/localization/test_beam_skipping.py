@@ -3,7 +3,7 @@ import pytest
 from drives import BASE_FROM_LASER, BEARINGS, room
 
 from localization.beam_model import BeamModel
-from localization.beam_skipping import skip_unexplained
+from localization.beam_skipping import Alignment, skip_unexplained
 from localization.beams import Beams
 from localization.free_space import find_free_space
 from localization.likelihood_field import LikelihoodField
@@ -49,13 +49,17 @@ def beams_of(ranges: np.ndarray) -> Beams:
     return Beams(BEARINGS, ranges, BASE_FROM_LASER, 30.0)
 
 
+def kept_of(beams: Beams, cloud: np.ndarray, aligned: np.ndarray, sensor: SensorModel) -> Beams:
+    return skip_unexplained(beams, cloud, lambda: (aligned, np.eye(3)), sensor)[0]
+
+
 def is_left(kept: Beams) -> np.ndarray:
     """(271,) which beams were not left out."""
     return np.isin(BEARINGS, kept.bearings)
 
 
 def test_beams_on_walls_stay(sensor: SensorModel) -> None:
-    kept = skip_unexplained(beams_of(seen_in(room())), cloud_about(truth()), lambda: truth(), sensor)
+    kept = kept_of(beams_of(seen_in(room())), cloud_about(truth()), truth(), sensor)
     assert is_left(kept).mean() > 0.93
 
 
@@ -65,7 +69,7 @@ def test_people_are_left_out_and_walls_stay(sensor: SensorModel) -> None:
     for first in (40, 90, 150, 200):
         are_people[first : first + 12] = True
     ranges[are_people] = 1.0
-    kept = is_left(skip_unexplained(beams_of(ranges), cloud_about(truth()), lambda: truth(), sensor))
+    kept = is_left(kept_of(beams_of(ranges), cloud_about(truth()), truth(), sensor))
     assert not kept[are_people].any()
     assert kept[~are_people].mean() > 0.93
 
@@ -75,7 +79,7 @@ def test_what_was_put_there_since_the_map_was_made_is_left_out(sensor: SensorMod
     real.cells[60:100, 138:146] = OCCUPIED
     is_box = seen_in(real) < seen_in(room()) - 0.7
     assert is_box.sum() > 40
-    kept = is_left(skip_unexplained(beams_of(seen_in(real)), cloud_about(truth()), lambda: truth(), sensor))
+    kept = is_left(kept_of(beams_of(seen_in(real)), cloud_about(truth()), truth(), sensor))
     assert kept[is_box].mean() < 0.1
     assert kept[~is_box].mean() > 0.85
 
@@ -87,7 +91,7 @@ def test_beams_that_look_through_what_was_taken_away_are_left_out(name: str) -> 
     looks_through = seen_in(real) > seen_in(room()) + 0.7
     assert looks_through.sum() > 20
     sensor = sensor_of(name, room())
-    kept = is_left(skip_unexplained(beams_of(seen_in(real)), cloud_about(truth()), lambda: truth(), sensor))
+    kept = is_left(kept_of(beams_of(seen_in(real)), cloud_about(truth()), truth(), sensor))
     assert not kept[looks_through].any()
     assert kept[~looks_through].mean() > 0.93
 
@@ -95,9 +99,9 @@ def test_beams_that_look_through_what_was_taken_away_are_left_out(name: str) -> 
 def test_all_beams_stay_where_too_few_would(sensor: SensorModel) -> None:
     ranges = np.where(np.arange(271) % 6 == 0, seen_in(room()), 1.0)
     beams = beams_of(ranges)
-    assert skip_unexplained(beams, cloud_about(truth()), lambda: truth(), sensor) is beams
+    assert kept_of(beams, cloud_about(truth()), truth(), sensor) is beams
     ranges = np.where(np.arange(271) % 3 == 0, seen_in(room()), 1.0)
-    assert len(skip_unexplained(beams_of(ranges), cloud_about(truth()), lambda: truth(), sensor)) <= 91
+    assert len(kept_of(beams_of(ranges), cloud_about(truth()), truth(), sensor)) <= 91
 
 
 def test_the_scan_laid_on_walls_decides_while_the_cloud_is_beside_the_place(sensor: SensorModel) -> None:
@@ -105,8 +109,8 @@ def test_the_scan_laid_on_walls_decides_while_the_cloud_is_beside_the_place(sens
     are_people = (np.arange(271) >= 90) & (np.arange(271) < 140)
     ranges[are_people] = 1.0
     beside = cloud_about(compose(truth(), [0.45, -0.35, 0.12]))
-    by_walls = is_left(skip_unexplained(beams_of(ranges), beside, lambda: truth(), sensor))
-    by_cloud = is_left(skip_unexplained(beams_of(ranges), beside, lambda: beside[0], sensor))
+    by_walls = is_left(kept_of(beams_of(ranges), beside, truth(), sensor))
+    by_cloud = is_left(kept_of(beams_of(ranges), beside, beside[0], sensor))
     np.testing.assert_array_equal(by_walls, sensor.fits(truth()[None], beams_of(ranges))[0])
     assert by_walls[~are_people].mean() > by_cloud[~are_people].mean() + 0.1
     assert not by_walls[are_people].any()
@@ -115,10 +119,8 @@ def test_the_scan_laid_on_walls_decides_while_the_cloud_is_beside_the_place(sens
 def test_a_pose_that_fits_hardly_better_than_the_cloud_does_not_decide(sensor: SensorModel) -> None:
     ranges, cloud = seen_in(room()), cloud_about(truth())
     shifted = compose(truth(), [0.1, 0.0, 0.0])
-    kept = skip_unexplained(beams_of(ranges), cloud, lambda: shifted, sensor)
-    np.testing.assert_array_equal(
-        is_left(kept), is_left(skip_unexplained(beams_of(ranges), cloud, lambda: truth(), sensor))
-    )
+    kept = kept_of(beams_of(ranges), cloud, shifted, sensor)
+    np.testing.assert_array_equal(is_left(kept), is_left(kept_of(beams_of(ranges), cloud, truth(), sensor)))
 
 
 def test_a_beam_needs_most_of_the_cloud(sensor: SensorModel) -> None:
@@ -129,14 +131,24 @@ def test_a_beam_needs_most_of_the_cloud(sensor: SensorModel) -> None:
     assert fits[1].mean() < 0.9
     for tenths_aside, expected in ((2, fits[0]), (5, np.all(fits, axis=0)), (8, fits[1])):
         cloud = poses[(np.arange(1000) // 100 < tenths_aside).astype(np.int64)]
-        np.testing.assert_array_equal(
-            is_left(skip_unexplained(beams, cloud, lambda: off_the_map, sensor)), expected
-        )
+        np.testing.assert_array_equal(is_left(kept_of(beams, cloud, off_the_map, sensor)), expected)
 
 
 def test_the_scan_is_not_laid_on_walls_where_that_cannot_tell_more(sensor: SensorModel) -> None:
-    def never() -> np.ndarray:
+    def never() -> Alignment:
         raise AssertionError
 
     beams = beams_of(seen_in(room()))
-    assert len(skip_unexplained(beams, cloud_about(truth()), never, sensor)) >= 0.9 * len(beams)
+    kept, better = skip_unexplained(beams, cloud_about(truth()), never, sensor)
+    assert len(kept) >= 0.9 * len(beams)
+    assert better is None
+
+
+def test_where_the_scan_fits_notably_better_is_told(sensor: SensorModel) -> None:
+    beams, covariance = beams_of(seen_in(room())), 0.01 * np.eye(3)
+    beside = cloud_about(compose(truth(), [0.45, -0.35, 0.12]))
+    _, better = skip_unexplained(beams, beside, lambda: (truth(), covariance), sensor)
+    assert better is not None
+    np.testing.assert_array_equal(better[0], truth())
+    assert better[1] is covariance
+    assert skip_unexplained(beams, beside, lambda: (beside[0], covariance), sensor)[1] is None

@@ -151,3 +151,13 @@ def test_a_slip_that_explains_the_scans_is_learned() -> None:
         filter.weigh(-0.5 * ((filter.map_from_base[:, 0] - truth) / 0.02) ** 2, 0.05)
         filter.resample(4000, 4000)
     assert np.mean(ahead[-50:]) < 0.5 * np.mean(ahead[:10])
+
+
+def test_one_particle_in_twenty_takes_another_opinion() -> None:
+    filter = ParticleFilter(np.zeros((1000, 3)), np.random.default_rng(0))
+    filter.propose(np.array([1.0, 2.0, 0.5]), np.diag([0.01, 0.04, 0.0]))
+    went = filter.map_from_base[filter.map_from_base[:, 2] == 0.5]
+    assert len(went) == 50
+    np.testing.assert_allclose(went[:, :2].mean(axis=0), [1.0, 2.0], atol=0.1)
+    np.testing.assert_allclose(went[:, :2].std(axis=0), [0.1, 0.2], rtol=0.3)
+    assert np.count_nonzero(filter.map_from_base) == 150
