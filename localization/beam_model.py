@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.beam_model_kernels import add_up_beams, add_up_cast_beams, aim, expected_codes
+from localization.beam_model_kernels import add_up_beams, add_up_cast_beams, aim, expected_cells
 from localization.beam_table import TRACKING, log_probability_table, readings_in
 from localization.beams import Beams
 from localization.free_space import FreeSpace
@@ -13,9 +13,8 @@ from localization.sensor_model import FITTING, FITTING_SHARE
 from maps.ray_casting import cast_ray_fan
 from maps.se2 import Pose, compose
 
-_NEAR = 10.0
-"""Cells; to a laser beside its viewpoint, shorter beams count as so long."""
-_CODES_PER_CELL = 1.0 / np.gradient(CELLS_OF_CODE)
+_CODES_PER_CELL = (1.0 / np.gradient(CELLS_OF_CODE))[CODE_OF_CELLS]
+"""(FARTHEST + 1,) at so many cells."""
 
 
 class BeamModel:
@@ -26,6 +25,8 @@ class BeamModel:
         self._free_space = free_space
         self._table = table
         self._squash = squash
+        x, y, yaw = free_space.grid.map_from_grid
+        self._grid_in_map = np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / free_space.grid.resolution])
 
     def log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
         """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash."""
@@ -80,7 +81,7 @@ class BeamModel:
             cast = cast_ray_fan(grid, compose(map_from_base, beams.base_from_laser), beams.bearings, most)
             return np.minimum(cast, most)
         laser_on_base, grid_in_map, turns = self._on_grid(beams)
-        codes = expected_codes(
+        cells = expected_cells(
             map_from_base,
             laser_on_base,
             grid_in_map,
@@ -88,20 +89,18 @@ class BeamModel:
             self._table.viewpoints,
             self._table.ranges,
             *self._aim(beams, turns),
+            CELLS_OF_CODE,
         )
-        return np.where(codes >= 0, np.minimum(CELLS_OF_CODE[codes] * grid.resolution, most), np.nan)
+        return np.minimum(cells * grid.resolution, most)
 
     def _on_grid(self, beams: Beams) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Laser (2,) on the base, grid (5,) in the map for the kernels, and bearings (B,) over the grid."""
-        grid = self._free_space.grid
-        x, y, yaw = grid.map_from_grid
         laser_on_base = beams.base_from_laser[:2].copy()  # one that is read-only would be compiled for anew
-        grid_in_map = np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / grid.resolution])
-        return laser_on_base, grid_in_map, beams.bearings + beams.base_from_laser[2] - yaw
+        turns = beams.bearings + (beams.base_from_laser[2] - self._free_space.grid.map_from_grid[2])
+        return laser_on_base, self._grid_in_map, turns
 
     def _aim(
         self, beams: Beams, turns: NDArray[np.float64]
     ) -> tuple[NDArray[np.uint32], NDArray[np.float32]]:
         """Bearings (B,) and parallax (4, B) of beams that end as far off as they read."""
-        cells = np.clip(beams.ranges / self._free_space.grid.resolution, _NEAR, FARTHEST)
-        return aim(turns, cells, _CODES_PER_CELL[CODE_OF_CELLS[cells.astype(np.int64)]])
+        return aim(turns, beams.ranges / self._free_space.grid.resolution, _CODES_PER_CELL)

@@ -18,7 +18,8 @@ _CACHE_BYTES = 16_000_000
 _AHEAD = 4
 """Of these, rows are asked for so many particles before they are read."""
 _CACHE_LINE = 64
-_LAST_CODE = 255
+_NEAR = 10.0
+"""Cells; beside a viewpoint, shorter beams count as so long."""
 
 
 @njit(cache=True, nogil=True)
@@ -73,7 +74,7 @@ def add_up_beams(
 
 
 @njit(cache=True, nogil=True)
-def expected_codes(
+def expected_cells(
     map_from_base: Pose,
     laser_on_base: NDArray[np.float64],
     grid_in_map: NDArray[np.float64],
@@ -82,11 +83,12 @@ def expected_codes(
     ranges: NDArray[np.uint8],
     bearings: NDArray[np.uint32],
     parallax: NDArray[np.float32],
-) -> NDArray[np.int16]:
-    """(N, B) the codes whose probabilities `add_up_beams` takes for particles (N, 3); off the table, -1."""
+    cells_of_code: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """(N, B) cells that the codes mean whose probabilities `add_up_beams` takes; nan off the table."""
     rows, headings, offsets = _locate(map_from_base, laser_on_base, grid_in_map, cell_index, viewpoints)
-    per_turn = np.uint32(ranges.shape[1])
-    codes = np.full((len(rows), len(bearings)), -1, dtype=np.int16)
+    per_turn, last_code = np.uint32(ranges.shape[1]), len(cells_of_code) - 1
+    cells = np.full((len(rows), len(bearings)), np.nan)
     for i in range(len(rows)):
         if rows[i] < 0:
             continue
@@ -94,8 +96,8 @@ def expected_codes(
         for beam in range(len(bearings)):
             column = _column_of(headings[i], left, ahead, bearings, parallax, beam, per_turn)
             code = int(seen[column]) - int(_codes_nearer(left, ahead, parallax, beam))
-            codes[i, beam] = min(max(code, 0), _LAST_CODE)
-    return codes
+            cells[i, beam] = cells_of_code[min(max(code, 0), last_code)]
+    return cells
 
 
 @njit(cache=True, nogil=True)
@@ -104,20 +106,21 @@ def aim(
 ) -> tuple[NDArray[np.uint32], NDArray[np.float32]]:
     """Beams (B,) as the loops need them: bearings, with 2^16 to the turn, and their parallax (4, B).
 
-    ``turns`` are relative to the base's yaw less the grid's; a beam reads so many ``cells`` and its code
-    changes so much per cell there. For each cell that the laser is beside a viewpoint the parallax tells how
-    much farther a beam must turn to end at the same place, when it is to the left and when ahead, and how
-    many codes less it reads, likewise.
+    ``turns`` are relative to the base's yaw less the grid's, and ``cells`` what the beams read; codes change
+    by ``codes_per_cell`` at so many whole cells. For each cell that the laser is beside a viewpoint the
+    parallax tells how much farther a beam must turn to end at the same place, when it is to the left and when
+    ahead, and how many codes less it reads, likewise.
     """
     bearings = np.empty(len(turns), dtype=np.uint32)
     parallax = np.empty((4, len(turns)), dtype=np.float32)
     for beam in range(len(turns)):
         bearings[beam] = np.uint32(np.int64(math.floor(turns[beam] * _PER_RADIAN + 0.5)) & 0xFFFF)
+        reading = min(max(cells[beam], _NEAR), len(codes_per_cell) - 1.0)
         cos, sin = math.cos(turns[beam]), math.sin(turns[beam])
-        parallax[0, beam] = cos / cells[beam] * _PER_RADIAN
-        parallax[1, beam] = -sin / cells[beam] * _PER_RADIAN
-        parallax[2, beam] = sin * codes_per_cell[beam]
-        parallax[3, beam] = cos * codes_per_cell[beam]
+        parallax[0, beam] = cos / reading * _PER_RADIAN
+        parallax[1, beam] = -sin / reading * _PER_RADIAN
+        parallax[2, beam] = sin * codes_per_cell[int(reading)]
+        parallax[3, beam] = cos * codes_per_cell[int(reading)]
     return bearings, parallax
 
 

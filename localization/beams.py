@@ -62,8 +62,9 @@ def select_beams(scan: Scan, count: int, odometry_at: OdometryAt | None) -> Beam
     if odometry_at is not None and offsets.any():
         first, last = offsets.min(), offsets.max()
         knots = first + max(last - first, 1e-6) * _KNOTS
-        stamps = scan.stamp + np.rint(np.append(knots, 0.0) * 1e9).astype(np.int64)
-        odom_from_base = odometry_at(stamps)
+        moments = np.zeros(len(knots) + 1)  # the last is the stamp
+        moments[:-1] = knots
+        odom_from_base = odometry_at(scan.stamp + np.rint(moments * 1e9).astype(np.int64))
         bearings, ranges = set_back(
             bearings, ranges, offsets, knots, odom_from_base[:-1], odom_from_base[-1], base_from_laser
         )

@@ -40,6 +40,11 @@ class FreeSpace:
         return self.is_open | self.is_movable
 
     @cached_property
+    def grid_in_map(self) -> NDArray[np.float64]:
+        """(4,) x, y and yaw of the grid's corner, and cells per metre."""
+        return np.append(self.grid.map_from_grid, 1.0 / self.grid.resolution)
+
+    @cached_property
     def cells_without_movable(self) -> NDArray[np.int8]:
         """(rows, columns) of the grid, the furniture taken away."""
         return np.where(self.is_movable, np.int8(FREE), self.grid.cells)

@@ -72,7 +72,7 @@ class Localizer:
         """
         self._rng = rng
         self._lock = Lock()
-        self._is_settled = False
+        self._is_settled = self._is_narrow = False
         self._rival: Rival | None = None
         self._walls = find_walls(grid)
         self._survey(config)
@@ -221,11 +221,11 @@ class Localizer:
 
         Where they fit better beside the cloud, a few particles go there.
         """
-        mean, covariance, weight = self._filter.moments()
-        if not _is_known_within(_NARROW, covariance, weight):
+        if not self._is_narrow:
             return beams
 
         def align() -> Alignment:
+            mean, covariance, _ = self._filter.moments()
             return refine(mean, covariance, beams, self._walls)
 
         explained, better = skip_unexplained(beams, self._filter.map_from_base, align, self._sensor)
@@ -287,6 +287,7 @@ class Localizer:
 
     def _estimate(self, beams: Beams, seconds: float, stamp: int, is_start: bool) -> PoseEstimate:
         map_from_base, covariance, weight = self._filter.moments()
+        self._is_narrow = _is_known_within(_NARROW, covariance, weight)
         if _is_known_within(_TRACKED, covariance, weight):
             map_from_base, covariance = refine(map_from_base, covariance, beams, self._walls)
         self._judge(self._lost, map_from_base, beams, seconds)

@@ -96,7 +96,7 @@ def agreement_shares(map_from_base: Pose, beams: Beams, free_space: FreeSpace) -
     counts = count_agreeing(
         map_from_base,
         beams.base_from_laser,
-        np.append(grid.map_from_grid, 1.0 / grid.resolution),
+        free_space.grid_in_map,
         grid.cells,
         free_space.is_open,
         beams.bearings,

@@ -42,7 +42,7 @@ class OdometryTrack:
             seconds = (odometry.stamp - int(self._stamps[last])) * 1e-9
             odom_from_base = np.array(odometry.odom_from_base, dtype=np.float64)
             speed = step_between(self._poses[last], odom_from_base) / seconds
-            is_sound = seconds < _STALE_SECONDS and bool(np.all(np.abs(speed) < _FASTEST))
+            is_sound = seconds < _STALE_SECONDS and speed.min() > -_FASTEST and speed.max() < _FASTEST
             self._speed = speed if is_sound else np.zeros(3)
         self._stamps[self._count], self._poses[self._count] = odometry.stamp, odometry.odom_from_base
         self._count += 1
