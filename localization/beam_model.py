@@ -25,20 +25,18 @@ class BeamModel:
         self._free_space = free_space
         self._table = table
         self._squash = squash
-        x, y, yaw = free_space.grid.map_from_grid
-        self._grid_in_map = np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / free_space.grid.resolution])
 
     def log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
         """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash."""
         grid = self._free_space.grid
         log_probabilities = log_probability_table(beams.max_range, grid.resolution, self._squash, TRACKING)
         readings = readings_in(log_probabilities, beams.ranges, grid.resolution)
-        laser_on_base, grid_in_map, turns = self._on_grid(beams)
+        laser_on_base, turns = self._on_grid(beams)
         if self._table is None:
             return add_up_cast_beams(
                 map_from_base,
                 laser_on_base,
-                grid_in_map,
+                self._free_space.grid_in_map,
                 self._free_space.is_standable,
                 grid.cells,
                 self._free_space.is_movable,
@@ -51,7 +49,7 @@ class BeamModel:
         return add_up_beams(
             map_from_base,
             laser_on_base,
-            grid_in_map,
+            self._free_space.grid_in_map,
             self._table.cell_index,
             self._table.viewpoints,
             self._table.ranges,
@@ -80,11 +78,11 @@ class BeamModel:
         if self._table is None:
             cast = cast_ray_fan(grid, compose(map_from_base, beams.base_from_laser), beams.bearings, most)
             return np.minimum(cast, most)
-        laser_on_base, grid_in_map, turns = self._on_grid(beams)
+        laser_on_base, turns = self._on_grid(beams)
         cells = expected_cells(
             map_from_base,
             laser_on_base,
-            grid_in_map,
+            self._free_space.grid_in_map,
             self._table.cell_index,
             self._table.viewpoints,
             self._table.ranges,
@@ -93,11 +91,11 @@ class BeamModel:
         )
         return np.minimum(cells * grid.resolution, most)
 
-    def _on_grid(self, beams: Beams) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Laser (2,) on the base, grid (5,) in the map for the kernels, and bearings (B,) over the grid."""
+    def _on_grid(self, beams: Beams) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Laser (2,) on the base, and bearings (B,) over the grid."""
         laser_on_base = beams.base_from_laser[:2].copy()  # one that is read-only would be compiled for anew
         turns = beams.bearings + (beams.base_from_laser[2] - self._free_space.grid.map_from_grid[2])
-        return laser_on_base, self._grid_in_map, turns
+        return laser_on_base, turns
 
     def _aim(
         self, beams: Beams, turns: NDArray[np.float64]

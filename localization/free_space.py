@@ -41,8 +41,9 @@ class FreeSpace:
 
     @cached_property
     def grid_in_map(self) -> NDArray[np.float64]:
-        """(4,) x, y and yaw of the grid's corner, and cells per metre."""
-        return np.append(self.grid.map_from_grid, 1.0 / self.grid.resolution)
+        """(5,) x, y, cos and sin of the grid's origin and cells per metre, for the kernels."""
+        x, y, yaw = self.grid.map_from_grid
+        return np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / self.grid.resolution])
 
     @cached_property
     def cells_without_movable(self) -> NDArray[np.int8]:

@@ -32,12 +32,10 @@ class LikelihoodField:
 
     def log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
         """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash."""
-        grid = self._free_space.grid
-        x, y, yaw = grid.map_from_grid
         ends = transform_points(beams.base_from_laser, beams.end_points)
         return add_up_ends(
             map_from_base,
-            np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / grid.resolution]),
+            self._free_space.grid_in_map,
             self._cells_to_wall,
             self._free_space.is_standable,
             ends,
