@@ -18,7 +18,7 @@ from localization.motion_source import RESTART_SECONDS, MotionSource, MotionStep
 from localization.particle_filter import ParticleFilter
 from localization.place_search import PlaceSearch
 from localization.pose_estimate import PoseEstimate
-from localization.range_table import HEADINGS, build_range_table
+from localization.range_table import affordable_cells, build_range_table
 from localization.refinement import refine
 from localization.rival import Rival
 from localization.sensor_model import SensorModel
@@ -161,7 +161,7 @@ class Localizer:
 
     def _survey(self, config: LocalizationConfig) -> None:
         """Learn what the sensor would see from where on the map."""
-        self._free_space = find_free_space(self._walls.grid, config.table_megabytes * 10**6 // HEADINGS)
+        self._free_space = find_free_space(self._walls.grid, affordable_cells(config.table_megabytes))
         self._table = build_range_table(self._free_space, config.table_megabytes)
         self._search = PlaceSearch(self._free_space, self._table)
         self._lost = LostDetector(self._search.shares_when_lost())

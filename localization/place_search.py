@@ -51,6 +51,7 @@ class PlaceSearch:
         else:
             self._views = _cast_views(self._grid.resolution, free_space, self._map_from_place)
             self._view_of_place = np.arange(len(places))
+        self._step = max(1, self._views.shape[1] // _HEADINGS_TRIED)
 
     def shares_when_lost(self) -> NDArray[np.float64]:
         """(K, 4) shares of beams that agree closely, roughly, are stopped, look through: at wrong places.
@@ -79,9 +80,8 @@ class PlaceSearch:
         weights = np.exp(0.5 * (scores.ravel()[best] - logsumexp(scores.ravel()[best])))
         chosen = np.concatenate([best, rng.choice(best, count - min(count, kept), p=weights / weights.sum())])
         place, heading = np.divmod(chosen[:count], scores.shape[1])
-        turned = np.column_stack(
-            [np.zeros((count, 2)), 2.0 * np.pi / scores.shape[1] * (heading + rng.uniform(-0.5, 0.5, count))]
-        )
+        spacing = 2.0 * np.pi * self._step / self._views.shape[1]
+        turned = np.column_stack([np.zeros((count, 2)), spacing * (heading + rng.uniform(-0.5, 0.5, count))])
         map_from_laser = compose(self._map_from_place[places[place]], turned)
         map_from_laser[:, :2] += rng.uniform(-0.5, 0.5, (count, 2)) * self._spacing
         return compose(map_from_laser, inverse(beams.base_from_laser))
@@ -93,9 +93,8 @@ class PlaceSearch:
         )
         headings = self._views.shape[1]
         offsets = np.rint(beams.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings
-        step = max(1, headings // _HEADINGS_TRIED)
-        scores = np.empty((len(places), headings // step), dtype=np.float32)
-        fill_scores(self._views, self._view_of_place[places], offsets, log_probabilities, scores)
+        scores = np.empty((len(places), len(range(0, headings, self._step))), dtype=np.float32)
+        fill_scores(self._views, self._view_of_place[places], self._step, offsets, log_probabilities, scores)
         return scores
 
 

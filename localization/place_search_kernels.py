@@ -9,22 +9,21 @@ from numpy.typing import NDArray
 def fill_scores(
     views: NDArray[np.uint8],
     view_of_place: NDArray[np.int64],
+    step: int,
     offsets: NDArray[np.int64],
     log_probabilities: NDArray[np.float32],
     scores: NDArray[np.float32],
 ) -> None:
-    """Fill scores (places, headings / n): the log-likelihood of a scan at each place and n-th heading.
+    """Fill scores (places, tried): the log-likelihood of a scan at each place and every ``step``-th heading.
 
     ``views`` (N, headings) hold codes of ranges, ``offsets`` (B,) the bearings of the beams in headings.
     """
     headings = views.shape[1]
-    tried = scores.shape[1]
-    step = headings // tried
     around = np.empty(2 * headings, dtype=np.uint8)
     for place in range(len(view_of_place)):
         for heading in range(headings):
             around[heading] = around[headings + heading] = views[view_of_place[place], heading]
-        for n in range(tried):
+        for n in range(scores.shape[1]):
             total = np.float32(0.0)
             for beam in range(len(offsets)):
                 total += log_probabilities[beam, around[step * n + offsets[beam]]]
@@ -43,7 +42,7 @@ def compare_views(
     places, headings = views.shape
     shares = np.zeros((places * (places - 1), 4))
     step = headings // 80
-    compared = headings // step
+    compared = len(range(0, headings, step))
     pair = 0
     for seen in range(places):
         for taken in range(places):

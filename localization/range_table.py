@@ -41,6 +41,11 @@ class RangeTable:
         return int(self.ranges.shape[1])
 
 
+def affordable_cells(max_megabytes: int) -> int:
+    """How many free cells, four to a viewpoint, a table with all headings may have."""
+    return 4 * max_megabytes * 10**6 // HEADINGS
+
+
 def build_range_table(free_space: FreeSpace, max_megabytes: int) -> RangeTable | None:
     """The table of a map, with 832 headings or, to stay within the limit, fewer; None when it has too few."""
     cell_index, viewpoints = choose_viewpoints(free_space)

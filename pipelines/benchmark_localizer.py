@@ -14,7 +14,7 @@ from localization.beams import Beams
 from localization.config import LocalizationConfig
 from localization.free_space import FreeSpace, find_free_space
 from localization.range_codes import FARTHEST
-from localization.range_table import HEADINGS, RangeTable, build_range_table
+from localization.range_table import RangeTable, affordable_cells, build_range_table
 from maps.errors import UserError
 from maps.map_files import load_map
 from maps.occupancy_grid import OccupancyGrid
@@ -197,7 +197,7 @@ def _log_weight_correlation(
 
 def _build_table(grid: OccupancyGrid, config: LocalizationConfig) -> tuple[FreeSpace, RangeTable]:
     """As the localizer does."""
-    free_space = find_free_space(grid, config.table_megabytes * 10**6 // HEADINGS)
+    free_space = find_free_space(grid, affordable_cells(config.table_megabytes))
     table = build_range_table(free_space, config.table_megabytes)
     if table is None:
         raise UserError("The map is too large for a range table, so there is no speed to measure.")

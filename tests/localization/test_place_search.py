@@ -10,7 +10,7 @@ from localization.free_space import FreeSpace, find_free_space
 from localization.place_search import PlaceSearch
 from localization.range_table import build_range_table
 from maps.ray_casting import cast_ray_fan
-from maps.se2 import Pose, between, compose
+from maps.se2 import IDENTITY, Pose, between, compose
 
 WITH_TABLE = pytest.mark.parametrize("with_table", [True, False])
 PLACES = [(9.0, 2.0, 0.0), (3.0, 3.0, 1.0), (7.5, 6.0, -2.0), (1.5, 6.5, 3.0)]
@@ -51,6 +51,16 @@ def test_the_place_is_found(place: tuple[float, float, float], people: float, wi
     model = BeamModel(free_space(), build_range_table(free_space(), 50), 2.2)
     best = found[np.argmax(model.log_likelihood(found, beams))]
     assert is_near(best[None], truth)[0]
+
+
+@WITH_TABLE
+def test_the_headings_that_are_found_lean_to_no_side(with_table: bool) -> None:
+    offs = []
+    for yaw in np.linspace(-np.pi, np.pi, 40, endpoint=False):
+        truth = compose(room().map_from_grid, (3.0, 3.0, yaw))
+        found = search(with_table).find(seen_from(truth, IDENTITY), 2.2, 300, np.random.default_rng(0))
+        offs.append(np.median(between(truth, found[is_near(found, truth)])[:, 2]))
+    assert abs(np.mean(offs)) < np.radians(0.3)
 
 
 def test_what_is_found_is_the_base_wherever_the_laser_is_on_it() -> None:

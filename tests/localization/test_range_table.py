@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from localization.free_space import find_free_space
 from localization.range_codes import CELLS_OF_CODE, FARTHEST
-from localization.range_table import RangeTable, build_range_table
+from localization.range_table import HEADINGS, RangeTable, affordable_cells, build_range_table
 from maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from maps.ray_casting import cast_ray_fan
 from maps.se2 import IDENTITY
@@ -162,3 +162,10 @@ def test_rays_from_one_lone_obstacle_end_at_the_next() -> None:
     row = CELLS_OF_CODE[table.ranges[table.cell_index[42, 32]]]
     assert row[0] == pytest.approx(18, abs=1)
     assert row[table.headings // 2] == pytest.approx(31, abs=1)
+
+
+def test_as_many_cells_as_are_affordable_get_all_headings() -> None:
+    side = int(np.sqrt(affordable_cells(2)))
+    assert side == 98
+    grid = OccupancyGrid(np.full((side, side), FREE, dtype=np.int8), 0.1, IDENTITY)
+    assert table_of(grid, 2).headings == HEADINGS
