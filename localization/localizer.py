@@ -265,8 +265,8 @@ class Localizer:
             rival.filter.weigh(log_likelihood, step.travel)
             rival.filter.resample(self._config.particles, self._config.scattered_particles)
         fit = self._sensor.log_likelihood(self._filter.map_from_base, beams).max()
-        rival.compare(float(log_likelihood.max() - fit), step.seconds * self._lost.clarity, is_moving)
-        if rival.has_won and is_lost:
+        rival.compare(float(log_likelihood.max() - fit), step.seconds * rival.lost.clarity, is_moving)
+        if rival.has_won and self._lost.probability >= 0.5:
             self._filter, self._lost, self._rival = rival.filter, rival.lost, None
             self._motion.forget_speed()
             return True

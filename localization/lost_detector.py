@@ -3,7 +3,8 @@
 A beam agrees with the map closely or roughly, is stopped before the wall, as by people, or looks through it,
 which nothing but a changed map excuses. At the right place their shares are learned while the car is tracked;
 at wrong places they are what the map's own places give when they are taken for each other, be they hardly or
-very much alike. Bayes' rule turns scans into the odds of being lost.
+very much alike. Bayes' rule turns scans into the odds of being lost. Until the shares at the right place are
+learned, the scans also tell what kind of map it is: one that is as the world is, or one where much has changed.
 """
 
 from copy import copy
@@ -23,12 +24,17 @@ CLOSE = 0.4
 LIKENESS_QUANTILES = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.99, 1.0])
 """Pairs of places are sorted by how much they look alike and parted here, finely among those that do."""
 _SHARES_OF_PAIRS = np.diff(LIKENESS_QUANTILES)
-_USUAL_SHARES = np.array([0.7, 0.15, 0.12, 0.03])
+_USUAL_SHARES = np.array([[0.7, 0.15, 0.12, 0.03], [0.6, 0.1, 0.15, 0.15]])
+"""Of beams that agree closely, roughly, are stopped, look through, at the right place: a row for each kind of
+map."""
+_USUALLY = np.array([0.9, 0.1])
+"""How likely a map is of each kind."""
+_LEAST_LIKELY = np.log(0.01)
+"""Beside the likeliest kind, so that a change of mind takes no longer than that."""
 _LEAST_SHARES = np.array([0.05, 0.05, 0.06, 0.01])
-"""Of beams that agree closely, roughly, are stopped, look through, at the right place: until learned, and at
-least."""
+"""None is taken for less."""
 _FIRST_SECONDS, _MEMORY_SECONDS = 2.0, 30.0
-"""For how long the usual shares count, and scans are remembered."""
+"""As long as the usual shares count, and as long as scans are remembered."""
 _BEAMS_PER_SECOND = 110.0
 """So many independent ones are a second's scans worth: its beams are alike in what disturbs them."""
 _CLOUDING, _LEAST_CLARITY = 4.5, 0.15
@@ -49,7 +55,7 @@ class LostDetector:
         A row for each part of the pairs between `LIKENESS_QUANTILES`.
         """
         self._log_when_lost = np.log(_normalized(np.maximum(shares_when_lost, _LEAST_SHARES)))
-        self._when_tracked = _USUAL_SHARES
+        self._forget_kind()
         self._learned_seconds = _FIRST_SECONDS
         self._log_odds = 0.0
 
@@ -68,6 +74,8 @@ class LostDetector:
         """One that knows what this has learned of the sensor, but nothing yet of the place."""
         other = copy(self)
         other._log_odds = 0.0
+        if not self._has_learned:
+            other._forget_kind()
         return other
 
     def evidence(self, shares: NDArray[np.float64]) -> float:
@@ -80,11 +88,28 @@ class LostDetector:
     def judge(self, shares: NDArray[np.float64], seconds: float) -> None:
         """Take in the shares (4,) of a scan, so long after the one before."""
         seconds = min(seconds, LONGEST)
+        if not self._has_learned:
+            self._tell_kind(shares, seconds)
         self._log_odds = min(max(self._log_odds + seconds * self.evidence(shares), -_SUREST), _SUREST)
         if self._log_odds <= -_SURE:
             self._learned_seconds = min(self._learned_seconds + seconds, _MEMORY_SECONDS)
             blend = seconds / self._learned_seconds
             self._when_tracked = self._when_tracked + blend * (shares - self._when_tracked)
+
+    @property
+    def _has_learned(self) -> bool:
+        return self._learned_seconds > _FIRST_SECONDS
+
+    def _forget_kind(self) -> None:
+        self._log_kinds = np.log(_USUALLY)
+        self._when_tracked = _USUALLY @ _USUAL_SHARES
+
+    def _tell_kind(self, shares: NDArray[np.float64], seconds: float) -> None:
+        """Weigh the kinds of maps by a scan's shares (4,), as if it came from the right place."""
+        beams = seconds * _BEAMS_PER_SECOND * self.clarity
+        self._log_kinds = self._log_kinds + beams * (np.log(_USUAL_SHARES) @ shares)
+        self._log_kinds = np.maximum(self._log_kinds - self._log_kinds.max(), _LEAST_LIKELY)
+        self._when_tracked = _normalized(np.exp(self._log_kinds)) @ _USUAL_SHARES
 
 
 def agreement_shares(map_from_base: Pose, beams: Beams, free_space: FreeSpace) -> NDArray[np.float64] | None:
