@@ -14,7 +14,8 @@ from localization.free_space import find_free_space
 from localization.likelihood_field import LikelihoodField
 from localization.lost_detector import LostDetector, agreement_shares
 from localization.motion_model_kernels import carry
-from localization.motion_source import RESTART_SECONDS, MotionSource, MotionStep
+from localization.motion_source import RESTART_SECONDS, MotionSource
+from localization.motion_step import MotionStep
 from localization.particle_filter import ParticleFilter
 from localization.place_search import PlaceSearch
 from localization.pose_estimate import PoseEstimate
@@ -37,7 +38,7 @@ _LOOK_AGAIN_AFTER = 0.5
 _PUSHED = np.array([0.1, 0.1, 0.05])
 """Seconds after which a car that stands looks again all the same, and by how many metres and radians it may
 have slid or been pushed."""
-_LOST = 0.9
+_DOUBTFUL = 0.7
 """Probability of being lost at which the map is searched."""
 _FOUND = 0.02
 """Probability of being lost at which no other place is thought of any more."""
@@ -213,8 +214,10 @@ class Localizer:
             explained = self._explained(beams)
             log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, explained)
             self._filter.weigh(log_likelihood, self._travel_since_weighing)
+        is_start = self._race(beams, is_news, step.seconds, stamp)
+        if is_news:
             self._travel_since_weighing = self._seconds_since_weighing = 0.0
-        return self._race(beams, is_news, step, stamp)
+        return is_start
 
     def _explained(self, beams: Beams) -> Beams:
         """The beams to weigh: while the cloud is narrow, only those that the map explains.
@@ -249,29 +252,28 @@ class Localizer:
             near, far = far, near
         self._filter, self._rival = near, Rival(far, self._lost.for_another_place(), stamp)
 
-    def _race(self, beams: Beams, is_moving: bool, step: MotionStep, stamp: int) -> bool:
+    def _race(self, beams: Beams, is_news: bool, seconds: float, stamp: int) -> bool:
         """Search for a rival when the car seems lost; it takes over once it has fitted better for a while."""
         rival = self._rival
-        is_lost = self._lost.probability >= _LOST
-        if is_lost and (rival is None or rival.has_failed(stamp)):
+        if self._lost.probability >= _DOUBTFUL and (rival is None or rival.has_failed(stamp)):
             found, _ = self._search_map(beams)
             self._rival = Rival(found, self._lost.for_another_place(), stamp)
             return False
         if rival is None:
             return False
-        self._judge(rival.lost, rival.filter.moments()[0], beams, step.seconds)
+        self._judge(rival.lost, rival.filter.moments()[0], beams, seconds)
         log_likelihood = self._sensor.log_likelihood(rival.filter.map_from_base, beams)
-        if is_moving:
-            rival.filter.weigh(log_likelihood, step.travel)
+        if is_news:
+            rival.filter.weigh(log_likelihood, self._travel_since_weighing)
             rival.filter.resample(self._config.particles, self._config.scattered_particles)
         fit = self._sensor.log_likelihood(self._filter.map_from_base, beams).max()
-        rival.compare(float(log_likelihood.max() - fit), step.seconds * rival.lost.clarity, is_moving)
-        if rival.has_won and self._lost.probability >= 0.5:
+        rival.compare(float(log_likelihood.max() - fit), seconds * rival.lost.clarity, is_news)
+        if self._lost.probability < _FOUND:
+            self._rival = None
+        elif rival.has_won:
             self._filter, self._lost, self._rival = rival.filter, rival.lost, None
             self._motion.forget_speed()
             return True
-        if self._lost.probability < _FOUND:
-            self._rival = None
         return False
 
     def _search_map(self, beams: Beams) -> tuple[ParticleFilter, float]:

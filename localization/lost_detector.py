@@ -4,7 +4,7 @@ A beam agrees with the map closely or roughly, is stopped before the wall, as by
 which nothing but a changed map excuses. At the right place their shares are learned while the car is tracked;
 at wrong places they are what the map's own places give when they are taken for each other, be they hardly or
 very much alike. Bayes' rule turns scans into the odds of being lost. Until the shares at the right place are
-learned, the scans also tell what kind of map it is: one that is as the world is, or one where much has changed.
+learned, scans also tell what kind of map it is: one that is as the world is, or one where much has changed.
 """
 
 from copy import copy
@@ -55,6 +55,8 @@ class LostDetector:
         A row for each part of the pairs between `LIKENESS_QUANTILES`.
         """
         self._log_when_lost = np.log(_normalized(np.maximum(shares_when_lost, _LEAST_SHARES)))
+        self._log_kinds: NDArray[np.float64]
+        self._when_tracked: NDArray[np.float64]
         self._forget_kind()
         self._learned_seconds = _FIRST_SECONDS
         self._log_odds = 0.0

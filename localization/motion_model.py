@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from localization.config import LocalizationConfig
 from localization.motion_model_kernels import drive_particles, move_particles
+from localization.motion_step import MotionStep
 from localization.noise_kernels import random_words
 from maps.se2 import Pose
 
@@ -19,14 +20,9 @@ class MotionModel(Protocol):
         """(3,) standard deviations (metres, radians) of a measured increment (3,), besides the slip."""
 
     def move(
-        self,
-        map_from_base: Pose,
-        slips: NDArray[np.float64],
-        base_from_next_base: Pose,
-        deviations: Pose,
-        rng: np.random.Generator,
+        self, map_from_base: Pose, slips: NDArray[np.float64], step: MotionStep, rng: np.random.Generator
     ) -> Pose:
-        """Particles (N, 3) after an increment (3,), stretched by each one's slips (N, 2) of way and turn.
+        """Particles (N, 3) after a step, each by its own slips (N, 3), see `localization.slip`.
 
         Each also draws noise of its own, in its own base frame.
         """
@@ -52,16 +48,13 @@ class OdometryModel:
         return np.sqrt([place, place, heading])
 
     def move(
-        self,
-        map_from_base: Pose,
-        slips: NDArray[np.float64],
-        base_from_next_base: Pose,
-        deviations: Pose,
-        rng: np.random.Generator,
+        self, map_from_base: Pose, slips: NDArray[np.float64], step: MotionStep, rng: np.random.Generator
     ) -> Pose:
-        """Particles (N, 3) after an increment (3,), stretched by each one's slips (N, 2) of way and turn."""
+        """Particles (N, 3) after a step, each by its own slips (N, 3)."""
         words = random_words(map_from_base.shape, rng)
-        return move_particles(map_from_base, slips, base_from_next_base, deviations, words)
+        return move_particles(
+            map_from_base, slips, step.base_from_next_base, step.behind, step.deviations, words
+        )
 
 
 @dataclass(frozen=True)
@@ -81,18 +74,15 @@ class AckermannModel:
         return np.array([along, 0.0, np.sqrt(path) * self.config.turn_noise_per_metre / np.cos(steering)])
 
     def move(
-        self,
-        map_from_base: Pose,
-        slips: NDArray[np.float64],
-        base_from_next_base: Pose,
-        deviations: Pose,
-        rng: np.random.Generator,
+        self, map_from_base: Pose, slips: NDArray[np.float64], step: MotionStep, rng: np.random.Generator
     ) -> Pose:
-        """Particles (N, 3) after an increment (3,), by a speed and a steering of each one's own."""
-        if deviations[1] > 0.0:  # nothing measured it, so it may have gone anywhere
-            return OdometryModel(self.config).move(map_from_base, slips, base_from_next_base, deviations, rng)
+        """Particles (N, 3) after a step, by a speed and a steering of each one's own, and slips (N, 3)."""
+        if step.deviations[1] > 0.0:  # nothing measured it, so it may have gone anywhere
+            return OdometryModel(self.config).move(map_from_base, slips, step, rng)
         words = random_words((len(map_from_base), 2), rng)
-        return drive_particles(map_from_base, slips, base_from_next_base, deviations, words)
+        return drive_particles(
+            map_from_base, slips, step.base_from_next_base, step.behind, step.deviations, words
+        )
 
 
 def motion_model(config: LocalizationConfig) -> MotionModel:

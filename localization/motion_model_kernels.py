@@ -16,10 +16,11 @@ def move_particles(
     map_from_base: Pose,
     slips: NDArray[np.float64],
     base_from_next_base: Pose,
+    behind: Pose,
     deviations: Pose,
     words: NDArray[np.uint64],
 ) -> Pose:
-    """Particles (N, 3) moved by an increment (3,), stretched by slips (N, 2) of way and turn.
+    """Particles (N, 3) moved by an increment (3,), by slips (N, 3) of way, turn and lag.
 
     To this comes noise of deviations (3,), made from random ``words`` (N, 3).
     """
@@ -29,10 +30,10 @@ def move_particles(
         count = take_batch(map_from_base, start, yaw, sine, cosine)
         for k in range(count):
             i = start + k
-            way, turning = 1.0 + slips[i, 0], 1.0 + slips[i, 1]
-            forward = way * base_from_next_base[0] + deviations[0] * deviate(words[i, 0])
-            left = way * base_from_next_base[1] + deviations[1] * deviate(words[i, 1])
-            turn = turning * base_from_next_base[2] + deviations[2] * deviate(words[i, 2])
+            way, turning, lag = 1.0 + slips[i, 0], 1.0 + slips[i, 1], slips[i, 2]
+            forward = way * base_from_next_base[0] + lag * behind[0] + deviations[0] * deviate(words[i, 0])
+            left = way * base_from_next_base[1] + lag * behind[1] + deviations[1] * deviate(words[i, 1])
+            turn = turning * base_from_next_base[2] + lag * behind[2] + deviations[2] * deviate(words[i, 2])
             moved[i, 0] = map_from_base[i, 0] + cosine[k] * forward - sine[k] * left
             moved[i, 1] = map_from_base[i, 1] + sine[k] * forward + cosine[k] * left
             moved[i, 2] = wrapped(yaw[k] + turn)
@@ -44,17 +45,22 @@ def drive_particles(
     map_from_base: Pose,
     slips: NDArray[np.float64],
     base_from_next_base: Pose,
+    behind: Pose,
     deviations: Pose,
     words: NDArray[np.uint64],
 ) -> Pose:
-    """Particles (N, 3) moved along arcs; slips and random ``words`` (N, 2) are of the way and of its turn."""
+    """Particles (N, 3) moved along arcs, by slips (N, 3) of way, turn and lag.
+
+    Random ``words`` (N, 2) are of the way and of its turn.
+    """
     turn, chord = base_from_next_base[2], math.hypot(base_from_next_base[0], base_from_next_base[1])
     way = math.copysign(chord / _chord_share(turn), base_from_next_base[0])
-    turn_on_way = turn / way if way != 0.0 else 0.0
     moved = np.empty_like(map_from_base)
     for i in range(len(map_from_base)):
-        driven = (1.0 + slips[i, 0]) * way + deviations[0] * deviate(words[i, 0])
-        turned = (1.0 + slips[i, 1]) * driven * turn_on_way + deviations[2] * deviate(words[i, 1])
+        own_way, own_turn = way + slips[i, 2] * behind[0], turn + slips[i, 2] * behind[2]
+        driven = (1.0 + slips[i, 0]) * own_way + deviations[0] * deviate(words[i, 0])
+        turned = (1.0 + slips[i, 1]) * own_turn * driven / own_way if own_way != 0.0 else 0.0
+        turned += deviations[2] * deviate(words[i, 1])
         yaw = map_from_base[i, 2]
         direction, straight = yaw + 0.5 * turned, driven * _chord_share(turned)
         moved[i, 0] = map_from_base[i, 0] + straight * math.cos(direction)

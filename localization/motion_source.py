@@ -1,6 +1,5 @@
 """The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
 
-from dataclasses import dataclass
 from threading import Lock
 
 import numpy as np
@@ -9,6 +8,7 @@ from numpy.typing import NDArray
 from localization.config import LocalizationConfig
 from localization.motion_model import drift_noise, motion_model, travel
 from localization.motion_model_kernels import step_between
+from localization.motion_step import GAP_SECONDS, MotionStep
 from localization.odometry_track import OdometryTrack
 from localization.slip import tyre_effort
 from maps.odometry import Odometry
@@ -16,39 +16,19 @@ from maps.se2 import IDENTITY, Pose
 
 RESTART_SECONDS = 1.0
 """A clock that goes back by more has been set anew; by less, messages came out of order."""
-GAP_SECONDS = 2.0
-"""Between two scans; what happens in a longer one is a matter of searching rather than of noise."""
 _STALE_SECONDS = 0.5
 _FASTEST = 20.0
 """Metres or radians per second; odometry that claims more has jumped."""
 _SLIDE_SECONDS = 0.2
 """How fast the noise of a motion dies away: with its wheels locked a car slides on."""
+_LAG_SECONDS = 0.1
+"""How fast a car follows its odometry, where that knows what servo and motor are told to do."""
 _STANDING = 0.01
 """Metres or radians per second below which a car stands."""
 _LONGEST_CARRY = 0.5
 """Seconds for which a speed is believed to last."""
 _SPEED_MEMORY = 0.15
 """Seconds over which the speed of the estimates is averaged."""
-
-
-@dataclass(frozen=True, eq=False)
-class MotionStep:
-    """The motion between two moments."""
-
-    base_from_next_base: Pose
-    deviations: Pose
-    """(3,) standard deviations in metres and radians."""
-    travel: float
-    """Metres plus radians that the car may have moved; inf where nothing measured it."""
-    seconds: float
-    """inf where the clock was set back, so that nothing tells."""
-    effort: NDArray[np.float64]
-    """(2,) how hard the tyres were pushed along the car and across it, 0 to 1."""
-
-    @property
-    def is_over_gap(self) -> bool:
-        """Whether so much time has passed that the car may have been carried to anywhere."""
-        return self.seconds > GAP_SECONDS
 
 
 class MotionSource:
@@ -67,6 +47,7 @@ class MotionSource:
         self._stamp: int | None = None
         self._possible_speed: Pose = IDENTITY
         self._step_speed: Pose = IDENTITY
+        self._followed_speed: Pose | None = None
         self._speed: Pose = IDENTITY
         self._last_estimate: tuple[int, Pose] | None = None
         self.reconfigure(config)
@@ -132,7 +113,7 @@ class MotionSource:
         seconds = (stamp - since) * 1e-9
         if odom_from_base is not None and self.knows(stamp):
             step = step_between(odom_from_base, self.poses_at(np.array([stamp]))[0])
-            return MotionStep(step, self.model.deviations(step), travel(step), seconds, np.zeros(2))
+            return MotionStep(step, self.model.deviations(step), travel(step), seconds)
         return self._carried_on(seconds)
 
     def follow(self, stamp: int, map_from_base: Pose) -> None:
@@ -157,7 +138,17 @@ class MotionSource:
         possible = self._possible_step(step, seconds)
         sliding = self._config.slip * (possible - np.abs(step))
         deviations = np.hypot(self.model.deviations(possible), sliding)
-        return MotionStep(step, deviations, travel(possible), seconds, self._effort_of(step, seconds))
+        behind, effort = self._behind(step, seconds), self._effort_of(step, seconds)
+        return MotionStep(step, deviations, travel(possible), seconds, effort, behind)
+
+    def _behind(self, step: Pose, seconds: float) -> Pose:
+        """What to add to a step for a car that does only by and by what its odometry says."""
+        if seconds == 0.0:
+            return IDENTITY
+        told = step / seconds
+        before = told if self._followed_speed is None else self._followed_speed
+        self._followed_speed = before - np.expm1(-seconds / _LAG_SECONDS) * (told - before)
+        return self._followed_speed * seconds - step
 
     def _effort_of(self, step: Pose, seconds: float) -> NDArray[np.float64]:
         if seconds == 0.0:
@@ -179,4 +170,4 @@ class MotionSource:
     def _carried_on(self, seconds: float) -> MotionStep:
         step = self._speed * float(np.clip(seconds, -_LONGEST_CARRY, _LONGEST_CARRY))
         noise = drift_noise(min(abs(seconds), GAP_SECONDS), self._config.drift_noise)
-        return MotionStep(step, noise, np.inf, seconds, np.zeros(2))
+        return MotionStep(step, noise, np.inf, seconds)

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from localization.adaptive_count import needed_particles
 from localization.motion_model import MotionModel
-from localization.motion_source import MotionStep
+from localization.motion_step import MotionStep
 from localization.pose_estimate_kernels import cluster_moments
 from localization.resampling import effective_sample_size, systematic_resample
 from localization.resampling_kernels import take_rows
@@ -31,8 +31,8 @@ class ParticleFilter:
         """(N,) that sum to 1."""
         self.effective_size = 0.0
         """How many equally weighted particles these are worth."""
-        self._slips = np.zeros((len(map_from_base), 2))
-        self._slip_age = 0.0
+        self._slips = np.zeros((len(map_from_base), 3))
+        self._slip_age = np.inf
         self._effort = np.zeros(2)
         self._rng = rng
         self._set_even_weights()
@@ -53,9 +53,7 @@ class ParticleFilter:
         if self._slip_age >= _SLIPS_CHANGE_AFTER:
             self._slips = changed_slips(self._slips, self._slip_age, self._effort, slip, self._rng)
             self._slip_age, self._effort = 0.0, np.zeros(2)
-        self.map_from_base = model.move(
-            self.map_from_base, self._slips, step.base_from_next_base, step.deviations, self._rng
-        )
+        self.map_from_base = model.move(self.map_from_base, self._slips, step, self._rng)
         if slip > 0.0 and np.isfinite(step.travel):
             x, y, turn = step.base_from_next_base
             self.stray(np.array([np.hypot(x, y), np.hypot(x, y), abs(turn)]))

@@ -28,11 +28,10 @@ def systematic_indices(weights: NDArray[np.float64], count: int, offset: float) 
 def take_rows(
     first: NDArray[np.float64], second: NDArray[np.float64], indices: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The rows of two tables (N, 3) and (N, 2) at some indices, without the lock that NumPy keeps for it."""
-    first_taken, second_taken = np.empty((len(indices), 3)), np.empty((len(indices), 2))
+    """The rows of two tables (N, 3) at some indices, without the lock that NumPy keeps for it."""
+    first_taken, second_taken = np.empty((len(indices), 3)), np.empty((len(indices), 3))
     for i in range(len(indices)):
         for column in range(3):
             first_taken[i, column] = first[indices[i], column]
-        for column in range(2):
             second_taken[i, column] = second[indices[i], column]
     return first_taken, second_taken

@@ -1,8 +1,9 @@
-"""Slip: by what share wheels and steering overstate or understate the motion.
+"""Slip: by what share odometry overstates or understates the motion, or tells it too early.
 
 Each particle has a guess of its own and keeps it for a while, so that the filter learns the slip as it learns
 the pose. What a car's odometry always gets wrong stays for long; what tyres lose when they are pushed, in
-bends and when the speed changes, comes and goes with the force on them.
+bends and when the speed changes, comes and goes with the force on them. Where odometry is made of what servo
+and motor are told to do, or its clock is not the laser's, the car is behind; by how much is its own, too.
 """
 
 import numpy as np
@@ -16,6 +17,9 @@ _USUAL = 0.05
 _USUAL_SECONDS = 10.0
 """Standard deviation of the share that odometry is wrong by anyway, and for how long it stays the same."""
 _PUSHED_SECONDS = 0.5
+_LAG = 0.7
+_LAG_SECONDS = 30.0
+"""The same for the share by which a car is behind as a step has it; two race cars were seen to have 1.6."""
 _GRIP = 4.0
 """m/s² at which tyres slip as much as they ever do."""
 
@@ -34,7 +38,21 @@ def changed_slips(
     most: float,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Slips (N, 2) of way and turn some time later; ``most`` is their deviation at full effort (2,)."""
-    kept = np.exp(-seconds * (1.0 / _USUAL_SECONDS + effort / _PUSHED_SECONDS))
-    deviation = np.hypot(min(_USUAL, most), most * effort)
-    return change_slips(slips, kept, deviation * np.sqrt(1.0 - kept**2), random_words(slips.shape, rng))
+    """Slips (N, 3) of way, turn and lag after some time; after an infinite one nothing is left of these.
+
+    At full effort (2,), along and across the car, the deviation of the first two is ``most``.
+    """
+    along, across = effort
+    rates = np.array(
+        [
+            1.0 / _USUAL_SECONDS + along / _PUSHED_SECONDS,
+            1.0 / _USUAL_SECONDS + across / _PUSHED_SECONDS,
+            1.0 / _LAG_SECONDS,
+        ]
+    )
+    usual = min(_USUAL, most)
+    deviations = np.array(
+        [np.hypot(usual, most * along), np.hypot(usual, most * across), _LAG if most > 0.0 else 0.0]
+    )
+    kept = np.exp(-seconds * rates)
+    return change_slips(slips, kept, deviations * np.sqrt(1.0 - kept**2), random_words(slips.shape, rng))

@@ -14,9 +14,9 @@ def change_slips(
     spread: NDArray[np.float64],
     words: NDArray[np.uint64],
 ) -> NDArray[np.float64]:
-    """Slips (N, 2) of which shares (2,) are kept and to which noise of deviations (2,) comes."""
+    """Slips (N, 3) of which shares (3,) are kept and to which noise of deviations (3,) comes."""
     changed = np.empty_like(slips)
     for i in range(len(slips)):
-        for axis in range(2):
+        for axis in range(3):
             changed[i, axis] = kept[axis] * slips[i, axis] + spread[axis] * deviate(words[i, axis])
     return changed

@@ -4,7 +4,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from localization.config import LocalizationConfig
-from localization.motion_source import MotionSource, MotionStep
+from localization.motion_source import MotionSource
+from localization.motion_step import MotionStep
 from maps.odometry import Odometry
 from maps.se2 import IDENTITY, Pose, between, compose
 
@@ -237,3 +238,17 @@ def test_other_settings_hold_from_then_on() -> None:
     loud = motion.step_to(400 * MILLISECOND)
     assert loud.deviations[0] > 10 * quiet.deviations[0]
     assert_same_poses(sum_of([quiet, loud]), between(true_pose(0), true_pose(400 * MILLISECOND)), atol=1e-4)
+
+
+def test_what_a_car_is_behind_adds_up_to_what_it_has_turned_in_a_tenth_of_a_second() -> None:
+    """It follows a bend that the odometry begins at once, and goes on bending when that is over."""
+    motion, pose, behind = source(), IDENTITY, []
+    for k in range(151):
+        motion.add(Odometry(k * 20 * MILLISECOND, pose, IDENTITY))
+        behind.append(motion.step_to(k * 20 * MILLISECOND).behind)
+        pose = compose(pose, [0.04, 0.0, 0.03 if 50 <= k < 100 else 0.0])
+    turn = np.array(behind)[:, 2]
+    np.testing.assert_allclose(turn[:51], 0.0, atol=1e-9)
+    assert turn[51:101].sum() == pytest.approx(-1.5 * 0.1, rel=0.15)
+    assert turn[101:].sum() == pytest.approx(1.5 * 0.1, rel=0.15)
+    np.testing.assert_allclose(np.array(behind)[:, :2], 0.0, atol=2e-3)
