@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from localization.beams import Beams
 from localization.free_space import FreeSpace
-from localization.lost_detector_kernels import count_agreeing
+from localization.lost_detector_kernels import count_agreeing, evidence_against
 from maps.se2 import Pose
 
 ALIKE, ALIKE_SHARE = 0.25, 0.02
@@ -82,10 +82,10 @@ class LostDetector:
 
     def evidence(self, shares: NDArray[np.float64]) -> float:
         """By how much the log-odds of being lost rise in a second of scans with such shares (4,)."""
-        tracked = _normalized(np.maximum(self._when_tracked, _LEAST_SHARES))
-        log_ratios = _BEAMS_PER_SECOND * self.clarity * ((self._log_when_lost - np.log(tracked)) @ shares)
-        most = log_ratios.max()
-        return float(most + np.log(_SHARES_OF_PAIRS @ np.exp(log_ratios - most)))
+        beams = _BEAMS_PER_SECOND * self.clarity
+        return evidence_against(
+            shares, self._when_tracked, _LEAST_SHARES, self._log_when_lost, _SHARES_OF_PAIRS, beams
+        )
 
     def judge(self, shares: NDArray[np.float64], seconds: float) -> None:
         """Take in the shares (4,) of a scan, so long after the one before."""

@@ -70,6 +70,19 @@ def drive_particles(
 
 
 @njit(cache=True, nogil=True)
+def disturb_particles(
+    map_from_base: Pose, first: int, every: int, deviations: Pose, words: NDArray[np.uint64]
+) -> None:
+    """Give every so manieth of the particles (N, 3) noise of deviations (3,) in the map.
+
+    It is made from random ``words`` (M, 3), one row for each of them.
+    """
+    for k in range(len(words)):
+        for axis in range(3):
+            map_from_base[first + k * every, axis] += deviations[axis] * deviate(words[k, axis])
+
+
+@njit(cache=True, nogil=True)
 def _chord_share(turn: float) -> float:
     """The chord of an arc that turns by so much, over its length."""
     return math.sin(0.5 * turn) / (0.5 * turn) if abs(turn) > 1e-6 else 1.0

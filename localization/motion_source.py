@@ -1,5 +1,6 @@
 """The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
 
+from math import isfinite
 from threading import Lock
 
 import numpy as np
@@ -10,7 +11,7 @@ from localization.motion_model import drift_noise, motion_model, travel
 from localization.motion_model_kernels import step_between
 from localization.motion_step import GAP_SECONDS, MotionStep
 from localization.odometry_track import OdometryTrack
-from localization.slip import tyre_effort
+from localization.speed_memory import SpeedMemory
 from maps.odometry import Odometry
 from maps.se2 import IDENTITY, Pose
 
@@ -19,12 +20,6 @@ RESTART_SECONDS = 1.0
 _STALE_SECONDS = 0.5
 _FASTEST = 20.0
 """Metres or radians per second; odometry that claims more has jumped."""
-_SLIDE_SECONDS = 0.2
-"""How fast the noise of a motion dies away: with its wheels locked a car slides on."""
-_LAG_SECONDS = 0.1
-"""How fast a car follows its odometry, where that knows what servo and motor are told to do."""
-_STANDING = 0.01
-"""Metres or radians per second below which a car stands."""
 _LONGEST_CARRY = 0.5
 """Seconds for which a speed is believed to last."""
 _SPEED_MEMORY = 0.15
@@ -45,9 +40,7 @@ class MotionSource:
         self._followed_restarts = 0
         self._odom_from_base: Pose | None = None
         self._stamp: int | None = None
-        self._possible_speed: Pose = IDENTITY
-        self._step_speed: Pose = IDENTITY
-        self._followed_speed: Pose | None = None
+        self._memory = SpeedMemory()
         self._speed: Pose = IDENTITY
         self._last_estimate: tuple[int, Pose] | None = None
         self.reconfigure(config)
@@ -59,7 +52,8 @@ class MotionSource:
 
     def add(self, odometry: Odometry) -> None:
         """Take a sample; one that is not finite or comes out of order is left out."""
-        if not np.all(np.isfinite(odometry.odom_from_base)):
+        x, y, yaw = odometry.odom_from_base
+        if not isfinite(x + y + yaw):
             return
         with self._lock:
             latest = self._odometry.latest_stamp
@@ -135,37 +129,10 @@ class MotionSource:
         step = step_between(before, after)
         if travel(step) > _FASTEST * (seconds + _STALE_SECONDS):
             return None
-        possible = self._possible_step(step, seconds)
+        possible, effort, behind = self._memory.take(step, seconds)
         sliding = self._config.slip * (possible - np.abs(step))
         deviations = np.hypot(self.model.deviations(possible), sliding)
-        behind, effort = self._behind(step, seconds), self._effort_of(step, seconds)
         return MotionStep(step, deviations, travel(possible), seconds, effort, behind)
-
-    def _behind(self, step: Pose, seconds: float) -> Pose:
-        """What to add to a step for a car that does only by and by what its odometry says."""
-        if seconds == 0.0:
-            return IDENTITY
-        told = step / seconds
-        before = told if self._followed_speed is None else self._followed_speed
-        self._followed_speed = before - np.expm1(-seconds / _LAG_SECONDS) * (told - before)
-        return self._followed_speed * seconds - step
-
-    def _effort_of(self, step: Pose, seconds: float) -> NDArray[np.float64]:
-        if seconds == 0.0:
-            return np.zeros(2)
-        before = self._step_speed
-        blend = min(1.0, seconds / _SPEED_MEMORY)
-        self._step_speed = before + blend * (step / seconds - before)
-        return tyre_effort(before, self._step_speed, seconds)
-
-    def _possible_step(self, step: Pose, seconds: float) -> Pose:
-        """(3,) how far the car may have gone in each coordinate: as measured, or on as a moment before."""
-        if seconds == 0.0:
-            return np.abs(step)
-        sliding = self._possible_speed * np.exp(-seconds / _SLIDE_SECONDS)
-        sliding[sliding < _STANDING] = 0.0
-        self._possible_speed = np.maximum(np.abs(step) / seconds, sliding)
-        return self._possible_speed * seconds
 
     def _carried_on(self, seconds: float) -> MotionStep:
         step = self._speed * float(np.clip(seconds, -_LONGEST_CARRY, _LONGEST_CARRY))

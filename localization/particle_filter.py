@@ -5,7 +5,9 @@ from numpy.typing import NDArray
 
 from localization.adaptive_count import needed_particles
 from localization.motion_model import MotionModel
+from localization.motion_model_kernels import disturb_particles
 from localization.motion_step import MotionStep
+from localization.noise_kernels import random_words
 from localization.pose_estimate_kernels import cluster_moments
 from localization.resampling import effective_sample_size, systematic_resample
 from localization.resampling_kernels import take_rows
@@ -63,17 +65,16 @@ class ParticleFilter:
 
         Wheels spin, cars bump and are pushed.
         """
-        strays = self._choose_strays()
-        self.map_from_base[strays] += deviations * self._rng.standard_normal(self.map_from_base[strays].shape)
+        self._disturb(self._choose_strays(), deviations)
 
     def propose(self, map_from_base: Pose, covariance: NDArray[np.float64]) -> None:
         """Let a few particles stand about another opinion (3,) of the place, with its covariance (3, 3).
 
         The next scan weighs them against the rest.
         """
-        strays = self._choose_strays()
-        noise = self._rng.standard_normal(self.map_from_base[strays].shape)
-        self.map_from_base[strays] = map_from_base + noise * np.sqrt(np.diag(covariance))
+        first = self._choose_strays()
+        self.map_from_base[first::_ONE_STRAY_IN] = map_from_base
+        self._disturb(first, np.sqrt(np.diag(covariance)))
 
     def weigh(self, log_likelihood: NDArray[np.float64], travel: float) -> None:
         """Take in how well each particle (N,) explains a scan, so many metres plus radians after the last."""
@@ -100,8 +101,14 @@ class ParticleFilter:
         self.map_from_base, self._slips = take_rows(self.map_from_base, self._slips, chosen)
         self._set_even_weights()
 
-    def _choose_strays(self) -> slice:
-        return slice(int(self._rng.integers(_ONE_STRAY_IN)), None, _ONE_STRAY_IN)
+    def _choose_strays(self) -> int:
+        """The first of them."""
+        return int(self._rng.integers(_ONE_STRAY_IN))
+
+    def _disturb(self, first: int, deviations: Pose) -> None:
+        count = len(range(first, len(self), _ONE_STRAY_IN))
+        words = random_words((count, 3), self._rng)
+        disturb_particles(self.map_from_base, first, _ONE_STRAY_IN, deviations, words)
 
     def _set_even_weights(self) -> None:
         self._log_weights = np.zeros(len(self))

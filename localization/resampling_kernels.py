@@ -1,7 +1,5 @@
 """The loop of systematic resampling."""
 
-import math
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -9,18 +7,20 @@ from numpy.typing import NDArray
 
 @njit(cache=True, nogil=True)
 def systematic_indices(weights: NDArray[np.float64], count: int, offset: float) -> NDArray[np.int64]:
-    """Where ``count`` pointers, 1/count apart and the first at ``offset``/count, fall into the weights."""
-    indices = np.empty(count, dtype=np.int64)
-    taken, reached = 0, 0.0
+    """Where ``count`` pointers, 1/count apart and the first at ``offset``/count, fall into the weights.
+
+    First counted is how many weights each pointer has passed: two loops without a branch to mispredict.
+    """
+    passed = np.zeros(count + 1, dtype=np.int64)
+    reached = 0.0
     for index in range(len(weights)):
         reached += weights[index] * count
-        end = min(math.ceil(reached - offset), count)
-        while taken < end:
-            indices[taken] = index
-            taken += 1
-    while taken < count:
-        indices[taken] = len(weights) - 1
-        taken += 1
+        passed[min(int(reached - offset + 1.0), count)] += 1
+    indices = np.empty(count, dtype=np.int64)
+    index = 0
+    for pointer in range(count):
+        index += passed[pointer]
+        indices[pointer] = min(index, len(weights) - 1)
     return indices
 
 

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from localization.noise_kernels import random_words
 from localization.slip_kernels import change_slips
-from maps.se2 import Pose
 
 _USUAL = 0.05
 _USUAL_SECONDS = 10.0
@@ -20,15 +19,6 @@ _PUSHED_SECONDS = 0.5
 _LAG = 0.7
 _LAG_SECONDS = 30.0
 """The same for the share by which a car is behind as a step has it; two race cars were seen to have 1.6."""
-_GRIP = 4.0
-"""m/s² at which tyres slip as much as they ever do."""
-
-
-def tyre_effort(speed: Pose, next_speed: Pose, seconds: float) -> NDArray[np.float64]:
-    """(2,) how hard the tyres were pushed along the car and across it, 0 to 1, between two speeds (3,)."""
-    along = abs(next_speed[0] - speed[0]) / max(seconds, 1e-3)
-    across = abs(next_speed[0] * next_speed[2])
-    return np.minimum(np.array([along, across]) / _GRIP, 1.0)
 
 
 def changed_slips(

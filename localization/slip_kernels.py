@@ -1,10 +1,23 @@
-"""The loop over the particles' slips."""
+"""The loop over the particles' slips, and what they depend on."""
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from localization.noise_kernels import deviate
+from maps.se2 import Pose
+
+_GRIP = 4.0
+"""m/s² at which tyres slip as much as they ever do."""
+
+
+@njit(cache=True, nogil=True)
+def tyre_effort(speed: Pose, next_speed: Pose, seconds: float) -> NDArray[np.float64]:
+    """(2,) how hard the tyres were pushed along the car and across it, 0 to 1, between two speeds (3,)."""
+    effort = np.empty(2)
+    effort[0] = min(abs(next_speed[0] - speed[0]) / max(seconds, 1e-3) / _GRIP, 1.0)
+    effort[1] = min(abs(next_speed[0] * next_speed[2]) / _GRIP, 1.0)
+    return effort
 
 
 @njit(cache=True, nogil=True)

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
 
-from localization.slip import changed_slips, tyre_effort
+from localization.slip import changed_slips
+from localization.slip_kernels import tyre_effort
 
 
 def test_tyres_are_pushed_by_braking_and_by_fast_bends() -> None:

@@ -1,0 +1,45 @@
+"""How a measured step may err, by the speeds that odometry told a moment ago."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from localization.speed_memory_kernels import follow_speeds
+from maps.se2 import IDENTITY, Pose
+
+_SLIDE_SECONDS = 0.2
+"""How fast the noise of a motion dies away: with its wheels locked a car slides on."""
+_STANDING = 0.01
+"""Metres or radians per second below which a car stands."""
+_SMOOTH_SECONDS = 0.15
+_LAG_SECONDS = 0.1
+"""How fast a car follows its odometry, where that knows what servo and motor are told to do."""
+
+
+class SpeedMemory:
+    """The speeds of which steps are made, some of them as they were."""
+
+    def __init__(self) -> None:
+        self._farthest, self._smooth = np.zeros(3), np.zeros(3)
+        self._behind: Pose | None = None
+
+    def take(self, step: Pose, seconds: float) -> tuple[Pose, NDArray[np.float64], Pose]:
+        """Remember a step (3,) of so many seconds, and tell what it may have been.
+
+        That is how far the car may have gone in each coordinate (3,), how hard its tyres were pushed (2,),
+        and what to add to the step (3,) for a car that does only by and by what its odometry says.
+        """
+        if seconds == 0.0:
+            return np.abs(step), np.zeros(2), IDENTITY
+        if self._behind is None:
+            self._behind = step / seconds
+        return follow_speeds(
+            step,
+            seconds,
+            self._farthest,
+            self._smooth,
+            self._behind,
+            _SLIDE_SECONDS,
+            _STANDING,
+            _SMOOTH_SECONDS,
+            _LAG_SECONDS,
+        )
