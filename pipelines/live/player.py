@@ -19,6 +19,8 @@ from pipelines.live.message_types import message_class
 from pipelines.live.messages import time_message
 
 _LATCHED = ("/tf_static", "/map", "/robot_description")
+_SETTLED = 1.0
+"""Seconds without a new listener after which all are there."""
 _LONGEST_SLEEP = 0.1
 """Seconds, so that Ctrl-C is heard."""
 _CLOCK_EVERY = 10_000_000
@@ -74,14 +76,21 @@ class Player:
         self._clock = self._node.create_publisher(Clock, "/clock", 10)
 
     def wait_for_listeners(self, seconds: float) -> bool:
-        """Wait, for so long at most, until all who want the scans hear them; tells whether anybody does."""
+        """Wait, for so long at most, until all who want the scans hear them; tells whether anybody does.
+
+        Nodes become known one after the other, so nobody new must have come for a moment.
+        """
         scans = [topic for topic in self.topics if topic.message_type in (LASER_SCAN, POINT_CLOUD)]
         names = [topic.name for topic in scans or self.topics]
-        until = time.monotonic() + seconds
+        until, known, since = time.monotonic() + seconds, [0] * len(names), time.monotonic()
         while True:
+            now = time.monotonic()
             wanting = [self._node.count_subscribers(name) for name in names]
             hearing = [self._publishers[name].get_subscription_count() for name in names]
-            if (any(wanting) and hearing == wanting) or time.monotonic() > until:
+            if wanting != known:
+                known, since = wanting, now
+            is_settled = any(wanting) and hearing == wanting and now - since >= _SETTLED
+            if is_settled or now > until:
                 return any(hearing)
             time.sleep(0.05)
 

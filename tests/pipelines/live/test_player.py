@@ -2,6 +2,7 @@
 
 import time
 from pathlib import Path
+from threading import Timer
 from typing import Any
 
 import numpy as np
@@ -61,6 +62,23 @@ def test_messages_come_in_order_and_in_time(bag: Path) -> None:
     assert scans[-1][0] - scans[0][0] > 0.5 * (SCANS - 1) * PERIOD * 1e-9 / 2.0  # not all at once
     assert clocks == sorted(clocks)
     assert len(clocks) >= SCANS - 1
+
+
+def test_a_listener_who_is_found_a_little_later_is_waited_for(bag: Path) -> None:
+    from sensor_msgs.msg import LaserScan
+
+    from pipelines.live.player import Player
+    from pipelines.live.run import ros_node
+
+    with ros_node("test_listener", []) as node, ros_node_of_player() as player_node:
+        node.create_subscription(LaserScan, "/scan", lambda message: None, 100)
+        player = Player(player_node, bag)
+        late = Timer(0.5, lambda: node.create_subscription(LaserScan, "/scan", lambda message: None, 100))
+        late.start()
+        assert player.wait_for_listeners(10.0)
+        assert player_node.count_subscribers("/scan") == 2
+        late.join()
+        player.close()
 
 
 def ros_node_of_player() -> Any:
