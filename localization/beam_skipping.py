@@ -23,8 +23,8 @@ _ASKED = 40
 _MOST_OF_THE_CLOUD = 0.7
 _NOTABLY_MORE = 0.1
 """Share of the beams."""
-_FEWEST_LEFT = 0.25
-"""Share of the beams; where fewer would be left, it is rather the pose that is wrong."""
+_FEWEST_LEFT = 0.5
+"""Share of the beams; where most of them disagree, it is rather the pose that is wrong."""
 
 
 def skip_unexplained(

@@ -97,18 +97,18 @@ def test_beams_that_look_through_what_was_taken_away_are_left_out(name: str) -> 
 
 
 def test_all_beams_stay_where_too_few_would(sensor: SensorModel) -> None:
-    ranges = np.where(np.arange(271) % 6 == 0, seen_in(room()), 1.0)
+    ranges = np.where(np.arange(271) % 3 == 0, seen_in(room()), 1.0)
     beams = beams_of(ranges)
     assert kept_of(beams, cloud_about(truth()), truth(), sensor) is beams
-    ranges = np.where(np.arange(271) % 3 == 0, seen_in(room()), 1.0)
-    assert len(kept_of(beams_of(ranges), cloud_about(truth()), truth(), sensor)) <= 91
+    ranges = np.where(np.arange(271) % 5 < 3, seen_in(room()), 1.0)
+    assert len(kept_of(beams_of(ranges), cloud_about(truth()), truth(), sensor)) <= 163
 
 
 def test_the_scan_laid_on_walls_decides_while_the_cloud_is_beside_the_place(sensor: SensorModel) -> None:
     ranges = seen_in(room())
     are_people = (np.arange(271) >= 90) & (np.arange(271) < 140)
     ranges[are_people] = 1.0
-    beside = cloud_about(compose(truth(), [0.45, -0.35, 0.12]))
+    beside = cloud_about(compose(truth(), [0.22, -0.18, 0.04]))
     by_walls = is_left(kept_of(beams_of(ranges), beside, truth(), sensor))
     by_cloud = is_left(kept_of(beams_of(ranges), beside, beside[0], sensor))
     np.testing.assert_array_equal(by_walls, sensor.fits(truth()[None], beams_of(ranges))[0])
@@ -125,9 +125,9 @@ def test_a_pose_that_fits_hardly_better_than_the_cloud_does_not_decide(sensor: S
 
 def test_a_beam_needs_most_of_the_cloud(sensor: SensorModel) -> None:
     beams, off_the_map = beams_of(seen_in(room())), np.array([1e6, 1e6, 0.0])
-    poses = np.array([truth(), compose(truth(), [0.0, 0.3, 0.04])])
+    poses = np.array([truth(), compose(truth(), [0.0, 0.2, 0.03])])
     fits = sensor.fits(poses, beams)
-    assert np.all(fits, axis=0).mean() > 0.25
+    assert np.all(fits, axis=0).mean() > 0.5
     assert fits[1].mean() < 0.9
     for tenths_aside, expected in ((2, fits[0]), (5, np.all(fits, axis=0)), (8, fits[1])):
         cloud = poses[(np.arange(1000) // 100 < tenths_aside).astype(np.int64)]
