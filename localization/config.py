@@ -38,7 +38,11 @@ class LocalizationConfig(BaseModel):
     )
     wheelbase: float = Field(0.33, gt=0, le=10, description="metres between the axles, for 'ackermann'")
     slip: float = Field(
-        0.3, ge=0, le=2, description="standard deviation of the share by which wheels and steering deceive"
+        0.3,
+        ge=0,
+        le=2,
+        description="standard deviation of the share by which wheels and steering deceive; "
+        "at 0 their timing is trusted, too",
     )
     drift_noise: float = Field(
         0.2, gt=0, le=10, description="standard deviation (m, rad) after a second without odometry"
