@@ -13,12 +13,12 @@ from localization.noise_kernels import random_words
 from localization.slip_kernels import change_slips
 
 _USUAL = 0.05
-_USUAL_SECONDS = 10.0
-"""Standard deviation of the share that odometry is wrong by anyway, and for how long it stays the same."""
-_PUSHED_SECONDS = 0.5
 _LAG = 0.7
-_LAG_SECONDS = 30.0
-"""The same for the share by which a car is behind as a step has it; two race cars were seen to have 1.6."""
+"""Standard deviations of the share that odometry is wrong by anyway, and of that by which a car is behind as
+a step has it; two race cars were seen to have 1.6."""
+_SECONDS = np.array([10.0, 10.0, 30.0])
+"""How long way, turn and lag stay the same."""
+_PUSHED_SECONDS = 0.5
 
 
 def changed_slips(
@@ -32,17 +32,8 @@ def changed_slips(
 
     At full effort (2,), along and across the car, the deviation of the first two is ``most``.
     """
-    along, across = effort
-    rates = np.array(
-        [
-            1.0 / _USUAL_SECONDS + along / _PUSHED_SECONDS,
-            1.0 / _USUAL_SECONDS + across / _PUSHED_SECONDS,
-            1.0 / _LAG_SECONDS,
-        ]
-    )
-    usual = min(_USUAL, most)
-    deviations = np.array(
-        [np.hypot(usual, most * along), np.hypot(usual, most * across), _LAG if most > 0.0 else 0.0]
-    )
-    kept = np.exp(-seconds * rates)
+    pushed = np.append(effort, 0.0)  # the lag does not depend on the tyres
+    usual = np.array([min(_USUAL, most), min(_USUAL, most), _LAG if most > 0.0 else 0.0])
+    kept = np.exp(-seconds * (1.0 / _SECONDS + pushed / _PUSHED_SECONDS))
+    deviations = np.hypot(usual, most * pushed)
     return change_slips(slips, kept, deviations * np.sqrt(1.0 - kept**2), random_words(slips.shape, rng))

@@ -6,14 +6,6 @@ from numpy.typing import NDArray
 from localization.speed_memory_kernels import follow_speeds
 from maps.se2 import IDENTITY, Pose
 
-_SLIDE_SECONDS = 0.2
-"""How fast the noise of a motion dies away: with its wheels locked a car slides on."""
-_STANDING = 0.01
-"""Metres or radians per second below which a car stands."""
-_SMOOTH_SECONDS = 0.15
-_LAG_SECONDS = 0.1
-"""How fast a car follows its odometry, where that knows what servo and motor are told to do."""
-
 
 class SpeedMemory:
     """The speeds of which steps are made, some of them as they were."""
@@ -32,14 +24,4 @@ class SpeedMemory:
             return np.abs(step), np.zeros(2), IDENTITY
         if self._behind is None:
             self._behind = step / seconds
-        return follow_speeds(
-            step,
-            seconds,
-            self._farthest,
-            self._smooth,
-            self._behind,
-            _SLIDE_SECONDS,
-            _STANDING,
-            _SMOOTH_SECONDS,
-            _LAG_SECONDS,
-        )
+        return follow_speeds(step, seconds, self._farthest, self._smooth, self._behind)
