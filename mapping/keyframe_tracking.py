@@ -37,25 +37,50 @@ def place(
     store: ScanStore,
     poses: Pose,
     *,
-    is_after_gap: bool = False,
+    known_since: int = 0,
+    was_left_alone: bool = False,
 ) -> tuple[Pose, int]:
     """Pose (3,) of keyframe ``index``, matched jointly against several before it, from guesses (H, 3).
 
     Also tells which guess led there. ``information`` (3,) is what the guesses are worth, diagonal, in the
-    frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window; after a gap,
-    in which the car may have been moved by hand, they always are.
+    frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window; after a gap in
+    which the car stood and ``was_left_alone``, they always are, for it may have been moved by hand. Keyframes
+    before ``known_since`` are elsewhere.
     """
-    tried = [0, *(k for k in range(1, len(guesses)) if differ(guesses[0], guesses[k]))]
-    matches = _match_guesses(index, guesses[tried], information, store, poses)
+    spaced = np.array([index - back for back in PLACED_AGAINST if back <= index - known_since])
+    tried = _unlike(guesses)
+    matches = _match_guesses(index, spaced, guesses[tried], information, store, poses)
     best = _best(matches)
-    if matches.overlap.max() > LOST_BELOW and not is_after_gap:
+    if matches.overlap.max() > LOST_BELOW and not was_left_alone:
         return matches.poses[best], tried[best]
-    found = _search_recent(index, guesses[0], store, poses)
+    recent = np.arange(max(known_since, index - SEARCHED_AMONG), index)
+    found = _search(index, recent, guesses[0], store, poses)
     if found is None:
         return matches.poses[best], tried[best]
-    matches = _match_guesses(index, np.stack([guesses[0], found]), information, store, poses)
-    best = int(np.argmax(matches.weight)) if is_after_gap else _best(matches)
+    matches = _match_guesses(index, spaced, np.stack([guesses[0], found]), information, store, poses)
+    best = int(np.argmax(matches.weight)) if was_left_alone else _best(matches)
     return matches.poses[best], 0
+
+
+def place_far(
+    index: int, guesses: Pose, information: NDArray[np.float64], store: ScanStore, poses: Pose
+) -> tuple[Pose, int]:
+    """The same of a keyframe that is far from the last one: the car drove on while no scans came.
+
+    It is matched against those where it should be by now, and not sought in a wide window, in which many a
+    place may look alike.
+    """
+    distances = np.hypot(*(poses - guesses[0])[:, :2].T)
+    near = np.sort(np.argsort(distances, kind="stable")[:SEARCHED_AMONG])
+    tried = _unlike(guesses)
+    matches = _match_guesses(index, near, guesses[tried], information, store, poses)
+    best = _best(matches)
+    return matches.poses[best], tried[best]
+
+
+def _unlike(guesses: Pose) -> list[int]:
+    """The first of guesses (H, 3), and those that differ from it."""
+    return [0, *(k for k in range(1, len(guesses)) if differ(guesses[0], guesses[k]))]
 
 
 def differ(guess: Pose, other: Pose) -> bool:
@@ -65,9 +90,13 @@ def differ(guess: Pose, other: Pose) -> bool:
 
 
 def _match_guesses(
-    index: int, guesses: Pose, information: NDArray[np.float64], store: ScanStore, poses: Pose
+    index: int,
+    fixed: NDArray[np.int64],
+    guesses: Pose,
+    information: NDArray[np.float64],
+    store: ScanStore,
+    poses: Pose,
 ) -> Matches:
-    fixed = np.array([index - back for back in PLACED_AGAINST if back <= index])
     count, groups = len(fixed), len(guesses)
     pairs = np.tile(np.column_stack([fixed, np.full(count, index)]), (groups, 1))
     starts = np.arange(groups + 1) * count
@@ -84,9 +113,8 @@ def _best(matches: Matches) -> int:
     return best if fits and matches.weight[best] > CLEARLY_BETTER * matches.weight[0] else 0
 
 
-def _search_recent(index: int, guess: Pose, store: ScanStore, poses: Pose) -> Pose | None:
+def _search(index: int, recent: NDArray[np.int64], guess: Pose, store: ScanStore, poses: Pose) -> Pose | None:
     """Where near ``guess`` (3,) keyframe ``index`` lies best on the last ones, if anywhere."""
-    recent = np.arange(max(0, index - SEARCHED_AMONG), index)
     clouds = [transform_points(between(poses[index - 1], poses[k]), store.points_of(int(k))) for k in recent]
     moving = store.points_of(index).astype(np.float64)
     if len(moving) < MIN_SEARCH_POINTS:

@@ -14,7 +14,7 @@ from mapping.constraint import Constraint
 from mapping.dead_reckoning import DeadReckoning
 from mapping.drive import Drive
 from mapping.joining import join
-from mapping.keyframe_tracking import TIED_TO, constrain, place
+from mapping.keyframe_tracking import TIED_TO, constrain, place, place_far
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
 from mapping.pose_graph import PoseGraph
@@ -80,6 +80,7 @@ class Mapper:
         self._map_from_keyframe: Pose = np.zeros((0, 3))
         self._rays: list[Rays] = []
         self._wheel_steps: list[Pose | None] = []
+        self._known_since = 0
         self._seconds: dict[str, float] = {}
         self._can_be_saved = False
 
@@ -99,7 +100,8 @@ class Mapper:
 
         The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
         ``wheel_steps`` (K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did
-        not; ``base_from_laser`` (3,); wall ``seconds`` (T,) of the ``stages`` (T,).
+        not; ``base_from_laser`` (3,); ``known_since``, the keyframe before which the car was elsewhere;
+        wall ``seconds`` (T,) of the ``stages`` (T,).
         """
         return {
             **self.session().to_arrays(),
@@ -107,6 +109,7 @@ class Mapper:
             **named("reckoning", self._reckoning.to_arrays()),
             "wheel_steps": np.array([pose_or_nan(step) for step in self._wheel_steps]).reshape(-1, 3),
             "base_from_laser": self._base_from_laser,
+            "known_since": np.array(self._known_since),
             "stages": np.array(list(self._seconds), dtype=np.str_),
             "seconds": np.array(list(self._seconds.values())),
         }
@@ -125,6 +128,7 @@ class Mapper:
         mapper._reckoning = DeadReckoning.from_arrays(part_of("reckoning", arrays))
         mapper._wheel_steps = [pose_or_none(step) for step in arrays["wheel_steps"]]
         mapper._base_from_laser = arrays["base_from_laser"].astype(np.float64)
+        mapper._known_since = int(arrays["known_since"])
         mapper._seconds = dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True))
         mapper._can_be_saved = True
         return mapper
@@ -225,6 +229,8 @@ class Mapper:
         else:
             step, chosen = self._place(index, guesses, is_after_gap=is_after_gap)
             is_tied = self._tie(index, is_after_gap=is_after_gap)
+            if is_after_gap and not is_tied and self._has_driven():
+                self._known_since = index
         self._drive.start_keyframe(guesses, chosen)
         self._rays.append(rays_of(scan, points))
         self._reckoning.start_keyframe(step)
@@ -259,18 +265,25 @@ class Mapper:
         """Place a new keyframe in the map; returns its pose (3,) seen from the one before, and which guess
         led there."""
         last = self._map_from_keyframe[-1]
-        worth = self._reckoning.calibration.worth
+        known = (self._reckoning.calibration.worth, self._keyframes, self._map_from_keyframe)
         with self._timed("scan matching"):
-            placed, chosen = place(
-                index,
-                compose(last, guesses),
-                worth,
-                self._keyframes,
-                self._map_from_keyframe,
-                is_after_gap=is_after_gap,
-            )
+            if is_after_gap and self._has_driven():
+                placed, chosen = place_far(index, compose(last, guesses), *known)
+            else:
+                placed, chosen = place(
+                    index,
+                    compose(last, guesses),
+                    *known,
+                    known_since=self._known_since,
+                    was_left_alone=is_after_gap,
+                )
         self._map_from_keyframe = np.concatenate([self._map_from_keyframe, placed[None]])
         return between(last, placed), chosen
+
+    def _has_driven(self) -> bool:
+        """Do the wheels tell of a way since the last keyframe, longer than there may be between two?"""
+        step = self._reckoning.wheel_step()
+        return step is not None and bool(np.hypot(step[0], step[1]) > 2.0 * self._config.keyframe_distance)
 
     def _tie(self, index: int, *, is_after_gap: bool) -> bool:
         """Connect a new keyframe to those before; tells whether scan matching did so.
