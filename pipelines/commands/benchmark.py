@@ -227,6 +227,10 @@ def live(
     seconds: Annotated[
         float, typer.Option("--seconds", min=5.0, metavar="SECONDS", help="Length of the simulated drive.")
     ] = 60.0,
+    speed: Annotated[
+        float,
+        typer.Option("--speed", min=0.1, max=20.0, metavar="FACTOR", help="Play so many times as fast."),
+    ] = 1.0,
     recorded: Annotated[
         bool,
         typer.Option("--recorded/--no-recorded", help="Also play session_A, where there are recordings."),
@@ -239,12 +243,19 @@ def live(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Play drives at real speed to the ROS 2 nodes, and tell latency, CPU and accuracy beside offline runs.
+    """Play drives to the ROS 2 nodes, and tell latency, CPU, memory and accuracy beside offline runs.
 
     Example: racecar benchmark live --seconds 60
     """
     from pipelines.live.benchmark_command import run_live_benchmark
 
     run_live_benchmark(
-        seconds, recorded=recorded, mapper=mapper, config=config, seed=seed, json=json, quiet=quiet
+        seconds,
+        speed=speed,
+        recorded=recorded,
+        mapper=mapper,
+        config=config,
+        seed=seed,
+        json=json,
+        quiet=quiet,
     )

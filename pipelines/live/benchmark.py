@@ -1,4 +1,4 @@
-"""How fast, how well and at what cost the nodes run while another process plays a bag at real speed."""
+"""How fast, how well and at what cost the nodes run while another process plays a bag."""
 
 import os
 import tempfile
@@ -41,6 +41,8 @@ from pipelines.tum import load_tum
 _ON_WALL = 0.10
 """Metres from a wall within which a scan's end point counts as on it."""
 _READY_SECONDS = 120.0
+_MEMORY_EVERY = 1.0
+"""Seconds."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +68,10 @@ class LiveFigures:
     pose_messages: int = 0
     latency_ms: dict[str, float] = field(default_factory=dict)
     seen_latency_ms: dict[str, float] = field(default_factory=dict)
-    """From where another process receives a scan to where it receives its pose."""
+    """From where another process receives a scan to where it receives its pose; also the median of the second
+    tenth of the drive and of the last one."""
+    memory_mb: dict[str, float] = field(default_factory=dict)
+    """Of the node's process, after a tenth of the drive and at its end."""
     cpu_share: float = 0.0
     error_live_m: float | None = None
     error_offline_m: float | None = None
@@ -98,8 +103,8 @@ def recorded_drive(recordings: Path) -> LiveDrive | None:
     return LiveDrive("session_A", bag, recordings / "racecar" / "maps" / "stata_basement.yaml")
 
 
-def measure_localizer(drive: LiveDrive, config: LocalizationConfig, domain: int) -> LiveFigures:
-    """Replay a drive offline, then play it to the node, from the same start."""
+def measure_localizer(drive: LiveDrive, config: LocalizationConfig, domain: int, speed: float) -> LiveFigures:
+    """Replay a drive offline, then play it to the node, so many times as fast, from the same start."""
     warm_up()
     with BagReader(drive.bag) as reader:
         figures = LiveFigures(drive.name, "localizer")
@@ -109,9 +114,9 @@ def measure_localizer(drive: LiveDrive, config: LocalizationConfig, domain: int)
         offline = _replay(reader, drive, config, start)
         pose = [f"{value:.6f}" for value in start]
         arguments = ["live", "localize", "--map", str(drive.map), "--no-memory", "--initial-pose", *pose]
-        summary, heard = _run(arguments, drive, reader.odom_topic, domain)
+        summary, heard = _run(arguments, drive, reader.odom_topic, domain, speed)
         live = heard.trajectory()
-        _take_summary(figures, summary)
+        _take_summary(figures, summary, heard)
         figures.posed, figures.pose_messages = len(live), heard.pose_messages
         figures.seen_latency_ms = heard.latency_ms()
         if drive.truth is not None:
@@ -122,16 +127,16 @@ def measure_localizer(drive: LiveDrive, config: LocalizationConfig, domain: int)
     return figures
 
 
-def measure_mapper(drive: LiveDrive, config: MappingConfig, domain: int) -> LiveFigures:
-    """Map a drive offline, then play it to the node."""
+def measure_mapper(drive: LiveDrive, config: MappingConfig, domain: int, speed: float) -> LiveFigures:
+    """Map a drive offline, then play it to the node, so many times as fast."""
     with BagReader(drive.bag) as reader, tempfile.TemporaryDirectory() as folder:
         figures = LiveFigures(drive.name, "mapper")
         figures.scans = reader.topics[reader.scan_topic].message_count
         figures.odometry = reader.topics[reader.odom_topic].message_count if reader.odom_topic else 0
         offline = build_map(reader, config, Report("offline"), quiet=True).trajectory
         out = Path(folder) / "map"
-        summary, _ = _run(["live", "map", "--out", str(out)], drive, reader.odom_topic, domain)
-        _take_summary(figures, summary)
+        summary, heard = _run(["live", "map", "--out", str(out)], drive, reader.odom_topic, domain, speed)
+        _take_summary(figures, summary, heard)
         live = load_tum(out / "trajectory.tum")
         figures.posed = len(live)
         figures.longest_backlog_s = summary["longest_backlog"]
@@ -171,7 +176,7 @@ def _replay(reader: BagReader, drive: LiveDrive, config: LocalizationConfig, sta
 
 
 def _run(
-    arguments: list[str], drive: LiveDrive, odom_topic: str | None, domain: int
+    arguments: list[str], drive: LiveDrive, odom_topic: str | None, domain: int, speed: float
 ) -> "tuple[dict[str, Any], _Heard]":
     """Play the bag to a node; its summary, and what was heard of it."""
     environment = private_environment(domain)
@@ -184,9 +189,11 @@ def _run(
             _wait_for(lambda: heard.is_node_there() or node.poll() is not None)
             if node.poll() is not None:
                 raise UserError(f"The node does not start: {log.read_text().strip()}")
-            play = ["play", str(drive.bag), "--quiet", "--wait", "30"]
+            play = ["play", str(drive.bag), "--quiet", "--wait", "30", "--speed", str(speed)]
             with racecar_process(play, environment, log) as player:
-                player.wait()
+                while player.poll() is None:
+                    heard.memory_mb.append(_memory_mb(node.pid))
+                    time.sleep(_MEMORY_EVERY)
             time.sleep(1.0)
         return loads(summary.read_text()), heard
 
@@ -200,6 +207,8 @@ class _Heard:
         self._scans_at: dict[int, float] = {}
         self._poses_at: dict[int, float] = {}
         self.pose_messages = 0
+        self.memory_mb: list[float] = []
+        """Of the node's process, once a second while the bag is played."""
         node.create_subscription(LaserScan, "/scan", self._on_scan, sensor_qos(1000))
         node.create_subscription(PoseWithCovarianceStamped, "/amcl_pose", self._on_pose, 1000)
         node.create_subscription(OdometryMessage, "/pf/pose/odom", self._on_odometry, 1000)
@@ -209,14 +218,21 @@ class _Heard:
         return int(self._node.count_subscribers("/scan")) > 1
 
     def latency_ms(self) -> dict[str, float]:
-        """Median and 99th percentile from a scan's arrival here to that of its pose."""
-        both = [
-            (self._scans_at[stamp], at) for stamp, at in self._poses_at.items() if stamp in self._scans_at
+        """Median and 99th percentile from a scan's arrival here to that of its pose, and the medians of the
+        second tenth and of the last one."""
+        answered = [
+            (self._scans_at[k], at) for k, at in sorted(self._poses_at.items()) if k in self._scans_at
         ]
-        if not both:
+        taken = np.array([1e3 * (pose - scan) for scan, pose in answered])
+        if not len(taken):
             return {}
-        median, high = np.quantile([1e3 * (pose - scan) for scan, pose in both], [0.5, 0.99])
-        return {"median": float(median), "percentile_99": float(high)}
+        tenths = np.array_split(taken, 10)
+        return {
+            "median": float(np.median(taken)),
+            "percentile_99": float(np.quantile(taken, 0.99)),
+            "median_of_second_tenth": float(np.median(tenths[1])),
+            "median_of_last_tenth": float(np.median(tenths[9])),
+        }
 
     def trajectory(self) -> Trajectory:
         """The poses by the stamps of their scans."""
@@ -254,11 +270,21 @@ def _wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.1)
 
 
-def _take_summary(figures: LiveFigures, summary: dict[str, Any]) -> None:
+def _memory_mb(process: int) -> float:
+    """What it holds in memory."""
+    pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") * 1e-6
+
+
+def _take_summary(figures: LiveFigures, summary: dict[str, Any], heard: _Heard) -> None:
     figures.received = summary["counts"].get("scans", 0)
     figures.latency_ms = summary["latency_ms"]
     figures.cpu_share = summary["cpu_share"]
     figures.faults = summary["faults"]
+    figures.memory_mb = {
+        "after_a_tenth": heard.memory_mb[len(heard.memory_mb) // 10],
+        "at_the_end": heard.memory_mb[-1],
+    }
 
 
 def _mean_error(estimated: Trajectory, truth: Trajectory) -> float:

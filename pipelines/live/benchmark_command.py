@@ -25,6 +25,7 @@ _DOMAINS = range(30, 100)
 def run_live_benchmark(
     seconds: float,
     *,
+    speed: float,
     recorded: bool,
     mapper: bool,
     config: Path | None,
@@ -45,7 +46,9 @@ def run_live_benchmark(
     settings = load_config(config)
     announce = Console(stderr=True, quiet=quiet, highlight=False).print
     report = Report("racecar benchmark live")
-    report.add("inputs", {"seconds": seconds, "seed": seed, "settings": settings.model_dump()})
+    report.add(
+        "inputs", {"seconds": seconds, "speed": speed, "seed": seed, "settings": settings.model_dump()}
+    )
     domain = _DOMAINS[os.getpid() % len(_DOMAINS)]
     figures: list[LiveFigures] = []
     with tempfile.TemporaryDirectory() as folder:
@@ -53,18 +56,20 @@ def run_live_benchmark(
         session = recorded_drive(recordings_folder()) if recorded else None
         for drive in [*drives, session] if session else drives:
             announce(f"Playing {drive.name} to the localizer")
-            figures.append(measure_localizer(drive, settings.localization, domain))
+            figures.append(measure_localizer(drive, settings.localization, domain, speed))
             if mapper:
                 announce(f"Playing {drive.name} to the mapper")
-                figures.append(measure_mapper(drive, settings.mapping, domain))
+                figures.append(measure_mapper(drive, settings.mapping, domain, speed))
     report.add("live", {f"{each.node} {each.drive}": each.as_dict() for each in figures})
-    Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else 200).print(_table(figures))
+    Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else 200).print(
+        _table(figures, speed)
+    )
     if json is not None:
         report.write(json)
 
 
-def _table(figures: "list[LiveFigures]") -> Table:
-    table = Table(title="Live, at real speed", title_justify="left")
+def _table(figures: "list[LiveFigures]", speed: float) -> Table:
+    table = Table(title=f"Live, {speed:g} times as fast as it was driven", title_justify="left")
     table.add_column("")
     ordered = sorted(figures, key=lambda each: each.node)
     for each in ordered:
@@ -79,6 +84,12 @@ def _table(figures: "list[LiveFigures]") -> Table:
         "latency, 99 % (ms)": lambda f: _number(f.latency_ms.get("percentile_99"), 2),
         "seen from outside, median (ms)": lambda f: _number(f.seen_latency_ms.get("median"), 2),
         "seen from outside, 99 % (ms)": lambda f: _number(f.seen_latency_ms.get("percentile_99"), 2),
+        "median of the second tenth (ms)": lambda f: _number(
+            f.seen_latency_ms.get("median_of_second_tenth"), 2
+        ),
+        "median of the last tenth (ms)": lambda f: _number(f.seen_latency_ms.get("median_of_last_tenth"), 2),
+        "memory after a tenth (MB)": lambda f: _number(f.memory_mb["after_a_tenth"], 1),
+        "memory at the end (MB)": lambda f: _number(f.memory_mb["at_the_end"], 1),
         "share of a core": lambda f: f"{f.cpu_share:.1%}",
         "error, live (m)": lambda f: _number(f.error_live_m, 4),
         "error, offline (m)": lambda f: _number(f.error_offline_m, 4),
