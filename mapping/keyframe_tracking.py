@@ -19,6 +19,7 @@ FIT_RESIDUAL = 0.02
 LOST_BELOW = 0.2
 SEARCHED_AMONG = 12
 SEARCH_WINDOW = Window(1.5, np.deg2rad(45.0))
+ALL_ROUND = Window(SEARCH_WINDOW.reach, np.pi)
 SEARCH_RADIUS = 20.0
 SEARCH_SCORE = 0.4
 MIN_SEARCH_POINTS = 30
@@ -36,30 +37,56 @@ def place(
     information: NDArray[np.float64],
     store: ScanStore,
     poses: Pose,
-    *,
     known_since: int = 0,
-    was_left_alone: bool = False,
 ) -> tuple[Pose, int]:
     """Pose (3,) of keyframe ``index``, matched jointly against several before it, from guesses (H, 3).
 
     Also tells which guess led there. ``information`` (3,) is what the guesses are worth, diagonal, in the
-    frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window; after a gap in
-    which the car stood and ``was_left_alone``, they always are, for it may have been moved by hand. Keyframes
-    before ``known_since`` are elsewhere.
+    frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window. Keyframes before
+    ``known_since`` are elsewhere.
     """
     spaced = np.array([index - back for back in PLACED_AGAINST if back <= index - known_since])
     tried = _unlike(guesses)
     matches = _match_guesses(index, spaced, guesses[tried], information, store, poses)
     best = _best(matches)
-    if matches.overlap.max() > LOST_BELOW and not was_left_alone:
+    if matches.overlap.max() > LOST_BELOW:
         return matches.poses[best], tried[best]
     recent = np.arange(max(known_since, index - SEARCHED_AMONG), index)
-    found = _search(index, recent, guesses[0], store, poses)
+    found = _search(index, recent, guesses[0], store, poses, SEARCH_WINDOW)
     if found is None:
         return matches.poses[best], tried[best]
     matches = _match_guesses(index, spaced, np.stack([guesses[0], found]), information, store, poses)
-    best = int(np.argmax(matches.weight)) if was_left_alone else _best(matches)
-    return matches.poses[best], 0
+    return matches.poses[_best(matches)], 0
+
+
+def place_left_alone(
+    index: int,
+    guesses: Pose,
+    information: NDArray[np.float64],
+    store: ScanStore,
+    poses: Pose,
+    known_since: int = 0,
+) -> tuple[Pose, int]:
+    """The same of the first keyframe after a gap in which the car stood: it may have been moved by hand.
+
+    So it is always sought, also facing any way; but that way it must fit clearly better, for corridors look
+    alike both ways.
+    """
+    spaced = np.array([index - back for back in PLACED_AGAINST if back <= index - known_since])
+    recent = np.arange(max(known_since, index - SEARCHED_AMONG), index)
+    tried = _unlike(guesses)
+    matches = _match_guesses(index, spaced, guesses[tried], information, store, poses)
+    best = _best(matches)
+    placed, chosen = matches.poses[best], tried[best]
+    for window in (SEARCH_WINDOW, ALL_ROUND):
+        found = _search(index, recent, guesses[0], store, poses, window)
+        if found is None:
+            continue
+        matches = _match_guesses(index, spaced, np.stack([placed, found]), information, store, poses)
+        handicap = CLEARLY_BETTER if window is ALL_ROUND else 1.0
+        best = int(np.argmax(matches.weight / np.array([1.0, handicap])))
+        placed, chosen = matches.poses[best], 0 if best == 1 else chosen
+    return placed, chosen
 
 
 def place_far(
@@ -113,7 +140,9 @@ def _best(matches: Matches) -> int:
     return best if fits and matches.weight[best] > CLEARLY_BETTER * matches.weight[0] else 0
 
 
-def _search(index: int, recent: NDArray[np.int64], guess: Pose, store: ScanStore, poses: Pose) -> Pose | None:
+def _search(
+    index: int, recent: NDArray[np.int64], guess: Pose, store: ScanStore, poses: Pose, window: Window
+) -> Pose | None:
     """Where near ``guess`` (3,) keyframe ``index`` lies best on the last ones, if anywhere."""
     clouds = [transform_points(between(poses[index - 1], poses[k]), store.points_of(int(k))) for k in recent]
     moving = store.points_of(index).astype(np.float64)
@@ -121,7 +150,7 @@ def _search(index: int, recent: NDArray[np.int64], guess: Pose, store: ScanStore
         return None
     fixed = LikelihoodPyramid(np.concatenate(clouds), SEARCH_RADIUS)
     near = moving[np.abs(moving).max(axis=1) < SEARCH_RADIUS]
-    fit = search(fixed, near, between(poses[index - 1], guess), SEARCH_WINDOW, SEARCH_SCORE, 1.0)
+    fit = search(fixed, near, between(poses[index - 1], guess), window, SEARCH_SCORE, 1.0)
     return None if fit is None else compose(poses[index - 1], fit.pose)
 
 

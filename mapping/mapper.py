@@ -14,7 +14,7 @@ from mapping.constraint import Constraint
 from mapping.dead_reckoning import DeadReckoning
 from mapping.drive import Drive
 from mapping.joining import join
-from mapping.keyframe_tracking import TIED_TO, constrain, place, place_far
+from mapping.keyframe_tracking import TIED_TO, constrain, place, place_far, place_left_alone
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
 from mapping.pose_graph import PoseGraph
@@ -267,16 +267,12 @@ class Mapper:
         last = self._map_from_keyframe[-1]
         known = (self._reckoning.calibration.worth, self._keyframes, self._map_from_keyframe)
         with self._timed("scan matching"):
-            if is_after_gap and self._has_driven():
+            if not is_after_gap:
+                placed, chosen = place(index, compose(last, guesses), *known, self._known_since)
+            elif self._has_driven():
                 placed, chosen = place_far(index, compose(last, guesses), *known)
             else:
-                placed, chosen = place(
-                    index,
-                    compose(last, guesses),
-                    *known,
-                    known_since=self._known_since,
-                    was_left_alone=is_after_gap,
-                )
+                placed, chosen = place_left_alone(index, compose(last, guesses), *known, self._known_since)
         self._map_from_keyframe = np.concatenate([self._map_from_keyframe, placed[None]])
         return between(last, placed), chosen
 
@@ -294,8 +290,8 @@ class Mapper:
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
             constraints = constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3)
         is_tied = len(constraints) > 0
-        wheel_step = self._reckoning.wheel_step()
-        if wheel_step is not None and not (is_after_gap and is_tied):
+        wheel_step = None if is_after_gap and is_tied else self._reckoning.wheel_step()
+        if wheel_step is not None:
             constraints.append(self._odometry_constraint(index, wheel_step))
         self._wheel_steps.append(wheel_step)
         for constraint in constraints:

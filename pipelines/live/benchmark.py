@@ -67,9 +67,10 @@ class LiveFigures:
     posed: int = 0
     pose_messages: int = 0
     latency_ms: dict[str, float] = field(default_factory=dict)
+    latency_ms_by_tenth: list[float] = field(default_factory=list)
+    """Medians, in the order of the drive."""
     seen_latency_ms: dict[str, float] = field(default_factory=dict)
-    """From where another process receives a scan to where it receives its pose; also the median of the second
-    tenth of the drive and of the last one."""
+    """From where another process receives a scan to where it receives its pose."""
     memory_mb: dict[str, float] = field(default_factory=dict)
     """Of the node's process, after a tenth of the drive and at its end."""
     cpu_share: float = 0.0
@@ -218,21 +219,12 @@ class _Heard:
         return int(self._node.count_subscribers("/scan")) > 1
 
     def latency_ms(self) -> dict[str, float]:
-        """Median and 99th percentile from a scan's arrival here to that of its pose, and the medians of the
-        second tenth and of the last one."""
-        answered = [
-            (self._scans_at[k], at) for k, at in sorted(self._poses_at.items()) if k in self._scans_at
-        ]
-        taken = np.array([1e3 * (pose - scan) for scan, pose in answered])
-        if not len(taken):
+        """Median and 99th percentile from a scan's arrival here to that of its pose."""
+        both = [(self._scans_at[k], at) for k, at in self._poses_at.items() if k in self._scans_at]
+        if not both:
             return {}
-        tenths = np.array_split(taken, 10)
-        return {
-            "median": float(np.median(taken)),
-            "percentile_99": float(np.quantile(taken, 0.99)),
-            "median_of_second_tenth": float(np.median(tenths[1])),
-            "median_of_last_tenth": float(np.median(tenths[9])),
-        }
+        median, high = np.quantile([1e3 * (pose - scan) for scan, pose in both], [0.5, 0.99])
+        return {"median": float(median), "percentile_99": float(high)}
 
     def trajectory(self) -> Trajectory:
         """The poses by the stamps of their scans."""
@@ -279,6 +271,7 @@ def _memory_mb(process: int) -> float:
 def _take_summary(figures: LiveFigures, summary: dict[str, Any], heard: _Heard) -> None:
     figures.received = summary["counts"].get("scans", 0)
     figures.latency_ms = summary["latency_ms"]
+    figures.latency_ms_by_tenth = summary["latency_ms_by_tenth"]
     figures.cpu_share = summary["cpu_share"]
     figures.faults = summary["faults"]
     figures.memory_mb = {

@@ -82,12 +82,9 @@ def _table(figures: "list[LiveFigures]", speed: float) -> Table:
         "poses at odometry's rate": lambda f: f"{f.pose_messages}" if f.node == "localizer" else "",
         "latency, median (ms)": lambda f: _number(f.latency_ms.get("median"), 2),
         "latency, 99 % (ms)": lambda f: _number(f.latency_ms.get("percentile_99"), 2),
+        "medians by tenth of the drive (ms)": lambda f: " ".join(f"{ms:.1f}" for ms in f.latency_ms_by_tenth),
         "seen from outside, median (ms)": lambda f: _number(f.seen_latency_ms.get("median"), 2),
         "seen from outside, 99 % (ms)": lambda f: _number(f.seen_latency_ms.get("percentile_99"), 2),
-        "median of the second tenth (ms)": lambda f: _number(
-            f.seen_latency_ms.get("median_of_second_tenth"), 2
-        ),
-        "median of the last tenth (ms)": lambda f: _number(f.seen_latency_ms.get("median_of_last_tenth"), 2),
         "memory after a tenth (MB)": lambda f: _number(f.memory_mb["after_a_tenth"], 1),
         "memory at the end (MB)": lambda f: _number(f.memory_mb["at_the_end"], 1),
         "share of a core": lambda f: f"{f.cpu_share:.1%}",

@@ -62,14 +62,17 @@ class Health:
         return _percentiles(latencies)
 
     def summary(self) -> dict[str, Any]:
-        """Figures of the whole run: counts, latency, and the share of a core that was used since the first
-        pose."""
+        """Figures of the whole run: counts, latency, also its medians over each tenth of the scans, and the
+        share of a core that was used since the first pose."""
         with self._lock:
             latencies, began, counts = list(self._latencies), self._began, dict(self._counts)
         wall, cpu = (time.monotonic() - began[0], time.process_time() - began[1]) if began else (0.0, 0.0)
         return {
             "counts": counts,
             "latency_ms": _percentiles(latencies),
+            "latency_ms_by_tenth": [
+                float(np.median(tenth)) * 1e3 for tenth in np.array_split(latencies, 10) if len(tenth)
+            ],
             "cpu_share": cpu / wall if wall else 0.0,
             "seconds": wall,
         }

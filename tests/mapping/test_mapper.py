@@ -10,8 +10,9 @@ from mapping.mapper import Mapper, MappingResult
 from maps.errors import UserError
 from maps.map_files import load_map
 from maps.scan import Scan
-from maps.se2 import IDENTITY, Pose, between, compose
+from maps.se2 import IDENTITY, Pose, between, compose, inverse
 from maps.shipped import shipped_map
+from pipelines.laser_sensor import BASE_FROM_LASER
 from pipelines.simulator import Simulation, SimulationConfig
 from pipelines.warm_up import draw_ring
 
@@ -51,7 +52,8 @@ def test_runs_without_odometry_and_says_so() -> None:
     assert "no wheel odometry" in result.warnings[0]
 
 
-def test_a_car_that_was_moved_by_hand_while_nothing_was_recorded_is_found_again() -> None:
+@pytest.mark.parametrize("degrees", [0, 120])
+def test_a_car_that_was_moved_by_hand_while_nothing_was_recorded_is_found_again(degrees: int) -> None:
     plan = load_map(shipped_map("building"))
     simulation = Simulation(plan, SimulationConfig(noise="slight", duration=12.0, max_speed=2.0))
     messages = list(simulation.messages())
@@ -70,16 +72,31 @@ def test_a_car_that_was_moved_by_hand_while_nothing_was_recorded_is_found_again(
             after = message.odom_from_base
         if 6.0 <= seconds < 6.5:
             continue
-        if is_late and not isinstance(message, Scan):
-            pose = compose(before, between(after, message.odom_from_base))
-            message = replace(message, odom_from_base=pose)
+        if is_late and isinstance(message, Scan):
+            message = turned_scan(message, degrees)
+        elif is_late:
+            pose = compose(turned(before, -degrees), between(after, message.odom_from_base))
+            message = replace(message, odom_from_base=turned(pose, degrees))
         message = replace(message, stamp=message.stamp + 30 * 10**9 * is_late)
         mapper.add_scan(message) if isinstance(message, Scan) else mapper.add_odometry(message)
     result = mapper.finish()
     true = simulation.ground_truth.map_from_base[is_kept]
-    missed = between(true[np.count_nonzero(is_kept[:240]) - 1], true[240])
-    assert np.hypot(*missed[:2]) > 0.5
+    first_late = np.count_nonzero(is_kept[:240])
+    assert np.hypot(*between(true[first_late - 1], true[first_late])[:2]) > 0.5
+    true[first_late:] = turned(true[first_late:], degrees)
     assert mean_error(result, true) < 0.05
+
+
+def turned(map_from_base: Pose, degrees: float) -> Pose:
+    """Poses (..., 3) of the car turned on the spot where its laser is."""
+    turn = np.array([0.0, 0.0, np.deg2rad(degrees)])
+    return compose(compose(compose(map_from_base, BASE_FROM_LASER), turn), inverse(BASE_FROM_LASER))
+
+
+def turned_scan(scan: Scan, degrees: int) -> Scan:
+    """What the turned car sees of what the other saw."""
+    beams = degrees * 4
+    return replace(scan, ranges=np.concatenate([scan.ranges[beams:], np.full(beams, np.nan)]))
 
 
 @pytest.mark.parametrize("gap", [(5.5, 8.0), (38.7, 8.0)])
