@@ -210,6 +210,8 @@ class LocalizerNode(LiveNode):
             self._remembered = memory.load()
             if self._remembered is not None:
                 localizer.set_pose(self._remembered.map_from_base, self._remembered.covariance)
+                if self._remembered.laser is not None:
+                    self.sensors.remember_place(self._remembered.laser)
         except UserError as error:
             self._remembered = None
             self.faults.tell("memory", f"The start is searched: {error}", lasting=False)
@@ -317,7 +319,7 @@ class LocalizerNode(LiveNode):
             stamp, sample = odometry
             estimate, odom_from_base = localizer.pose_at(sample.stamp) or estimate, sample.odom_from_base
         try:
-            self._memory.save(estimate, stamp, odom_from_base)
+            self._memory.save(estimate, stamp, odom_from_base, self.sensors.place)
             self.faults.end("memory", "The pose is remembered again.")
         except UserError as error:
             self.faults.tell("memory", f"The pose is not remembered for the next start: {error}")

@@ -1,8 +1,8 @@
-"""Where the car was when its node stopped, so that the next start begins there."""
+"""Where the car was when its node stopped, and its laser on it, so that the next start begins there."""
 
 import hashlib
 import json
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from localization.pose_estimate import PoseEstimate
 from maps.errors import UserError
 from maps.occupancy_grid import OccupancyGrid
 from maps.se2 import Pose, between, compose
+from pipelines.live.sensors import LaserPlace
 from pipelines.pose_memory import load_pose
 from pipelines.report import write_json
 
@@ -32,6 +33,8 @@ class RememberedPose:
     odometry_stamp: int | None
     """Nanoseconds, of the message's header; None where there was no odometry."""
     odom_from_base: Pose
+    laser: LaserPlace | None
+    """Where it sat."""
 
     def carried_to(self, stamp: int, odom_from_base: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
         """The pose (3,) and covariance (3, 3) now, by odometry that went on counting, or None."""
@@ -54,7 +57,13 @@ class PoseMemory:
         digest.update(repr((grid.resolution, grid.map_from_grid.tolist())).encode())
         self.path = folder / f"pose-{digest.hexdigest()[:16]}.json"
 
-    def save(self, estimate: PoseEstimate, odometry_stamp: int | None, odom_from_base: Pose) -> None:
+    def save(
+        self,
+        estimate: PoseEstimate,
+        odometry_stamp: int | None,
+        odom_from_base: Pose,
+        laser: LaserPlace | None = None,
+    ) -> None:
         """Replace what was remembered. Raises UserError when the place cannot be written to."""
         write_json(
             self.path,
@@ -64,6 +73,7 @@ class PoseMemory:
                 "covariance": estimate.covariance,
                 "odometry_stamp": odometry_stamp,
                 "odom_from_base": odom_from_base,
+                "laser": None if laser is None else asdict(laser),
             },
         )
 
@@ -78,4 +88,18 @@ class PoseMemory:
             stamp, odom_from_base = None, np.zeros(3)
         if not np.all(np.linalg.eigvalsh((covariance + covariance.T) / 2) >= 0.0):
             raise UserError(f"{self.path} holds no remembered pose; remove it.")
-        return RememberedPose(map_from_base, covariance, stamp, odom_from_base)
+        return RememberedPose(
+            map_from_base, covariance, stamp, odom_from_base, _laser_place(contents.get("laser"))
+        )
+
+
+def _laser_place(contents: object) -> LaserPlace | None:
+    """None where nothing is told that could be the place of a laser."""
+    try:
+        names = (str(contents["base_frame"]), str(contents["laser_frame"]))  # type: ignore[index]
+        matrix = np.array(contents["base_from_laser"], dtype=np.float64)  # type: ignore[index]
+    except (TypeError, KeyError, ValueError):
+        return None
+    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
+        return None
+    return LaserPlace(*names, matrix)

@@ -2,9 +2,11 @@
 
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from maps.odometry import Odometry
 from maps.scan import Scan
@@ -16,9 +18,21 @@ from pipelines.bag_transforms import SensorPlace, TransformTree
 from pipelines.live.faults import Faults
 from pipelines.live.steady_clock import SteadyClock, TopicClock
 
+_ASSUMED = "assumed identity"
+_REMEMBERED = "the last run"
 _LONGEST_SWEEP = 0.25  # seconds
 _MOVING_SPEED = 0.05  # m/s or rad/s
 _MOVING_MESSAGES = 40
+
+
+@dataclass(frozen=True, eq=False)
+class LaserPlace:
+    """Where a laser sits on the car, by the names of their frames."""
+
+    base_frame: str
+    laser_frame: str
+    base_from_laser: NDArray[np.float64]
+    """(4, 4)"""
 
 
 class Sensors:
@@ -40,6 +54,7 @@ class Sensors:
         self._faults = faults
         self._tree = TransformTree()
         self._place: SensorPlace | None = None
+        self._remembered: LaserPlace | None = None
         self._scan_frame = ""
         self._converter: LaserScanConverter | None = None
         self._scan_counts: Counter[str] = Counter()
@@ -53,9 +68,17 @@ class Sensors:
         self._moving_messages = 0
 
     @property
-    def place(self) -> SensorPlace | None:
-        """Where the laser sits, once that is known or a scan had to be taken without."""
-        return self._place
+    def place(self) -> LaserPlace | None:
+        """Where the laser sits, once that is known."""
+        if self._place is None or self._place.source == _ASSUMED:
+            return None
+        return LaserPlace(self._base_frame, self._scan_frame, self._place.base_from_sensor)
+
+    def remember_place(self, place: LaserPlace) -> None:
+        """Where a laser sat when another run ended; it is there until ``/tf_static`` tells, which may take
+        seconds to come."""
+        self._remembered = place
+        self._converter = None
 
     def knows_place(self, scan_message: Any) -> bool:
         """Whether it is known where the laser of a message sits, so that its scans need no assumption."""
@@ -119,7 +142,13 @@ class Sensors:
                 f"/tf_static does not tell where {frame or 'the laser'} sits on {self._base_frame}: it is "
                 "taken to be there; publish the transform, or set the parameter laser_pose.",
             )
-            place = SensorPlace.from_pose(IDENTITY, "assumed identity")
+            place = SensorPlace.from_pose(IDENTITY, _ASSUMED)
+        elif place.source == _REMEMBERED:
+            self._faults.tell(
+                "laser_place",
+                f"/tf_static does not tell yet where {frame} sits on {self._base_frame}: it is taken to be "
+                "where it was in the last run.",
+            )
         else:
             self._faults.end("laser_place", f"The laser's place is known now, from {place.source}.")
         self._place, self._scan_frame = place, frame
@@ -131,7 +160,12 @@ class Sensors:
         if frame == self._base_frame:
             return SensorPlace.from_pose(IDENTITY, "base frame")
         matrix = self._tree.between(self._base_frame, frame)
-        return None if matrix is None else SensorPlace(matrix, "tf_static")
+        if matrix is not None:
+            return SensorPlace(matrix, "tf_static")
+        last = self._remembered
+        if last is not None and (last.base_frame, last.laser_frame) == (self._base_frame, frame):
+            return SensorPlace(last.base_from_laser, _REMEMBERED)
+        return None
 
     def _watch_poses(self, message: Any) -> None:
         """Some drivers fill the speeds only."""

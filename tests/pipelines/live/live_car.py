@@ -75,11 +75,16 @@ class LiveCar:
         """``map_from_base`` now."""
         self.scans_sent = 0
         self.odometry_sent = 0
+        self._node = node
         self._scan_topic = node.create_publisher(LaserScan, "/scan", qos_profile_sensor_data)
         self._odometry_topic = node.create_publisher(OdometryMessage, "/odom", qos_profile_sensor_data)
         self._place_topic = node.create_publisher(transform_message_type(), "/tf_static", LATCHED)
         self._place_topic.publish(_place())
         self._next = 0
+
+    def hush_place(self) -> None:
+        """Nodes that come later are not told where the laser sits."""
+        self._node.destroy_publisher(self._place_topic)
 
     @contextmanager
     def driving(self) -> Iterator[None]:

@@ -9,6 +9,7 @@ from maps.errors import UserError
 from maps.occupancy_grid import OccupancyGrid
 from maps.se2 import compose
 from pipelines.live.remembered_pose import PoseMemory, RememberedPose
+from pipelines.live.sensors import LaserPlace
 
 GRID = OccupancyGrid(np.zeros((5, 5), np.int8), 0.1, np.zeros(3))
 SECOND = 1_000_000_000
@@ -38,6 +39,28 @@ def remembered(tmp_path: Path) -> RememberedPose:
 def test_a_pose_is_remembered_for_its_map_only(tmp_path: Path) -> None:
     np.testing.assert_allclose(remembered(tmp_path).map_from_base, [1.0, 2.0, 0.5])
     assert PoseMemory(tmp_path, replace(GRID, resolution=0.2)).load() is None
+
+
+def test_where_the_laser_sits_is_remembered(tmp_path: Path) -> None:
+    assert remembered(tmp_path).laser is None
+    memory = PoseMemory(tmp_path, GRID)
+    place = np.eye(4) + 0.1
+    memory.save(estimate(), 5, np.zeros(3), LaserPlace("base_link", "laser", place))
+    found = memory.load()
+    assert found is not None
+    assert found.laser is not None
+    assert (found.laser.base_frame, found.laser.laser_frame) == ("base_link", "laser")
+    np.testing.assert_array_equal(found.laser.base_from_laser, place)
+
+
+@pytest.mark.parametrize("laser", ["3", '{"base_frame": "b"}', '{"base_frame": 1, "base_from_laser": [1]}'])
+def test_a_damaged_place_of_the_laser_is_not_remembered(tmp_path: Path, laser: str) -> None:
+    pose = '"map_from_base": [1, 2, 3], "covariance": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]'
+    memory = PoseMemory(tmp_path, GRID)
+    memory.path.write_text(f'{{{pose}, "laser": {laser}}}')
+    found = memory.load()
+    assert found is not None
+    assert found.laser is None
 
 
 def test_odometry_that_went_on_tells_how_far_the_car_drove_meanwhile(tmp_path: Path) -> None:
