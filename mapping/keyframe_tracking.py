@@ -1,5 +1,7 @@
 """Keyframes: choose them, place them against the ones before, and tie them together with constraints."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,16 +47,13 @@ def place(
     frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window. Keyframes before
     ``known_since`` are elsewhere.
     """
-    spaced = np.array([index - back for back in PLACED_AGAINST if back <= index - known_since])
-    tried = _unlike(guesses)
-    matches = _match_guesses(index, spaced, guesses[tried], information, store, poses)
-    best = _best(matches)
-    if matches.overlap.max() > LOST_BELOW:
-        return matches.poses[best], tried[best]
-    recent = np.arange(max(known_since, index - SEARCHED_AMONG), index)
-    found = _search(index, recent, guesses[0], store, poses, SEARCH_WINDOW)
+    spaced, recent = _spaced(index, known_since), _recent(index, known_since)
+    placed, chosen, overlap = _match_best(index, spaced, guesses, information, store, poses)
+    if overlap > LOST_BELOW:
+        return placed, chosen
+    (found,) = _search(index, recent, guesses[0], store, poses, [SEARCH_WINDOW])
     if found is None:
-        return matches.poses[best], tried[best]
+        return placed, chosen
     matches = _match_guesses(index, spaced, np.stack([guesses[0], found]), information, store, poses)
     return matches.poses[_best(matches)], 0
 
@@ -72,20 +71,15 @@ def place_left_alone(
     So it is always sought, also facing any way; but that way it must fit clearly better, for corridors look
     alike both ways.
     """
-    spaced = np.array([index - back for back in PLACED_AGAINST if back <= index - known_since])
-    recent = np.arange(max(known_since, index - SEARCHED_AMONG), index)
-    tried = _unlike(guesses)
-    matches = _match_guesses(index, spaced, guesses[tried], information, store, poses)
-    best = _best(matches)
-    placed, chosen = matches.poses[best], tried[best]
-    for window in (SEARCH_WINDOW, ALL_ROUND):
-        found = _search(index, recent, guesses[0], store, poses, window)
+    spaced, recent = _spaced(index, known_since), _recent(index, known_since)
+    placed, chosen, _ = _match_best(index, spaced, guesses, information, store, poses)
+    nearby, turned = _search(index, recent, guesses[0], store, poses, [SEARCH_WINDOW, ALL_ROUND])
+    for found, least_gain in ((nearby, 1.0), (turned, CLEARLY_BETTER)):
         if found is None:
             continue
         matches = _match_guesses(index, spaced, np.stack([placed, found]), information, store, poses)
-        handicap = CLEARLY_BETTER if window is ALL_ROUND else 1.0
-        best = int(np.argmax(matches.weight / np.array([1.0, handicap])))
-        placed, chosen = matches.poses[best], 0 if best == 1 else chosen
+        is_better = matches.weight[1] > least_gain * matches.weight[0]
+        placed, chosen = matches.poses[int(is_better)], 0 if is_better else chosen
     return placed, chosen
 
 
@@ -99,15 +93,32 @@ def place_far(
     """
     distances = np.hypot(*(poses - guesses[0])[:, :2].T)
     near = np.sort(np.argsort(distances, kind="stable")[:SEARCHED_AMONG])
-    tried = _unlike(guesses)
-    matches = _match_guesses(index, near, guesses[tried], information, store, poses)
+    placed, chosen, _ = _match_best(index, near, guesses, information, store, poses)
+    return placed, chosen
+
+
+def _spaced(index: int, known_since: int) -> NDArray[np.int64]:
+    return np.array([index - back for back in PLACED_AGAINST if back <= index - known_since])
+
+
+def _recent(index: int, known_since: int) -> NDArray[np.int64]:
+    return np.arange(max(known_since, index - SEARCHED_AMONG), index)
+
+
+def _match_best(
+    index: int,
+    fixed: NDArray[np.int64],
+    guesses: Pose,
+    information: NDArray[np.float64],
+    store: ScanStore,
+    poses: Pose,
+) -> tuple[Pose, int, float]:
+    """The pose (3,) to which the best of guesses (H, 3) leads, which guess that is, and the largest overlap
+    of any."""
+    tried = [0, *(k for k in range(1, len(guesses)) if differ(guesses[0], guesses[k]))]
+    matches = _match_guesses(index, fixed, guesses[tried], information, store, poses)
     best = _best(matches)
-    return matches.poses[best], tried[best]
-
-
-def _unlike(guesses: Pose) -> list[int]:
-    """The first of guesses (H, 3), and those that differ from it."""
-    return [0, *(k for k in range(1, len(guesses)) if differ(guesses[0], guesses[k]))]
+    return matches.poses[best], tried[best], float(matches.overlap.max())
 
 
 def differ(guess: Pose, other: Pose) -> bool:
@@ -141,17 +152,23 @@ def _best(matches: Matches) -> int:
 
 
 def _search(
-    index: int, recent: NDArray[np.int64], guess: Pose, store: ScanStore, poses: Pose, window: Window
-) -> Pose | None:
-    """Where near ``guess`` (3,) keyframe ``index`` lies best on the last ones, if anywhere."""
+    index: int,
+    recent: NDArray[np.int64],
+    guess: Pose,
+    store: ScanStore,
+    poses: Pose,
+    windows: Sequence[Window],
+) -> list[Pose | None]:
+    """Where near ``guess`` (3,) keyframe ``index`` lies best on the last ones, if anywhere in each window."""
     clouds = [transform_points(between(poses[index - 1], poses[k]), store.points_of(int(k))) for k in recent]
     moving = store.points_of(index).astype(np.float64)
     if len(moving) < MIN_SEARCH_POINTS:
-        return None
+        return [None] * len(windows)
     fixed = LikelihoodPyramid(np.concatenate(clouds), SEARCH_RADIUS)
     near = moving[np.abs(moving).max(axis=1) < SEARCH_RADIUS]
-    fit = search(fixed, near, between(poses[index - 1], guess), window, SEARCH_SCORE, 1.0)
-    return None if fit is None else compose(poses[index - 1], fit.pose)
+    start = between(poses[index - 1], guess)
+    fits = [search(fixed, near, start, window, SEARCH_SCORE, 1.0) for window in windows]
+    return [None if fit is None else compose(poses[index - 1], fit.pose) for fit in fits]
 
 
 def constrain(
