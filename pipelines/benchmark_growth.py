@@ -1,12 +1,10 @@
 """A long drive round and round the shipped building: does a scan cost more the longer the drive has been?"""
 
-import resource
 import time
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +17,7 @@ from maps.shipped import shipped_map
 from pipelines.benchmark_process import in_fresh_process
 from pipelines.path_smoothing import lengths_along
 from pipelines.progress import progress_bar
+from pipelines.report import resident_memory_mb
 from pipelines.simulator import Simulation
 from pipelines.simulator_config import SimulationConfig
 
@@ -72,10 +71,10 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
             if k % _EARLY_EVERY == 0:
                 early_times[k] = next(early_seconds)
             if k == 0:
-                before = _memory_mb()  # with the kernels loaded and the drive in memory
+                before = resident_memory_mb()  # with the kernels loaded and the drive in memory
             advance_to(k + 1)
     early_seconds.close()
-    megabytes = _memory_mb() - before
+    megabytes = resident_memory_mb() - before
     started = time.perf_counter()
     with progress_bar("Optimizing", quiet=quiet) as advance_to:
         result = mapper.finish(advance_to)
@@ -117,11 +116,3 @@ def _beginning_again(
     """The same for the first tenth of the ``scans``, again and again, each time by a new mapper."""
     while True:
         yield from islice(_mapping(Mapper(settings), simulation), max(1, scans // _PARTS))
-
-
-def _memory_mb() -> float:
-    """Resident memory of this process now; the peak would hide what grows after the drive was planned."""
-    pages = Path("/proc/self/statm")
-    return (
-        int(pages.read_text().split()[1]) * resource.getpagesize() / 1e6 if pages.exists() else float("nan")
-    )

@@ -91,6 +91,14 @@ def peak_memory_mb() -> float:
     return peak * bytes_per_unit / 1e6
 
 
+def resident_memory_mb(process: int | None = None) -> float:
+    """Resident memory now of a process, or of this one, in megabytes; nan where the system does not tell."""
+    pages = Path(f"/proc/{process or 'self'}/statm")
+    return (
+        int(pages.read_text().split()[1]) * resource.getpagesize() / 1e6 if pages.exists() else float("nan")
+    )
+
+
 def _versions() -> dict[str, str]:
     versions = {"python": platform.python_version()}
     for package in _REPORTED_PACKAGES:

@@ -33,7 +33,7 @@ from pipelines.live.node import sensor_qos
 from pipelines.live.processes import private_environment, racecar_process
 from pipelines.live.run import ros_node, served
 from pipelines.mapping_run import build_map
-from pipelines.report import Report
+from pipelines.report import Report, resident_memory_mb
 from pipelines.simulator import Simulation, write_bag
 from pipelines.simulator_config import SimulationConfig
 from pipelines.tum import load_tum
@@ -117,7 +117,7 @@ def measure_localizer(drive: LiveDrive, config: LocalizationConfig, domain: int,
         arguments = ["live", "localize", "--map", str(drive.map), "--no-memory", "--initial-pose", *pose]
         summary, heard = _run(arguments, drive, reader.odom_topic, domain, speed)
         live = heard.trajectory()
-        _take_summary(figures, summary, heard)
+        _take_summary(figures, summary)
         figures.posed, figures.pose_messages = len(live), heard.pose_messages
         figures.seen_latency_ms = heard.latency_ms()
         if drive.truth is not None:
@@ -136,8 +136,8 @@ def measure_mapper(drive: LiveDrive, config: MappingConfig, domain: int, speed: 
         figures.odometry = reader.topics[reader.odom_topic].message_count if reader.odom_topic else 0
         offline = build_map(reader, config, Report("offline"), quiet=True).trajectory
         out = Path(folder) / "map"
-        summary, heard = _run(["live", "map", "--out", str(out)], drive, reader.odom_topic, domain, speed)
-        _take_summary(figures, summary, heard)
+        summary, _ = _run(["live", "map", "--out", str(out)], drive, reader.odom_topic, domain, speed)
+        _take_summary(figures, summary)
         live = load_tum(out / "trajectory.tum")
         figures.posed = len(live)
         figures.longest_backlog_s = summary["longest_backlog"]
@@ -179,7 +179,7 @@ def _replay(reader: BagReader, drive: LiveDrive, config: LocalizationConfig, sta
 def _run(
     arguments: list[str], drive: LiveDrive, odom_topic: str | None, domain: int, speed: float
 ) -> "tuple[dict[str, Any], _Heard]":
-    """Play the bag to a node; its summary, and what was heard of it."""
+    """Play the bag to a node; its summary, with its memory of every second, and what was heard of it."""
     environment = private_environment(domain)
     os.environ.update({name: environment[name] for name in environment if name.startswith("ROS_")})
     with tempfile.TemporaryDirectory() as folder:
@@ -190,13 +190,14 @@ def _run(
             _wait_for(lambda: heard.is_node_there() or node.poll() is not None)
             if node.poll() is not None:
                 raise UserError(f"The node does not start: {log.read_text().strip()}")
+            memory: list[float] = []
             play = ["play", str(drive.bag), "--quiet", "--wait", "30", "--speed", str(speed)]
             with racecar_process(play, environment, log) as player:
                 while player.poll() is None:
-                    heard.memory_mb.append(_memory_mb(node.pid))
+                    memory.append(resident_memory_mb(node.pid))
                     time.sleep(_MEMORY_EVERY)
             time.sleep(1.0)
-        return loads(summary.read_text()), heard
+        return {**loads(summary.read_text()), "memory_mb": memory}, heard
 
 
 class _Heard:
@@ -208,8 +209,6 @@ class _Heard:
         self._scans_at: dict[int, float] = {}
         self._poses_at: dict[int, float] = {}
         self.pose_messages = 0
-        self.memory_mb: list[float] = []
-        """Of the node's process, once a second while the bag is played."""
         node.create_subscription(LaserScan, "/scan", self._on_scan, sensor_qos(1000))
         node.create_subscription(PoseWithCovarianceStamped, "/amcl_pose", self._on_pose, 1000)
         node.create_subscription(OdometryMessage, "/pf/pose/odom", self._on_odometry, 1000)
@@ -220,7 +219,9 @@ class _Heard:
 
     def latency_ms(self) -> dict[str, float]:
         """Median and 99th percentile from a scan's arrival here to that of its pose."""
-        both = [(self._scans_at[k], at) for k, at in self._poses_at.items() if k in self._scans_at]
+        both = [
+            (self._scans_at[stamp], at) for stamp, at in self._poses_at.items() if stamp in self._scans_at
+        ]
         if not both:
             return {}
         median, high = np.quantile([1e3 * (pose - scan) for scan, pose in both], [0.5, 0.99])
@@ -262,22 +263,14 @@ def _wait_for(condition: Callable[[], bool]) -> None:
         time.sleep(0.1)
 
 
-def _memory_mb(process: int) -> float:
-    """What it holds in memory."""
-    pages = int(Path(f"/proc/{process}/statm").read_text().split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") * 1e-6
-
-
-def _take_summary(figures: LiveFigures, summary: dict[str, Any], heard: _Heard) -> None:
+def _take_summary(figures: LiveFigures, summary: dict[str, Any]) -> None:
     figures.received = summary["counts"].get("scans", 0)
     figures.latency_ms = summary["latency_ms"]
     figures.latency_ms_by_tenth = summary["latency_ms_by_tenth"]
     figures.cpu_share = summary["cpu_share"]
     figures.faults = summary["faults"]
-    figures.memory_mb = {
-        "after_a_tenth": heard.memory_mb[len(heard.memory_mb) // 10],
-        "at_the_end": heard.memory_mb[-1],
-    }
+    memory = summary["memory_mb"]
+    figures.memory_mb = {"after_a_tenth": memory[len(memory) // 10], "at_the_end": memory[-1]}
 
 
 def _mean_error(estimated: Trajectory, truth: Trajectory) -> float:

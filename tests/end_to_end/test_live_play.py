@@ -16,6 +16,7 @@ from pipelines.bag_reader import BagReader
 from pipelines.cli import run
 from pipelines.evaluation import compare
 from pipelines.live.processes import private_environment, racecar_process
+from pipelines.report import resident_memory_mb
 from pipelines.tum import load_tum
 
 DOMAIN = 1 + (os.getpid() + 50) % 100
@@ -201,11 +202,6 @@ def test_memory_does_not_grow_with_the_drive(racecar: Racecar, ros: dict[str, st
         with racecar_process(play, ros, log) as player:
             while player.poll() is None:
                 time.sleep(10.0)
-                sizes.append(resident_megabytes(process.pid))
+                sizes.append(resident_memory_mb(process.pid))
     assert json.loads(summary.read_text())["dropped"] == {}, log.read_text()
     assert sizes[-2] < 1.05 * sizes[1], sizes
-
-
-def resident_megabytes(process: int) -> float:
-    status = Path(f"/proc/{process}/status").read_text().splitlines()
-    return next(float(line.split()[1]) / 1e3 for line in status if line.startswith("VmRSS"))
