@@ -62,7 +62,7 @@ class PoseMemory:
         estimate: PoseEstimate,
         odometry_stamp: int | None,
         odom_from_base: Pose,
-        laser: LaserPlace | None = None,
+        laser: LaserPlace | None,
     ) -> None:
         """Replace what was remembered. Raises UserError when the place cannot be written to."""
         write_json(

@@ -18,7 +18,6 @@ from pipelines.bag_transforms import SensorPlace, TransformTree
 from pipelines.live.faults import Faults
 from pipelines.live.steady_clock import SteadyClock, TopicClock
 
-_ASSUMED = "assumed identity"
 _REMEMBERED = "the last run"
 _LONGEST_SWEEP = 0.25  # seconds
 _MOVING_SPEED = 0.05  # m/s or rad/s
@@ -53,7 +52,7 @@ class Sensors:
         self._laser_pose = laser_pose
         self._faults = faults
         self._tree = TransformTree()
-        self._place: SensorPlace | None = None
+        self._place: LaserPlace | None = None
         self._remembered: LaserPlace | None = None
         self._scan_frame = ""
         self._converter: LaserScanConverter | None = None
@@ -70,9 +69,7 @@ class Sensors:
     @property
     def place(self) -> LaserPlace | None:
         """Where the laser sits, once that is known."""
-        if self._place is None or self._place.source == _ASSUMED:
-            return None
-        return LaserPlace(self._base_frame, self._scan_frame, self._place.base_from_sensor)
+        return self._place
 
     def remember_place(self, place: LaserPlace) -> None:
         """Where a laser sat when another run ended; it is there until ``/tf_static`` tells, which may take
@@ -136,13 +133,15 @@ class Sensors:
 
     def _new_converter(self, frame: str) -> LaserScanConverter:
         place = self._known_place(frame)
+        self._place = None if place is None else LaserPlace(self._base_frame, frame, place.base_from_sensor)
+        self._scan_frame = frame
         if place is None:
             self._faults.tell(
                 "laser_place",
                 f"/tf_static does not tell where {frame or 'the laser'} sits on {self._base_frame}: it is "
                 "taken to be there; publish the transform, or set the parameter laser_pose.",
             )
-            place = SensorPlace.from_pose(IDENTITY, _ASSUMED)
+            place = SensorPlace.from_pose(IDENTITY, "assumed identity")
         elif place.source == _REMEMBERED:
             self._faults.tell(
                 "laser_place",
@@ -151,7 +150,6 @@ class Sensors:
             )
         else:
             self._faults.end("laser_place", f"The laser's place is known now, from {place.source}.")
-        self._place, self._scan_frame = place, frame
         return LaserScanConverter(place, _LONGEST_SWEEP, self._scan_counts)
 
     def _known_place(self, frame: str) -> SensorPlace | None:

@@ -30,7 +30,7 @@ def estimate() -> PoseEstimate:
 
 def remembered(tmp_path: Path) -> RememberedPose:
     memory = PoseMemory(tmp_path, GRID)
-    memory.save(estimate(), 100 * SECOND, np.array([7.0, 8.0, -0.2]))
+    memory.save(estimate(), 100 * SECOND, np.array([7.0, 8.0, -0.2]), None)
     found = memory.load()
     assert found is not None
     return found
