@@ -11,9 +11,11 @@ from mapping.odometry_calibration import OdometryCalibration
 from mapping.scan_odometry import ScanOdometry
 from maps.odometry import Odometry, OdometryBuffer
 from maps.scan import Scan
-from maps.se2 import IDENTITY, Pose, between, compose
+from maps.se2 import IDENTITY, Pose, are_apart, between, compose
 
 _STALE_AFTER = 500_000_000
+_LOST = (1.0, 0.5)
+"""Metres and radians by which scan odometry may miss a step between keyframes."""
 
 
 class DeadReckoning:
@@ -28,6 +30,7 @@ class DeadReckoning:
         self.scans_without_odometry = 0
         self._odometry = OdometryBuffer()
         self._scan_odometry = ScanOdometry()
+        self._sweep: NDArray[np.float64] = np.zeros((0, 2))
         self._stamp = 0
         self._by_scans: Pose = IDENTITY
         self._last_motion: Pose = IDENTITY
@@ -48,7 +51,8 @@ class DeadReckoning:
         motion = self._last_motion
         if by_wheels is not None and self._by_wheels is not None:
             motion = self.calibration.correct(between(self._by_wheels, by_wheels))
-        by_scans = self._scan_odometry.register(points if cloud is None else cloud, motion)
+        self._sweep = points if cloud is None else cloud
+        by_scans = self._scan_odometry.register(self._sweep, motion)
         self._last_motion = between(self._by_scans, by_scans)
         self._stamp, self._by_wheels, self._by_scans = scan.stamp, by_wheels, by_scans
         return points
@@ -70,9 +74,20 @@ class DeadReckoning:
 
     def start_keyframe(self, step: Pose) -> None:
         """From here on the current scan is the keyframe; it lies ``step`` (3,) from the last one."""
+        if are_apart(step, between(self._keyframe_by_scans, self._by_scans), _LOST):
+            self._begin_scan_odometry()
         self._velocity = step / max(self._stamp - self._keyframe_stamp, 1)
         self._keyframe_stamp = self._stamp
         self._keyframe_by_scans, self._keyframe_by_wheels = self._by_scans, self._by_wheels
+
+    def _begin_scan_odometry(self) -> None:
+        """Begin anew with the current scan.
+
+        Lost once, scan odometry goes on with the motion that misled it, to where its local map is empty and
+        nothing stops it.
+        """
+        self._scan_odometry = ScanOdometry()
+        self._by_scans, self._last_motion = self._scan_odometry.register(self._sweep, IDENTITY), IDENTITY
 
     def restart_scan_odometry(self) -> None:
         """Forget of scan odometry what `to_arrays` does not tell."""

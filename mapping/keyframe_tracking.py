@@ -9,7 +9,7 @@ from mapping.constraint import Constraint, Kind
 from mapping.correlative_search import LikelihoodPyramid, Window, search
 from mapping.scan_matching import Matches, Pairings, match, one_to_one
 from mapping.scan_store import ScanStore
-from maps.se2 import Pose, between, compose, transform_points
+from maps.se2 import Pose, are_apart, between, compose, transform_points
 
 PLACED_AGAINST = (1, 2, 4, 7, 11)
 TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
@@ -44,18 +44,20 @@ def place(
     """Pose (3,) of keyframe ``index``, matched jointly against several before it, from guesses (H, 3).
 
     Also tells which guess led there. ``information`` (3,) is what the guesses are worth, diagonal, in the
-    frame of the keyframe. When the scans fit nowhere near, they are sought in a wide window. Keyframes before
-    ``known_since`` are elsewhere.
+    frame of the keyframe. When the scans fit nowhere near, they are sought in wide windows about the first
+    guess and about the keyframe before. Keyframes before ``known_since`` are elsewhere.
     """
     spaced, recent = _spaced(index, known_since), _recent(index, known_since)
-    placed, chosen, overlap = _match_best(index, spaced, guesses, information, store, poses)
-    if overlap > LOST_BELOW:
+    placed, chosen, fits = _match_best(index, spaced, guesses, information, store, poses)
+    if fits:
         return placed, chosen
-    (found,) = _search(index, recent, guesses[0], store, poses, [SEARCH_WINDOW])
-    if found is None:
+    windows = [(guesses[0], SEARCH_WINDOW), (poses[index - 1], SEARCH_WINDOW)]
+    found = [pose for pose in _search(index, recent, windows, store, poses) if pose is not None]
+    if not found:
         return placed, chosen
-    matches = _match_guesses(index, spaced, np.stack([guesses[0], found]), information, store, poses)
-    return matches.poses[_best(matches)], 0
+    extended = np.concatenate([guesses, found])
+    placed, chosen, _ = _match_best(index, spaced, extended, information, store, poses)
+    return placed, chosen if chosen < len(guesses) else 0
 
 
 def place_left_alone(
@@ -73,7 +75,8 @@ def place_left_alone(
     """
     spaced, recent = _spaced(index, known_since), _recent(index, known_since)
     placed, chosen, _ = _match_best(index, spaced, guesses, information, store, poses)
-    nearby, turned = _search(index, recent, guesses[0], store, poses, [SEARCH_WINDOW, ALL_ROUND])
+    windows = [(guesses[0], SEARCH_WINDOW), (guesses[0], ALL_ROUND)]
+    nearby, turned = _search(index, recent, windows, store, poses)
     for found, least_gain in ((nearby, 1.0), (turned, CLEARLY_BETTER)):
         if found is None:
             continue
@@ -112,19 +115,22 @@ def _match_best(
     information: NDArray[np.float64],
     store: ScanStore,
     poses: Pose,
-) -> tuple[Pose, int, float]:
-    """The pose (3,) to which the best of guesses (H, 3) leads, which guess that is, and the largest overlap
-    of any."""
+) -> tuple[Pose, int, bool]:
+    """The pose (3,) to which the best of guesses (H, 3) leads, which guess that is, and whether scans fit.
+
+    Scans that overlap but lie off each other's lines came to lie across one another: without wheels a fast
+    turn ends so.
+    """
     tried = [0, *(k for k in range(1, len(guesses)) if differ(guesses[0], guesses[k]))]
     matches = _match_guesses(index, fixed, guesses[tried], information, store, poses)
     best = _best(matches)
-    return matches.poses[best], tried[best], float(matches.overlap.max())
+    fits = matches.overlap.max() > LOST_BELOW and matches.residual[best] < FIT_RESIDUAL
+    return matches.poses[best], tried[best], bool(fits)
 
 
 def differ(guess: Pose, other: Pose) -> bool:
     """Are two guesses (3,) so far apart that matching may lead elsewhere from each?"""
-    apart = between(guess, other)
-    return bool(np.hypot(apart[0], apart[1]) > SAME_GUESS[0] or abs(apart[2]) > SAME_GUESS[1])
+    return are_apart(guess, other, SAME_GUESS)
 
 
 def _match_guesses(
@@ -154,21 +160,20 @@ def _best(matches: Matches) -> int:
 def _search(
     index: int,
     recent: NDArray[np.int64],
-    guess: Pose,
+    windows: Sequence[tuple[Pose, Window]],
     store: ScanStore,
     poses: Pose,
-    windows: Sequence[Window],
 ) -> list[Pose | None]:
-    """Where near ``guess`` (3,) keyframe ``index`` lies best on the last ones, if anywhere in each window."""
+    """Where in each window about a pose (3,) keyframe ``index`` lies best on the last ones, if anywhere."""
     clouds = [transform_points(between(poses[index - 1], poses[k]), store.points_of(int(k))) for k in recent]
     moving = store.points_of(index).astype(np.float64)
     if len(moving) < MIN_SEARCH_POINTS:
         return [None] * len(windows)
     fixed = LikelihoodPyramid(np.concatenate(clouds), SEARCH_RADIUS)
     near = moving[np.abs(moving).max(axis=1) < SEARCH_RADIUS]
-    start = between(poses[index - 1], guess)
-    fits = [search(fixed, near, start, window, SEARCH_SCORE, 1.0) for window in windows]
-    return [None if fit is None else compose(poses[index - 1], fit.pose) for fit in fits]
+    last = poses[index - 1]
+    fits = [search(fixed, near, between(last, pose), window, SEARCH_SCORE, 1.0) for pose, window in windows]
+    return [None if fit is None else compose(last, fit.pose) for fit in fits]
 
 
 def constrain(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.constraint import Constraint
-from maps.se2 import Pose, between, compose
+from maps.se2 import Pose, are_apart, between, compose
 
 _ANCHOR_SIGMA = 1e-4
 _LOCAL_WIDTH = 1.0
@@ -118,8 +118,7 @@ def is_strained(constraint: Constraint, poses: Pose, limits: tuple[float, float]
     The usual limits are those beyond which it is worth optimizing anew.
     """
     solved = between(poses[constraint.from_keyframe], poses[constraint.to_keyframe])
-    error = between(constraint.from_pose_to_pose, solved)
-    return bool(np.hypot(error[0], error[1]) > limits[0] or abs(error[2]) > limits[1])
+    return are_apart(constraint.from_pose_to_pose, solved, limits)
 
 
 def _noise(constraint: Constraint, width: float) -> gtsam.noiseModel.Base:

@@ -49,6 +49,12 @@ def between(world_from_a: ArrayLike, world_from_b: ArrayLike) -> Pose:
     return compose(inverse(world_from_a), world_from_b)
 
 
+def are_apart(pose: Pose, other: Pose, limits: tuple[float, float]) -> bool:
+    """Are two poses (3,) farther apart, or turned more, than ``limits`` in metres and radians?"""
+    x, y, turn = between(pose, other)
+    return bool(np.hypot(x, y) > limits[0] or abs(turn) > limits[1])
+
+
 def transform_points(a_from_b: ArrayLike, points_in_b: ArrayLike) -> NDArray[np.float64]:
     """Points (N, 2) of frame b, given in frame a; the pose is one of shape (3,)."""
     x, y, yaw = np.asarray(a_from_b, dtype=np.float64)

@@ -67,6 +67,19 @@ def test_a_lost_scan_is_found_again_by_the_search(
     assert abs(error[2]) < 0.01
 
 
+@pytest.mark.parametrize("start", [(-2.0, -0.5, 0.1), (2.0, -1.0, 2.0), (0.0, 1.0, -1.0)])
+@pytest.mark.parametrize("missed", [-0.6, -0.36, 0.36, 0.6])
+@pytest.mark.parametrize("turn", [-0.05, 0.05, 0.1])
+def test_a_turn_that_no_guess_knows_of_is_found_though_the_scans_overlap(
+    turn: float, missed: float, start: tuple[float, float, float]
+) -> None:
+    step = np.array([0.2, 0.0, turn])
+    wrong = compose(step, [0.0, 0.0, missed])
+    error, _ = placed_from(ROOM, path(step, start=start), [wrong, wrong, wrong])
+    assert np.hypot(error[0], error[1]) < 0.03
+    assert abs(error[2]) < 0.01
+
+
 def test_without_points_the_first_guess_stands() -> None:
     step = np.array([0.2, 0.0, 0.05])
     out_of_reach = box(-99.0, -99.0, 99.0, 99.0)
