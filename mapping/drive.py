@@ -7,7 +7,7 @@ name                     shape, type       meaning
 =======================  ================  ================================================================
 stamps                   (N,) int64        nanoseconds
 cloud_lengths            (N,) int64        returns of each scan
-clouds                   (sum, 2) float32  metres in the laser frame, corrected for motion
+clouds                   (sum, 2) float32  metres in the laser frame, corrected for motion, thinned
 after_keyframe           (N,) int64        the keyframe that the scan is, or comes after
 guess_counts             (N,) int64        guesses of each scan; one once the next keyframe is placed
 guesses                  (sum, 3) float64  motion of the laser since that keyframe: metres, radians
@@ -16,13 +16,14 @@ keyframe_from_next       (K-1, 3) float64  motion from one keyframe to the next 
 =======================  ================  ================================================================
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.arrays import Arrays, pack, unpack
 from mapping.refinement import guess_scans
+from mapping.scan_store import thin
 from maps.se2 import Pose
 
 
@@ -50,13 +51,13 @@ class Drive:
         if self.keyframe_scans:
             self._keyframe_from_next.append(guesses[chosen])
             for k in range(self.keyframe_scans[-1], len(self._guesses)):
-                self._guesses[k] = self._guesses[k][min(chosen, len(self._guesses[k]) - 1)][None]
+                self._guesses[k] = self._guesses[k][min(chosen, len(self._guesses[k]) - 1)][None].copy()
         self.keyframe_scans.append(len(self.stamps))
 
     def add(self, stamp: int, points: NDArray[np.float64], guesses: Pose) -> None:
         """Take a scan: nanoseconds, points (M, 2) in its frame, guesses (H, 3) of keyframe_from_laser."""
         self.stamps.append(stamp)
-        self.clouds.append(points.astype(np.float32))
+        self.clouds.append(thin(points).astype(np.float32))
         self._after_keyframe.append(len(self.keyframe_scans) - 1)
         self._guesses.append(guesses)
 
@@ -69,6 +70,10 @@ class Drive:
             np.array(self.keyframe_scans),
             map_from_keyframe,
         )
+
+    def frozen(self) -> "Drive":
+        """The same as it is now; it does not grow."""
+        return Drive(*(list(getattr(self, each.name)) for each in fields(self)))
 
     def to_arrays(self) -> Arrays:
         """The arrays that the module's documentation names."""

@@ -7,7 +7,7 @@ is a hypothesis, kept open until its neighbours along the path tell the same sto
 from array import array
 from bisect import bisect_left, bisect_right, insort
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import islice
 
 import numpy as np
@@ -110,6 +110,14 @@ class LoopCloser:
             self._edges.extend((n - 1, n, self.doubt[middle] - self.doubt[self.submaps[-1].middle]))
         self.submaps.append(submap)
         return submap
+
+    def frozen(self) -> "LoopCloser":
+        """The same as it is now, to be told of and not to be gone on with."""
+        hypotheses = [replace(each) for each in self.hypotheses]
+        copies = LoopCloser(self.store, self.verify, list(self.submaps), hypotheses)
+        copies.path, copies.doubt, copies.log = list(self.path), list(self.doubt), dict(self.log)
+        copies._edges = self._edges[:]
+        return copies
 
     def forget_pyramids(self) -> None:
         """Forget what `to_arrays` does not tell; it is made anew when needed."""

@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,10 @@ _CAN_BE_SAVED_EVERY = 100
 """Keyframes."""
 _LOOPS_NOT_TIED = 10
 """Loops closed since a keyframe, after which it is held where it is when the next one strains."""
+
+
+Snapshot: TypeAlias = Callable[[], Arrays]
+"""Packs what a mapper knew when it was taken."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,22 +101,31 @@ class Mapper:
         return self._drive.stamps[-1] if self._drive.stamps else None
 
     def to_arrays(self) -> Arrays:
-        """Everything so far; while `can_be_saved`, another mapper goes on from it to the same bits.
+        """Everything so far; while `can_be_saved`, another mapper goes on from it to the same bits."""
+        return self.snapshot()()
+
+    def snapshot(self) -> Snapshot:
+        """Everything so far, taken at once; packed when called, in any thread while this mapper goes on, for
+        that takes seconds after a long drive.
 
         The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
         ``wheel_steps`` (K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did
         not; ``base_from_laser`` (3,); ``known_since``, the keyframe before which the car was elsewhere;
         wall ``seconds`` (T,) of the ``stages`` (T,).
         """
-        return {
-            **self.session().to_arrays(),
-            **named("drive", self._drive.to_arrays()),
+        session, drive, wheel_steps = self.session().frozen(), self._drive.frozen(), list(self._wheel_steps)
+        rest = {
             **named("reckoning", self._reckoning.to_arrays()),
-            "wheel_steps": np.array([pose_or_nan(step) for step in self._wheel_steps]).reshape(-1, 3),
             "base_from_laser": self._base_from_laser,
             "known_since": np.array(self._known_since),
             "stages": np.array(list(self._seconds), dtype=np.str_),
             "seconds": np.array(list(self._seconds.values())),
+        }
+        return lambda: {
+            **session.to_arrays(),
+            **named("drive", drive.to_arrays()),
+            "wheel_steps": np.array([pose_or_nan(step) for step in wheel_steps]).reshape(-1, 3),
+            **rest,
         }
 
     @classmethod

@@ -30,12 +30,26 @@ class PreparedScan:
 
 def prepare_scan(points_in_laser: NDArray[np.float64]) -> PreparedScan:
     """Sort points (N, 2) by bearing, estimate normals and thin to at most ``MAX_POINTS``."""
-    bearings = np.arctan2(points_in_laser[:, 1], points_in_laser[:, 0])
-    points = points_in_laser[np.argsort(bearings, kind="stable")].astype(np.float32)
+    points = _by_bearing(points_in_laser).astype(np.float32)
     normals = np.zeros_like(points)
     estimate_normals(points, _HALF_ANGLE, _HALF_WIDTH, _MAX_GAP_ANGLE, _MIN_GAP, _MAX_RMS, normals)
-    step = -(-len(points) // MAX_POINTS)
+    step = _step(len(points))
     return PreparedScan(points[::step], normals[::step]) if step > 1 else PreparedScan(points, normals)
+
+
+def thin(points_in_laser: NDArray[np.float64]) -> NDArray[np.float64]:
+    """At most ``MAX_POINTS`` of points (N, 2), evenly by bearing."""
+    step = _step(len(points_in_laser))
+    return _by_bearing(points_in_laser)[::step] if step > 1 else points_in_laser
+
+
+def _by_bearing(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    bearings = np.arctan2(points[:, 1], points[:, 0])
+    return points[np.argsort(bearings, kind="stable")]
+
+
+def _step(count: int) -> int:
+    return -(-count // MAX_POINTS)
 
 
 class ScanStore:

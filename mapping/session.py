@@ -31,6 +31,7 @@ loops.log_counts              (L,) int64          how often
 ============================  ==================  ============================================================
 """
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -58,6 +59,17 @@ class Session:
     """(K, 3)"""
     constraints: list[Constraint]
     loops: LoopCloser
+
+    def frozen(self) -> "Session":
+        """The same as it is now, for another thread to tell of; what never changes is shared."""
+        return Session(
+            copy(self.keyframes),
+            list(self.rays),
+            self.keyframe_from_base,
+            self.map_from_keyframe.copy(),
+            list(self.constraints),
+            self.loops.frozen(),
+        )
 
     def constraints_between_bases(self) -> list[Constraint]:
         """The same constraints between the bases of the keyframes instead of the lasers."""

@@ -14,9 +14,8 @@ from nav_msgs.msg import Path as PathMessage
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
-from mapping.arrays import Arrays
 from mapping.growing_grid import GrowingGrid
-from mapping.mapper import Mapper
+from mapping.mapper import Mapper, Snapshot
 from mapping.rendering import Rays
 from mapping.session import Session
 from maps.errors import UserError
@@ -225,7 +224,7 @@ class MapperNode(LiveNode):
             poses = session.map_from_keyframe.copy()
             put("map", partial(self._publish_map, stamp, list(session.rays), poses))
         if self._is_due("graph") and self.is_heard(self._graph_topic):
-            put("graph", partial(self._publish_graph, stamp, _frozen(self._mapper.session())))
+            put("graph", partial(self._publish_graph, stamp, self._mapper.session().frozen()))
         if self._is_due("path") and self.is_heard(self._path_topic):
             frame = self.parameters.map_frame
             put("path", lambda: self._path_topic.publish(path_bytes(stamp, frame, self._path.poses)))
@@ -258,13 +257,13 @@ class MapperNode(LiveNode):
         if time.monotonic() < self._checkpoint_due:
             return
         self._checkpoint_due = float("inf")
-        arrays, messages = self._mapper.to_arrays(), self._messages
-        self.side.inbox.put("checkpoint", lambda: self._save_checkpoint(arrays, messages))
+        snapshot, messages = self._mapper.snapshot(), self._messages
+        self.side.inbox.put("checkpoint", lambda: self._save_checkpoint(snapshot, messages))
 
-    def _save_checkpoint(self, arrays: Arrays, messages: int) -> None:
+    def _save_checkpoint(self, snapshot: Snapshot, messages: int) -> None:
         began = time.monotonic()
         try:
-            self._checkpoint.save(arrays, messages)
+            self._checkpoint.save(snapshot(), messages)
             self.faults.end("checkpoint", "Checkpoints are written again.")
         except (UserError, OSError) as error:
             self.faults.tell("checkpoint", f"No checkpoint is written: {error}")
@@ -274,10 +273,11 @@ class MapperNode(LiveNode):
     def _on_save(self, _request: Any, response: Any) -> Any:
         """Answers when the files are there. It has a thread of its own, and the work a process of its own,
         so the drive goes on meanwhile."""
-        snapshot: Future[tuple[Arrays, int]] = Future()
-        self.worker.inbox.put("save", lambda: self._take_snapshot(snapshot))
+        taken: Future[tuple[Snapshot, int]] = Future()
+        self.worker.inbox.put("save", lambda: self._take_snapshot(taken))
         try:
-            self._output.save_snapshot(*snapshot.result(_SNAPSHOT_SECONDS))
+            snapshot, messages = taken.result(_SNAPSHOT_SECONDS)
+            self._output.save_snapshot(snapshot(), messages)
         except (UserError, OSError, RuntimeError, TimeoutError) as error:
             response.success, response.message = False, f"The map was not saved: {error}"
             self.faults.tell("saving", response.message, lasting=False)
@@ -286,20 +286,8 @@ class MapperNode(LiveNode):
         self.inform(response.message)
         return response
 
-    def _take_snapshot(self, snapshot: "Future[tuple[Arrays, int]]") -> None:
+    def _take_snapshot(self, taken: "Future[tuple[Snapshot, int]]") -> None:
         if self._pose is None:
-            snapshot.set_exception(UserError("there is none yet, as no scan has come."))
+            taken.set_exception(UserError("there is none yet, as no scan has come."))
         else:
-            snapshot.set_result((self._mapper.to_arrays(), self._messages))
-
-
-def _frozen(session: Session) -> Session:
-    """What the markers are made of, as it is now."""
-    return Session(
-        session.keyframes,
-        [],
-        session.keyframe_from_base,
-        session.map_from_keyframe.copy(),
-        list(session.constraints),
-        session.loops,
-    )
+            taken.set_result((self._mapper.snapshot(), self._messages))

@@ -85,8 +85,8 @@ class LiveNode(ABC):
             node.create_subscription(
                 transform_message_type(), "/tf_static", self.sensors.take_transforms, static, raw=True
             )
-        node.create_subscription(OdometryMessage, "odom", self._on_odometry, sensor_qos(400))
-        node.create_subscription(LaserScan, "scan", self._on_scan, sensor_qos(100))
+        node.create_subscription(OdometryMessage, "odom", self._on_odometry, sensor_qos(1000))
+        node.create_subscription(LaserScan, "scan", self._on_scan, sensor_qos(400))
         node.create_timer(0.5, self.watch)
         node.create_timer(1.0, self._tell)
 

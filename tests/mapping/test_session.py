@@ -7,6 +7,7 @@ from mapping import mapper as mapper_module
 from mapping.arrays import Arrays
 from mapping.config import MappingConfig
 from mapping.mapper import Mapper
+from mapping.scan_store import MAX_POINTS
 from mapping.session import Session
 from maps.map_files import load_map
 from maps.odometry import Odometry
@@ -50,6 +51,27 @@ def test_goes_on_to_the_same_bits(
     assert np.array_equal(result.trajectory.stamps, expected.trajectory.stamps)
     assert np.array_equal(result.grid.cells, expected.grid.cells)
     assert result.counts == expected.counts
+
+
+def test_a_snapshot_stays_as_it_was_while_the_mapper_goes_on(messages: list[Scan | Odometry]) -> None:
+    mapper, half = Mapper(MappingConfig()), len(messages) // 2
+    feed(mapper, messages[:half])
+    expected = {name: array.copy() for name, array in mapper.to_arrays().items()}
+    snapshot = mapper.snapshot()
+    feed(mapper, messages[half:])
+    assert len(mapper.to_arrays()["map_from_keyframe"]) > len(expected["map_from_keyframe"])
+    taken = snapshot()
+    assert taken.keys() == expected.keys()
+    for name, array in expected.items():
+        assert np.array_equal(taken[name], array, equal_nan=array.dtype.kind == "f"), name
+
+
+def test_scans_between_keyframes_are_kept_thinned(messages: list[Scan | Odometry]) -> None:
+    mapper = Mapper(MappingConfig())
+    feed(mapper, messages[: len(messages) // 4])
+    arrays = mapper.to_arrays()
+    assert arrays["rays.returns"].astype(int).max() > MAX_POINTS
+    assert arrays["drive.cloud_lengths"].astype(int).max() <= MAX_POINTS
 
 
 def test_a_session_reads_back_as_it_was(messages: list[Scan | Odometry]) -> None:
