@@ -64,9 +64,10 @@ def _close_loops(joint: Session, known: int, story: list[Hypothesis]) -> Session
     told = loops.accept(story)
     for constraint in [*joint.constraints, *told]:
         graph.add(constraint)
-    poses = graph.optimize_roughly(joint.map_from_keyframe)
+    groups = loops.groups()
+    poses = graph.optimize_roughly(joint.map_from_keyframe, groups)
     start = story[0].moving.index
     for query in sorted(range(known, len(loops.submaps)), key=lambda k: abs(k - start)):
-        poses = graph.close(loops.seek(query, known, poses), poses)
+        poses = graph.close(loops.seek(query, known, poses), poses, groups)
     poses = graph.settle(poses)
     return replace(joint, map_from_keyframe=poses, constraints=graph.constraints)

@@ -16,6 +16,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from mapping.arrays import Arrays
+from mapping.coarse_graph import Groups
 from mapping.constraint import Constraint
 from mapping.correlative_search import Fit, LikelihoodPyramid, Window, search
 from mapping.keyframe_tracking import match_information
@@ -174,7 +175,7 @@ class LoopCloser:
         driven = self.path[-1] if self.path else 0.0
         both.path = [*self.path, *(driven + metres for metres in later.path)]
         doubted = self.doubt[-1] if self.doubt else 0.0
-        both.doubt = [*self.doubt, *(doubted + metres for metres in later.doubt)]
+        both.doubt = [*self.doubt, *(doubted + UNTIED + metres for metres in later.doubt)]
         shifted = np.reshape(later._edges, (-1, 3)) + np.array([submaps, submaps, 0.0])
         both._edges = array("d", [*self._edges, *shifted.ravel()])
         return both
@@ -207,6 +208,13 @@ class LoopCloser:
         accepted = (h.moving.first for h in reversed(self.hypotheses) if h.accepted)
         return next(islice(accepted, loops, None), 0)
 
+    def groups(self) -> Groups:
+        """Which submap each keyframe goes with."""
+        return Groups(self._middles(), np.array(self.doubt))
+
+    def _middles(self) -> NDArray[np.int64]:
+        return np.array([submap.middle for submap in self.submaps])
+
     def _count(self, what: str) -> None:
         self.log[what] = self.log.get(what, 0) + 1
 
@@ -217,7 +225,7 @@ class LoopCloser:
         edges = np.reshape(self._edges, (-1, 3))
         graph = csr_array((edges[:, 2], (edges[:, 0].astype(int), edges[:, 1].astype(int))), shape=(n, n))
         distances = dijkstra(graph, directed=False, indices=np.array([query]))[0, :among]
-        middles = np.array([submap.middle for submap in self.submaps])
+        middles = self._middles()
         apart = np.hypot(*(poses[middles[:among], :2] - poses[middles[query], :2]).T)
         reach = np.minimum(BASE_REACH + DRIFT_PER_METRE * distances, MAX_REACH)
         turn = np.minimum(BASE_TURN + TURN_PER_METRE * distances, MAX_TURN)

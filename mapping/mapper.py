@@ -253,7 +253,7 @@ class Mapper:
         if index % _WINDOW_EVERY == 0 and index > _WINDOW:
             with self._timed("optimization"):
                 first = index + 1 - _WINDOW
-                self._map_from_keyframe = self._graph.optimize_latest(self._map_from_keyframe, first)
+                self._map_from_keyframe = self._graph.optimize_since(first, self._map_from_keyframe)
         if self._config.close_loops:
             self._close_loops(is_tied=is_tied)
         if index > 0 and index % _CAN_BE_SAVED_EVERY == 0:
@@ -328,7 +328,9 @@ class Mapper:
             closures = self._loops.close(self._map_from_keyframe)
         with self._timed("optimization"):
             tied_until = self._loops.tied_until(_LOOPS_NOT_TIED)
-            self._map_from_keyframe = self._graph.close(closures, self._map_from_keyframe, tied_until)
+            self._map_from_keyframe = self._graph.close(
+                closures, self._map_from_keyframe, self._loops.groups(), tied_until
+            )
 
     def _calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""

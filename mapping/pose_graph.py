@@ -12,6 +12,7 @@ import gtsam
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.coarse_graph import Groups, between_groups
 from mapping.constraint import Constraint
 from maps.se2 import Pose, are_apart, between, compose
 
@@ -20,6 +21,9 @@ _LOCAL_WIDTH = 1.0
 _LOOP_WIDTHS = (30.0, 5.0, 1.0)
 _TOLERANCE = 1e-4
 _ROUGH_TOLERANCE = 1e-3
+_GROUPS_TOLERANCE = 0.1
+_ONE_BY_ONE = 1000
+"""Keyframes, at most, that are optimized each for itself while the drive goes on."""
 _STRAINED = (0.15, 0.03)
 _REFUTED = (0.3, 0.06)
 
@@ -40,15 +44,26 @@ class PoseGraph:
         """The poses (K, 3) that agree best with all constraints; the first one is held where it is."""
         return self._anneal(poses, _LOOP_WIDTHS, _TOLERANCE)
 
-    def optimize_roughly(self, poses: Pose, first: int = 0) -> Pose:
+    def optimize_roughly(self, poses: Pose, groups: Groups) -> Pose:
         """The same to a few centimetres, which is as much as a drive that goes on has use for.
 
-        The keyframes before ``first`` are held where they are.
+        Where there are many keyframes they are moved by groups, and only the latest then one by one.
         """
+        first = max(len(poses) - _ONE_BY_ONE, 0)
+        if first > 0:
+            graph = PoseGraph()
+            for constraint in between_groups(self.constraints, poses, groups):
+                graph.add(constraint)
+            middles = graph._anneal(poses[groups.middles], _LOOP_WIDTHS[:2], _GROUPS_TOLERANCE)
+            poses = groups.carry(poses, middles)
+        return self.optimize_roughly_since(first, poses)
+
+    def optimize_roughly_since(self, first: int, poses: Pose) -> Pose:
+        """The same for the keyframes from ``first`` on; those before are held where they are."""
         return self._anneal(poses, _LOOP_WIDTHS[:2], _ROUGH_TOLERANCE, first)
 
-    def optimize_latest(self, poses: Pose, first: int) -> Pose:
-        """The same for the keyframes from ``first`` on; those before are held where they are."""
+    def optimize_since(self, first: int, poses: Pose) -> Pose:
+        """`optimize` for the keyframes from ``first`` on; those before are held where they are."""
         return self._anneal(poses, _LOOP_WIDTHS[-1:], _TOLERANCE, first)
 
     def _anneal(self, poses: Pose, widths: tuple[float, ...], tolerance: float, first: int = 0) -> Pose:
@@ -86,7 +101,7 @@ class PoseGraph:
         poses = self.optimize(poses)
         return self.optimize(poses) if self._drop_refuted(poses) else poses
 
-    def close(self, closures: Sequence[Constraint], poses: Pose, tied_until: int = 0) -> Pose:
+    def close(self, closures: Sequence[Constraint], poses: Pose, groups: Groups, tied_until: int = 0) -> Pose:
         """Take loop closures into the graph; where they strain the poses (K, 3), optimize these roughly.
 
         At first only those from keyframe ``tied_until`` on, which costs the same all day; when the strain is
@@ -94,10 +109,9 @@ class PoseGraph:
         """
         for closure in closures:
             self.add(closure)
-        for first in (tied_until, 0):
-            if any(is_strained(closure, poses) for closure in closures):
-                poses = self.optimize_roughly(poses, first)
-        return poses
+        if tied_until > 0 and _are_strained(closures, poses):
+            poses = self.optimize_roughly_since(tied_until, poses)
+        return self.optimize_roughly(poses, groups) if _are_strained(closures, poses) else poses
 
     def _drop_refuted(self, poses: Pose) -> bool:
         """Take out the loop closures that the solution does not bear out; tells whether there were any."""
@@ -119,6 +133,10 @@ def is_strained(constraint: Constraint, poses: Pose, limits: tuple[float, float]
     """
     solved = between(poses[constraint.from_keyframe], poses[constraint.to_keyframe])
     return are_apart(constraint.from_pose_to_pose, solved, limits)
+
+
+def _are_strained(constraints: Sequence[Constraint], poses: Pose) -> bool:
+    return any(is_strained(constraint, poses) for constraint in constraints)
 
 
 def _noise(constraint: Constraint, width: float) -> gtsam.noiseModel.Base:

@@ -1,7 +1,10 @@
 """The pose graph shares out what odometry gathered, and lets go of a false loop closure."""
 
 import numpy as np
+import pytest
 
+from mapping import pose_graph
+from mapping.coarse_graph import Groups
 from mapping.constraint import Constraint, Kind
 from mapping.odometry_calibration import calibrate
 from mapping.pose_graph import PoseGraph
@@ -11,6 +14,10 @@ from maps.se2 import Pose, between, compose
 def circle(count: int = 60) -> Pose:
     angle = np.linspace(0.0, 2.0 * np.pi, count)
     return np.column_stack([10 * np.cos(angle), 10 * np.sin(angle), np.angle(1j * np.exp(1j * angle))])
+
+
+def groups(count: int) -> Groups:
+    return Groups(np.arange(2, count, 5), np.arange(float(count)))
 
 
 def constraint(a: int, b: int, pose: Pose, sigma: float, kind: Kind) -> Constraint:
@@ -54,7 +61,7 @@ def test_held_keyframes_stay_and_pull_the_others() -> None:
     graph, poses = drifted(true)
     poses[:40] = true[:40]
     graph.add(constraint(0, 59, between(true[0], true[59]), 0.01, "loop_closure"))
-    solved = graph.optimize_roughly(poses, first=40)
+    solved = graph.optimize_roughly_since(40, poses)
     np.testing.assert_array_equal(solved[:40], true[:40])
     assert largest_error(poses, true) > 1.0
     assert largest_error(solved, true) < 0.1
@@ -64,7 +71,8 @@ def test_a_loop_moves_only_what_is_not_tied_yet_when_that_is_enough() -> None:
     true = circle()
     graph, poses = drifted(true)
     poses[:40] = true[:40]
-    solved = graph.close([constraint(0, 59, between(true[0], true[59]), 0.01, "loop_closure")], poses, 40)
+    loop = constraint(0, 59, between(true[0], true[59]), 0.01, "loop_closure")
+    solved = graph.close([loop], poses, groups(60), 40)
     np.testing.assert_array_equal(solved[:40], true[:40])
     assert largest_error(solved, true) < 0.1
 
@@ -73,7 +81,7 @@ def test_a_loop_that_strains_what_was_tied_moves_that_too() -> None:
     true = circle()
     graph, poses = drifted(true)
     loop = constraint(0, 50, between(true[0], true[50]), 0.01, "loop_closure")
-    solved = graph.close([loop], poses, 55)
+    solved = graph.close([loop], poses, groups(60), 55)
     assert not np.allclose(solved[1:50], poses[1:50])
     assert largest_error(solved, true) < 0.3 * largest_error(poses, true)
 
@@ -82,7 +90,20 @@ def test_a_loop_that_fits_moves_nothing() -> None:
     true = circle()
     graph, poses = drifted(true)
     loop = constraint(0, 59, between(poses[0], poses[59]), 0.01, "loop_closure")
-    np.testing.assert_array_equal(graph.close([loop], poses), poses)
+    np.testing.assert_array_equal(graph.close([loop], poses, groups(60)), poses)
+
+
+def test_a_loop_moves_a_long_drive_by_groups_and_its_end_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    true = circle(200)
+    graph, poses = drifted(true)
+    exact, _ = drifted(true)
+    loop = constraint(2, 197, between(true[2], true[197]), 0.01, "loop_closure")
+    exact.add(loop)
+    expected = exact.optimize(poses)
+    monkeypatch.setattr(pose_graph, "_ONE_BY_ONE", 40)
+    solved = graph.close([loop], poses, groups(200))
+    assert largest_error(expected, poses) > 1.0
+    assert largest_error(solved, expected) < 0.1
 
 
 def test_wheels_are_calibrated_in_spite_of_slip() -> None:
