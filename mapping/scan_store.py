@@ -132,6 +132,9 @@ class ScanStore:
         return store
 
     def _grow(self) -> None:
+        # Zeros that nobody has written to take no memory yet.
         for name in ("_points", "_normals", "_counts", "_tables"):
             old = getattr(self, name)
-            setattr(self, name, np.concatenate([old, np.zeros_like(old)]))
+            grown = np.zeros((2 * len(old), *old.shape[1:]), dtype=old.dtype)
+            grown[: len(old)] = old
+            setattr(self, name, grown)
