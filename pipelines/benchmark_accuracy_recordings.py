@@ -2,22 +2,23 @@
 
 That one is wrong, too, where the building has changed or people stand about: a disagreement tells where to
 look, not who is right. And it searches about the localizer's pose: of one that is lost it tells that it is
-wrong, but not where the car is.
+wrong, but not where the car is. Where the two disagree, the scans about that one are asked, too.
 """
 
 import tempfile
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from localization.localizer import Localizer
+from mapping.mapper import MappingResult
 from maps.map_files import load_map, save_map
 from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
+from maps.trajectory import Trajectory
 from pipelines.bag_reader import BagReader
+from pipelines.benchmark_accuracy_localized import LocalizedScans, localize
 from pipelines.benchmark_accuracy_matcher import ExhaustiveMatcher
 from pipelines.config_file import Config
 from pipelines.mapping_run import build_map
@@ -49,6 +50,8 @@ class Comparison:
     """From the localizer's pose to the best fitting one."""
     gain: float
     """By how much better a fit (0 to 1) that is."""
+    metres_by_others: float | None = None
+    """From the localizer's pose to where the scans about this one put it; told where the two disagree."""
 
     @property
     def agrees(self) -> bool:
@@ -76,6 +79,12 @@ class RecordingFigures:
     """Those that fit best more than 0.15 m away, but about as well where the localizer says."""
     searches: int
     """How often the place was searched for: at the start, after gaps and when the car seemed lost."""
+
+    @property
+    def beyond_by_others(self) -> int:
+        """How many scans are beyond 0.15 m both by their own match and by where those about them put them."""
+        doubtful = [*self.beyond, *self.undecided]
+        return sum(each.metres_by_others is not None and each.metres_by_others > _AGREES for each in doubtful)
 
 
 def find_recordings(folder: Path) -> dict[str, Recording]:
@@ -107,38 +116,53 @@ def measure_recordings(
 
 def measure_recording(recording: Recording, settings: Config, seed: int) -> RecordingFigures:
     """Localize a recording from anywhere on the map, and match every 50th scan alone."""
-    grid = _map_of(recording.bag, settings) if recording.map is None else load_map(recording.map)
-    localizer = Localizer(grid, settings.localization, np.random.default_rng(seed))
+    own = _mapped(recording.bag, settings)
+    grid = _as_read(own.grid) if recording.map is None else load_map(recording.map)
+    localizer, matcher = (
+        Localizer(grid, settings.localization, np.random.default_rng(seed)),
+        ExhaustiveMatcher(grid),
+    )
     with BagReader(recording.bag) as reader:
-        comparisons, searches = compare_scans(reader, localizer, ExhaustiveMatcher(grid))
-    return recording_figures(comparisons, searches)
+        localized = localize(reader, localizer)
+    comparisons = [
+        each if each.agrees else _ask_others(each, localized, own.trajectory, matcher)
+        for each in compare_scans(localized, matcher)
+    ]
+    return recording_figures(comparisons, localized.searches)
 
 
 def compare_scans(
-    messages: Iterable[Scan | Odometry], localizer: Localizer, matcher: ExhaustiveMatcher, every: int = _EVERY
-) -> tuple[list[Comparison], int]:
-    """Every so manieth scan by the localizer and matched alone, and how often the place was searched for."""
-    comparisons, scans, searches = [], 0, 0
-    for message in messages:
-        if isinstance(message, Odometry):
-            localizer.add_odometry(message)
-            continue
-        estimate = localizer.add_scan(message)
-        scans += 1
-        searches += estimate.is_start
-        if scans % every == 0:
-            best, gain = matcher.match(message, estimate.map_from_base)
-            metres = float(np.hypot(*(best - estimate.map_from_base)[:2]))
-            comparisons.append(Comparison(scans, metres, gain))
-    return comparisons, searches
+    localized: LocalizedScans, matcher: ExhaustiveMatcher, every: int = _EVERY
+) -> list[Comparison]:
+    """Every so manieth scan by the localizer and matched alone."""
+    comparisons = []
+    for index in range(every - 1, len(localized.scans), every):
+        map_from_base = localized.map_from_base[index]
+        best, gain = matcher.match(localized.scans[index], map_from_base)
+        metres = float(np.hypot(*(best - map_from_base)[:2]))
+        comparisons.append(Comparison(index + 1, metres, gain))
+    return comparisons
 
 
-def _map_of(bag: Path, settings: Config) -> OccupancyGrid:
-    """As whoever reads the map's files sees it."""
+def _ask_others(
+    comparison: Comparison, localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher
+) -> Comparison:
+    index = comparison.scan - 1
+    place = localized.place_by_others(index, own_trajectory, matcher)
+    return replace(
+        comparison, metres_by_others=float(np.hypot(*(place - localized.map_from_base[index][:2])))
+    )
+
+
+def _mapped(bag: Path, settings: Config) -> MappingResult:
     with BagReader(bag) as reader:
-        mapped = build_map(reader, settings.mapping, Report("racecar map"), quiet=True)
+        return build_map(reader, settings.mapping, Report("racecar map"), quiet=True)
+
+
+def _as_read(grid: OccupancyGrid) -> OccupancyGrid:
+    """As whoever reads the map's files sees it."""
     with tempfile.TemporaryDirectory() as folder:
-        save_map(mapped.grid, Path(folder) / "map.yaml")
+        save_map(grid, Path(folder) / "map.yaml")
         return load_map(Path(folder))
 
 

@@ -52,7 +52,7 @@ def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
         "Recordings from an unknown start: every 50th scan beside an exhaustive match within 4 m"
     )
     distances = ("mean (m)", "largest (m)", "beyond 0.15 m", "undecided")
-    add_columns(table, "recording", "scans compared", *distances, "searches")
+    add_columns(table, "recording", "scans compared", *distances, "also by those about them", "searches")
     for name, run in runs.items():
         table.add_row(
             name,
@@ -61,6 +61,7 @@ def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
             f"{run.largest_m:.3f}",
             f"{len(run.beyond)}",
             f"{len(run.undecided)}",
+            f"{run.beyond_by_others}",
             f"{run.searches}",
         )
     return table

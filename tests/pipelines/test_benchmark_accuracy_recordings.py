@@ -1,5 +1,6 @@
 """The exhaustive match of single scans, and the localizer beside it."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,10 @@ from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from maps.ray_casting import cast_ray_fan
 from maps.scan import Scan
 from maps.se2 import IDENTITY, Pose, compose, wrap_angle
+from maps.trajectory import Trajectory
 from pipelines.benchmark_accuracy_drives import Drive, simulate
 from pipelines.benchmark_accuracy_kernels import mean_fits
+from pipelines.benchmark_accuracy_localized import LocalizedScans, localize
 from pipelines.benchmark_accuracy_matcher import ExhaustiveMatcher
 from pipelines.benchmark_accuracy_recordings import (
     Comparison,
@@ -85,9 +88,10 @@ def test_a_localizer_that_is_right_agrees(drive: Drive) -> None:
     grid = rooms()
     localizer = Localizer(grid, LocalizationConfig(), np.random.default_rng(0))
     localizer.set_pose(drive.map_from_base[0])
-    comparisons, searches = compare_scans(drive.messages, localizer, ExhaustiveMatcher(grid), every=20)
+    localized = localize(drive.messages, localizer)
+    comparisons = compare_scans(localized, ExhaustiveMatcher(grid), every=20)
     assert [each.scan for each in comparisons] == [20, 40, 60, 80]
-    figures = recording_figures(comparisons, searches)
+    figures = recording_figures(comparisons, localized.searches)
     assert figures.scans_compared == 4
     assert figures.searches == 1
     assert figures.beyond == figures.undecided == []
@@ -99,19 +103,30 @@ def test_a_localizer_that_is_wrong_is_told(drive: Drive) -> None:
     moved = rooms(np.array([2.0, 0.0, 0.0]))
     localizer = Localizer(moved, LocalizationConfig(), np.random.default_rng(0))
     localizer.set_pose(drive.map_from_base[0] + [2.0, 0.0, 0.0])
-    comparisons, _ = compare_scans(drive.messages, localizer, ExhaustiveMatcher(rooms()), every=40)
+    comparisons = compare_scans(localize(drive.messages, localizer), ExhaustiveMatcher(rooms()), every=40)
     assert all(1.9 < each.metres < 2.1 and each.gain > 0.2 for each in comparisons)
+
+
+def test_the_scans_about_one_tell_where_it_is_though_it_looks_like_elsewhere(drive: Drive) -> None:
+    wrong = compose(drive.map_from_base, [0.3, 0.2, 0.0])
+    scans = [message for message in drive.messages if isinstance(message, Scan)]
+    scans[40] = replace(scans[0], stamp=scans[40].stamp)
+    localized = LocalizedScans(scans, list(wrong), searches=0)
+    own_trajectory = Trajectory(drive.stamps, compose([5.0, -2.0, 1.0], drive.map_from_base))
+    place = localized.place_by_others(40, own_trajectory, ExhaustiveMatcher(rooms()))
+    assert np.hypot(*(place - drive.map_from_base[40, :2])) < 0.1
 
 
 def test_scans_are_sorted_by_distance_and_by_fit() -> None:
     agreeing = [Comparison(50, 0.02, 0.0), Comparison(100, 0.1, 0.3)]
-    beyond, undecided = Comparison(150, 0.2, 0.05), Comparison(200, 9.0, 0.01)
+    beyond, undecided = Comparison(150, 0.2, 0.05, 0.3), Comparison(200, 9.0, 0.01, 0.1)
     figures = recording_figures([*agreeing, beyond, undecided], searches=2)
     assert figures.scans_compared == 4
     assert figures.mean_m == pytest.approx(0.06)
     assert figures.largest_m == 0.1
     assert figures.beyond == [beyond]
     assert figures.undecided == [undecided]
+    assert figures.beyond_by_others == 1
     assert np.isnan(recording_figures([beyond], searches=1).mean_m)
 
 
