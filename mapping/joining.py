@@ -62,7 +62,7 @@ def _close_loops(joint: Session, known: int, story: list[Hypothesis]) -> Session
     graph, loops = PoseGraph(), joint.loops
     loops.hypotheses.extend(story)
     told = loops.accept(story)
-    for constraint in [*joint.constraints, *told]:
+    for constraint in sorted([*joint.constraints, *told], key=lambda c: c.to_keyframe):
         graph.add(constraint)
     groups = loops.groups()
     poses = graph.optimize_roughly(joint.map_from_keyframe, groups)

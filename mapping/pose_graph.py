@@ -36,7 +36,8 @@ class PoseGraph:
         self._factors: list[gtsam.BetweenFactorPose2] = []
 
     def add(self, constraint: Constraint) -> None:
-        """Take a constraint into the graph."""
+        """Take a constraint into the graph; they come in the order of their second keyframes, loop closures
+        excepted."""
         self.constraints.append(constraint)
         self._factors.append(_factor(constraint, _LOCAL_WIDTH))
 
@@ -47,7 +48,7 @@ class PoseGraph:
     def optimize_roughly(self, poses: Pose, groups: Groups) -> Pose:
         """The same to a few centimetres, which is as much as a drive that goes on has use for.
 
-        Where there are many keyframes they are moved by groups, and only the latest then one by one.
+        Where there are many they are moved by groups, and then only the latest of them one by one.
         """
         first = max(len(poses) - _ONE_BY_ONE, 0)
         if first > 0:

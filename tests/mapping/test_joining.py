@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from worlds import box, store_of
 
+from mapping import pose_graph
 from mapping.constraint import Constraint
 from mapping.joining import join
 from mapping.loop_closure import LoopCloser
@@ -47,6 +48,9 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
     constraints = [
         Constraint(k, k + 1, step, np.diag([1e4, 1e4, 1e5]), "scan_matching") for k, step in enumerate(steps)
     ]
+    constraints += [
+        Constraint(k, k + 1, step, np.diag([1e2, 1e2, 1e3]), "odometry") for k, step in enumerate(steps)
+    ]
     rays = [Rays(store.points_of(k).copy(), int(store.counts[k])) for k in range(len(true))]
     laser_from_base = np.tile(inverse(base_from_laser), (len(true), 1))
     return Session(store, rays, laser_from_base, known, constraints, loops)
@@ -63,6 +67,24 @@ def test_the_later_drive_lies_where_it_was() -> None:
     for c in loops:
         assert c.from_keyframe < len(first) <= c.to_keyframe
     assert len(joint.rays) == len(joint.keyframes) == len(true)
+
+
+def test_constraints_lie_in_the_order_in_which_a_pose_graph_takes_them() -> None:
+    first, second = way(0.0, 34.0), way(11.0, 20.0)
+    earlier = session(RING, first, IDENTITY, IDENTITY)
+    joint = join(earlier, session(RING, second, ELSEWHERE, IDENTITY))
+    second_keyframes = [c.to_keyframe for c in joint.constraints if c.kind != "loop_closure"]
+    assert len(second_keyframes) == 2 * (len(first) - 1 + len(second) - 1)
+    assert second_keyframes == sorted(second_keyframes)
+
+
+@pytest.mark.parametrize("one_by_one", [10, 100])
+def test_long_drives_are_joined_by_groups(monkeypatch: pytest.MonkeyPatch, one_by_one: int) -> None:
+    monkeypatch.setattr(pose_graph, "_ONE_BY_ONE", one_by_one)
+    first, second = way(0.0, 34.0), way(11.0, 20.0)
+    earlier = session(RING, first, IDENTITY, IDENTITY)
+    joint = join(earlier, session(RING, second, ELSEWHERE, IDENTITY))
+    assert np.abs(between(np.concatenate([first, second]), joint.map_from_keyframe)).max() < 0.01
 
 
 def test_constraints_between_bases_know_the_place_of_either_laser() -> None:
