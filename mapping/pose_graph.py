@@ -22,7 +22,7 @@ _LOOP_WIDTHS = (30.0, 5.0, 1.0)
 _TOLERANCE = 1e-4
 _ROUGH_TOLERANCE = 1e-3
 _GROUPS_TOLERANCE = 0.1
-_ONE_BY_ONE = 1000
+_ONE_BY_ONE = 4000
 """Keyframes, at most, that are optimized each for itself while the drive goes on."""
 _STRAINED = (0.15, 0.03)
 _REFUTED = (0.3, 0.06)
