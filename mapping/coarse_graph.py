@@ -68,22 +68,24 @@ def between_groups(
         replace(c, from_keyframe=int(group[c.from_keyframe]), to_keyframe=int(group[c.to_keyframe]))
         for c in loops
     ]
-    return _taken_together(local, map_from_keyframe, groups) + closures
+    return _taken_together(local, map_from_keyframe, group, map_from_keyframe[groups.middles]) + closures
 
 
-def _taken_together(local: Sequence[Constraint], map_from_keyframe: Pose, groups: Groups) -> list[Constraint]:
-    """One constraint for each pair of groups that any connect."""
-    edges, middle = to_arrays(local), map_from_keyframe[groups.middles]
+def _taken_together(
+    local: Sequence[Constraint], map_from_keyframe: Pose, group: NDArray[np.int64], middle: Pose
+) -> list[Constraint]:
+    """One constraint for each pair of groups, with their middles at (M, 3), that any connect."""
+    edges = to_arrays(local)
     first, second = edges["keyframes"].T
     error = between(edges["poses"], between(map_from_keyframe[first], map_from_keyframe[second]))
     information = _weighed(local, edges["information"].astype(np.float64), error)
     # A group that moves by delta in its middle's tangent frame makes it error + jacobian delta.
-    group = groups.nearest()
     jacobian = _adjoint(between(map_from_keyframe[second], middle[group[second]]))
+    weighed = jacobian.transpose(0, 2, 1) @ information
     pairs, pair = np.unique(group[first] * len(middle) + group[second], return_inverse=True)
     hessian, gradient = np.zeros((len(pairs), 3, 3)), np.zeros((len(pairs), 3, 1))
-    np.add.at(hessian, pair, jacobian.transpose(0, 2, 1) @ information @ jacobian)
-    np.add.at(gradient, pair, jacobian.transpose(0, 2, 1) @ information @ error[:, :, None])
+    np.add.at(hessian, pair, weighed @ jacobian)
+    np.add.at(gradient, pair, weighed @ error[:, :, None])
     delta = -np.linalg.solve(hessian, gradient)[:, :, 0]
     earlier, later = np.divmod(pairs, len(middle))
     measured = compose(between(middle[earlier], middle[later]), delta)

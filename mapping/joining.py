@@ -59,11 +59,10 @@ def _moved(poses: Pose, first: int, story: list[Hypothesis]) -> Pose:
 
 def _close_loops(joint: Session, known: int, story: list[Hypothesis]) -> Session:
     """Seek the submaps after the ``known`` ones among these, outwards from where the story was told."""
-    graph, loops = PoseGraph(), joint.loops
+    loops = joint.loops
     loops.hypotheses.extend(story)
     told = loops.accept(story)
-    for constraint in sorted([*joint.constraints, *told], key=lambda c: c.to_keyframe):
-        graph.add(constraint)
+    graph = PoseGraph(sorted([*joint.constraints, *told], key=lambda c: c.to_keyframe))
     groups = loops.groups()
     poses = graph.optimize_roughly(joint.map_from_keyframe, groups)
     start = story[0].moving.index

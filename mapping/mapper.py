@@ -136,8 +136,7 @@ class Mapper:
         session = Session.from_arrays(arrays, verify=config.verify_loops)
         mapper._keyframes, mapper._rays, mapper._loops = session.keyframes, session.rays, session.loops
         mapper._map_from_keyframe = session.map_from_keyframe
-        for constraint in session.constraints:
-            mapper._graph.add(constraint)
+        mapper._graph = PoseGraph(session.constraints)
         mapper._drive = Drive.from_arrays(part_of("drive", arrays))
         mapper._reckoning = DeadReckoning.from_arrays(part_of("reckoning", arrays))
         mapper._wheel_steps = [pose_or_none(step) for step in arrays["wheel_steps"]]
@@ -326,6 +325,8 @@ class Mapper:
             return
         with self._timed("loop closure"):
             closures = self._loops.close(self._map_from_keyframe)
+        if not closures:
+            return
         with self._timed("optimization"):
             tied_until = self._loops.tied_until(_LOOPS_NOT_TIED)
             self._map_from_keyframe = self._graph.close(

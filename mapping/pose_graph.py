@@ -6,7 +6,7 @@ Odometry is not robust: where it is all there is, along bare corridors, a robust
 instead of sharing the error out.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import gtsam
 import numpy as np
@@ -31,9 +31,11 @@ _REFUTED = (0.3, 0.06)
 class PoseGraph:
     """Constraints between keyframes, kept as factors so that solving again costs only the solving."""
 
-    def __init__(self) -> None:
+    def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
         self.constraints: list[Constraint] = []
         self._factors: list[gtsam.BetweenFactorPose2] = []
+        for constraint in constraints:
+            self.add(constraint)
 
     def add(self, constraint: Constraint) -> None:
         """Take a constraint into the graph; they come in the order of their second keyframes, loop closures
@@ -52,9 +54,7 @@ class PoseGraph:
         """
         first = max(len(poses) - _ONE_BY_ONE, 0)
         if first > 0:
-            graph = PoseGraph()
-            for constraint in between_groups(self.constraints, poses, groups):
-                graph.add(constraint)
+            graph = PoseGraph(between_groups(self.constraints, poses, groups))
             middles = graph._anneal(poses[groups.middles], _LOOP_WIDTHS[:2], _GROUPS_TOLERANCE)
             poses = groups.carry(poses, middles)
         return self.optimize_roughly_since(first, poses)

@@ -14,6 +14,7 @@ from maps.occupancy_grid import FREE, OCCUPIED, OCCUPIED_FROM, OccupancyGrid
 from maps.odometry import Odometry
 from maps.scan import Scan
 from maps.se2 import Pose, between, compose, wrap_angle
+from pipelines.localization_run import estimates
 from pipelines.simulator import Simulation
 from pipelines.simulator_config import SimulationConfig
 
@@ -99,15 +100,10 @@ def random_start(grid: OccupancyGrid, rng: np.random.Generator) -> tuple[float, 
 
 def run(localizer: Localizer, drive: Drive) -> Run:
     """Feed a drive to a localizer that was told where to start, or not."""
-    estimates = []
-    for message in drive.messages:
-        if isinstance(message, Scan):
-            estimates.append(localizer.add_scan(message))
-        else:
-            localizer.add_odometry(message)
-    errors = np.array([estimate.map_from_base for estimate in estimates]) - drive.map_from_base
+    told = [estimate for _, estimate in estimates(drive.messages, localizer)]
+    errors = np.array([estimate.map_from_base for estimate in told]) - drive.map_from_base
     errors[:, 2] = wrap_angle(errors[:, 2])
-    return Run(estimates, errors)
+    return Run(told, errors)
 
 
 def move_furniture(grid: OccupancyGrid, rng: np.random.Generator) -> OccupancyGrid:

@@ -16,6 +16,7 @@ from maps.scan import Scan
 from maps.se2 import Pose, between, compose
 from maps.trajectory import Trajectory
 from pipelines.benchmark_accuracy_matcher import ExhaustiveMatcher
+from pipelines.localization_run import estimates
 
 _BEFORE_AND_AFTER, _EVERY = 160, 8
 """Scans."""
@@ -48,20 +49,16 @@ class LocalizedScans:
         return place
 
     def _others(self, index: int) -> list[tuple[Scan, Pose]]:
-        first, last = index - _BEFORE_AND_AFTER, index + _BEFORE_AND_AFTER
-        window = range(max(first, first % _EVERY), min(last + 1, len(self.scans)), _EVERY)
-        return [(self.scans[k], self.map_from_base[k]) for k in window if k != index]
+        window = range(index - _BEFORE_AND_AFTER, index + _BEFORE_AND_AFTER + 1, _EVERY)
+        others = (k for k in window if 0 <= k < len(self.scans) and k != index)
+        return [(self.scans[k], self.map_from_base[k]) for k in others]
 
 
 def localize(messages: Iterable[Scan | Odometry], localizer: Localizer) -> LocalizedScans:
     """Feed all messages to a localizer."""
     scans, poses, searches = [], [], 0
-    for message in messages:
-        if isinstance(message, Odometry):
-            localizer.add_odometry(message)
-            continue
-        estimate = localizer.add_scan(message)
+    for scan, estimate in estimates(messages, localizer):
         searches += estimate.is_start
-        scans.append(message)
+        scans.append(scan)
         poses.append(estimate.map_from_base)
     return LocalizedScans(scans, poses, searches)

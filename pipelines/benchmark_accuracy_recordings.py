@@ -8,6 +8,7 @@ wrong, but not where the car is. Where the two disagree, the scans about that on
 import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -116,16 +117,14 @@ def measure_recordings(
 
 def measure_recording(recording: Recording, settings: Config, seed: int) -> RecordingFigures:
     """Localize a recording from anywhere on the map, and match every 50th scan alone."""
-    own = _mapped(recording.bag, settings)
-    grid = _as_read(own.grid) if recording.map is None else load_map(recording.map)
-    localizer, matcher = (
-        Localizer(grid, settings.localization, np.random.default_rng(seed)),
-        ExhaustiveMatcher(grid),
-    )
+    own = cache(partial(_mapped, recording.bag, settings))  # takes a while and is seldom asked for
+    grid = _as_read(own().grid) if recording.map is None else load_map(recording.map)
+    localizer = Localizer(grid, settings.localization, np.random.default_rng(seed))
+    matcher = ExhaustiveMatcher(grid)
     with BagReader(recording.bag) as reader:
         localized = localize(reader, localizer)
     comparisons = [
-        each if each.agrees else _ask_others(each, localized, own.trajectory, matcher)
+        each if each.agrees else _ask_others(each, localized, own().trajectory, matcher)
         for each in compare_scans(localized, matcher)
     ]
     return recording_figures(comparisons, localized.searches)

@@ -88,10 +88,7 @@ def wrong_loops(
 
 
 def _solve(map_from_keyframe: Pose, constraints: Sequence[Constraint]) -> Pose:
-    graph = PoseGraph()
-    for constraint in constraints:
-        graph.add(constraint)
-    return graph.optimize(map_from_keyframe)
+    return PoseGraph(constraints).optimize(map_from_keyframe)
 
 
 def _error(result: MappingResult, map_from_keyframe: Pose, relations: Relations) -> dict[str, float]:

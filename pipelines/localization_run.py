@@ -1,6 +1,7 @@
 """From a bag and a map to the car's poses and their files: what ``racecar localize`` and ``demo`` share."""
 
 import time
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -60,6 +61,17 @@ def mapping_trajectory(map_path: Path) -> Trajectory | None:
     """The trajectory that was driven when a map was made, if it lies beside the map."""
     path = find_map(map_path).parent / "trajectory.tum"
     return load_tum(path) if path.is_file() else None
+
+
+def estimates(
+    messages: Iterable[Scan | Odometry], localizer: Localizer
+) -> Iterator[tuple[Scan, PoseEstimate]]:
+    """Feed messages to a localizer; yields every scan and what comes of it."""
+    for message in messages:
+        if isinstance(message, Scan):
+            yield message, localizer.add_scan(message)
+        else:
+            localizer.add_odometry(message)
 
 
 def replay(

@@ -32,6 +32,7 @@ from pipelines.evaluation import compare
 from pipelines.live.node import sensor_qos
 from pipelines.live.processes import private_environment, racecar_process
 from pipelines.live.run import ros_node, served
+from pipelines.localization_run import estimates
 from pipelines.mapping_run import build_map
 from pipelines.report import Report, resident_memory_mb
 from pipelines.simulator import Simulation, write_bag
@@ -166,13 +167,9 @@ def _replay(reader: BagReader, drive: LiveDrive, config: LocalizationConfig, sta
     localizer = Localizer(load_map(drive.map), config, np.random.default_rng(0))
     localizer.set_pose(start)
     stamps, poses = [], []
-    for message in reader:
-        if isinstance(message, Scan):
-            estimate = localizer.add_scan(message)
-            stamps.append(estimate.stamp)
-            poses.append(estimate.map_from_base)
-        else:
-            localizer.add_odometry(message)
+    for _, estimate in estimates(reader, localizer):
+        stamps.append(estimate.stamp)
+        poses.append(estimate.map_from_base)
     return Trajectory(np.array(stamps, dtype=np.int64), np.array(poses))
 
 
