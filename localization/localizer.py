@@ -16,6 +16,7 @@ from localization.lost_detector import LostDetector, agreement_shares
 from localization.motion_model_kernels import carry
 from localization.motion_source import RESTART_SECONDS, MotionSource
 from localization.motion_step import MotionStep
+from localization.odometry_trust import OdometryTrust
 from localization.particle_filter import ParticleFilter
 from localization.place_search import PlaceSearch
 from localization.pose_estimate import PoseEstimate
@@ -47,8 +48,9 @@ _FAR_ADVANTAGE = 0.5
 What has changed since the map was made costs nearly as much at the right place, and may not at one alike."""
 _DOMINANT = 0.9
 """Weight of a cluster beside which the others do not matter."""
-_TRACKED, _NARROW = 0.5, 0.15
-"""Metres of standard deviation within which the place counts as known, and as known well."""
+_TRACKED, _NARROW, _TRUSTED = 0.5, 0.15, 0.1
+"""Metres of standard deviation within which the place counts as known, as known well, and well enough to hold
+it against the odometry."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +77,7 @@ class Localizer:
         self._lock = Lock()
         self._is_settled = self._is_narrow = False
         self._rival: Rival | None = None
+        self._trust = OdometryTrust()
         self._walls = find_walls(grid)
         self._survey(config)
         self._configure(config)
@@ -127,9 +130,10 @@ class Localizer:
             if self._last is not None and 0 <= self._last.stamp - scan.stamp < RESTART_SECONDS * 1e9:
                 return replace(self._last, is_start=False)
             step = self._motion.step_to(scan.stamp)
-            self._filter.predict(step, self._motion.model, self._config.slip)
+            slip = self._config.slip
+            self._filter.predict(step, self._motion.model, slip, self._trust.doubt(slip))
             if self._rival is not None:
-                self._rival.filter.predict(step, self._motion.model, self._config.slip)
+                self._rival.filter.predict(step, self._motion.model, slip)
             if self._is_settled and step.is_over_gap:
                 self._start_over(step)
             odometry_at = self._motion.poses_at if self._motion.knows(scan.stamp) else None
@@ -137,6 +141,9 @@ class Localizer:
             is_start = self._look(beams, step, scan.stamp) if len(beams) > 0 else not self._is_settled
             estimate = self._estimate(beams, step.seconds, scan.stamp, is_start)
             self._filter.resample(*self._wanted_particles(estimate))
+            is_known = _is_known_within(_TRUSTED, estimate.covariance, estimate.cluster_weight)
+            place = estimate.map_from_base if is_known else None
+            self._trust.follow(step, self._motion.odom_from_base, place, slip)
             self._motion.follow(scan.stamp, estimate.map_from_base)
             self._last = estimate
             self._published = _Published(estimate, self._motion.odom_from_base)
@@ -197,7 +204,12 @@ class Localizer:
         self._is_settled = False
         self._rival = None
         self._lost = self._lost.for_another_place()
+        self._do_not_continue()
+
+    def _do_not_continue(self) -> None:
+        """The estimates to come do not continue those before: the car did not move by what lies between."""
         self._motion.forget_speed()
+        self._trust.start_anew()
 
     def _look(self, beams: Beams, step: MotionStep, stamp: int) -> bool:
         """Take in a scan; whether the estimates to come do not continue those before."""
@@ -272,7 +284,7 @@ class Localizer:
             self._rival = None
         elif rival.has_won:
             self._filter, self._lost, self._rival = rival.filter, rival.lost, None
-            self._motion.forget_speed()
+            self._do_not_continue()
             return True
         return False
 

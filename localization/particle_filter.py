@@ -42,23 +42,23 @@ class ParticleFilter:
     def __len__(self) -> int:
         return len(self.map_from_base)
 
-    def predict(self, step: MotionStep, model: MotionModel, slip: float) -> None:
+    def predict(self, step: MotionStep, model: MotionModel, slip: float, doubt: float = 1.0) -> None:
         """Move all particles by a step, each by its own guess of how that was measured wrongly.
 
         The guesses of the slip last for a while, so that the filter learns it. Where wheels can slip at all,
-        a few particles stray.
+        a few particles stray. ``doubt``, 0 to 1, is how much of either this car's odometry deserves.
         """
         if step.travel == 0.0:
             return
         self._slip_age += step.seconds
         self._effort = np.maximum(self._effort, step.effort)
         if self._slip_age >= _SLIPS_CHANGE_AFTER:
-            self._slips = changed_slips(self._slips, self._slip_age, self._effort, slip, self._rng)
+            self._slips = changed_slips(self._slips, self._slip_age, self._effort, slip * doubt, self._rng)
             self._slip_age, self._effort = 0.0, np.zeros(2)
         self.map_from_base = model.move(self.map_from_base, self._slips, step, self._rng)
         if slip > 0.0 and np.isfinite(step.travel):
             x, y, turn = step.base_from_next_base
-            self.stray(np.array([np.hypot(x, y), np.hypot(x, y), abs(turn)]))
+            self.stray(doubt * np.array([np.hypot(x, y), np.hypot(x, y), abs(turn)]))
 
     def stray(self, deviations: Pose) -> None:
         """Let a few particles think that the odometry is all wrong by deviations (3,) in metres and radians.

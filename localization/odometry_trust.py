@@ -1,0 +1,87 @@
+"""How far this car's odometry is to be trusted, learned while it drives.
+
+The settings say how much the tyres of any car may slip. Where the filter knows the place well, the way it
+went is compared with the way that odometry told. A cloud that believes good odometry does not follow what
+only seems explained elsewhere, as moved furniture does.
+
+The slip over a stretch is taken as normal, its deviation the car's own share of ``effort``; that share's
+variance is the mean of what was seen, weighed by what could have been seen, and of what the settings say.
+"""
+
+from math import exp, hypot, isfinite, sqrt
+
+from localization.motion_model_kernels import step_between
+from localization.motion_step import MotionStep
+from maps.se2 import Pose
+
+_STRETCH, _LONGEST_STRETCH = 1.0, 3.0
+"""Metres plus radians."""
+_MEMORY = 30.0
+"""Metres plus radians after which what was seen counts a third."""
+_SETTINGS_COUNT = 0.05
+"""What the settings say counts like a stretch whose odometry could be so many metres off (squared)."""
+_USUAL_EFFORT = 0.3
+"""So much of the full effort makes up for what odometry gets wrong anyway."""
+_NOISE = 0.03
+"""Metres plus radians of disagreement that the estimates themselves account for."""
+_WORST = 2.0
+"""No stretch counts as worse than so many times what the settings say; else a bump would be held against
+odometry for long."""
+
+
+class OdometryTrust:
+    """Compares odometry with the estimates, one stretch of the way after the other."""
+
+    def __init__(self) -> None:
+        self._seen = self._possible = 0.0
+        self.start_anew()
+
+    def start_anew(self) -> None:
+        """The estimates to come do not continue those before."""
+        self._ends: tuple[Pose, Pose] | None = None
+        self._path = self._turn = self._pushed_path = self._pushed_turn = 0.0
+
+    def doubt(self, slip: float) -> float:
+        """By what share of the slip that the settings say odometry is to be doubted, 0 to 1."""
+        if slip == 0.0:
+            return 0.0
+        variance = (_SETTINGS_COUNT * slip**2 + self._seen) / (_SETTINGS_COUNT + self._possible)
+        return min(sqrt(variance) / slip, 1.0)
+
+    def follow(
+        self, step: MotionStep, odom_from_base: Pose | None, map_from_base: Pose | None, slip: float
+    ) -> None:
+        """Take in where a step led, by odometry (3,) and by an estimate (3,); None where it is not known."""
+        if odom_from_base is None or not isfinite(step.travel):
+            self.start_anew()
+            return
+        self._go_on(step)
+        way = self._path + self._turn
+        if map_from_base is None or (self._ends is not None and way < _STRETCH):
+            return
+        if self._ends is not None and way <= _LONGEST_STRETCH:
+            self._compare(odom_from_base, map_from_base, slip)
+        self.start_anew()
+        self._ends = odom_from_base, map_from_base
+
+    def _go_on(self, step: MotionStep) -> None:
+        x, y, yaw = step.base_from_next_base
+        path, turn = hypot(x, y), abs(yaw)
+        self._path += path
+        self._turn += turn
+        self._pushed_path += step.effort[0] * path
+        self._pushed_turn += step.effort[1] * turn
+
+    def _compare(self, odom_from_base: Pose, map_from_base: Pose, slip: float) -> None:
+        assert self._ends is not None
+        told = step_between(self._ends[0], odom_from_base)
+        went = step_between(self._ends[1], map_from_base)
+        x, y, turn = step_between(told, went)
+        way = self._path + self._turn
+        # A wrong turn carries the rest of the path aside, half of it on average.
+        aside = 0.5 * self._path * self._pushed_turn
+        possible = self._pushed_path**2 + self._pushed_turn**2 + aside**2 + (_USUAL_EFFORT * way) ** 2
+        seen = max(x**2 + y**2 + turn**2 - _NOISE**2, 0.0)
+        kept = exp(-way / _MEMORY)
+        self._seen = kept * self._seen + min(seen, (_WORST * slip) ** 2 * possible)
+        self._possible = kept * self._possible + possible
