@@ -46,6 +46,9 @@ _FOUND = 0.02
 _FAR_ADVANTAGE = 0.5
 """By how much more a beam's log-probability must be at a far place than at one near the last, on average.
 What has changed since the map was made costs nearly as much at the right place, and may not at one alike."""
+_FIRST_SCAN_COUNTS = 0.25
+"""Share of a first scan's log-likelihood about a told place: where the map has changed, another may fit
+better, which only driving refutes."""
 _DOMINANT = 0.9
 """Weight of a cluster beside which the others do not matter."""
 _TRACKED, _NARROW, _TRUSTED = 0.5, 0.15, 0.1
@@ -255,7 +258,7 @@ class Localizer:
         if not self._search_near:
             self._filter, _ = self._search_map(beams)
             return
-        near, fit_near = self._tempered(self._filter.map_from_base, beams)
+        near, fit_near = self._tempered(self._filter.map_from_base, beams, _FIRST_SCAN_COUNTS)
         if not self._search_far or self._agrees(near.moments()[0], beams):
             self._filter = near
             return
@@ -292,10 +295,17 @@ class Localizer:
         found = self._search.find(beams, self._config.squash, self._config.scattered_particles, self._rng)
         return self._tempered(found, beams)
 
-    def _tempered(self, cloud: Pose, beams: Beams) -> tuple[ParticleFilter, float]:
-        """Particles at the places of a cloud that fit a scan best, and the best one's log-likelihood."""
+    def _tempered(self, cloud: Pose, beams: Beams, share: float = 1.0) -> tuple[ParticleFilter, float]:
+        """Particles at the places of a cloud that fit a scan best, and the best one's log-likelihood.
+
+        Of the scan's log-likelihood a share counts.
+        """
+
+        def log_likelihood(map_from_base: Pose) -> NDArray[np.float64]:
+            return share * self._sensor.log_likelihood(map_from_base, beams)
+
         count = min(len(cloud), self._config.scattered_particles)
-        particles = temper(cloud, lambda poses: self._sensor.log_likelihood(poses, beams), count, self._rng)
+        particles = temper(cloud, log_likelihood, count, self._rng)
         best = float(self._sensor.log_likelihood(particles, beams).max())
         return ParticleFilter(particles, self._rng), best
 

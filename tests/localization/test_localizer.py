@@ -1,5 +1,6 @@
 import sys
 import threading
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 from drives import BASE_FROM_LASER, BEARINGS, Drive, drive, pose_at, room
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from localization.config import LocalizationConfig
 from localization.localizer import Localizer
@@ -52,6 +54,28 @@ def test_tracks_from_a_rough_start(speed: float, odometry_scale: float) -> None:
     assert metres.mean() < 0.05
     assert np.rad2deg(radians).mean() < 1.0
     assert metres.max() < 0.2
+
+
+def among_pillars(columns: NDArray[np.int64]) -> OccupancyGrid:
+    """The room with nothing in it but pillars of 0.4 m, each so many cells along it."""
+    grid = room()
+    cells = np.full_like(grid.cells, FREE)
+    cells[:4], cells[-4:], cells[:, :4], cells[:, -4:] = OCCUPIED, OCCUPIED, OCCUPIED, OCCUPIED
+    for row, column in zip(np.random.default_rng(107).integers(10, 140, 14), columns, strict=True):
+        cells[row : row + 8, column : column + 8] = OCCUPIED
+    return replace(grid, cells=cells)
+
+
+def test_a_told_place_stays_in_mind_where_a_first_scan_fits_better_beside_it() -> None:
+    columns = np.random.default_rng(7).integers(10, 208, 14)
+    moved_by_a_metre = columns + 20 * (np.arange(14) < 11)
+    driven = drive(among_pillars(moved_by_a_metre), 0.1, np.random.default_rng(0))
+    filter = Localizer(among_pillars(columns), LocalizationConfig(), np.random.default_rng(0))
+    filter.set_pose(driven.truth[0])
+    replay(filter, driven.messages)
+    off = np.hypot(*(filter.particles()[0] - driven.truth[0])[:, :2].T)
+    assert np.mean(off < 0.3) > 0.5
+    assert np.mean(off > 0.7) > 0.02
 
 
 @pytest.mark.parametrize("seed", range(4))
