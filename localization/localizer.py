@@ -258,8 +258,11 @@ class Localizer:
         if not self._search_near:
             self._filter, _ = self._search_map(beams)
             return
-        near, fit_near = self._tempered(self._filter.map_from_base, beams, _FIRST_SCAN_COUNTS)
-        if not self._search_far or self._agrees(near.moments()[0], beams):
+        if not self._search_far:
+            self._filter, _ = self._tempered(self._filter.map_from_base, beams, _FIRST_SCAN_COUNTS)
+            return
+        near, fit_near = self._tempered(self._filter.map_from_base, beams)
+        if self._agrees(near.moments()[0], beams):
             self._filter = near
             return
         far, fit_far = self._search_map(beams)
