@@ -1,7 +1,4 @@
-"""Gauss-Newton on the distance to walls.
-
-Three by three matrices are written out: NumPy's linear algebra takes seconds to compile.
-"""
+"""Gauss-Newton on the distance to walls."""
 
 import math
 
@@ -11,6 +8,7 @@ from numpy.typing import NDArray
 
 from localization.trigonometry_kernels import wrapped
 from maps.se2 import Pose
+from maps.symmetric_kernels import inverse_of_symmetric
 
 _SCALES = (0.3, 0.2, 0.1, 0.1, 0.07, 0.07)
 """Metres beyond which a point counts less and less; one step each."""
@@ -62,7 +60,7 @@ def align_to_walls(
         for j in range(3):
             held[i, j] = _CLOUD_WIDTH**2 * covariance[i, j]
         held[i, i] += _LEAST_CLOUD**2
-    cloud = _inverse(held)
+    cloud = inverse_of_symmetric(held)
     information = cloud.copy()
     gradient = np.zeros(3)
     for scale in _SCALES:
@@ -100,28 +98,12 @@ def align_to_walls(
             information[1, 1] += weight * slope_y * slope_y
             information[1, 2] += weight * slope_y * slope_yaw
             information[2, 2] += weight * slope_yaw * slope_yaw
-        uncertainty = _inverse(information)
+        uncertainty = inverse_of_symmetric(information)
         for i in range(3):
             for j in range(3):
                 pose[i] -= uncertainty[i, j] * gradient[j]
     pose[2] = wrapped(pose[2])
-    return pose, _inverse(information)
-
-
-@njit(cache=True, nogil=True)
-def _inverse(symmetric: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, 3) from the upper triangle of a symmetric matrix (3, 3), by its cofactors."""
-    a, b, c = symmetric[0, 0], symmetric[0, 1], symmetric[0, 2]
-    d, e, f = symmetric[1, 1], symmetric[1, 2], symmetric[2, 2]
-    inverse = np.empty((3, 3))
-    inverse[0, 0], inverse[0, 1], inverse[0, 2] = d * f - e * e, c * e - b * f, b * e - c * d
-    inverse[1, 1], inverse[1, 2], inverse[2, 2] = a * f - c * c, b * c - a * e, a * d - b * b
-    determinant = a * inverse[0, 0] + b * inverse[0, 1] + c * inverse[0, 2]
-    for i in range(3):
-        for j in range(i, 3):
-            inverse[i, j] /= determinant
-            inverse[j, i] = inverse[i, j]
-    return inverse
+    return pose, inverse_of_symmetric(information)
 
 
 @njit(cache=True, nogil=True)

@@ -31,6 +31,15 @@ def _score(level: NDArray[np.uint8], cells: NDArray[np.int32], dr: int, dc: int)
 
 
 @njit(cache=True, nogil=True)
+def _push(
+    stack: NDArray[np.int64], depth: int, level: int, angle: int, row: int, column: int, score: int
+) -> None:
+    # One number after the other: a row at once takes two seconds to compile.
+    stack[depth, 0], stack[depth, 1], stack[depth, 2] = level, angle, row
+    stack[depth, 3], stack[depth, 4] = column, score
+
+
+@njit(cache=True, nogil=True)
 def branch_and_bound(
     pyramid: NDArray[np.uint8],
     cells: NDArray[np.int32],
@@ -69,7 +78,7 @@ def branch_and_bound(
     for k in np.argsort(-scores):
         if scores[k] <= best:
             break
-        stack[0] = (top, nodes[k, 0], nodes[k, 1], nodes[k, 2], scores[k])
+        _push(stack, 0, top, nodes[k, 0], nodes[k, 1], nodes[k, 2], scores[k])
         depth = 1
         while depth > 0:
             depth -= 1
@@ -96,7 +105,7 @@ def branch_and_bound(
                         continue
                     child = _score(pyramid[h - 1], cells[a], r, c)
                     if child > best:
-                        stack[depth] = (h - 1, a, r, c, child)
+                        _push(stack, depth, h - 1, a, r, c, child)
                         depth += 1
             # The most promising child is looked at first.
             for i in range(first_child + 1, depth):

@@ -66,13 +66,14 @@ def match(
     poses = np.array(guesses, dtype=np.float64)
     hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
     prior = np.asarray(prior_information, dtype=np.float64)
+    pairs = np.ascontiguousarray(pairings.pairs)  # another layout would be compiled for anew
 
     def work(part: NDArray[np.int64]) -> None:
         if len(part) == 0:
             return
         a, b = part[0], part[-1] + 1
         match_groups(
-            poses[a:b], pairings.starts[a : b + 1], pairings.pairs,
+            poses[a:b], pairings.starts[a : b + 1], pairs,
             pairings.fixed_poses, pairings.moving_poses,
             prior, fixed.packed(), moving.packed(),
             widest, kernel_width, hessians[a:b], qualities[a:b],

@@ -1,8 +1,13 @@
-"""Point-to-line matching of two polar scans: the inner loops."""
+"""Point-to-line matching of two polar scans: the inner loops.
+
+Small arrays are copied one number after the other: NumPy's ways to do it take seconds to compile.
+"""
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+from maps.symmetric_kernels import inverse_of_symmetric
 
 TABLE_SIZE = 720
 """Bearing bins of the look-up table; it has one entry more, so that a bin's end is the next one's start."""
@@ -232,10 +237,15 @@ def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
     if kept > 0.0 and small > 0.0:
         shrink = np.sqrt(kept / small)
     angle = 0.5 * np.arctan2(2.0 * b, a - d) + 0.5 * np.pi
-    u = np.array([np.cos(angle), np.sin(angle), 0.0])
-    projection = np.eye(3) - (1.0 - shrink) * np.outer(u, u)
-    hessian[:, :] = projection @ hessian @ projection
-    gradient[:] = projection @ gradient
+    # The projection (p, q; q, r) that leaves ``shrink`` of the eigenvector, from both sides.
+    x, y = np.cos(angle), np.sin(angle)
+    p, q, r = 1.0 - (1.0 - shrink) * x * x, (shrink - 1.0) * x * y, 1.0 - (1.0 - shrink) * y * y
+    hessian[0, 0] = p * (p * a + q * b) + q * (p * b + q * d)
+    hessian[0, 1] = hessian[1, 0] = q * (p * a + q * b) + r * (p * b + q * d)
+    hessian[1, 1] = q * (q * a + r * b) + r * (q * b + r * d)
+    for vector in (hessian[2], gradient):
+        vector[0], vector[1] = p * vector[0] + q * vector[1], q * vector[0] + r * vector[1]
+    hessian[0, 2], hessian[1, 2] = hessian[2, 0], hessian[2, 1]
 
 
 @njit(cache=True, nogil=True)
@@ -279,10 +289,11 @@ def match_group(
     points_t, normals_t, counts_t, tables_t = targets
     points_s, normals_s, counts_s, tables_s = sources
     sums = np.zeros(13)
-    gradient = np.zeros(3)
+    gradient, regular, step = np.zeros(3), np.zeros((3, 3)), np.zeros(3)
     start = pose.copy()
     distance = widest
-    partners = np.full((2, len(pairs), points_t.shape[1]), -1, dtype=np.int16)
+    partners = np.empty((2, len(pairs), points_t.shape[1]), dtype=np.int16)
+    partners[:] = -1
     for _ in range(MAX_ITERATIONS):
         sums[:] = 0.0
         for k in range(len(pairs)):
@@ -309,9 +320,19 @@ def match_group(
         if sums[11] < 6.0:
             break
         off = _relative(start, pose)
-        regular = hessian + np.diag(prior_information + 1e-3 * sums[9])
-        step = -np.linalg.solve(regular, gradient + prior_information * off).astype(np.float64)
-        pose[:] = _compose(pose, step)
+        for i in range(3):
+            for j in range(3):
+                regular[i, j] = hessian[i, j]
+            regular[i, i] += prior_information[i] + 1e-3 * sums[9]
+            gradient[i] += prior_information[i] * off[i]
+        uncertainty = inverse_of_symmetric(regular)
+        for i in range(3):
+            step[i] = 0.0
+            for j in range(3):
+                step[i] -= uncertainty[i, j] * gradient[j]
+        moved = _compose(pose, step)
+        for i in range(3):
+            pose[i] = moved[i]
         settled = abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4
         if settled and distance <= NARROWEST:
             break

@@ -1,10 +1,11 @@
 """Scan matching finds the pose between two scans of a room, and invents none along a corridor."""
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from mapping.scan_matching import match, one_to_one
+from mapping.scan_matching_kernels import SLIDING_FLOOR, remove_sliding
 from mapping.scan_store import ScanStore, prepare_scan
 from maps.se2 import Pose, between, inverse, transform_points
 
@@ -71,6 +72,25 @@ def test_knows_nothing_along_a_bare_corridor() -> None:
     assert along < 0.02
     assert abs(result.poses[0][1] - 0.1) < 0.02
     assert abs(result.poses[0][2] - 0.05) < 0.01
+
+
+@settings(deadline=None)
+@given(st.lists(st.floats(-3.0, 3.0), min_size=9, max_size=9), st.floats(0.0, 2000.0))
+def test_what_noisy_normals_pretend_is_taken_out_of_the_direction_of_least_information(
+    numbers: list[float], weight: float
+) -> None:
+    root = np.reshape(numbers, (3, 3))
+    hessian = root @ root.T + 0.1 * np.eye(3)
+    gradient = root[0].copy()
+    (small, large), axes = np.linalg.eigh(hessian[:2, :2])
+    assume(large - small > 0.01)
+    shrink = np.sqrt(max(small - SLIDING_FLOOR * weight, 0.0) / small)
+    along = np.array([*axes[:, 0], 0.0])
+    projection = np.eye(3) - (1.0 - shrink) * np.outer(along, along)
+    expected = projection @ hessian @ projection, projection @ gradient
+    remove_sliding(hessian, gradient, weight)
+    np.testing.assert_allclose(hessian, expected[0], atol=1e-9)
+    np.testing.assert_allclose(gradient, expected[1], atol=1e-9)
 
 
 def test_scans_without_points_leave_the_guess() -> None:
