@@ -41,8 +41,8 @@ class LocalizationConfig(BaseModel):
         0.3,
         ge=0,
         le=2,
-        description="standard deviation of the share by which wheels and steering deceive; "
-        "at 0 their timing is trusted, too",
+        description="standard deviation of the share by which wheels and steering deceive, until they "
+        "prove better; at 0 their timing is trusted, too",
     )
     drift_noise: float = Field(
         0.2, gt=0, le=10, description="standard deviation (m, rad) after a second without odometry"

@@ -135,7 +135,7 @@ class Localizer:
             step = self._motion.step_to(scan.stamp)
             slip = self._config.slip
             self._filter.predict(step, self._motion.model, slip, self._trust.doubt(slip))
-            if self._rival is not None:
+            if self._rival is not None:  # odometry has proven right only from a place that is in doubt now
                 self._rival.filter.predict(step, self._motion.model, slip)
             if self._is_settled and step.is_over_gap:
                 self._start_over(step)
