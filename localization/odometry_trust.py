@@ -38,7 +38,7 @@ class OdometryTrust:
 
     def start_anew(self) -> None:
         """The estimates to come do not continue those before."""
-        self._ends: tuple[Pose, Pose] | None = None
+        self._begin: tuple[Pose, Pose] | None = None
         self._path = self._turn = self._pushed_path = self._pushed_turn = 0.0
 
     def doubt(self, slip: float) -> float:
@@ -56,13 +56,21 @@ class OdometryTrust:
             self.start_anew()
             return
         self._go_on(step)
-        way = self._path + self._turn
-        if map_from_base is None or (self._ends is not None and way < _STRETCH):
+        if map_from_base is None:
             return
-        if self._ends is not None and way <= _LONGEST_STRETCH:
-            self._compare(odom_from_base, map_from_base, slip)
+        if self._begin is not None:
+            if self._way < _STRETCH:
+                return
+            if self._way <= _LONGEST_STRETCH:
+                odom_from_begin, map_from_begin = self._begin
+                told = step_between(odom_from_begin, odom_from_base)
+                self._compare(told, step_between(map_from_begin, map_from_base), slip)
         self.start_anew()
-        self._ends = odom_from_base, map_from_base
+        self._begin = odom_from_base, map_from_base
+
+    @property
+    def _way(self) -> float:
+        return self._path + self._turn
 
     def _go_on(self, step: MotionStep) -> None:
         x, y, yaw = step.base_from_next_base
@@ -72,16 +80,12 @@ class OdometryTrust:
         self._pushed_path += step.effort[0] * path
         self._pushed_turn += step.effort[1] * turn
 
-    def _compare(self, odom_from_base: Pose, map_from_base: Pose, slip: float) -> None:
-        assert self._ends is not None
-        told = step_between(self._ends[0], odom_from_base)
-        went = step_between(self._ends[1], map_from_base)
+    def _compare(self, told: Pose, went: Pose, slip: float) -> None:
         x, y, turn = step_between(told, went)
-        way = self._path + self._turn
         # A wrong turn carries the rest of the path aside, half of it on average.
         aside = 0.5 * self._path * self._pushed_turn
-        possible = self._pushed_path**2 + self._pushed_turn**2 + aside**2 + (_USUAL_EFFORT * way) ** 2
+        possible = self._pushed_path**2 + self._pushed_turn**2 + aside**2 + (_USUAL_EFFORT * self._way) ** 2
         seen = max(x**2 + y**2 + turn**2 - _NOISE**2, 0.0)
-        kept = exp(-way / _MEMORY)
+        kept = exp(-self._way / _MEMORY)
         self._seen = kept * self._seen + min(seen, (_WORST * slip) ** 2 * possible)
         self._possible = kept * self._possible + possible

@@ -156,10 +156,8 @@ def _find_start(reader: BagReader, drive: LiveDrive, config: LocalizationConfig)
         start: Pose = drive.truth.map_from_base[0]
         return start
     localizer = Localizer(load_map(drive.map), config, np.random.default_rng(0))
-    for message in reader:
-        if isinstance(message, Scan):
-            return localizer.add_scan(message).map_from_base
-        localizer.add_odometry(message)
+    for _, estimate in estimates(reader, localizer):
+        return estimate.map_from_base
     raise UserError(f"{drive.bag} holds no usable scan.")
 
 
