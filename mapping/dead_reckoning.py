@@ -28,6 +28,8 @@ class DeadReckoning:
     def __init__(self) -> None:
         self.calibration = OdometryCalibration()
         self.scans_without_odometry = 0
+        self.base_from_laser: Pose = IDENTITY
+        """As it was told last."""
         self._odometry = OdometryBuffer()
         self._scan_odometry = ScanOdometry()
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
@@ -46,6 +48,7 @@ class DeadReckoning:
 
     def advance(self, scan: Scan) -> NDArray[np.float64]:
         """Move on to the next scan; returns its end points (M, 2), corrected for motion, in its frame."""
+        self._place_laser(scan.base_from_laser)
         points, cloud = deskew(scan, self._odometry), deskew_cloud(scan, self._odometry)
         by_wheels = self._wheels_at(scan)
         motion = self._last_motion
@@ -97,15 +100,17 @@ class DeadReckoning:
         """All there is to know; right after a restart of scan odometry another goes on from it exactly.
 
         Poses (3,) are float64, metres and radians; stamps int64, nanoseconds. ``calibration`` (5,) holds the
-        fields of `OdometryCalibration`, ``odometry_stamps`` (M,) and ``odometry_poses`` (M, 3) the latest
-        odom_from_base. ``by_scans`` and ``by_wheels`` are the laser now, in the frames of scan odometry and
-        of the wheels, ``keyframe_by_...`` the same at the last keyframe; NaN where wheels tell nothing.
+        fields of `OdometryCalibration`, ``base_from_laser`` is where the laser sits, ``odometry_stamps`` (M,)
+        and ``odometry_poses`` (M, 3) are the latest odom_from_base. ``by_scans`` and ``by_wheels`` are the
+        laser now, in the frames of scan odometry and of the wheels, ``keyframe_by_...`` the same at the last
+        keyframe; NaN where wheels tell nothing.
         ``last_motion`` leads from the last scan to this one; ``velocity`` is per nanosecond.
         """
         stamps, poses = self._odometry.samples
         return {
             "calibration": np.array(astuple(self.calibration)),
             "scans_without_odometry": np.array(self.scans_without_odometry),
+            "base_from_laser": self.base_from_laser,
             "odometry_stamps": stamps,
             "odometry_poses": poses,
             "stamp": np.array(self._stamp),
@@ -125,6 +130,7 @@ class DeadReckoning:
         reckoning = cls()
         reckoning.calibration = OdometryCalibration(*arrays["calibration"].tolist())
         reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
+        reckoning.base_from_laser = arrays["base_from_laser"].astype(np.float64)
         for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
             reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
         reckoning._stamp = int(arrays["stamp"])
@@ -137,6 +143,15 @@ class DeadReckoning:
         reckoning._velocity = arrays["velocity"].astype(np.float64)
         reckoning._scan_odometry = ScanOdometry.from_arrays(part_of("scan_odometry", arrays))
         return reckoning
+
+    def _place_laser(self, base_from_laser: Pose) -> None:
+        """Where the laser sits may be told late; what the wheels said until then is of another place."""
+        moved = between(self.base_from_laser, base_from_laser)
+        if moved.any() and self._by_wheels is not None:
+            self._by_wheels = compose(self._by_wheels, moved)
+        if moved.any() and self._keyframe_by_wheels is not None:
+            self._keyframe_by_wheels = compose(self._keyframe_by_wheels, moved)
+        self.base_from_laser = base_from_laser
 
     def _wheels_at(self, scan: Scan) -> Pose | None:
         """odom_from_laser (3,), None without recent odometry."""

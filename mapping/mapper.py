@@ -80,7 +80,6 @@ class Mapper:
         self._graph = PoseGraph()
         self._keyframes = ScanStore()
         self._loops = LoopCloser(self._keyframes, verify=config.verify_loops)
-        self._base_from_laser: Pose = IDENTITY
         self._drive = Drive()
         self._map_from_keyframe: Pose = np.zeros((0, 3))
         self._rays: list[Rays] = []
@@ -110,13 +109,12 @@ class Mapper:
 
         The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
         ``wheel_steps`` (K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did
-        not; ``base_from_laser`` (3,); ``known_since``, the keyframe before which the car was elsewhere;
-        wall ``seconds`` (T,) of the ``stages`` (T,).
+        not; ``known_since``, the keyframe before which the car was elsewhere; wall ``seconds`` (T,) of the
+        ``stages`` (T,).
         """
         session, drive, wheel_steps = self.session().frozen(), self._drive.frozen(), list(self._wheel_steps)
         rest = {
             **named("reckoning", self._reckoning.to_arrays()),
-            "base_from_laser": self._base_from_laser,
             "known_since": np.array(self._known_since),
             "stages": np.array(list(self._seconds), dtype=np.str_),
             "seconds": np.array(list(self._seconds.values())),
@@ -140,7 +138,6 @@ class Mapper:
         mapper._drive = Drive.from_arrays(part_of("drive", arrays))
         mapper._reckoning = DeadReckoning.from_arrays(part_of("reckoning", arrays))
         mapper._wheel_steps = [pose_or_none(step) for step in arrays["wheel_steps"]]
-        mapper._base_from_laser = arrays["base_from_laser"].astype(np.float64)
         mapper._known_since = int(arrays["known_since"])
         mapper._seconds = dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True))
         mapper._can_be_saved = True
@@ -157,15 +154,13 @@ class Mapper:
         guesses = self._reckoning.motions()
         self._can_be_saved = False
         last_stamp = self.last_stamp
-        if last_stamp is None:
-            self._base_from_laser = scan.base_from_laser
         is_after_gap = last_stamp is not None and scan.stamp - last_stamp > _GAP
         if last_stamp is None or is_after_gap or self._is_far(guesses):
             self._add_keyframe(scan, points, guesses, is_after_gap=is_after_gap)
             guesses = np.zeros((1, 3))
         self._drive.add(scan.stamp, points, guesses)
         map_from_laser = compose(self._map_from_keyframe[-1], guesses[0])
-        return compose(map_from_laser, inverse(self._base_from_laser))
+        return compose(map_from_laser, inverse(self._reckoning.base_from_laser))
 
     def finish(
         self, progress: Callable[[float], None] | None = None, earlier: Session | None = None
@@ -194,7 +189,7 @@ class Mapper:
             grid = render(session.rays, session.map_from_keyframe, self._config.resolution)
             grid = without_specks(grid, returns)
         report(1.0)
-        map_from_base = compose(map_from_laser, inverse(self._base_from_laser))
+        map_from_base = compose(map_from_laser, inverse(self._reckoning.base_from_laser))
         return MappingResult(
             trajectory=Trajectory(np.array(self._drive.stamps, dtype=np.int64), map_from_base),
             grid=grid,
@@ -238,7 +233,7 @@ class Mapper:
         index = self._keyframes.add(prepare_scan(points))
         step, chosen, is_tied = IDENTITY, 0, True
         if index == 0:
-            self._map_from_keyframe = self._base_from_laser[None].copy()
+            self._map_from_keyframe = self._reckoning.base_from_laser[None].copy()
         else:
             step, chosen = self._place(index, guesses, is_after_gap=is_after_gap)
             is_tied = self._tie(index, is_after_gap=is_after_gap)
@@ -268,7 +263,7 @@ class Mapper:
         return Session(
             self._keyframes,
             self._rays,
-            np.tile(inverse(self._base_from_laser), (len(self._keyframes), 1)),
+            np.tile(inverse(self._reckoning.base_from_laser), (len(self._keyframes), 1)),
             self._map_from_keyframe,
             self._graph.constraints,
             self._loops,

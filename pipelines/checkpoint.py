@@ -4,12 +4,13 @@ import json
 import logging
 import time
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from mapping.arrays import Arrays
+from mapping.arrays import Arrays, named, part_of
 from mapping.config import MappingConfig
 from mapping.mapper import Mapper
 from maps.errors import UserError
@@ -23,6 +24,17 @@ _LEAST_WORK = 50.0
 _log = logging.getLogger(__name__)
 
 
+@dataclass(frozen=True, eq=False)
+class Start:
+    """What a run begins with, or goes on from."""
+
+    mapper: Mapper
+    messages: int = 0
+    """How many of them the mapper has taken."""
+    besides: Arrays = field(default_factory=dict)
+    """What was kept besides the mapper."""
+
+
 class Checkpoint:
     """The file beside a run's output folder that holds its mapper from time to time."""
 
@@ -33,8 +45,8 @@ class Checkpoint:
         self._run = json.dumps(run, sort_keys=True)
         self._due = time.monotonic() + EVERY_SECONDS
 
-    def resume(self, config: MappingConfig) -> tuple[Mapper, int] | None:
-        """The mapper, and how many messages it has taken; None when there is nothing to go on from.
+    def resume(self, config: MappingConfig) -> Start | None:
+        """What to go on from; None when there is nothing.
 
         Raises UserError when the file that is there is of another run, or cannot be read.
         """
@@ -44,7 +56,8 @@ class Checkpoint:
         if str(arrays.get("run")) != self._run:
             raise UserError(f"{self.path} is of another bag or of other settings.")
         try:
-            return Mapper.from_arrays(config, arrays), int(arrays["messages"])
+            mapper = Mapper.from_arrays(config, arrays)
+            return Start(mapper, int(arrays["messages"]), part_of("besides", arrays))
         except (KeyError, ValueError, IndexError, TypeError) as error:
             raise UserError(f"{self.path} is damaged.") from error
 
@@ -63,11 +76,11 @@ class Checkpoint:
         now = time.monotonic()
         self._due = now + max(EVERY_SECONDS, _LEAST_WORK * (now - start))
 
-    def save(self, arrays: Arrays, messages: int) -> None:
-        """Write the arrays of a mapper that has taken so many messages. Raises UserError or OSError where
-        that cannot be."""
+    def save(self, arrays: Arrays, messages: int, besides: Arrays | None = None) -> None:
+        """Write the arrays of a mapper that has taken so many messages, and what else is to be kept. Raises
+        UserError or OSError where that cannot be."""
         marks = {"run": np.array(self._run), "messages": np.array(messages)}
-        save_arrays({**marks, **arrays}, self.path, "racecar checkpoint")
+        save_arrays({**marks, **named("besides", besides or {}), **arrays}, self.path, "racecar checkpoint")
 
     def remove(self) -> None:
         """The run is over."""

@@ -15,7 +15,7 @@ from maps.odometry import Odometry
 from maps.scan import Scan
 from maps.se2 import between
 from pipelines.bag_reader import BagReader
-from pipelines.checkpoint import Checkpoint
+from pipelines.checkpoint import Checkpoint, Start
 from pipelines.g2o import save_g2o
 from pipelines.interrupts import stop_request
 from pipelines.map_picture import save_map_picture
@@ -52,15 +52,15 @@ def build_map(
     a second one raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the
     drive is not recognized on the earlier map.
     """
-    mapper, taken = _start(config, checkpoint, announce)
-    scans = _feed(mapper, taken, reader, report, checkpoint, quiet=quiet)
+    start = _start(config, checkpoint, announce)
+    scans = _feed(start, reader, report, checkpoint, quiet=quiet)
     if not scans:
         raise UserError(
             f"There is no usable scan on {reader.scan_topic}; `racecar check` tells what the bag holds."
         )
     with report.stage("optimizing"), progress_bar("Optimizing", quiet=quiet) as advance_to:
         try:
-            result = mapper.finish(advance_to, earlier)
+            result = start.mapper.finish(advance_to, earlier)
         except UserError:
             if checkpoint is not None:
                 checkpoint.remove()  # to go on from it would end the same way
@@ -93,31 +93,27 @@ def save_mapping(result: MappingResult, report: Report, folder: Path, title: str
     report.write(folder / "report.json")
 
 
-def _start(
-    config: MappingConfig, checkpoint: Checkpoint | None, announce: Callable[[str], None]
-) -> tuple[Mapper, int]:
-    """The mapper to begin with, and how many messages it has taken."""
+def _start(config: MappingConfig, checkpoint: Checkpoint | None, announce: Callable[[str], None]) -> Start:
     try:
         resumed = checkpoint.resume(config) if checkpoint else None
     except UserError as error:
         announce(f"The checkpoint is left aside and the run begins anew: {error}")
         resumed = None
     if checkpoint is None or resumed is None:
-        return Mapper(config), 0
+        return Start(Mapper(config))
     announce(f"An earlier run was cut short: this one goes on from {checkpoint.path}.")
     return resumed
 
 
 def _feed(
-    mapper: Mapper,
-    taken: int,
+    start: Start,
     reader: BagReader,
     report: Report,
     checkpoint: Checkpoint | None,
     *,
     quiet: bool,
 ) -> int:
-    """Hand every message after those that it has taken to the mapper; the number of scans."""
+    """Hand every message after those that the mapper has taken to it; the number of scans."""
     scans = 0
     with (
         stop_request(signal.SIGINT) as stop,
@@ -126,11 +122,11 @@ def _feed(
     ):
         for number, message in enumerate(_timed(reader, report), start=1):
             scans += isinstance(message, Scan)
-            if number > taken:
+            if number > start.messages:
                 with report.stage("scan matching"):
-                    _hand_on(message, mapper)
+                    _hand_on(message, start.mapper)
                 if checkpoint is not None:
-                    checkpoint.save_when_due(mapper, number)
+                    checkpoint.save_when_due(start.mapper, number)
             advance_to(reader.messages_read)
             if stop.is_made:
                 report.add("counts", {"interrupted": True})

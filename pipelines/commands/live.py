@@ -194,13 +194,13 @@ def map(
     output = MapOutput(out, settings, {"live": True, "settings": settings.model_dump()})
     with output_folder(out):
         pass  # so that no drive is made in vain
-    mapper, messages = resume(output, anew=anew, announce=console.print)
+    start = resume(output, anew=anew, announce=console.print)
     with (
         stop_request(signal.SIGINT, signal.SIGTERM) as stop,
         _page(view, "racecar mapper", view_port) as page,
         ros_node("racecar_mapper", context.obj) as node,
     ):
-        drive = MapperNode(node, output, mapper, messages, page)
+        drive = MapperNode(node, output, start, page)
         warm_up_mapper()
         drive.start()
         try:

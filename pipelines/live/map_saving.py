@@ -12,7 +12,7 @@ from mapping.config import MappingConfig
 from mapping.mapper import Mapper
 from maps.errors import UserError
 from pipelines.benchmark_process import in_fresh_process
-from pipelines.checkpoint import Checkpoint
+from pipelines.checkpoint import Checkpoint, Start
 from pipelines.mapping_run import save_mapping
 from pipelines.outputs import output_folder
 from pipelines.report import Report
@@ -49,31 +49,31 @@ class MapOutput:
                 report.warn(sentence)
             save_mapping(result, report, folder, title=self.folder.name)
 
-    def save_snapshot(self, arrays: Arrays, messages: int) -> None:
+    def save_snapshot(self, arrays: Arrays, messages: int, besides: Arrays) -> None:
         """The same from the arrays of a mapper that drives on; the work is done in a process of its own.
 
         Raises UserError as `save` does.
         """
-        self.checkpoint().save(arrays, messages)
+        self.checkpoint().save(arrays, messages, besides)
         in_fresh_process(partial(_save_checkpoint, self))
 
 
-def resume(output: MapOutput, *, anew: bool, announce: Callable[[str], None]) -> tuple[Mapper, int]:
-    """The mapper to begin with, and how many messages it has taken: that of a drive whose node was killed not
-    long ago, which is announced, or a new one."""
+def resume(output: MapOutput, *, anew: bool, announce: Callable[[str], None]) -> Start:
+    """What to begin with: the mapper of a drive whose node was killed not long ago, which is announced, or a
+    new one."""
     checkpoint = output.checkpoint()
     if anew or not checkpoint.path.is_file():
-        return Mapper(output.config), 0
+        return Start(Mapper(output.config))
     if time.time() - checkpoint.path.stat().st_mtime > _RESUMED_WITHIN:
         announce(f"{checkpoint.path} is of an earlier drive and is left aside.")
-        return Mapper(output.config), 0
+        return Start(Mapper(output.config))
     try:
         resumed = checkpoint.resume(output.config)
     except UserError as error:
         announce(f"The checkpoint is left aside and the drive begins anew: {error}")
         resumed = None
     if resumed is None:
-        return Mapper(output.config), 0
+        return Start(Mapper(output.config))
     announce(f"The node was killed: the drive goes on from {checkpoint.path}.")
     return resumed
 
@@ -82,4 +82,4 @@ def _save_checkpoint(output: MapOutput) -> None:
     resumed = output.checkpoint().resume(output.config)
     if resumed is None:
         raise UserError(f"There is no {output.checkpoint().path} any more, so no map was saved.")
-    output.save(resumed[0])
+    output.save(resumed.mapper)

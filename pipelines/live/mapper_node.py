@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Mapping
 from concurrent.futures import Future, TimeoutError
 from contextlib import ExitStack
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -14,8 +15,9 @@ from nav_msgs.msg import Path as PathMessage
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
+from mapping.arrays import Arrays
 from mapping.growing_grid import GrowingGrid
-from mapping.mapper import Mapper, Snapshot
+from mapping.mapper import Snapshot
 from mapping.rendering import Rays
 from mapping.session import Session
 from maps.errors import UserError
@@ -25,9 +27,11 @@ from maps.se2 import Pose, transform_points
 from pipelines.bag_messages import frame_name
 from pipelines.bag_odometry import planar_pose
 from pipelines.bag_order import HeldScans
+from pipelines.checkpoint import Start
 from pipelines.live.bulk_messages import path_bytes
 from pipelines.live.driven_path import DrivenPath
 from pipelines.live.graph_markers import graph_markers
+from pipelines.live.laser_place import LaserPlace
 from pipelines.live.map_saving import MapOutput
 from pipelines.live.messages import fill_pose, grid_message, header
 from pipelines.live.node import LATCHED, LiveNode
@@ -51,6 +55,15 @@ _BEHIND = 1.0
 """Seconds for which messages wait when that is worth telling."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Taken:
+    """What a checkpoint holds, as it was at one moment."""
+
+    arrays: Snapshot
+    messages: int
+    besides: Arrays
+
+
 class MapperNode(LiveNode):
     """The map of the drive so far, the car's place on it, and files of it."""
 
@@ -59,13 +72,13 @@ class MapperNode(LiveNode):
         "odometry": "the map rests on the scans alone",
     }
 
-    def __init__(
-        self, node: Any, output: MapOutput, mapper: Mapper, messages: int, view: "LiveView | None" = None
-    ) -> None:
-        """``mapper`` may have taken ``messages`` of this drive already. Raises UserError that names a
-        parameter at fault."""
-        super().__init__(node, "mapper", _WORK, _SIDE_WORK, after=mapper.last_stamp)
-        self._output, self._mapper, self._messages = output, mapper, messages
+    def __init__(self, node: Any, output: MapOutput, start: Start, view: "LiveView | None" = None) -> None:
+        """Raises UserError that names a parameter at fault."""
+        super().__init__(node, "mapper", _WORK, _SIDE_WORK, after=start.mapper.last_stamp)
+        self._output, self._mapper, self._messages = output, start.mapper, start.messages
+        place = LaserPlace.from_fields(start.besides)
+        if place is not None:
+            self.sensors.remember_place(place)
         self._view = view
         self._checkpoint = output.checkpoint()
         self._grid = GrowingGrid(output.config.resolution)
@@ -257,13 +270,13 @@ class MapperNode(LiveNode):
         if time.monotonic() < self._checkpoint_due:
             return
         self._checkpoint_due = float("inf")
-        snapshot, messages = self._mapper.snapshot(), self._messages
-        self.side.inbox.put("checkpoint", lambda: self._save_checkpoint(snapshot, messages))
+        taken = self._snapshot()
+        self.side.inbox.put("checkpoint", lambda: self._save_checkpoint(taken))
 
-    def _save_checkpoint(self, snapshot: Snapshot, messages: int) -> None:
+    def _save_checkpoint(self, taken: _Taken) -> None:
         began = time.monotonic()
         try:
-            self._checkpoint.save(snapshot(), messages)
+            self._checkpoint.save(taken.arrays(), taken.messages, taken.besides)
             self.faults.end("checkpoint", "Checkpoints are written again.")
         except (UserError, OSError) as error:
             self.faults.tell("checkpoint", f"No checkpoint is written: {error}")
@@ -273,11 +286,11 @@ class MapperNode(LiveNode):
     def _on_save(self, _request: Any, response: Any) -> Any:
         """Answers when the files are there. It has a thread of its own, and the work a process of its own,
         so the drive goes on meanwhile."""
-        taken: Future[tuple[Snapshot, int]] = Future()
+        taken: Future[_Taken] = Future()
         self.worker.inbox.put("save", lambda: self._take_snapshot(taken))
         try:
-            snapshot, messages = taken.result(_SNAPSHOT_SECONDS)
-            self._output.save_snapshot(snapshot(), messages)
+            snapshot = taken.result(_SNAPSHOT_SECONDS)
+            self._output.save_snapshot(snapshot.arrays(), snapshot.messages, snapshot.besides)
         except (UserError, OSError, RuntimeError, TimeoutError) as error:
             response.success, response.message = False, f"The map was not saved: {error}"
             self.faults.tell("saving", response.message, lasting=False)
@@ -286,8 +299,13 @@ class MapperNode(LiveNode):
         self.inform(response.message)
         return response
 
-    def _take_snapshot(self, taken: "Future[tuple[Snapshot, int]]") -> None:
+    def _take_snapshot(self, taken: Future[_Taken]) -> None:
         if self._pose is None:
             taken.set_exception(UserError("there is none yet, as no scan has come."))
         else:
-            taken.set_result((self._mapper.snapshot(), self._messages))
+            taken.set_result(self._snapshot())
+
+    def _snapshot(self) -> _Taken:
+        place = self.sensors.place
+        besides = {} if place is None else place.to_arrays()
+        return _Taken(self._mapper.snapshot(), self._messages, besides)

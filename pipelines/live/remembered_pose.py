@@ -12,7 +12,7 @@ from localization.pose_estimate import PoseEstimate
 from maps.errors import UserError
 from maps.occupancy_grid import OccupancyGrid
 from maps.se2 import Pose, between, compose
-from pipelines.live.sensors import LaserPlace
+from pipelines.live.laser_place import LaserPlace
 from pipelines.pose_memory import load_pose
 from pipelines.report import write_json
 
@@ -89,17 +89,5 @@ class PoseMemory:
         if not np.all(np.linalg.eigvalsh((covariance + covariance.T) / 2) >= 0.0):
             raise UserError(f"{self.path} holds no remembered pose; remove it.")
         return RememberedPose(
-            map_from_base, covariance, stamp, odom_from_base, _laser_place(contents.get("laser"))
+            map_from_base, covariance, stamp, odom_from_base, LaserPlace.from_fields(contents.get("laser"))
         )
-
-
-def _laser_place(contents: object) -> LaserPlace | None:
-    """None where nothing is told that could be the place of a laser."""
-    try:
-        names = (str(contents["base_frame"]), str(contents["laser_frame"]))  # type: ignore[index]
-        matrix = np.array(contents["base_from_laser"], dtype=np.float64)  # type: ignore[index]
-    except (TypeError, KeyError, ValueError):
-        return None
-    if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
-        return None
-    return LaserPlace(*names, matrix)

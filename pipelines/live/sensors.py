@@ -2,11 +2,9 @@
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from maps.odometry import Odometry
 from maps.scan import Scan
@@ -16,22 +14,13 @@ from pipelines.bag_messages import TRANSFORMS, frame_name, nanoseconds, ros2_typ
 from pipelines.bag_odometry import OdometryConverter, planar_pose, planar_twist
 from pipelines.bag_transforms import SensorPlace, TransformTree
 from pipelines.live.faults import Faults
+from pipelines.live.laser_place import LaserPlace
 from pipelines.live.steady_clock import SteadyClock, TopicClock
 
 _REMEMBERED = "the last run"
 _LONGEST_SWEEP = 0.25  # seconds
 _MOVING_SPEED = 0.05  # m/s or rad/s
 _MOVING_MESSAGES = 40
-
-
-@dataclass(frozen=True, eq=False)
-class LaserPlace:
-    """Where a laser sits on the car, by the names of their frames."""
-
-    base_frame: str
-    laser_frame: str
-    base_from_laser: NDArray[np.float64]
-    """(4, 4)"""
 
 
 class Sensors:

@@ -18,7 +18,9 @@ poses = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-np.pi, 
 steps = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.02, 0.02), st.floats(-0.15, 0.15)).map(np.array)
 
 
-def drive(step: Pose, count: int, *, odom_from_map: Pose | None = IDENTITY) -> DeadReckoning:
+def drive(
+    step: Pose, count: int, *, odom_from_map: Pose | None = IDENTITY, place_told_at: int = 0
+) -> DeadReckoning:
     """The first scan is the keyframe; ``count`` more follow, the base a ``step`` (3,) further at each."""
     reckoning = DeadReckoning()
     map_from_base = START
@@ -26,7 +28,8 @@ def drive(step: Pose, count: int, *, odom_from_map: Pose | None = IDENTITY) -> D
         stamp = number * PERIOD
         if odom_from_map is not None:
             reckoning.add_odometry(Odometry(stamp, compose(odom_from_map, map_from_base), IDENTITY))
-        reckoning.advance(scan_at(ROOM, compose(map_from_base, PLACE), stamp, PLACE))
+        told = PLACE if number >= place_told_at else IDENTITY
+        reckoning.advance(scan_at(ROOM, compose(map_from_base, PLACE), stamp, told))
         if number == 0:
             reckoning.start_keyframe(IDENTITY)
         map_from_base = compose(map_from_base, step)
@@ -49,6 +52,14 @@ def test_wheels_and_scans_tell_the_motion_of_the_laser(step: Pose, odom_from_map
     expected = laser_step(step, 3)
     np.testing.assert_allclose(by_wheels, expected, atol=1e-9)
     np.testing.assert_allclose(by_scans, expected, atol=0.05)
+
+
+@pytest.mark.parametrize("told_at", [1, 2, 3])
+def test_where_the_laser_sits_may_be_told_late(told_at: int) -> None:
+    step = np.array([0.1, 0.0, 0.05])
+    reckoning = drive(step, 3, place_told_at=told_at)
+    np.testing.assert_allclose(reckoning.wheel_step(), laser_step(step, 3), atol=1e-9)
+    np.testing.assert_array_equal(reckoning.base_from_laser, PLACE)
 
 
 def test_wheels_are_trusted_first_and_corrected() -> None:

@@ -47,8 +47,8 @@ def test_goes_on_with_the_same_run(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["out.checkpoint.npz"]
     resumed = Checkpoint(tmp_path / "out", RUN).resume(MappingConfig())
     assert resumed is not None
-    assert resumed[1] == 33
-    assert len(resumed[0].finish().trajectory) == 20
+    assert resumed.messages == 33
+    assert len(resumed.mapper.finish().trajectory) == 20
     checkpoint.remove()
     assert list(tmp_path.iterdir()) == []
 

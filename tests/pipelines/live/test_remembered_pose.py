@@ -8,8 +8,8 @@ from localization.pose_estimate import PoseEstimate
 from maps.errors import UserError
 from maps.occupancy_grid import OccupancyGrid
 from maps.se2 import compose
+from pipelines.live.laser_place import LaserPlace
 from pipelines.live.remembered_pose import PoseMemory, RememberedPose
-from pipelines.live.sensors import LaserPlace
 
 GRID = OccupancyGrid(np.zeros((5, 5), np.int8), 0.1, np.zeros(3))
 SECOND = 1_000_000_000

@@ -49,10 +49,11 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
         else:
             from mapping.config import MappingConfig
             from mapping.mapper import Mapper
+            from pipelines.checkpoint import Start
             from pipelines.live.map_saving import MapOutput
             from pipelines.live.mapper_node import MapperNode
 
-            MapperNode(node, MapOutput(Path("nowhere"), MappingConfig(), {}), Mapper(MappingConfig()), 0)
+            MapperNode(node, MapOutput(Path("nowhere"), MappingConfig(), {}), Start(Mapper(MappingConfig())))
         declared = {name: parameter.value for name, parameter in node._parameters.items()}
     for name, value in told.items():
         assert name in declared
