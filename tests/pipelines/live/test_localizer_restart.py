@@ -26,8 +26,8 @@ def test_a_node_killed_mid_drive_is_right_two_seconds_after_its_first_scan(tmp_p
         with racecar_process(first, environment, log) as process:
             wait_for(lambda: bool(node.count_subscribers("/scan")), 60.0, witness.said)
             with car.driving():
-                witness.seconds_until_right(6.0)
-                wait_for(lambda: remembers_laser(tmp_path / "memory"), 4.0, witness.said)
+                wait_for(lambda: remembers_laser(tmp_path / "memory"), 20.0, witness.said)
+                witness.seconds_until_right(4.0)
                 process.kill()
                 process.wait()
                 car.hush_place()
