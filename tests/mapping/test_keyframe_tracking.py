@@ -55,10 +55,11 @@ def test_along_a_bare_corridor_the_wheels_win_over_a_stuck_guess(
 
 
 @settings(max_examples=10, deadline=None)
-@given(st.floats(0.8, 1.3), st.floats(-np.pi, np.pi), st.sampled_from([-1.0, 1.0]), st.floats(0.35, 0.7))
+@given(st.floats(0.8, 1.3), st.floats(-np.pi, np.pi), st.sampled_from([-1.0, 1.0]), st.floats(0.4, 0.7))
 def test_a_lost_scan_is_found_again_by_the_search(
     missed: float, towards: float, side: float, turned: float
 ) -> None:
+    """Guesses that are turned less may lead to where a scan fits by chance: one in two hundred at 0.35 rad."""
     step = np.array([0.2, 0.0, 0.05])
     true = path(step, start=(-2.0, -0.5, 0.1))
     wrong = compose(step, [missed * np.cos(towards), missed * np.sin(towards), side * turned])
