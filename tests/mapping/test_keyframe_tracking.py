@@ -59,7 +59,7 @@ def test_along_a_bare_corridor_the_wheels_win_over_a_stuck_guess(
 def test_a_lost_scan_is_found_again_by_the_search(
     missed: float, towards: float, side: float, turned: float
 ) -> None:
-    """Guesses that are turned less may lead to where a scan fits by chance: one in two hundred at 0.35 rad."""
+    """From guesses that are turned less a scan may fit by chance: one in two hundred at 0.35 rad."""
     step = np.array([0.2, 0.0, 0.05])
     true = path(step, start=(-2.0, -0.5, 0.1))
     wrong = compose(step, [missed * np.cos(towards), missed * np.sin(towards), side * turned])
