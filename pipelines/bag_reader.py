@@ -150,6 +150,16 @@ class BagReader:
         return self._place.source
 
     @property
+    def inputs(self) -> dict[str, object]:
+        """What is read, and what of the car is taken for granted, for reports."""
+        return {
+            "scan_topic": self.scan_topic,
+            "odom_topic": self.odom_topic,
+            "base_from_laser": self.base_from_laser,
+            "base_from_laser_source": self.base_from_laser_source,
+        }
+
+    @property
     def message_count(self) -> int:
         """Messages of the chosen topics, as many as there should be."""
         return sum(samples.topic.message_count for samples in (self._scans, self._odometry) if samples)

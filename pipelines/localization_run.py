@@ -178,15 +178,7 @@ def _describe(run: LocalizationRun, reader: BagReader, report: Report) -> None:
             "starts": sum(estimate.is_start for estimate in run.estimates),
         },
     )
-    report.add(
-        "inputs",
-        {
-            "scan_topic": reader.scan_topic,
-            "odom_topic": reader.odom_topic,
-            "base_from_laser": reader.base_from_laser,
-            "base_from_laser_source": reader.base_from_laser_source,
-        },
-    )
+    report.add("inputs", reader.inputs)
     report.add("accuracy", _fit(run.shares_on_wall))
     report.add("convergence", _convergence(run.estimates))
     report.add("update_ms", _update_times(run))

@@ -65,7 +65,7 @@ def build_map(
             if checkpoint is not None:
                 checkpoint.remove()  # to go on from it would end the same way
             raise
-    report.add("inputs", _describe_input(reader))
+    report.add("inputs", reader.inputs)
     report.add("counts", {**result.counts, "messages": reader.counts})
     report.add("result", _describe_result(result))
     report.add("mapping_seconds", result.seconds)
@@ -150,15 +150,6 @@ def _timed(reader: BagReader, report: Report) -> Iterator[Scan | Odometry]:
         if message is None:
             return
         yield message
-
-
-def _describe_input(reader: BagReader) -> dict[str, object]:
-    return {
-        "scan_topic": reader.scan_topic,
-        "odom_topic": reader.odom_topic,
-        "base_from_laser": reader.base_from_laser,
-        "base_from_laser_source": reader.base_from_laser_source,
-    }
 
 
 def _describe_result(result: MappingResult) -> dict[str, object]:

@@ -29,8 +29,8 @@ def scan_of_a_room(index: int) -> Scan:
 class RoomReader:
     """Stands in for a bag; presses Ctrl-C after some scans."""
 
-    scan_topic, odom_topic = "/scan", None
-    base_from_laser, base_from_laser_source = np.zeros(3), "assumed identity"
+    scan_topic = "/scan"
+    inputs: dict[str, object] = {"scan_topic": "/scan"}  # noqa: RUF012
     counts: dict[str, int] = {}  # noqa: RUF012
     warnings = ["The bag is cut."]  # noqa: RUF012
     messages_read = 0
