@@ -1,0 +1,119 @@
+"""The one configuration serves other laser scanners: slower, coarser, of shorter sight."""
+
+from dataclasses import dataclass, replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from localization.config import LocalizationConfig
+from localization.localizer import Localizer
+from mapping.config import MappingConfig
+from mapping.mapper import Mapper
+from maps.map_files import load_map
+from maps.occupancy_grid import OccupancyGrid
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.se2 import Pose, between, compose
+from maps.shipped import shipped_map
+from pipelines.simulator import Simulation
+from pipelines.simulator_config import SimulationConfig
+
+
+@dataclass(frozen=True)
+class Scanner:
+    """A laser scanner that is worse than the simulated one."""
+
+    every_scan: int
+    every_beam: int
+    view: float
+    """Radians to either side."""
+    max_range: float
+    noise: float
+    """Metres of standard deviation."""
+
+    def sees(self, scan: Scan, rng: np.random.Generator) -> Scan:
+        """What it reads of what the simulated one does."""
+        seen = np.flatnonzero(np.abs(scan.bearings) <= self.view)[:: self.every_beam]
+        ranges = scan.ranges[seen] + self.noise * rng.standard_normal(len(seen))
+        ranges[ranges >= self.max_range] = np.inf
+        return replace(
+            scan,
+            bearings=scan.bearings[seen],
+            ranges=ranges,
+            time_offsets=scan.time_offsets[seen],
+            max_range=self.max_range,
+        )
+
+
+SCANNERS = {
+    "household": Scanner(8, 6, np.pi, 3.5, 0.015),
+    "table top": Scanner(5, 3, np.pi, 12.0, 0.02),
+    "industrial": Scanner(8, 4, 0.5 * np.pi, 30.0, 0.01),
+}
+
+
+@cache
+def building() -> OccupancyGrid:
+    return load_map(shipped_map("building"))
+
+
+@cache
+def simulation() -> Simulation:
+    return Simulation(building(), SimulationConfig(noise="slight", seed=5, duration=25.0, max_speed=1.5))
+
+
+@cache
+def drive(scanner: Scanner) -> tuple[list[Scan | Odometry], Pose]:
+    """Messages, and the truth (N, 3) at each scan. Odometry turns and stretches what it tells."""
+    rng, messages, kept, scans = np.random.default_rng(0), [], [], 0
+    odom_from_base, last = np.zeros(3), None
+    for message in simulation().messages():
+        if isinstance(message, Scan):
+            if scans % scanner.every_scan == 0:
+                messages.append(scanner.sees(message, rng))
+                kept.append(scans)
+            scans += 1
+            continue
+        step = np.zeros(3) if last is None else between(last, message.odom_from_base)
+        last = message.odom_from_base
+        odom_from_base = compose(odom_from_base, step * [0.97, 0.97, 1.0] + [0.0, 0.0, 0.05 * step[0]])
+        messages.append(replace(message, odom_from_base=odom_from_base))
+    return messages, simulation().ground_truth.map_from_base[kept]
+
+
+def metres(found: Pose, true: Pose) -> np.ndarray:
+    """(N,) between two paths (N, 3), each seen from its first pose."""
+    missed = between(between(true[0], true), between(found[0], found))
+    return np.hypot(missed[:, 0], missed[:, 1])
+
+
+@pytest.mark.parametrize("scanner", SCANNERS.values(), ids=SCANNERS)
+def test_maps(scanner: Scanner) -> None:
+    messages, truth = drive(scanner)
+    mapper = Mapper(MappingConfig())
+    for message in messages:
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        else:
+            mapper.add_odometry(message)
+    assert metres(mapper.finish().trajectory.map_from_base, truth).mean() < 0.08
+
+
+@pytest.mark.parametrize("start", ["told", "anywhere"])
+@pytest.mark.parametrize("scanner", SCANNERS.values(), ids=SCANNERS)
+def test_localizes(scanner: Scanner, start: str) -> None:
+    messages, truth = drive(scanner)
+    localizer = Localizer(building(), LocalizationConfig(), np.random.default_rng(0))
+    if start == "told":
+        localizer.set_pose(truth[0])
+    found = []
+    for message in messages:
+        if isinstance(message, Scan):
+            found.append(localizer.add_scan(message).map_from_base)
+        else:
+            localizer.add_odometry(message)
+    missed = np.hypot(*(np.array(found) - truth)[:, :2].T)
+    settled = missed[len(missed) // 5 :]
+    assert settled.mean() < 0.03
+    assert settled.max() < 0.2
