@@ -11,7 +11,7 @@ from browser import open_browser
 from PIL import Image
 from viewing import pixels_of, viewed
 
-_FIGURES = ("noise-sweep", "autograde", "beams-and-particles-time", "motion-model")
+_FIGURES = ("noise-sweep", "autograde")
 _WIDTH = 700
 """Pixels; enough to be read on a page."""
 _DRIVING_SECONDS = 20.0
@@ -19,13 +19,13 @@ _DRIVING_SECONDS = 20.0
 
 
 def main(folder: Path) -> None:
-    """Look at a run and at the report, and keep small copies of what is seen."""
+    """Look at a run, and keep small copies of what is seen and of the experiments' figures."""
     folder = folder.absolute()
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as work:
         os.chdir(work)  # the viewer shows the names of files: short ones
         show_run(folder)
-        show_report(folder)
+        show_experiments(folder)
 
 
 def show_run(folder: Path) -> None:
@@ -40,15 +40,11 @@ def show_run(folder: Path) -> None:
         pixels_of(browser, folder / "view.png")
 
 
-def show_report(folder: Path) -> None:
-    """The page about all experiments, and some of its figures."""
-    _racecar("experiment", "all", "--out", "report")
-    with open_browser(900, 1000) as browser:
-        browser.open(Path("report/report.html").absolute().as_uri())
-        browser.wait_until(lambda: browser.ask("document.readyState") == "complete", 60, "the report")
-        browser.screenshot(folder / "report.png")
+def show_experiments(folder: Path) -> None:
+    """Their figures, small enough for a page."""
     for name in _FIGURES:
-        picture = Image.open(f"report/{name}.png").convert("RGB")
+        _racecar("experiment", name, "--out", name)
+        picture = Image.open(f"{name}/{name}.png").convert("RGB")
         picture.thumbnail((_WIDTH, 10 * _WIDTH))
         picture.save(folder / f"{name}.png", optimize=True)
 
