@@ -2,7 +2,7 @@
 
 Besides ``format`` (text) and ``version`` (int64) a session holds the arrays that `mapping.session` names. A
 checkpoint holds those, the drive's under ``drive.`` as `mapping.drive` names them, what dead reckoning keeps
-under ``reckoning.``, and what tells the run that it belongs to.
+under ``reckoning.``, what tells the run that it belongs to, and under ``besides.`` what it keeps itself.
 """
 
 from pathlib import Path

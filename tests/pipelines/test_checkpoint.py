@@ -53,6 +53,15 @@ def test_goes_on_with_the_same_run(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+def test_what_the_run_keeps_besides_the_mapper_comes_back(tmp_path: Path) -> None:
+    checkpoint = Checkpoint(tmp_path / "out", RUN)
+    checkpoint.save(mapper(2).to_arrays(), 2, {"place": np.array([0.27, 0.0, 0.1])})
+    resumed = checkpoint.resume(MappingConfig())
+    assert resumed is not None
+    assert list(resumed.besides) == ["place"]
+    np.testing.assert_array_equal(resumed.besides["place"], [0.27, 0.0, 0.1])
+
+
 @pytest.mark.usefixtures("at_once")
 def test_other_runs_and_damaged_files_are_told(tmp_path: Path) -> None:
     checkpoint = Checkpoint(tmp_path / "out", RUN)
