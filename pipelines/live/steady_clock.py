@@ -14,8 +14,9 @@ _BACK = 1_000_000_000
 """Nanoseconds by which stamps may go back, because messages overtook each other."""
 _PAUSE = 1_000_000_000
 """Nanoseconds that a drive is taken to have paused when the clock no longer tells."""
-_SAME = 500_000_000
-"""Nanoseconds within which two topics' jumps are one and the same."""
+_SAME = _BACK
+"""Nanoseconds within which two topics' jumps are one and the same: smaller jumps are not seen, and on a busy
+machine messages may wait for most of a second. Taken for two, they would part scans from their odometry."""
 
 
 class SteadyClock:

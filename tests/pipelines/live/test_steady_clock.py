@@ -46,6 +46,18 @@ def test_two_topics_agree_on_a_jump_to_the_nanosecond() -> None:
     assert scan == sample
 
 
+@given(st.integers(0, 900))
+def test_topics_agree_on_a_jump_although_one_waited_on_a_busy_machine(milliseconds: int) -> None:
+    shared = SteadyClock()
+    (scans, _), (odometry, _) = clock(shared), clock(shared)
+    back, late = 10 * SECOND, 1_000_000 * milliseconds
+    for i in range(10):
+        header = WALL + i * PERIOD - back * (i >= 5)
+        scan = scans.steady(header, i * PERIOD + late * (i >= 5))
+        sample = odometry.steady(header, i * PERIOD)
+    assert scan == sample
+
+
 def test_a_clock_that_is_set_back_and_forth_ends_where_it_was() -> None:
     topic, _ = clock()
     shift = 0
