@@ -103,8 +103,8 @@ class DeadReckoning:
         fields of `OdometryCalibration`, ``base_from_laser`` is where the laser sits, ``odometry_stamps`` (M,)
         and ``odometry_poses`` (M, 3) are the latest odom_from_base. ``by_scans`` and ``by_wheels`` are the
         laser now, in the frames of scan odometry and of the wheels, ``keyframe_by_...`` the same at the last
-        keyframe; NaN where wheels tell nothing.
-        ``last_motion`` leads from the last scan to this one; ``velocity`` is per nanosecond.
+        keyframe; NaN where wheels tell nothing. ``last_motion`` leads from the last scan to this one;
+        ``velocity`` is per nanosecond.
         """
         stamps, poses = self._odometry.samples
         return {
@@ -146,10 +146,12 @@ class DeadReckoning:
 
     def _place_laser(self, base_from_laser: Pose) -> None:
         """Where the laser sits may be told late; what the wheels said until then is of another place."""
+        if np.array_equal(base_from_laser, self.base_from_laser):
+            return
         moved = between(self.base_from_laser, base_from_laser)
-        if moved.any() and self._by_wheels is not None:
+        if self._by_wheels is not None:
             self._by_wheels = compose(self._by_wheels, moved)
-        if moved.any() and self._keyframe_by_wheels is not None:
+        if self._keyframe_by_wheels is not None:
             self._keyframe_by_wheels = compose(self._keyframe_by_wheels, moved)
         self.base_from_laser = base_from_laser
 

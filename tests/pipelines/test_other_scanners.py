@@ -16,6 +16,7 @@ from maps.odometry import Odometry
 from maps.scan import Scan
 from maps.se2 import Pose, between, compose
 from maps.shipped import shipped_map
+from pipelines.localization_run import estimates
 from pipelines.simulator import Simulation
 from pipelines.simulator_config import SimulationConfig
 
@@ -107,13 +108,8 @@ def test_localizes(scanner: Scanner, start: str) -> None:
     localizer = Localizer(building(), LocalizationConfig(), np.random.default_rng(0))
     if start == "told":
         localizer.set_pose(truth[0])
-    found = []
-    for message in messages:
-        if isinstance(message, Scan):
-            found.append(localizer.add_scan(message).map_from_base)
-        else:
-            localizer.add_odometry(message)
-    missed = np.hypot(*(np.array(found) - truth)[:, :2].T)
+    found = np.array([estimate.map_from_base for _, estimate in estimates(messages, localizer)])
+    missed = np.hypot(*(found - truth)[:, :2].T)
     settled = missed[len(missed) // 5 :]
     assert settled.mean() < 0.03
     assert settled.max() < 0.2
