@@ -51,7 +51,7 @@ class Drive:
         if self.keyframe_scans:
             self._keyframe_from_next.append(guesses[chosen])
             for k in range(self.keyframe_scans[-1], len(self._guesses)):
-                self._guesses[k] = self._guesses[k][min(chosen, len(self._guesses[k]) - 1)][None].copy()
+                self._guesses[k] = _same_kind(self._guesses[k], chosen - len(guesses))[None].copy()
         self.keyframe_scans.append(len(self.stamps))
 
     def add(self, stamp: int, points: NDArray[np.float64], guesses: Pose) -> None:
@@ -101,3 +101,12 @@ class Drive:
             unpack(arrays["guesses"].astype(np.float64), arrays["guess_counts"]),
             list(arrays["keyframe_from_next"].astype(np.float64)),
         )
+
+
+def _same_kind(guesses: Pose, from_last: int) -> Pose:
+    """The guess (3,) so far from the last one, the most trusted where there are fewer.
+
+    Wheels, which come first, may have told nothing of a scan; so guesses are counted from the last.
+    """
+    guess: Pose = guesses[max(from_last, -len(guesses))]
+    return guess

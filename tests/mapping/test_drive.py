@@ -1,0 +1,36 @@
+import numpy as np
+
+from mapping.drive import Drive
+from maps.se2 import IDENTITY
+
+BY_WHEELS, BY_SCANS, STEADY = np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
+NO_POINTS = np.zeros((0, 2))
+
+
+def drive_with(guesses: np.ndarray, at_keyframe: np.ndarray, chosen: int) -> np.ndarray:
+    """Where a scan between two keyframes is guessed to be; both are at the same place, as odometry says."""
+    drive = Drive()
+    drive.start_keyframe(np.zeros((1, 3)), 0)
+    drive.add(0, NO_POINTS, np.zeros((1, 3)))
+    drive.add(1, NO_POINTS, guesses)
+    drive.start_keyframe(at_keyframe, chosen)
+    drive.add(2, NO_POINTS, np.zeros((1, 3)))
+    return drive.guess(np.array([IDENTITY, at_keyframe[chosen]]))[1]
+
+
+def test_scans_between_keyframes_lie_where_the_guess_that_was_right_tells() -> None:
+    guesses = np.array([BY_WHEELS, BY_SCANS, STEADY])
+    for chosen in range(3):
+        assert np.array_equal(drive_with(guesses, guesses, chosen), guesses[chosen])
+
+
+def test_a_scan_of_which_wheels_told_nothing_goes_by_the_same_guess_as_its_neighbours() -> None:
+    at_keyframe = np.array([BY_WHEELS, BY_SCANS, STEADY])
+    assert np.array_equal(drive_with(np.array([BY_SCANS, STEADY]), at_keyframe, 1), BY_SCANS)
+    assert np.array_equal(drive_with(np.array([BY_SCANS, STEADY]), at_keyframe, 2), STEADY)
+    assert np.array_equal(drive_with(np.array([BY_SCANS, STEADY]), at_keyframe, 0), BY_SCANS)
+
+
+def test_a_scan_of_which_wheels_told_goes_by_scans_where_they_tell_nothing_of_the_keyframe() -> None:
+    guesses = np.array([BY_WHEELS, BY_SCANS, STEADY])
+    assert np.array_equal(drive_with(guesses, np.array([BY_SCANS, STEADY]), 0), BY_SCANS)
