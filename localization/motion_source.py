@@ -18,8 +18,6 @@ from maps.se2 import IDENTITY, Pose
 RESTART_SECONDS = 1.0
 """A clock that goes back by more has been set anew; by less, messages came out of order."""
 _STALE_SECONDS = 0.5
-_FASTEST = 20.0
-"""Metres or radians per second; odometry that claims more has jumped."""
 _LONGEST_CARRY = 0.5
 """Seconds for which a speed is believed to last."""
 _SPEED_MEMORY = 0.15
@@ -51,13 +49,17 @@ class MotionSource:
         self.model = motion_model(config)
 
     def add(self, odometry: Odometry) -> None:
-        """Take a sample; one that is not finite or comes out of order is left out."""
+        """Take a sample; one that is not finite or comes out of order is left out.
+
+        Where its clock is set back or its poses jump, odometry begins anew.
+        """
         x, y, yaw = odometry.odom_from_base
         if not isfinite(x + y + yaw):
             return
         with self._lock:
             latest = self._odometry.latest_stamp
-            if latest is not None and latest - odometry.stamp > RESTART_SECONDS * 1e9:
+            is_set_back = latest is not None and latest - odometry.stamp > RESTART_SECONDS * 1e9
+            if is_set_back or self._odometry.jumps_to(odometry):
                 self._odometry = OdometryTrack()
                 self._restarts += 1
             self._odometry.add(odometry)
@@ -66,6 +68,11 @@ class MotionSource:
         """Whether the odometry reaches to a stamp, or nearly."""
         latest = self._odometry.latest_stamp
         return latest is not None and stamp - latest < _STALE_SECONDS * 1e9
+
+    def _remembers(self, stamp: int) -> bool:
+        """Whether the odometry has not begun anew since a stamp."""
+        first = self._odometry.first_stamp
+        return first is not None and first <= stamp
 
     def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
         """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.
@@ -105,7 +112,7 @@ class MotionSource:
         The answer is not remembered, so anyone may ask for the motion up to now.
         """
         seconds = (stamp - since) * 1e-9
-        if odom_from_base is not None and self.knows(stamp):
+        if odom_from_base is not None and self._remembers(since) and self.knows(stamp):
             step = step_between(odom_from_base, self.poses_at(np.array([stamp]))[0])
             return MotionStep(step, self.model.deviations(step), travel(step), seconds)
         return self._carried_on(seconds)
@@ -127,8 +134,6 @@ class MotionSource:
         if before is None or after is None:
             return None
         step = step_between(before, after)
-        if travel(step) > _FASTEST * (seconds + _STALE_SECONDS):
-            return None
         possible, effort, behind = self._memory.take(step, seconds)
         sliding = self._config.slip * (possible - np.abs(step))
         deviations = np.hypot(self.model.deviations(possible), sliding)

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike
 
 from localization.motion_model_kernels import step_between
 from localization.odometry_track_kernels import poses_at
-from maps.odometry import Odometry
+from maps.odometry import Odometry, is_jump
 from maps.se2 import Pose
 
 _KEPT = 4096
@@ -29,6 +29,18 @@ class OdometryTrack:
     def latest_stamp(self) -> int | None:
         """Nanoseconds, None while empty."""
         return int(self._stamps[self._count - 1]) if self._count else None
+
+    @property
+    def first_stamp(self) -> int | None:
+        """Nanoseconds, of the oldest sample that is kept; None while empty."""
+        return int(self._stamps[0]) if self._count else None
+
+    def jumps_to(self, odometry: Odometry) -> bool:
+        """Whether a sample does not continue the last one: its poses have another origin."""
+        if not self._count:
+            return False
+        seconds = (odometry.stamp - int(self._stamps[self._count - 1])) * 1e-9
+        return seconds > 0.0 and is_jump(self._poses[self._count - 1], odometry.odom_from_base, seconds)
 
     def add(self, odometry: Odometry) -> None:
         """Take a sample; one that is not newer than the last is left out."""

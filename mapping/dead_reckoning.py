@@ -43,7 +43,10 @@ class DeadReckoning:
         self._velocity: Pose = IDENTITY
 
     def add_odometry(self, odometry: Odometry) -> None:
-        """Take a sample of wheel odometry."""
+        """Take a sample of wheel odometry; one that does not continue the last begins it anew."""
+        if self._odometry.jumps_to(odometry):
+            self._odometry = OdometryBuffer()
+            self._by_wheels = self._keyframe_by_wheels = None
         self._odometry.add(odometry)
 
     def advance(self, scan: Scan) -> NDArray[np.float64]:

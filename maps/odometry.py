@@ -1,5 +1,6 @@
 """Wheel odometry: samples, and a buffer that tells the pose at any time between them."""
 
+import math
 from collections import deque
 from dataclasses import dataclass
 
@@ -7,6 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from maps.se2 import Pose, interpolate
+
+_FASTEST, _LEAST_JUMP = 20.0, 0.5
+"""Metres or radians, per second and at once: no car moves so, not even where messages that came in a bunch
+were stamped as they came."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,6 +24,16 @@ class Odometry:
     """(3,) the pose by dead reckoning."""
     twist: Pose
     """(3,) forward, sideways (m/s) and turning speed (rad/s) in the base frame."""
+
+
+def is_jump(odom_from_before: Pose, odom_from_after: Pose, seconds: float) -> bool:
+    """Whether so little time between two poses (3,) shows that it was not the car that moved.
+
+    Drivers that start anew count from zero, and some filters set their pose when they are told one.
+    """
+    most = _FASTEST * seconds + _LEAST_JUMP
+    x, y, turn = (float(each) for each in odom_from_after - odom_from_before)
+    return math.hypot(x, y) > most or abs(math.remainder(turn, math.tau)) > most
 
 
 class OdometryBuffer:
@@ -40,6 +55,14 @@ class OdometryBuffer:
         """Stamps (N,) in nanoseconds and ``odom_from_base`` (N, 3), as far back as they are kept."""
         stamps = np.array([stamp for stamp, _ in self._samples], dtype=np.int64)
         return stamps, np.array([pose for _, pose in self._samples]).reshape(-1, 3)
+
+    def jumps_to(self, odometry: Odometry) -> bool:
+        """Whether a sample does not continue the last one: its poses have another origin."""
+        if not self._samples:
+            return False
+        stamp, odom_from_base = self._samples[-1]
+        seconds = (odometry.stamp - stamp) * 1e-9
+        return seconds > 0.0 and is_jump(odom_from_base, odometry.odom_from_base, seconds)
 
     def add(self, odometry: Odometry) -> bool:
         """Take a sample; False when it is not newer than the last and was left out."""

@@ -7,14 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from maps.odometry import Odometry
+from maps.odometry import Odometry, is_jump
 from maps.scan import Scan
 from maps.se2 import Pose
 from pipelines.bag_chunks import BagTopic
 from pipelines.bag_findings import Finding
 from pipelines.bag_reader import BagReader
 
-_FASTEST = 20.0  # m/s; a wheeled robot indoors is slower
 _LEAST_PATH = 0.5  # metres
 _LOWEST_ODOMETRY_RATE = 10.0  # per second
 _MUTE_SHARE = 0.5
@@ -104,7 +103,7 @@ class _OdometryFacts:
             step = odometry.odom_from_base - self.last.odom_from_base
             metres = float(np.hypot(step[0], step[1]))
             seconds = (odometry.stamp - self.last.stamp) * 1e-9
-            if metres > max(_FASTEST * seconds, 0.1):
+            if is_jump(self.last.odom_from_base, odometry.odom_from_base, seconds):
                 self.jumps += 1
             else:
                 self.path_length += metres
@@ -239,7 +238,7 @@ def _odometry_findings(reader: BagReader, odometry: _OdometryFacts) -> list[Find
     if odometry.jumps:
         findings.append(
             Finding(
-                f"The odometry jumps {odometry.jumps} times (faster than {_FASTEST:.0f} m/s).",
+                f"The odometry jumps {odometry.jumps} times, faster than any car.",
                 "See that only one node publishes it and that it is not reset while driving.",
             )
         )

@@ -56,6 +56,24 @@ def test_tracks_from_a_rough_start(speed: float, odometry_scale: float) -> None:
     assert metres.max() < 0.2
 
 
+def test_is_not_lost_where_the_odometry_begins_anew() -> None:
+    driven = drive(room(), 4.0, np.random.default_rng(0), speed=2.0, odometry_scale=1.03)
+    origins = np.random.default_rng(1).uniform(-3.0, 3.0, (9, 3))
+    messages = [
+        message
+        if isinstance(message, Scan)
+        else replace(
+            message, odom_from_base=compose(origins[2 * message.stamp // SECOND], message.odom_from_base)
+        )
+        for message in driven.messages
+    ]
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    metres, _ = errors(replay(filter, messages), driven)
+    assert metres.mean() < 0.05
+    assert metres.max() < 0.2
+
+
 def among_pillars(columns: NDArray[np.int64]) -> OccupancyGrid:
     """The room with nothing in it but pillars of 0.4 m, each so many cells along it."""
     grid = room()

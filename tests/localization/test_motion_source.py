@@ -122,17 +122,34 @@ def test_late_and_broken_samples_change_nothing() -> None:
         assert steps[0].travel == steps[1].travel
 
 
-def test_over_a_jump_the_car_goes_on_as_before_and_then_by_the_odometry_again() -> None:
-    motion, aside = source(), np.array([100.0, -40.0, 2.0])
+@pytest.mark.parametrize("aside", [(100.0, -40.0, 2.0), (1.5, 0.0, 0.0), (0.0, 0.0, -1.5)])
+def test_over_a_jump_the_car_goes_on_as_before_and_then_by_the_odometry_again(
+    aside: tuple[float, float, float],
+) -> None:
+    motion = source()
     for k in range(100):
         stamp = k * 20 * MILLISECOND
         pose = np.array([0.02 * k, 0.0, 0.0])
-        motion.add(Odometry(stamp, pose if k < 50 else compose(aside, pose), IDENTITY))
+        motion.add(Odometry(stamp, pose if k < 50 else compose(np.array(aside), pose), IDENTITY))
         step = motion.step_to(stamp)
         motion.follow(stamp, pose)
         if k > 10:
             assert_same_poses(step.base_from_next_base, np.array([0.02, 0.0, 0.0]), atol=1e-3)
         assert np.isinf(step.travel) == (k in (0, 50))
+
+
+def test_nobody_is_carried_over_a_jump() -> None:
+    """Who asks for now, from a pose that was estimated before the odometry jumped."""
+    motion = source()
+    for k in range(50):
+        motion.add(Odometry(k * 20 * MILLISECOND, np.array([0.02 * k, 0.0, 0.0]), IDENTITY))
+        motion.step_to(k * 20 * MILLISECOND)
+        motion.follow(k * 20 * MILLISECOND, np.array([0.02 * k, 0.0, 0.0]))
+    before, since = motion.odom_from_base, 49 * 20 * MILLISECOND
+    for k in (50, 51):
+        motion.add(Odometry(k * 20 * MILLISECOND, np.array([0.02 * k, 4.0, 1.0]), IDENTITY))
+    step = motion.step_from(before, since, 51 * 20 * MILLISECOND)
+    assert_same_poses(step.base_from_next_base, np.array([0.04, 0.0, 0.0]), atol=2e-3)
 
 
 def test_when_the_odometry_starts_anew_its_jump_home_is_no_motion() -> None:

@@ -103,3 +103,21 @@ def test_odometry_that_has_stopped_is_not_taken_for_standing_still(late: float, 
     reckoning.advance(scan_at(ROOM, compose(START, PLACE), 2 * PERIOD + round(late * 1e9), PLACE))
     assert (reckoning.wheel_step() is not None) == is_known
     assert reckoning.scans_without_odometry == (not is_known)
+
+
+def test_over_a_jump_of_the_odometry_scans_tell_the_way_until_the_next_keyframe() -> None:
+    """Its driver was started anew and counts from zero."""
+    step = np.array([0.1, 0.0, 0.02])
+    reckoning = drive(step, 3, odom_from_map=np.array([4.0, 3.0, 1.0]))
+    map_from_base, by_wheels = compose(START, 3 * step * [1, 0, 1]), IDENTITY
+    for number in (4, 5):
+        map_from_base, by_wheels = compose(map_from_base, step), compose(by_wheels, step)
+        reckoning.add_odometry(Odometry(number * PERIOD, by_wheels, IDENTITY))
+        reckoning.advance(scan_at(ROOM, compose(map_from_base, PLACE), number * PERIOD, PLACE))
+    assert reckoning.wheel_step() is None
+    np.testing.assert_allclose(reckoning.motions()[0], laser_step(step, 5), atol=0.05)
+    reckoning.start_keyframe(laser_step(step, 5))
+    by_wheels = compose(by_wheels, step)
+    reckoning.add_odometry(Odometry(6 * PERIOD, by_wheels, IDENTITY))
+    reckoning.advance(scan_at(ROOM, compose(compose(map_from_base, step), PLACE), 6 * PERIOD, PLACE))
+    np.testing.assert_allclose(reckoning.wheel_step(), laser_step(step, 1), atol=1e-9)
