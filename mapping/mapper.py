@@ -236,7 +236,7 @@ class Mapper:
             self._map_from_keyframe = self._reckoning.base_from_laser[None].copy()
         else:
             step, chosen = self._place(index, guesses, is_after_gap=is_after_gap)
-            is_tied = self._tie(index, is_after_gap=is_after_gap)
+            is_tied = self._tie(index, step, is_after_gap=is_after_gap)
             if is_after_gap and not is_tied and self._has_driven():
                 self._known_since = index
         self._drive.start_keyframe(guesses, chosen)
@@ -289,18 +289,23 @@ class Mapper:
         step = self._reckoning.wheel_step()
         return step is not None and bool(np.hypot(step[0], step[1]) > 2.0 * self._config.keyframe_distance)
 
-    def _tie(self, index: int, *, is_after_gap: bool) -> bool:
+    def _tie(self, index: int, step: Pose, *, is_after_gap: bool) -> bool:
         """Connect a new keyframe to those before; tells whether scan matching did so.
 
-        What the wheels say of a gap counts only where the scans tell nothing: the car may have been carried.
+        What the wheels say of a gap counts only where they drove and the scans tell nothing: the car may have
+        been carried. With neither, it is held the ``step`` (3,) from the last one at which it was placed.
         """
         with self._timed("scan matching"):
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
             constraints = constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3)
         is_tied = len(constraints) > 0
-        wheel_step = None if is_after_gap and is_tied else self._reckoning.wheel_step()
+        is_left_alone = is_after_gap and not self._has_driven()
+        wheel_step = None if is_left_alone or (is_after_gap and is_tied) else self._reckoning.wheel_step()
         if wheel_step is not None:
             constraints.append(self._odometry_constraint(index, wheel_step))
+        elif not is_tied:
+            information = self._reckoning.calibration.information(np.zeros(3))
+            constraints.append(Constraint(index - 1, index, step, information, "odometry"))
         self._wheel_steps.append(wheel_step)
         for constraint in constraints:
             self._graph.add(constraint)
@@ -349,8 +354,9 @@ class Mapper:
         for i, step in enumerate(self._wheel_steps):
             if step is not None:
                 graph.add(self._odometry_constraint(i + 1, step))
+        tied = {constraint.to_keyframe for constraint in graph.constraints}
         for constraint in self._graph.constraints:
-            if constraint.kind == "loop_closure":
+            if constraint.kind == "loop_closure" or constraint.to_keyframe not in tied:
                 graph.add(constraint)
         self._graph = graph
         self._map_from_keyframe = graph.settle(self._map_from_keyframe)
