@@ -13,7 +13,7 @@ _LONGEST_EXTRAPOLATION = 0.1
 """Seconds for which the latest speed is taken to last, while the next sample is on its way."""
 _STALE_SECONDS = 0.5
 _FASTEST = 20.0
-"""Metres or radians per second; odometry that claims more has jumped."""
+"""Metres or radians per second; messages that came in a bunch claim more."""
 
 
 class OdometryTrack:
