@@ -293,7 +293,7 @@ class Mapper:
         """Connect a new keyframe to those before; tells whether scan matching did so.
 
         What the wheels say of a gap counts only where they drove and the scans tell nothing: the car may have
-        been carried. With neither, it is held the ``step`` (3,) from the last one at which it was placed.
+        been carried. With neither, the ``step`` (3,) to where it was placed holds it.
         """
         with self._timed("scan matching"):
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
@@ -303,7 +303,7 @@ class Mapper:
         wheel_step = None if is_left_alone or (is_after_gap and is_tied) else self._reckoning.wheel_step()
         if wheel_step is not None:
             constraints.append(self._odometry_constraint(index, wheel_step))
-        elif not is_tied:
+        elif is_after_gap and not is_tied:
             information = self._reckoning.calibration.information(np.zeros(3))
             constraints.append(Constraint(index - 1, index, step, information, "odometry"))
         self._wheel_steps.append(wheel_step)
