@@ -69,11 +69,6 @@ class MotionSource:
         latest = self._odometry.latest_stamp
         return latest is not None and stamp - latest < _STALE_SECONDS * 1e9
 
-    def _remembers(self, stamp: int) -> bool:
-        """Whether the odometry has not begun anew since a stamp."""
-        first = self._odometry.first_stamp
-        return first is not None and first <= stamp
-
     def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
         """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.
 
@@ -129,6 +124,11 @@ class MotionSource:
     def forget_speed(self) -> None:
         """The estimates to come do not continue those before."""
         self._speed, self._last_estimate = IDENTITY, None
+
+    def _remembers(self, stamp: int) -> bool:
+        """Whether the odometry has not begun anew since a stamp."""
+        first = self._odometry.first_stamp
+        return first is not None and first <= stamp
 
     def _measured(self, before: Pose | None, after: Pose | None, seconds: float) -> MotionStep | None:
         if before is None or after is None:

@@ -299,8 +299,8 @@ class Mapper:
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
             constraints = constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3)
         is_tied = len(constraints) > 0
-        is_left_alone = is_after_gap and not self._has_driven()
-        wheel_step = None if is_left_alone or (is_after_gap and is_tied) else self._reckoning.wheel_step()
+        do_wheels_count = not is_after_gap or (self._has_driven() and not is_tied)
+        wheel_step = self._reckoning.wheel_step() if do_wheels_count else None
         if wheel_step is not None:
             constraints.append(self._odometry_constraint(index, wheel_step))
         elif is_after_gap and not is_tied:
@@ -354,6 +354,7 @@ class Mapper:
         for i, step in enumerate(self._wheel_steps):
             if step is not None:
                 graph.add(self._odometry_constraint(i + 1, step))
+        # One that nothing ties now would be free to go anywhere; what has held it so far still does.
         tied = {constraint.to_keyframe for constraint in graph.constraints}
         for constraint in self._graph.constraints:
             if constraint.kind == "loop_closure" or constraint.to_keyframe not in tied:

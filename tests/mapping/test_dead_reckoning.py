@@ -38,10 +38,15 @@ def drive(
 
 def laser_step(step: Pose, count: int) -> Pose:
     """keyframe_from_laser (3,) after ``count`` steps (3,) of the base."""
-    end = START
+    return between(compose(START, PLACE), compose(base_after(step, count), PLACE))
+
+
+def base_after(step: Pose, count: int) -> Pose:
+    """map_from_base (3,) after ``count`` steps (3,)."""
+    map_from_base = START
     for _ in range(count):
-        end = compose(end, step)
-    return between(compose(START, PLACE), compose(end, PLACE))
+        map_from_base = compose(map_from_base, step)
+    return map_from_base
 
 
 @settings(max_examples=15, deadline=None)
@@ -109,15 +114,15 @@ def test_over_a_jump_of_the_odometry_scans_tell_the_way_until_the_next_keyframe(
     """Its driver was started anew and counts from zero."""
     step = np.array([0.1, 0.0, 0.02])
     reckoning = drive(step, 3, odom_from_map=np.array([4.0, 3.0, 1.0]))
-    map_from_base, by_wheels = compose(START, 3 * step * [1, 0, 1]), IDENTITY
+    by_wheels = IDENTITY
     for number in (4, 5):
-        map_from_base, by_wheels = compose(map_from_base, step), compose(by_wheels, step)
+        by_wheels = compose(by_wheels, step)
         reckoning.add_odometry(Odometry(number * PERIOD, by_wheels, IDENTITY))
-        reckoning.advance(scan_at(ROOM, compose(map_from_base, PLACE), number * PERIOD, PLACE))
+        reckoning.advance(scan_at(ROOM, compose(base_after(step, number), PLACE), number * PERIOD, PLACE))
     assert reckoning.wheel_step() is None
     np.testing.assert_allclose(reckoning.motions()[0], laser_step(step, 5), atol=0.05)
     reckoning.start_keyframe(laser_step(step, 5))
     by_wheels = compose(by_wheels, step)
     reckoning.add_odometry(Odometry(6 * PERIOD, by_wheels, IDENTITY))
-    reckoning.advance(scan_at(ROOM, compose(compose(map_from_base, step), PLACE), 6 * PERIOD, PLACE))
+    reckoning.advance(scan_at(ROOM, compose(base_after(step, 6), PLACE), 6 * PERIOD, PLACE))
     np.testing.assert_allclose(reckoning.wheel_step(), laser_step(step, 1), atol=1e-9)

@@ -33,8 +33,8 @@ def drive(*, odometry: bool = True, resets: bool = False) -> tuple[MappingResult
 
 def from_another_origin(odometry: Odometry) -> Odometry:
     """Another one every three seconds, as if its driver had been started anew."""
-    round = odometry.stamp // 3_000_000_000
-    origin = np.array([4.0 * (round % 3), -3.0 * (round % 2), 1.3 * round])
+    starts = odometry.stamp // 3_000_000_000
+    origin = np.array([4.0 * (starts % 3), -3.0 * (starts % 2), 1.3 * starts])
     return replace(odometry, odom_from_base=compose(origin, odometry.odom_from_base))
 
 

@@ -1,6 +1,6 @@
 """Logs that nobody recorded, made of those of the benchmark: their truth is known all the same.
 
-Driven backwards, seen in a mirror, with every third beam missing or with a driver of the wheels that is
+Driven backwards, seen in a mirror, with three beams in ten missing or with a driver of the wheels that is
 started anew now and then, each must still be mapped better than Cartographer mapped the true one.
 """
 
