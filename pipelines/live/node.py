@@ -11,10 +11,10 @@ from sensor_msgs.msg import LaserScan
 
 from pipelines.live.diagnostics import Diagnostics
 from pipelines.live.faults import Faults
+from pipelines.live.fixed_transforms import FixedTransforms
 from pipelines.live.health import Health
 from pipelines.live.parameters import car_parameters
 from pipelines.live.sensors import Sensors
-from pipelines.live.transform_type import transform_message_type
 from pipelines.live.transforms import TransformBroadcaster
 from pipelines.live.worker import Worker
 from pipelines.report import peak_memory_mb
@@ -71,6 +71,7 @@ class LiveNode(ABC):
         self._diagnostics = Diagnostics(node, name)
         self._started = time.monotonic()
         self._dropped_told = 0
+        self._fixed_transforms: FixedTransforms | None = None
 
     def start(self) -> None:
         """Begin to listen; everything else must be ready."""
@@ -78,13 +79,8 @@ class LiveNode(ABC):
         self.side.start()
         self._started = time.monotonic()
         node = self.node
-        static = QoSProfile(
-            depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
-        )
         if self.parameters.laser_pose is None:
-            node.create_subscription(
-                transform_message_type(), "/tf_static", self.sensors.take_transforms, static, raw=True
-            )
+            self._fixed_transforms = FixedTransforms(node, self.sensors.take_transforms)
         node.create_subscription(OdometryMessage, "odom", self._on_odometry, sensor_qos(1000))
         node.create_subscription(LaserScan, "scan", self._on_scan, sensor_qos(400))
         node.create_timer(0.5, self.watch)
@@ -144,10 +140,12 @@ class LiveNode(ABC):
         self.take_odometry(message, time.monotonic_ns())
 
     def watch(self) -> None:
-        """Twice a second: topics that stopped, and work that is not kept up with."""
+        """Twice a second: topics that stopped, a place not told, and work that is not kept up with."""
         if time.monotonic() - self._started > _PATIENCE:
             for what, consequence in self.without.items():
                 self._watch_topic(what, consequence)
+        if self._fixed_transforms is not None and self.sensors.misses_place:
+            self._fixed_transforms.ask_again()
         dropped = sum(self.worker.inbox.dropped.values())
         if dropped > self._dropped_told:
             self._dropped_told = dropped

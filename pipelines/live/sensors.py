@@ -43,6 +43,7 @@ class Sensors:
         self._tree = TransformTree()
         self._place: LaserPlace | None = None
         self._remembered: LaserPlace | None = None
+        self._misses_place = False
         self._scan_frame = ""
         self._converter: LaserScanConverter | None = None
         self._scan_counts: Counter[str] = Counter()
@@ -59,6 +60,11 @@ class Sensors:
     def place(self) -> LaserPlace | None:
         """Where the laser sits, once that is known."""
         return self._place
+
+    @property
+    def misses_place(self) -> bool:
+        """Whether scans come of a laser of which nothing has told in this run where it sits."""
+        return self._misses_place
 
     def remember_place(self, place: LaserPlace) -> None:
         """Where a laser sat when another run ended; it is there until ``/tf_static`` tells, which may take
@@ -124,6 +130,7 @@ class Sensors:
         place = self._known_place(frame)
         self._place = None if place is None else LaserPlace(self._base_frame, frame, place.base_from_sensor)
         self._scan_frame = frame
+        self._misses_place = place is None or place.source == _REMEMBERED
         if place is None:
             self._faults.tell(
                 "laser_place",
