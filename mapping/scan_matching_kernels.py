@@ -12,6 +12,13 @@ from maps.symmetric_kernels import inverse_of_symmetric
 TABLE_SIZE = 720
 """Bearing bins of the look-up table; it has one entry more, so that a bin's end is the next one's start."""
 
+WIDEST_LINE = 0.05
+"""Variance across a line that its points may have, as a share of that along it."""
+FITS, WIDENING = 4, 1.5
+"""How often a line is tried, each time through points of a reach so much wider."""
+USUAL_NOISE = 0.015
+"""Metres."""
+
 NARROWEST = 0.15
 """Metres within which partners are sought in the end."""
 MIN_NORMAL_DOT = 0.7
@@ -42,68 +49,83 @@ def fill_bearing_table(points: _FloatArray, table: NDArray[np.int16]) -> None:
 
 
 @njit(cache=True, nogil=True)
-def estimate_normals(
+def _neighbours(
+    points: _FloatArray, i: int, reach: float, max_gap: float
+) -> tuple[int, float, float, float, float, float]:
+    """Count of the points about point ``i``, their mean (x, y) seen from it and covariance (xx, xy, yy).
+
+    On both sides they are taken up to ``reach``, two at least, and not beyond a jump from one surface to
+    another.
+    """
+    count = 1
+    sx = sy = sxx = sxy = syy = 0.0
+    for direction in (-1, 1):
+        last_x = last_y = 0.0
+        taken = 0
+        j = i + direction
+        while 0 <= j < len(points):
+            x, y = np.float64(points[j, 0] - points[i, 0]), np.float64(points[j, 1] - points[i, 1])
+            if (x - last_x) ** 2 + (y - last_y) ** 2 > max_gap * max_gap:
+                break
+            if taken >= 2 and x * x + y * y > reach * reach:
+                break
+            sx += x
+            sy += y
+            sxx += x * x
+            sxy += x * y
+            syy += y * y
+            last_x, last_y = x, y
+            taken += 1
+            j += direction
+        count += taken
+    mx, my = sx / count, sy / count
+    return count, mx, my, sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
+
+
+@njit(cache=True, nogil=True)
+def fit_lines(
     points: _FloatArray,
     half_angle: float,
     half_width: float,
     max_gap_angle: float,
     min_gap: float,
     max_rms: float,
+    on_lines: _FloatArray,
     normals: _FloatArray,
 ) -> None:
-    """Normals (N, 2) of points sorted by bearing, towards the sensor; (0, 0) where a surface is not straight.
+    """Lines through points (N, 2) sorted by bearing and their neighbours, which span ``half_angle`` and
+    ``half_width`` to each side; where noise leaves them no direction, up to three times as much.
 
-    A point's neighbours are taken on both sides until they span ``half_angle`` and ``half_width``, and
-    not beyond a jump from one surface to another.
+    ``on_lines`` (N, 2) are the points moved towards their lines: all the way where they scatter far more than
+    ``USUAL_NOISE``, hardly where less. ``normals`` (N, 2) look towards the sensor; where a surface is not
+    straight they are (0, 0), and its points stay.
     """
-    n = len(points)
-    for i in range(n):
+    for i in range(len(points)):
+        for axis in range(2):
+            on_lines[i, axis] = points[i, axis]
+            normals[i, axis] = 0.0
         px, py = np.float64(points[i, 0]), np.float64(points[i, 1])
         distance = np.sqrt(px * px + py * py)
         max_gap = max(min_gap, distance * max_gap_angle)
         reach = max(half_width, distance * half_angle)
-        count = 1
-        sx = sy = sxx = sxy = syy = 0.0
-        sides = 0
-        for direction in (-1, 1):
-            j = i + direction
-            last_x, last_y = px, py
-            taken = 0
-            while 0 <= j < n:
-                x, y = np.float64(points[j, 0]), np.float64(points[j, 1])
-                if (x - last_x) ** 2 + (y - last_y) ** 2 > max_gap * max_gap:
-                    break
-                dx, dy = x - px, y - py
-                if taken >= 2 and dx * dx + dy * dy > reach * reach:
-                    break
-                count += 1
-                sx += dx
-                sy += dy
-                sxx += dx * dx
-                sxy += dx * dy
-                syy += dy * dy
-                last_x, last_y = x, y
-                taken += 1
-                j += direction
-            if taken > 0:
-                sides += 1
-        normals[i, 0] = 0.0
-        normals[i, 1] = 0.0
-        if count < 4 or sides == 0:
-            continue
-        mx, my = sx / count, sy / count
-        cxx, cxy, cyy = sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
-        mean, half = 0.5 * (cxx + cyy), 0.5 * (cxx - cyy)
-        root = np.sqrt(half * half + cxy * cxy)
-        small, large = max(mean - root, 0.0), mean + root
-        if small > max_rms * max_rms or small > 0.05 * large:
-            continue
-        angle = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy) + 0.5 * np.pi
-        nx, ny = np.cos(angle), np.sin(angle)
-        if nx * px + ny * py > 0.0:
-            nx, ny = -nx, -ny
-        normals[i, 0] = nx
-        normals[i, 1] = ny
+        for _ in range(FITS):
+            count, mx, my, cxx, cxy, cyy = _neighbours(points, i, reach, max_gap)
+            mean, half = 0.5 * (cxx + cyy), 0.5 * (cxx - cyy)
+            root = np.sqrt(half * half + cxy * cxy)
+            small, large = max(mean - root, 0.0), mean + root
+            if count < 4 or small > max_rms * max_rms:
+                break
+            if small > WIDEST_LINE * large:
+                reach *= WIDENING
+                continue
+            angle = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy) + 0.5 * np.pi
+            nx, ny = np.cos(angle), np.sin(angle)
+            if nx * px + ny * py > 0.0:
+                nx, ny = -nx, -ny
+            off = (nx * mx + ny * my) * small / (small + USUAL_NOISE * USUAL_NOISE)
+            on_lines[i, 0], on_lines[i, 1] = px + off * nx, py + off * ny
+            normals[i, 0], normals[i, 1] = nx, ny
+            break
 
 
 @njit(cache=True, nogil=True)

@@ -1,12 +1,13 @@
 """Prepared scans: points sorted by bearing with their normals, packed for the matching kernels."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.arrays import Arrays, unpack
-from mapping.scan_matching_kernels import TABLE_SIZE, estimate_normals, fill_bearing_table
+from mapping.scan_matching_kernels import TABLE_SIZE, fill_bearing_table, fit_lines
 
 MAX_POINTS = 361
 """Beams kept of a scan: half a degree over 180°; denser scans are thinned once the normals are known."""
@@ -23,33 +24,32 @@ class PreparedScan:
     """The returns of one scan in the laser frame at its stamp."""
 
     points: NDArray[np.float32]
-    """(N, 2) metres, ascending in bearing."""
+    """(N, 2) metres, ascending in bearing; noise is smoothed along straight surfaces."""
     normals: NDArray[np.float32]
     """(N, 2) unit vectors towards the sensor, (0, 0) where the surface is not straight."""
 
 
 def prepare_scan(points_in_laser: NDArray[np.float64]) -> PreparedScan:
-    """Sort points (N, 2) by bearing, estimate normals and thin to at most ``MAX_POINTS``."""
-    points = _by_bearing(points_in_laser).astype(np.float32)
-    normals = np.zeros_like(points)
-    estimate_normals(points, _HALF_ANGLE, _HALF_WIDTH, _MAX_GAP_ANGLE, _MIN_GAP, _MAX_RMS, normals)
-    step = _step(len(points))
-    return PreparedScan(points[::step], normals[::step]) if step > 1 else PreparedScan(points, normals)
+    """Sort points (N, 2) by bearing, fit lines to them and thin to at most ``MAX_POINTS``."""
+    points = points_in_laser[_bearing_order(points_in_laser)].astype(np.float32)
+    on_lines, normals = np.empty_like(points), np.empty_like(points)
+    fit_lines(points, _HALF_ANGLE, _HALF_WIDTH, _MAX_GAP_ANGLE, _MIN_GAP, _MAX_RMS, on_lines, normals)
+    order = _bearing_order(on_lines)[:: _step(len(points))]
+    return PreparedScan(on_lines[order], normals[order])
 
 
 def thin(points_in_laser: NDArray[np.float64]) -> NDArray[np.float64]:
     """At most ``MAX_POINTS`` of points (N, 2), evenly by bearing."""
     step = _step(len(points_in_laser))
-    return _by_bearing(points_in_laser)[::step] if step > 1 else points_in_laser
+    return points_in_laser[_bearing_order(points_in_laser)[::step]] if step > 1 else points_in_laser
 
 
-def _by_bearing(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    bearings = np.arctan2(points[:, 1], points[:, 0])
-    return points[np.argsort(bearings, kind="stable")]
+def _bearing_order(points: NDArray[np.floating[Any]]) -> NDArray[np.int64]:
+    return np.argsort(np.arctan2(points[:, 1], points[:, 0]), kind="stable")
 
 
 def _step(count: int) -> int:
-    return -(-count // MAX_POINTS)
+    return max(1, -(-count // MAX_POINTS))
 
 
 class ScanStore:
