@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mapping.config import MappingConfig
 from mapping.mapper import Mapper
@@ -55,25 +56,23 @@ def backwards(messages: list[Scan | Odometry], relations: Relations) -> Log:
 
 def with_beams_missing(messages: list[Scan | Odometry], relations: Relations) -> Log:
     rng = np.random.default_rng(0)
-
-    def thin(message: Scan | Odometry) -> Scan | Odometry:
-        if isinstance(message, Odometry):
-            return message
-        is_missing = rng.random(len(message.ranges)) < 0.3
-        return replace(message, ranges=np.where(is_missing, np.nan, message.ranges))
-
-    return [thin(message) for message in messages], relations
+    return with_ranges(
+        messages, lambda ranges: np.where(rng.random(len(ranges)) < 0.3, np.nan, ranges)
+    ), relations
 
 
 def with_noise(messages: list[Scan | Odometry], relations: Relations) -> Log:
     rng = np.random.default_rng(0)
+    return with_ranges(messages, lambda ranges: ranges + rng.normal(0.0, 0.03, len(ranges))), relations
 
-    def blur(message: Scan | Odometry) -> Scan | Odometry:
-        if isinstance(message, Odometry):
-            return message
-        return replace(message, ranges=message.ranges + rng.normal(0.0, 0.03, len(message.ranges)))
 
-    return [blur(message) for message in messages], relations
+def with_ranges(
+    messages: list[Scan | Odometry], alter: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+) -> list[Scan | Odometry]:
+    return [
+        replace(message, ranges=alter(message.ranges)) if isinstance(message, Scan) else message
+        for message in messages
+    ]
 
 
 def with_wheels_started_anew(messages: list[Scan | Odometry], relations: Relations) -> Log:
