@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
 from mapping.deskew import deskew, deskew_cloud
 from mapping.odometry_calibration import OdometryCalibration
+from mapping.odometry_lag import OdometryLag
 from mapping.scan_odometry import ScanOdometry
 from maps.odometry import Odometry, OdometryBuffer
 from maps.scan import Scan
@@ -25,12 +26,15 @@ class DeadReckoning:
     does not always go on as before. Which guess is right shows when a keyframe is matched from each.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, odometry_lag: int = 0) -> None:
+        """``odometry_lag`` in nanoseconds, as far as it is known beforehand."""
         self.calibration = OdometryCalibration()
         self.scans_without_odometry = 0
         self.base_from_laser: Pose = IDENTITY
         """As it was told last."""
-        self._odometry = OdometryBuffer()
+        self.odometry_lag = OdometryLag(odometry_lag)
+        """As it was learned last."""
+        self._odometry = OdometryBuffer(lag=odometry_lag)
         self._scan_odometry = ScanOdometry()
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
         self._stamp = 0
@@ -45,7 +49,7 @@ class DeadReckoning:
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample of wheel odometry; one that does not continue the last begins it anew."""
         if self._odometry.jumps_to(odometry):
-            self._odometry = OdometryBuffer()
+            self._odometry = OdometryBuffer(lag=self.odometry_lag.nanoseconds)
             self._by_wheels = self._keyframe_by_wheels = None
         self._odometry.add(odometry)
 
@@ -82,9 +86,18 @@ class DeadReckoning:
         """From here on the current scan is the keyframe; it lies ``step`` (3,) from the last one."""
         if are_apart(step, between(self._keyframe_by_scans, self._by_scans), _LOST):
             self._begin_scan_odometry()
+        self.odometry_lag.add_turn(self._stamp, float(step[2]))
         self._velocity = step / max(self._stamp - self._keyframe_stamp, 1)
         self._keyframe_stamp = self._stamp
         self._keyframe_by_scans, self._keyframe_by_wheels = self._by_scans, self._by_wheels
+
+    def learn_lag(self) -> None:
+        """Set the clock of the wheels by that of the scans; the current scan must be the keyframe."""
+        if self.odometry_lag.learn(self._odometry):
+            self._odometry.lag = self.odometry_lag.nanoseconds
+            if self._by_wheels is not None:
+                odom_from_base = self._odometry.pose_at(self._stamp)
+                self._by_wheels = self._keyframe_by_wheels = compose(odom_from_base, self.base_from_laser)
 
     def _begin_scan_odometry(self) -> None:
         """Begin anew with the current scan.
@@ -124,6 +137,7 @@ class DeadReckoning:
             "keyframe_by_scans": self._keyframe_by_scans,
             "keyframe_by_wheels": pose_or_nan(self._keyframe_by_wheels),
             "velocity": self._velocity,
+            **named("odometry_lag", self.odometry_lag.to_arrays()),
             **named("scan_odometry", self._scan_odometry.to_arrays()),
         }
 
@@ -134,6 +148,8 @@ class DeadReckoning:
         reckoning.calibration = OdometryCalibration(*arrays["calibration"].tolist())
         reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
         reckoning.base_from_laser = arrays["base_from_laser"].astype(np.float64)
+        reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays))
+        reckoning._odometry.lag = reckoning.odometry_lag.nanoseconds
         for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
             reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
         reckoning._stamp = int(arrays["stamp"])

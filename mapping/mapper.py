@@ -18,6 +18,7 @@ from mapping.joining import join
 from mapping.keyframe_tracking import TIED_TO, constrain, place, place_far, place_left_alone
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
+from mapping.odometry_lag import OdometryLag
 from mapping.pose_graph import PoseGraph
 from mapping.refinement import refine_scans
 from mapping.rendering import Rays, rays_of, render, returns_of
@@ -35,6 +36,7 @@ _WINDOW = 40
 _WINDOW_EVERY = 5
 _GAP = 2_000_000_000
 """Nanoseconds without a scan, after which the car may have been moved by hand."""
+_LEARN_LAG_EVERY = 10
 _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
 _CAN_BE_SAVED_EVERY = 100
@@ -74,9 +76,10 @@ class MappingResult:
 class Mapper:
     """Builds a map incrementally; scans and odometry come in the order of time."""
 
-    def __init__(self, config: MappingConfig) -> None:
+    def __init__(self, config: MappingConfig, odometry_lag: int = 0) -> None:
+        """``odometry_lag`` in nanoseconds as far as it is known; it is learned as the car turns."""
         self._config = config
-        self._reckoning = DeadReckoning()
+        self._reckoning = DeadReckoning(odometry_lag)
         self._graph = PoseGraph()
         self._keyframes = ScanStore()
         self._loops = LoopCloser(self._keyframes, verify=config.verify_loops)
@@ -98,6 +101,11 @@ class Mapper:
     def last_stamp(self) -> int | None:
         """Nanoseconds, of the last scan."""
         return self._drive.stamps[-1] if self._drive.stamps else None
+
+    @property
+    def odometry_lag(self) -> OdometryLag:
+        """By how much odometry is stamped later than scans, as far as it was learned."""
+        return self._reckoning.odometry_lag
 
     def to_arrays(self) -> Arrays:
         """Everything so far; while `can_be_saved`, another mapper goes on from it to the same bits."""
@@ -242,6 +250,8 @@ class Mapper:
         self._drive.start_keyframe(guesses, chosen)
         self._rays.append(rays_of(scan, points))
         self._reckoning.start_keyframe(step)
+        if index % _LEARN_LAG_EVERY == 0:
+            self._reckoning.learn_lag()
         if index % _CALIBRATE_EVERY == 0:
             self._calibrate(max(0, index - _CALIBRATE_OVER))
         if index % _WINDOW_EVERY == 0 and index > _WINDOW:
@@ -381,6 +391,12 @@ class Mapper:
             warnings.append(
                 "There was no wheel odometry: lengths of bare corridors are not to be trusted, "
                 "and fast turns may have been lost."
+            )
+        if lag := self.odometry_lag.nanoseconds:
+            where = "behind" if lag > 0 else "ahead of"
+            warnings.append(
+                f"By their stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans; "
+                "the map was made as if it were not."
             )
         return warnings
 

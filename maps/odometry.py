@@ -3,15 +3,19 @@
 import math
 from collections import deque
 from dataclasses import dataclass
+from itertools import islice
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from maps.se2 import Pose, interpolate
+from maps.se2 import Pose, between, compose, interpolate
 
 _FASTEST, _LEAST_JUMP = 20.0, 0.5
 """Metres or radians, per second and at once: no car moves so, not even where messages that came in a bunch
 were stamped as they came."""
+
+_SPEED_OVER = 100_000_000
+"""Nanoseconds: samples that were stamped in a bunch tell no speed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +43,9 @@ def is_jump(odom_from_before: Pose, odom_from_after: Pose, seconds: float) -> bo
 class OdometryBuffer:
     """The latest stretch of odometry, interpolated at any stamp; its memory is bounded."""
 
-    def __init__(self, max_samples: int = 4096) -> None:
+    def __init__(self, max_samples: int = 4096, lag: int = 0) -> None:
+        self.lag = lag
+        """Nanoseconds by which samples are stamped late."""
         self._samples: deque[tuple[int, Pose]] = deque(maxlen=max_samples)
 
     def __len__(self) -> int:
@@ -75,11 +81,27 @@ class OdometryBuffer:
         """``odom_from_base`` (..., 3) at stamps (...) in nanoseconds.
 
         Between samples the pose is interpolated; outside them the nearest sample stands, because an
-        extrapolated speed turns a gap in the log into a jump. Raises LookupError while empty.
+        extrapolated speed turns a gap in the log into a jump. Only where samples are late it is carried on at
+        the last speed, for as long as they are late. Raises LookupError while empty.
         """
         if not self._samples:
             raise LookupError("no odometry yet")
-        wanted = np.asarray(stamps, dtype=np.int64)
+        wanted = np.asarray(stamps, dtype=np.int64) + self.lag
+        pose = self._interpolated(wanted)
+        if self.lag <= 0 or len(self._samples) == 1:
+            return pose
+        late = np.clip(wanted - self._samples[-1][0], 0, self.lag)
+        return compose(pose, late[..., None] * self._last_speed())
+
+    def _last_speed(self) -> Pose:
+        """The motion (3,) per nanosecond before the last sample."""
+        stamp, odom_from_base = self._samples[-1]
+        earlier = islice(reversed(self._samples), 1, None)
+        far = (sample for sample in earlier if stamp - sample[0] >= _SPEED_OVER)
+        before, odom_from_before = next(far, self._samples[0])
+        return between(odom_from_before, odom_from_base) / (stamp - before)
+
+    def _interpolated(self, wanted: NDArray[np.int64]) -> Pose:
         first_needed = int(wanted.min())
         recent: list[tuple[int, Pose]] = []
         for sample in reversed(self._samples):

@@ -2,6 +2,7 @@
 
 import signal
 from collections.abc import Callable, Iterator
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,9 @@ from pipelines.progress import progress_bar
 from pipelines.report import Report
 from pipelines.session_file import SESSION_FILE, save_session
 from pipelines.tum import save_tum
+
+_FIRST_TURNS, _ROUNDS = 5000, 3
+"""Messages among which turns are sought, as a car may stand for long; and how often."""
 
 MAP_FILES = (
     "map.png",
@@ -52,7 +56,7 @@ def build_map(
     a second one raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the
     drive is not recognized on the earlier map.
     """
-    start = _start(config, checkpoint, announce)
+    start = _start(reader, config, report, checkpoint, announce)
     scans = _feed(start, reader, report, checkpoint, quiet=quiet)
     if not scans:
         raise UserError(
@@ -93,16 +97,42 @@ def save_mapping(result: MappingResult, report: Report, folder: Path, title: str
     report.write(folder / "report.json")
 
 
-def _start(config: MappingConfig, checkpoint: Checkpoint | None, announce: Callable[[str], None]) -> Start:
+def _start(
+    reader: BagReader,
+    config: MappingConfig,
+    report: Report,
+    checkpoint: Checkpoint | None,
+    announce: Callable[[str], None],
+) -> Start:
     try:
         resumed = checkpoint.resume(config) if checkpoint else None
     except UserError as error:
         announce(f"The checkpoint is left aside and the run begins anew: {error}")
         resumed = None
     if checkpoint is None or resumed is None:
-        return Start(Mapper(config))
+        with report.stage("clocks"):
+            return Start(Mapper(config, _odometry_lag(reader, config)))
     announce(f"An earlier run was cut short: this one goes on from {checkpoint.path}.")
     return resumed
+
+
+def _odometry_lag(reader: BagReader, config: MappingConfig) -> int:
+    """Nanoseconds by which odometry is stamped late, as the first turns tell it; 0 where they do not.
+
+    The mapper learns it by itself, but has placed skewed scans until then, which lead to a little less than
+    all of it.
+    """
+    lag = 0
+    for _ in range(_ROUNDS if reader.odom_topic else 0):
+        mapper = Mapper(config, lag)
+        for message in islice(reader, _FIRST_TURNS):
+            _hand_on(message, mapper)
+            if mapper.odometry_lag.is_settled:
+                break
+        before, lag = lag, mapper.odometry_lag.nanoseconds
+        if lag == before:
+            break
+    return lag
 
 
 def _feed(

@@ -43,3 +43,24 @@ def test_a_buffer_tells_a_jump_from_samples_that_come_late() -> None:
     assert buffer.jumps_to(Odometry(40_000_000, away, IDENTITY))
     assert not buffer.jumps_to(Odometry(10_000_000, away, IDENTITY))
     assert not buffer.jumps_to(Odometry(20_000_000, away, IDENTITY))
+
+
+MILLISECOND = 1_000_000
+
+
+def steady_drive(lag: int) -> OdometryBuffer:
+    """One metre a second, told 50 times a second up to 0.38 s."""
+    buffer = OdometryBuffer(lag=lag * MILLISECOND)
+    for k in range(20):
+        buffer.add(Odometry(k * 20 * MILLISECOND, np.array([0.02 * k, 0.0, 0.0]), IDENTITY))
+    return buffer
+
+
+def test_late_samples_tell_of_earlier_times_and_are_carried_on_for_as_long() -> None:
+    stamps = np.array([100, 330, 380, 10_000]) * MILLISECOND
+    assert steady_drive(50).pose_at(stamps)[:, 0] == pytest.approx([0.15, 0.38, 0.43, 0.43])
+
+
+def test_early_samples_tell_of_later_times() -> None:
+    stamps = np.array([100, 400, 10_000]) * MILLISECOND
+    assert steady_drive(-50).pose_at(stamps)[:, 0] == pytest.approx([0.05, 0.35, 0.38])

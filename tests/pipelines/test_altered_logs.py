@@ -1,8 +1,8 @@
 """Logs that nobody recorded, made of those of the benchmark: their truth is known all the same.
 
-Driven backwards, seen in a mirror, by a laser of more noise, with three beams in ten missing or with a driver
-of the wheels that is started anew now and then, each must still be mapped better than Cartographer mapped the
-true one.
+Driven backwards, seen in a mirror, by a laser of more noise or whose clock is slow, with three beams in ten
+missing or with a driver of the wheels that is started anew now and then, each must still be mapped better
+than Cartographer mapped the true one.
 """
 
 from collections.abc import Callable
@@ -87,9 +87,27 @@ def with_wheels_started_anew(messages: list[Scan | Odometry], relations: Relatio
     return altered, relations
 
 
+def with_scans_stamped_late(messages: list[Scan | Odometry], relations: Relations) -> Log:
+    late = 150_000_000
+    altered = [
+        replace(message, stamp=message.stamp + late) if isinstance(message, Scan) else message
+        for message in messages
+    ]
+    altered.sort(key=lambda message: (message.stamp, isinstance(message, Scan)))
+    return altered, replace(relations, stamps=relations.stamps + late)
+
+
 @pytest.mark.parametrize("name", ["aces", "intel"])
 @pytest.mark.parametrize(
-    "alter", [mirrored, backwards, with_noise, with_beams_missing, with_wheels_started_anew]
+    "alter",
+    [
+        mirrored,
+        backwards,
+        with_noise,
+        with_beams_missing,
+        with_wheels_started_anew,
+        with_scans_stamped_late,
+    ],
 )
 def test_altered_logs_are_mapped_as_well(
     name: str, alter: Callable[[list[Scan | Odometry], Relations], Log], recordings: Path

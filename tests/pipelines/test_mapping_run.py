@@ -1,6 +1,7 @@
 import json
 import signal
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,16 @@ import pytest
 
 from mapping.config import MappingConfig
 from maps.errors import UserError
+from maps.map_files import load_map
+from maps.odometry import Odometry
 from maps.scan import Scan
+from maps.shipped import shipped_map
+from maps.trajectory import Trajectory
+from pipelines.evaluation import compare
 from pipelines.mapping_run import MAP_FILES, build_map, save_mapping
 from pipelines.report import Report
+from pipelines.simulator import Simulation
+from pipelines.simulator_config import SimulationConfig
 
 BEARINGS = np.deg2rad(np.arange(-135.0, 135.0))
 
@@ -29,11 +37,11 @@ def scan_of_a_room(index: int) -> Scan:
 class RoomReader:
     """Stands in for a bag; presses Ctrl-C after some scans."""
 
-    scan_topic = "/scan"
+    scan_topic, odom_topic = "/scan", None
     inputs: dict[str, object] = {"scan_topic": "/scan"}  # noqa: RUF012
     counts: dict[str, int] = {}  # noqa: RUF012
     warnings = ["The bag is cut."]  # noqa: RUF012
-    messages_read = 0
+    messages_read = message_count = 0
 
     def __init__(self, scans: int, interrupt_after: int | None = None) -> None:
         self.message_count = scans
@@ -45,6 +53,27 @@ class RoomReader:
             yield scan_of_a_room(index)
             if self.messages_read == self._interrupt_after:
                 signal.raise_signal(signal.SIGINT)
+
+
+class LateScansReader(RoomReader):
+    """A race car on the track, whose scans are stamped as much too late as it tells."""
+
+    odom_topic = "/odom"
+
+    def __init__(self, late: int) -> None:
+        track = load_map(shipped_map("track"))
+        self.simulation = Simulation(track, SimulationConfig(seed=2, duration=20.0, max_speed=4.0))
+        self._late = late
+
+    def __iter__(self) -> Iterator[Scan | Odometry]:
+        scans = 0
+        for message in self.simulation.messages():
+            if isinstance(message, Odometry):
+                yield message
+                continue
+            scans += 1
+            if scans % 4 == 0:
+                yield replace(message, stamp=message.stamp + self._late)
 
 
 def build(reader: Any, report: Report) -> Any:
@@ -72,6 +101,17 @@ def test_interrupt_makes_a_map_of_what_was_read() -> None:
     assert 20 <= len(result.trajectory) <= 21
     assert any("Ctrl-C" in sentence for sentence in report.warnings)
     assert report.as_dict()["counts"]["interrupted"] is True
+
+
+def test_scans_stamped_late_are_mapped_from_the_first_on_as_if_they_were_not() -> None:
+    reader, report = LateScansReader(120_000_000), Report("racecar map")
+    result = build(reader, report)
+    truth = reader.simulation.ground_truth
+    at_scans = Trajectory(result.trajectory.stamps - 120_000_000, result.trajectory.map_from_base)
+    errors = compare(at_scans, truth).positions
+    assert errors.mean() < 0.01
+    assert errors.max() < 0.04
+    assert any("odometry is" in sentence and "ahead of the scans" in sentence for sentence in report.warnings)
 
 
 def test_no_scan() -> None:
