@@ -35,7 +35,7 @@ def skip_unexplained(
     All of them if those are too few. The alignment comes with them where notably more beams fit from there
     than from the cloud on average.
     """
-    asked = map_from_base[:: max(1, len(map_from_base) // _ASKED)]
+    asked = map_from_base[:: max(1, len(map_from_base) // _ASKED)].copy()  # strides compile anew
     fits = sensor.fits(asked, beams)
     is_explained = fits.sum(axis=0) >= _MOST_OF_THE_CLOUD * len(asked)
     better = None

@@ -14,7 +14,7 @@ from mapping.mapper import Mapper
 from maps.map_files import load_map
 from maps.odometry import Odometry
 from maps.shipped import shipped_map
-from pipelines.benchmark_process import in_fresh_process
+from pipelines.other_process import in_fresh_process
 from pipelines.path_smoothing import lengths_along
 from pipelines.progress import progress_bar
 from pipelines.report import resident_memory_mb

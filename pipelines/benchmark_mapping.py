@@ -11,8 +11,8 @@ from mapping.config import MappingConfig
 from pipelines.bag_reader import BagReader
 from pipelines.benchmark_false_loops import FalseLoopFigures, with_false_loops
 from pipelines.benchmark_logs import BenchmarkLog
-from pipelines.benchmark_process import in_fresh_process
 from pipelines.mapping_run import build_map
+from pipelines.other_process import in_fresh_process
 from pipelines.relations import load_relations, relation_errors
 from pipelines.report import Report
 

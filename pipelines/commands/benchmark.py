@@ -59,9 +59,9 @@ def slam(
 
     from pipelines.benchmark_ablation import ablate
     from pipelines.benchmark_mapping import measure_all
-    from pipelines.benchmark_process import in_fresh_process
     from pipelines.benchmark_published import PUBLISHED
     from pipelines.benchmark_tables import ablation_table, accuracy_table, false_loops_table, stages_table
+    from pipelines.other_process import in_fresh_process
     from pipelines.printed_warnings import print_warnings
     from pipelines.report import Report
     from pipelines.warm_up import warm_up
@@ -119,8 +119,8 @@ def growth(
     from rich.console import Console
 
     from pipelines.benchmark_growth import measure_growth
-    from pipelines.benchmark_process import in_fresh_process
     from pipelines.benchmark_tables import growth_table
+    from pipelines.other_process import in_fresh_process
     from pipelines.report import Report
     from pipelines.warm_up import warm_up
 

@@ -4,6 +4,7 @@ import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -126,12 +127,14 @@ def localize(
     from pipelines.interrupts import stop_request
     from pipelines.live.localizer_node import LocalizerNode, Start
     from pipelines.live.run import ros_node, spin
-    from pipelines.live.warm_up_localizer import warm_up_localizer
+    from pipelines.live.warm_up_localizer import warm_up_filter, warm_up_localizer
+    from pipelines.other_process import start_beside
     from pipelines.report import write_json
 
     if initial_pose is not None and anywhere:
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
     settings = load_config(config).localization
+    start_beside(partial(warm_up_filter, settings))
     start = Start(
         grid=None if map is None else load_map(map),
         initial_pose=None if initial_pose is None else np.array(initial_pose),

@@ -11,9 +11,9 @@ from mapping.arrays import Arrays
 from mapping.config import MappingConfig
 from mapping.mapper import Mapper
 from maps.errors import UserError
-from pipelines.benchmark_process import in_fresh_process
 from pipelines.checkpoint import Checkpoint, Start
 from pipelines.mapping_run import save_mapping
+from pipelines.other_process import in_fresh_process
 from pipelines.outputs import output_folder
 from pipelines.report import Report
 

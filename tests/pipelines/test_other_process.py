@@ -8,7 +8,7 @@ from time import sleep
 import pytest
 
 from maps.errors import UserError
-from pipelines.benchmark_process import in_fresh_process
+from pipelines.other_process import in_fresh_process, start_beside
 from pipelines.relations import load_relations
 
 
@@ -42,3 +42,10 @@ def test_an_interrupt_ends_the_work() -> None:
 def test_ctrl_c_is_heard_by_the_one_who_waits() -> None:
     assert in_fresh_process(partial(signal.raise_signal, signal.SIGINT)) is None
     assert signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, ())
+
+
+def test_work_goes_on_beside() -> None:
+    receiver, sender = multiprocessing.Pipe(duplex=False)
+    start_beside(lambda: sender.send(os.getpid()))
+    assert receiver.poll(60.0)
+    assert receiver.recv() != os.getpid()

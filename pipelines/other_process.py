@@ -1,4 +1,4 @@
-"""Work in a fresh process, whose memory and state are its own."""
+"""Work in other processes: a fresh one, whose memory and state are its own, or a copy of this one."""
 
 import signal
 import traceback
@@ -37,6 +37,15 @@ def in_fresh_process(work: Callable[[], _T]) -> _T:
         raise error from RuntimeError(trace)
     result: _T = value
     return result
+
+
+def start_beside(work: Callable[[], None]) -> None:
+    """Call a function in a copy of this process, and do not wait: what it does is left on disk.
+
+    Call this before threads are started. The copy does not outlive this process, and never hears Ctrl-C.
+    """
+    with _deaf_to_interrupts():
+        get_context("fork").Process(target=work, daemon=True).start()
 
 
 def _deliver(work: Callable[[], Any], sender: Connection) -> None:
