@@ -56,7 +56,10 @@ def build_map(
     a second one raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the
     drive is not recognized on the earlier map.
     """
-    start = _start(reader, config, report, checkpoint, announce)
+    start = _resumed(config, checkpoint, announce)
+    if start is None:
+        with report.stage("clocks"):
+            start = Start(Mapper(config, _odometry_lag(reader, config, quiet=quiet)))
     scans = _feed(start, reader, report, checkpoint, quiet=quiet)
     if not scans:
         raise UserError(
@@ -97,26 +100,20 @@ def save_mapping(result: MappingResult, report: Report, folder: Path, title: str
     report.write(folder / "report.json")
 
 
-def _start(
-    reader: BagReader,
-    config: MappingConfig,
-    report: Report,
-    checkpoint: Checkpoint | None,
-    announce: Callable[[str], None],
-) -> Start:
+def _resumed(
+    config: MappingConfig, checkpoint: Checkpoint | None, announce: Callable[[str], None]
+) -> Start | None:
     try:
         resumed = checkpoint.resume(config) if checkpoint else None
     except UserError as error:
         announce(f"The checkpoint is left aside and the run begins anew: {error}")
-        resumed = None
-    if checkpoint is None or resumed is None:
-        with report.stage("clocks"):
-            return Start(Mapper(config, _odometry_lag(reader, config)))
-    announce(f"An earlier run was cut short: this one goes on from {checkpoint.path}.")
+        return None
+    if checkpoint is not None and resumed is not None:
+        announce(f"An earlier run was cut short: this one goes on from {checkpoint.path}.")
     return resumed
 
 
-def _odometry_lag(reader: BagReader, config: MappingConfig) -> int:
+def _odometry_lag(reader: BagReader, config: MappingConfig, *, quiet: bool) -> int:
     """Nanoseconds by which odometry is stamped late, as the first turns tell it; 0 where they do not.
 
     The mapper learns it by itself, but has placed skewed scans until then, which lead to a little less than
@@ -125,10 +122,12 @@ def _odometry_lag(reader: BagReader, config: MappingConfig) -> int:
     lag = 0
     for _ in range(_ROUNDS if reader.odom_topic else 0):
         mapper = Mapper(config, lag)
-        for message in islice(reader, _FIRST_TURNS):
-            _hand_on(message, mapper)
-            if mapper.odometry_lag.is_settled:
-                break
+        with progress_bar("Comparing clocks", _FIRST_TURNS, quiet=quiet) as advance_to:
+            for number, message in enumerate(islice(reader, _FIRST_TURNS)):
+                advance_to(number)
+                _hand_on(message, mapper)
+                if mapper.odometry_lag.is_settled:
+                    break
         before, lag = lag, mapper.odometry_lag.nanoseconds
         if lag == before:
             break
