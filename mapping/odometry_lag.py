@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from mapping.arrays import Arrays
 from maps.odometry import OdometryBuffer
+from maps.se2 import Pose
 
 _LAGS = np.arange(-15, 16) * 20_000_000
 """Nanoseconds that are tried."""
@@ -49,22 +50,25 @@ class OdometryLag:
 
     def learn(self, odometry: OdometryBuffer) -> bool:
         """Compare the scans since the last time with the wheels; tells whether the lag is another now."""
-        turns, by_wheels, scans_apart = self._compare(odometry)
+        stamps, poses = odometry.samples
+        turns, by_wheels, scans_apart = self._compare(stamps, poses)
         missed = np.minimum(np.abs(turns - by_wheels), _LARGEST)
         self._disagreements = _REMEMBERED * self._disagreements + missed.sum(axis=1)
         self._turned = _REMEMBERED * self._turned + float(np.abs(turns).sum()) / scans_apart
         before, best = self.nanoseconds, int(np.argmin(self._disagreements))
         share = _CLEARLY * min(self._turned / _ENOUGH, 1.0)
         if self._disagreements[best] < share * self._disagreements[_NONE]:
-            self.nanoseconds = int(_LAGS[best]) if abs(_LAGS[best]) >= _period(odometry) else 0
+            self.nanoseconds = int(_LAGS[best]) if abs(_LAGS[best]) >= _period(stamps) else 0
         elif self.is_settled:
             self.nanoseconds = 0
         return self.nanoseconds != before
 
-    def _compare(self, odometry: OdometryBuffer) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """Turns (N,) by scans, what the wheels say of them at each lag (L, N), and how many scans apart."""
+    def _compare(
+        self, stamps: NDArray[np.int64], poses: Pose
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+        """Turns (N,) by scans, what the wheels' samples say of them at each lag (L, N), and how many scans
+        apart."""
         scans, headings = np.array(self._stamps, dtype=np.int64), np.array(self._headings)
-        stamps, poses = odometry.samples
         ends = np.searchsorted(scans, scans + _OVER)
         until = stamps[-1] - _LAGS[-1] if len(stamps) > 0 else np.iinfo(np.int64).min
         count = int(np.searchsorted(ends, np.searchsorted(scans, until)))
@@ -101,7 +105,6 @@ class OdometryLag:
         return known
 
 
-def _period(odometry: OdometryBuffer) -> float:
+def _period(stamps: NDArray[np.int64]) -> float:
     """Nanoseconds between samples; between two the way is drawn straight, which tells no lag shorter."""
-    stamps, _ = odometry.samples
     return float(np.median(np.diff(stamps))) if len(stamps) > 1 else np.inf

@@ -26,7 +26,7 @@ def warm_up_mapper() -> None:
         map_from_base = _place_on_the_ring(k * _TURN)
         mapper.add_odometry(Odometry(k * _PERIOD, map_from_base, IDENTITY))
         ranges = cast_rays(room, map_from_base, bearings, 30.0)
-        mapper.add_scan(Scan(k * _PERIOD, bearings, ranges, np.zeros(1081), IDENTITY, 30.0))
+        mapper.add_scan(Scan(k * _PERIOD, bearings, ranges, np.zeros_like(bearings), IDENTITY, 30.0))
     session = mapper.session()
     GrowingGrid(config.resolution).draw(session.rays, session.map_from_keyframe)
 
