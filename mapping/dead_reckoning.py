@@ -14,7 +14,6 @@ from maps.odometry import Odometry, OdometryBuffer
 from maps.scan import Scan
 from maps.se2 import IDENTITY, Pose, are_apart, between, compose
 
-_STALE_AFTER = 500_000_000
 _LOST = (1.0, 0.5)
 """Metres and radians by which scan odometry may miss a step between keyframes."""
 
@@ -175,9 +174,8 @@ class DeadReckoning:
         self.base_from_laser = base_from_laser
 
     def _wheels_at(self, scan: Scan) -> Pose | None:
-        """odom_from_laser (3,), None without recent odometry."""
-        latest = self._odometry.latest_stamp
-        if latest is None or scan.stamp - latest > _STALE_AFTER:
+        """odom_from_laser (3,), None where odometry has a gap."""
+        if not self._odometry.tells_of(scan.stamp):
             self.scans_without_odometry += 1
             return None
         return compose(self._odometry.pose_at(scan.stamp), scan.base_from_laser)

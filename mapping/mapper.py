@@ -36,6 +36,8 @@ _WINDOW = 40
 _WINDOW_EVERY = 5
 _GAP = 2_000_000_000
 """Nanoseconds without a scan, after which the car may have been moved by hand."""
+_BLIND = 500_000_000
+"""Nanoseconds without a scan, after which wheels that drove a way tell where to look."""
 _LEARN_LAG_EVERY = 10
 _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
@@ -161,9 +163,8 @@ class Mapper:
             points = self._reckoning.advance(scan)
         guesses = self._reckoning.motions()
         self._can_be_saved = False
-        last_stamp = self.last_stamp
-        is_after_gap = last_stamp is not None and scan.stamp - last_stamp > _GAP
-        if last_stamp is None or is_after_gap or self._is_far(guesses):
+        is_after_gap = self._is_after_gap(scan)
+        if self.last_stamp is None or is_after_gap or self._is_far(guesses):
             self._add_keyframe(scan, points, guesses, is_after_gap=is_after_gap)
             guesses = np.zeros((1, 3))
         self._drive.add(scan.stamp, points, guesses)
@@ -226,6 +227,12 @@ class Mapper:
                 )
             map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
         return map_from_laser
+
+    def _is_after_gap(self, scan: Scan) -> bool:
+        """May what a scan shows be too far from what the last one did to be sought there?"""
+        if self.last_stamp is None:
+            return False
+        return scan.stamp - self.last_stamp > (_BLIND if self._has_driven() else _GAP)
 
     def _is_far(self, guesses: Pose) -> bool:
         """Has the laser left the last keyframe, by the wheels or by the scans?"""

@@ -14,6 +14,11 @@ _FASTEST, _LEAST_JUMP = 20.0, 0.5
 """Metres or radians, per second and at once: no car moves so, not even where messages that came in a bunch
 were stamped as they came."""
 
+_STALE_AFTER = 500_000_000
+"""Nanoseconds after the last sample for which it tells where the car is."""
+_WIDEST_GAP, _NEAR_A_GAP = 1_000_000_000, 100_000_000
+"""Nanoseconds between two samples over which the way may be drawn straight, and how near to either end of a
+longer gap a pose still holds."""
 _SPEED_OVER = 100_000_000
 """Nanoseconds: samples that were stamped in a bunch tell no speed."""
 
@@ -76,6 +81,19 @@ class OdometryBuffer:
             return False
         self._samples.append((odometry.stamp, odometry.odom_from_base))
         return True
+
+    def tells_of(self, stamp: int) -> bool:
+        """Whether samples are so near to a stamp (nanoseconds) that `pose_at` is where the car was."""
+        latest = self.latest_stamp
+        if latest is None or stamp - latest > _STALE_AFTER:
+            return False
+        wanted, after = stamp + self.lag, latest
+        for before, _ in reversed(self._samples):
+            if before <= wanted:
+                is_gap = after - before > _WIDEST_GAP
+                return not is_gap or min(wanted - before, after - wanted) <= _NEAR_A_GAP
+            after = before
+        return after - wanted <= _NEAR_A_GAP
 
     def pose_at(self, stamps: ArrayLike) -> Pose:
         """``odom_from_base`` (..., 3) at stamps (...) in nanoseconds.

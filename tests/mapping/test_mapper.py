@@ -144,7 +144,7 @@ def turned_scan(scan: Scan, degrees: int) -> Scan:
     return replace(scan, ranges=np.concatenate([scan.ranges[beams:], np.full(beams, np.nan)]))
 
 
-@pytest.mark.parametrize("gap", [(5.5, 8.0), (38.7, 8.0)])
+@pytest.mark.parametrize("gap", [(5.5, 8.0), (38.7, 8.0), (9.0, 1.8), (11.0, 1.1)])
 def test_a_car_that_drove_on_while_nothing_was_recorded_is_where_its_wheels_say(
     gap: tuple[float, float],
 ) -> None:

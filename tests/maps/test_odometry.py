@@ -64,3 +64,30 @@ def test_late_samples_tell_of_earlier_times_and_are_carried_on_for_as_long() -> 
 def test_early_samples_tell_of_later_times() -> None:
     stamps = np.array([100, 400, 10_000]) * MILLISECOND
     assert steady_drive(-50).pose_at(stamps)[:, 0] == pytest.approx([0.05, 0.35, 0.38])
+
+
+@pytest.mark.parametrize(
+    ("at", "lag", "is_told"),
+    [
+        (-50, 0, True),
+        (-150, 0, False),
+        (200, 0, True),
+        (380 + 90, 0, True),
+        (380 + 500, 0, False),
+        (380 + 500, 90, False),
+        (1380 - 90, 0, True),
+        (1380 - 190, 100, True),
+        (1400 + 500, 0, True),
+        (3000, 0, False),
+    ],
+)
+def test_near_its_samples_a_buffer_tells_where_the_car_was(at: int, lag: int, is_told: bool) -> None:
+    """Odometry paused for more than a second, and for less."""
+    buffer = steady_drive(lag)
+    for late in (1390, 2350):
+        buffer.add(Odometry(late * MILLISECOND, np.array([1.0, 0.0, 0.0]), IDENTITY))
+    assert buffer.tells_of(at * MILLISECOND) == is_told
+
+
+def test_an_empty_buffer_tells_nothing() -> None:
+    assert not OdometryBuffer().tells_of(0)
