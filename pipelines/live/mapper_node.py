@@ -30,6 +30,7 @@ from pipelines.bag_order import HeldScans
 from pipelines.checkpoint import Start
 from pipelines.live.bulk_messages import path_bytes
 from pipelines.live.driven_path import DrivenPath
+from pipelines.live.first_messages import FirstMessages
 from pipelines.live.graph_markers import graph_markers
 from pipelines.live.laser_place import LaserPlace
 from pipelines.live.map_saving import MapOutput
@@ -44,8 +45,6 @@ if TYPE_CHECKING:
 _WORK = {"message": 20_000, "rest": 1, "save": 1}
 _SIDE_WORK = {"map": 1, "graph": 1, "path": 1, "checkpoint": 1, "view": 1}
 _PERIODS = {"map": 0.8, "graph": 2.0, "path": 1.0, "view": 0.5}
-_PLACE_PATIENCE = 1.0
-"""Seconds for which the first scan waits to learn where its laser sits."""
 _CHECKPOINT_SHARE = 50.0
 """Times as long as writing takes: a long drive has a large checkpoint."""
 _HELD_FOR = 0.5
@@ -84,7 +83,7 @@ class MapperNode(LiveNode):
         self._grid = GrowingGrid(output.config.resolution)
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
-        self._waiting: list[tuple[bool, Any, int]] | None = []
+        self._first = FirstMessages(self.sensors.knows_place)
         self._arrivals: dict[int, tuple[Any, int]] = {}
         self._last_scan = -(2**63)
         self._stated = OdometryBuffer()
@@ -150,19 +149,9 @@ class MapperNode(LiveNode):
         return float(seconds)
 
     def _receive(self, is_scan: bool, message: Any, arrival: int) -> None:
-        """A mapper learns from its first scan where the laser sits, so all messages wait for that."""
-        if self._waiting is None:
+        if self._first.are_taken:
             self._note_backlog((time.monotonic_ns() - arrival) * 1e-9)
-            self._convert(is_scan, message, arrival)
-            return
-        self._waiting.append((is_scan, message, arrival))
-        first = next((taken for taken in self._waiting if taken[0]), None)
-        if first is None or not (
-            self.sensors.knows_place(first[1]) or arrival - first[2] > _PLACE_PATIENCE * 1e9
-        ):
-            return
-        waiting, self._waiting = self._waiting, None
-        for each in waiting:
+        for each in self._first.add(is_scan, message, arrival):
             self._convert(*each)
 
     def _note_backlog(self, seconds: float) -> None:

@@ -1,0 +1,46 @@
+"""The first messages wait until enough is known to map them."""
+
+from collections import deque
+from collections.abc import Callable
+from typing import Any, TypeAlias
+
+_PATIENCE = 2_000_000_000
+"""Nanoseconds for which the first scan waits."""
+_MOST_WAITING = 4096
+"""Messages: odometry may come for hours before the laser is switched on."""
+
+Arrived: TypeAlias = tuple[bool, Any, int]
+"""Is it a scan (or else odometry); the message; nanoseconds when it came."""
+
+
+class FirstMessages:
+    """Waits to learn where the laser sits, and for odometry.
+
+    A mapper learns from its first scan where the laser sits; and where a drive was broken off, only wheels
+    tell how far the car went meanwhile, so what it saw before they did would be placed as if it had stood.
+    """
+
+    def __init__(self, knows_place: Callable[[Any], bool]) -> None:
+        """``knows_place`` tells whether it is known where the laser of a scan's message sits."""
+        self._knows_place = knows_place
+        self._waiting: deque[Arrived] = deque(maxlen=_MOST_WAITING)
+        self.are_taken = False
+        """Whether nothing waits any longer."""
+
+    def add(self, is_scan: bool, message: Any, arrival: int) -> list[Arrived]:
+        """Take a message; those that are to be mapped now. Scans from before the first odometry never are,
+        unless none comes."""
+        if self.are_taken:
+            return [(is_scan, message, arrival)]
+        self._waiting.append((is_scan, message, arrival))
+        first_scan = next((each for each in self._waiting if each[0]), None)
+        if first_scan is None:
+            return []
+        first_odometry = next((at for at, each in enumerate(self._waiting) if not each[0]), None)
+        knows_enough = first_odometry is not None and self._knows_place(first_scan[1])
+        if not knows_enough and arrival - first_scan[2] <= _PATIENCE:
+            return []
+        self.are_taken = True
+        waiting = list(self._waiting)[first_odometry or 0 :]
+        self._waiting.clear()
+        return waiting
