@@ -10,6 +10,7 @@ from mapping.deskew import deskew, deskew_cloud
 from mapping.odometry_calibration import OdometryCalibration
 from mapping.odometry_lag import OdometryLag
 from mapping.scan_odometry import ScanOdometry
+from mapping.turn_search import turned_as_seen
 from maps.odometry import Odometry, OdometryBuffer
 from maps.scan import Scan
 from maps.se2 import IDENTITY, Pose, are_apart, between, compose
@@ -35,6 +36,7 @@ class DeadReckoning:
         """As it was learned last."""
         self._odometry = OdometryBuffer(lag=odometry_lag)
         self._scan_odometry = ScanOdometry()
+        self._points: NDArray[np.float64] = np.zeros((0, 2))
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
         self._stamp = 0
         self._by_scans: Pose = IDENTITY
@@ -57,10 +59,11 @@ class DeadReckoning:
         self._place_laser(scan.base_from_laser)
         points, cloud = deskew(scan, self._odometry), deskew_cloud(scan, self._odometry)
         by_wheels = self._wheels_at(scan)
-        motion = self._last_motion
         if by_wheels is not None and self._by_wheels is not None:
             motion = self.calibration.correct(between(self._by_wheels, by_wheels))
-        self._sweep = points if cloud is None else cloud
+        else:
+            motion = turned_as_seen(self._points, points, self._last_motion)
+        self._points, self._sweep = points, points if cloud is None else cloud
         by_scans = self._scan_odometry.register(self._sweep, motion)
         self._last_motion = between(self._by_scans, by_scans)
         self._stamp, self._by_wheels, self._by_scans = scan.stamp, by_wheels, by_scans
@@ -109,6 +112,7 @@ class DeadReckoning:
 
     def restart_scan_odometry(self) -> None:
         """Forget of scan odometry what `to_arrays` does not tell."""
+        self._points = np.zeros((0, 2))
         self._scan_odometry = ScanOdometry.from_arrays(self._scan_odometry.to_arrays())
 
     def to_arrays(self) -> Arrays:
