@@ -19,7 +19,9 @@ _FEWEST_POINTS, _MOST_POINTS = 30, 200
 
 
 def turned_as_seen(last: NDArray[np.float64], points: NDArray[np.float64], motion: Pose) -> Pose:
-    """A predicted ``motion`` (3,), or that near it by which a scan lies clearly better on the last one.
+    """A predicted ``motion`` (3,), turned otherwise where a scan then lies clearly better on the last one.
+
+    How far the car went meanwhile stays as predicted: along a bare corridor the scans fit anywhere.
 
     ``points`` (N, 2) and those of the ``last`` scan (M, 2) are in metres, each in its own laser's frame; the
     motion is last_from_now.
@@ -31,7 +33,7 @@ def turned_as_seen(last: NDArray[np.float64], points: NDArray[np.float64], motio
     predicted = search(pyramid, moving, motion, _AS_PREDICTED, _LEAST_SCORE / _CLEARLY_BETTER, 1.0)
     least = _LEAST_SCORE if predicted is None else _CLEARLY_BETTER * predicted.score
     found = search(pyramid, moving, motion, _TURNED, least, 1.0)
-    return motion if found is None else found.pose
+    return motion if found is None else np.array([motion[0], motion[1], found.pose[2]])
 
 
 def _near(points: NDArray[np.float64]) -> NDArray[np.float64]:
