@@ -110,12 +110,16 @@ def test_odometry_that_has_stopped_is_not_taken_for_standing_still(late: float, 
     assert reckoning.scans_without_odometry == (not is_known)
 
 
-@pytest.mark.parametrize(("waited", "is_known"), [(0.4, True), (0.7, False), (1.45, True)])
-def test_a_pause_of_the_odometry_is_not_taken_for_a_straight_way(waited: float, is_known: bool) -> None:
+@pytest.mark.parametrize(
+    ("pause", "waited", "is_known"), [(0.9, 0.4, True), (1.5, 0.7, False), (1.5, 1.45, True)]
+)
+def test_a_pause_of_the_odometry_is_not_taken_for_a_straight_way(
+    pause: float, waited: float, is_known: bool
+) -> None:
     """Odometry that comes again covers scans that waited for it."""
     reckoning = drive(np.array([0.1, 0.0, 0.0]), 2)
-    last, pause = 2 * PERIOD, 9 * PERIOD if waited < 0.5 else 15 * PERIOD
-    reckoning.add_odometry(Odometry(last + pause, base_after(np.array([0.1, 0.1, 1.0]), 2), IDENTITY))
+    last, comes_again = 2 * PERIOD, 2 * PERIOD + round(pause * 1e9)
+    reckoning.add_odometry(Odometry(comes_again, base_after(np.array([0.1, 0.1, 1.0]), 2), IDENTITY))
     reckoning.advance(scan_at(ROOM, compose(START, PLACE), last + round(waited * 1e9), PLACE))
     assert (reckoning.wheel_step() is not None) == is_known
     assert reckoning.scans_without_odometry == (not is_known)
