@@ -25,8 +25,11 @@ MIN_NORMAL_DOT = 0.7
 SLIDING_FLOOR = 0.01
 MAX_ITERATIONS = 20
 
-FOLLOWED = 8
+FOLLOWED = 5
 """Points to each side of the last partner that may be the next one."""
+SPARE = 0.05
+"""Metres beyond the distance of partners that are searched too: until a point without one has moved so far,
+it need not be looked for again."""
 
 _FloatArray = NDArray[np.float32]
 _Matrix = NDArray[np.float64]
@@ -131,8 +134,9 @@ def fit_lines(
 @njit(cache=True, nogil=True)
 def nearest_by_bearing(
     x: float, y: float, points: _FloatArray, count: int, table: NDArray[np.int16], max_distance: float
-) -> int:
-    """Index of the point nearest to (x, y) within ``max_distance``, -1 if none; looks along like bearings."""
+) -> tuple[int, float]:
+    """Index of the point nearest to (x, y) within ``max_distance``, -1 if none, and how far it is, at least
+    ``max_distance`` if none; looks along like bearings."""
     distance = np.sqrt(x * x + y * y)
     if distance <= max_distance:
         first, last = 0, count
@@ -151,7 +155,7 @@ def nearest_by_bearing(
         squared = dx * dx + dy * dy
         if squared < best_squared:
             best, best_squared = j, squared
-    return best
+    return best, np.sqrt(best_squared)
 
 
 @njit(cache=True, nogil=True)
@@ -169,9 +173,18 @@ def nearest_to_last(
 
 
 @njit(cache=True, nogil=True)
+def _is_alone(x: float, y: float, alone: _FloatArray, max_distance: float) -> bool:
+    """Is (x, y) still so near to where it was ``alone`` (3,) that no point lies within ``max_distance``?"""
+    spare = alone[2] - max_distance
+    dx, dy = x - alone[0], y - alone[1]
+    return bool(spare > 0.0 and dx * dx + dy * dy < spare * spare)
+
+
+@njit(cache=True, nogil=True)
 def _accumulate(
     sums: _Matrix,
     partners: NDArray[np.int16],
+    alone: _FloatArray,
     target_from_source: _Matrix,
     moving: _Matrix,
     forward: bool,
@@ -188,8 +201,10 @@ def _accumulate(
     """Add the point-to-line terms of one pair of scans, in one direction, to ``sums``.
 
     ``sums`` holds the upper triangle of the Hessian (6), the gradient (3), the sum of weights, of
-    weighted squared residuals, of terms, and of points that could have had one. ``moving`` is the pose of the
-    moving scan in the moving group; ``forward`` tells whether the source is the scan that moves.
+    weighted squared residuals, of terms, and of points that could have had one. ``partners`` (N,) holds the
+    target point that was nearest to each source point, -1 for none; ``alone`` (N, 3) a place in the target's
+    frame, and a distance within which no target point lies about it. ``moving`` is the pose of the moving
+    scan in the moving group; ``forward`` tells whether the source is the scan that moves.
     """
     c, s, tx, ty = (
         np.cos(target_from_source[2]),
@@ -204,8 +219,13 @@ def _accumulate(
         x, y = c * px - s * py + tx, s * px + c * py + ty
         if partners[i] >= 0:
             j = nearest_to_last(x, y, target, target_count, partners[i], max_distance)
+        elif _is_alone(x, y, alone[i], max_distance):
+            continue
         else:
-            j = nearest_by_bearing(x, y, target, target_count, target_table, max_distance)
+            j, distance = nearest_by_bearing(x, y, target, target_count, target_table, max_distance + SPARE)
+            if distance > max_distance:
+                j = -1
+                alone[i, 0], alone[i, 1], alone[i, 2] = x, y, distance
         partners[i] = j
         if j < 0:
             continue
@@ -316,6 +336,7 @@ def match_group(
     distance = widest
     partners = np.empty((2, len(pairs), points_t.shape[1]), dtype=np.int16)
     partners[:] = -1
+    alone = np.zeros((2, len(pairs), points_t.shape[1], 3), dtype=np.float32)
     for _ in range(MAX_ITERATIONS):
         sums[:] = 0.0
         for k in range(len(pairs)):
@@ -323,13 +344,13 @@ def match_group(
             target_from_source = _relative(fixed_poses[k], _compose(pose, moving_poses[k]))
             source_from_target = _relative(target_from_source, np.zeros(3))
             _accumulate(
-                sums, partners[0, k], target_from_source, moving_poses[k], True,
+                sums, partners[0, k], alone[0, k], target_from_source, moving_poses[k], True,
                 points_s[s], normals_s[s], counts_s[s],
                 points_t[t], normals_t[t], counts_t[t], tables_t[t],
                 distance, kernel_width,
             )  # fmt: skip
             _accumulate(
-                sums, partners[1, k], source_from_target, moving_poses[k], False,
+                sums, partners[1, k], alone[1, k], source_from_target, moving_poses[k], False,
                 points_t[t], normals_t[t], counts_t[t],
                 points_s[s], normals_s[s], counts_s[s], tables_s[s],
                 distance, kernel_width,
