@@ -4,6 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from mapping.constraint import Constraint
+from mapping.first_pass import pairs_with_first_pass
+from mapping.keyframe_tracking import constrain
 from mapping.loop_closure import Hypothesis
 from mapping.place_recognition import recognize
 from mapping.pose_graph import PoseGraph
@@ -27,7 +30,7 @@ def join(earlier: Session, later: Session) -> Session:
             "its own, or record one that passes some 10 m of where an earlier drive went."
         )
     joint.map_from_keyframe[first:] = _moved(joint.map_from_keyframe, first, story)
-    return _close_loops(joint, known, story)
+    return _close_loops(joint, first, known, story)
 
 
 def _side_by_side(earlier: Session, later: Session) -> Session:
@@ -57,16 +60,24 @@ def _moved(poses: Pose, first: int, story: list[Hypothesis]) -> Pose:
     return compose(compose(map_from_moving, inverse(poses[teller.moving.middle])), poses[first:])
 
 
-def _close_loops(joint: Session, known: int, story: list[Hypothesis]) -> Session:
-    """Seek the submaps after the ``known`` ones among these, outwards from where the story was told."""
+def _close_loops(joint: Session, first: int, known: int, story: list[Hypothesis]) -> Session:
+    """Seek the submaps after the ``known`` ones among these, outwards from where the story was told; then tie
+    the keyframes from ``first`` on to those before."""
     loops = joint.loops
     loops.hypotheses.extend(story)
     told = loops.accept(story)
-    graph = PoseGraph(sorted([*joint.constraints, *told], key=lambda c: c.to_keyframe))
+    graph = _graph([*joint.constraints, *told])
     groups = loops.groups()
     poses = graph.optimize_roughly(joint.map_from_keyframe, groups)
     start = story[0].moving.index
     for query in sorted(range(known, len(loops.submaps)), key=lambda k: abs(k - start)):
         poses = graph.close(loops.seek(query, known, poses), poses, groups)
+    passes = pairs_with_first_pass(poses)
+    between_drives = passes[(passes < first).sum(axis=1) == 1]
+    graph = _graph([*graph.constraints, *constrain(between_drives, poses, loops.store, widest=0.3)])
     poses = graph.settle(poses)
     return replace(joint, map_from_keyframe=poses, constraints=graph.constraints)
+
+
+def _graph(constraints: list[Constraint]) -> PoseGraph:
+    return PoseGraph(sorted(constraints, key=lambda c: c.to_keyframe))

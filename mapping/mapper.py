@@ -14,6 +14,7 @@ from mapping.config import MappingConfig
 from mapping.constraint import Constraint
 from mapping.dead_reckoning import DeadReckoning
 from mapping.drive import Drive
+from mapping.first_pass import pairs_with_first_pass
 from mapping.joining import join
 from mapping.keyframe_tracking import TIED_TO, constrain, place, place_far, place_left_alone
 from mapping.loop_closure import LoopCloser
@@ -358,10 +359,11 @@ class Mapper:
         self._reckoning.calibration = calibrate(measured, matched)
 
     def _settle(self) -> None:
-        """Match all pairs of keyframes once more from where they are now, and solve the whole graph."""
+        """Match all pairs of keyframes once more from where they are now, also with those of the first pass
+        through each place, and solve the whole graph."""
         if len(self._keyframes) == 1:
             return
-        self._map_from_keyframe = self._graph.optimize(self._map_from_keyframe)
+        self._map_from_keyframe = self._graph.optimize_roughly_since(0, self._map_from_keyframe)
         self._calibrate(0)
         graph = PoseGraph()
         count = len(self._keyframes)
@@ -375,6 +377,10 @@ class Mapper:
         tied = {constraint.to_keyframe for constraint in graph.constraints}
         for constraint in self._graph.constraints:
             if constraint.kind == "loop_closure" or constraint.to_keyframe not in tied:
+                graph.add(constraint)
+        if self._config.close_loops:
+            passes = pairs_with_first_pass(self._map_from_keyframe)
+            for constraint in constrain(passes, self._map_from_keyframe, self._keyframes, widest=0.3):
                 graph.add(constraint)
         self._graph = graph
         self._map_from_keyframe = graph.settle(self._map_from_keyframe)
