@@ -40,9 +40,9 @@ class Fit:
     """(3,) fixed_from_moving."""
     score: float
     """Mean likelihood of the moved points, 0 to 1."""
-    rival: float
+    rival: float = 0.0
     """Score of a second place, over a metre or ten degrees away, as a share of the best; 0 when all
-    others stay below the share that was asked for."""
+    others stay below the share that was asked for, or none was."""
 
 
 class LikelihoodPyramid:
@@ -78,11 +78,12 @@ def search(
     guess: Pose,
     window: Window,
     min_score: float,
-    rival_share: float,
+    rival_share: float | None = None,
 ) -> Fit | None:
     """The pose (3,) near ``guess`` at which ``moving_points`` (N, 2) lie best on ``fixed``.
 
-    None when the best score lies below ``min_score``; a rival is sought above ``rival_share`` of the best.
+    None when the best score lies below ``min_score``; a rival is sought above ``rival_share`` of the best, or
+    not at all.
     """
     half_turns = int(np.ceil(window.turn / ANGLE_STEP))
     turns = np.arange(-half_turns, half_turns + 1) * ANGLE_STEP
@@ -97,15 +98,10 @@ def search(
     )
     if score < 0:
         return None
-    second, *_ = branch_and_bound(
-        fixed.levels,
-        cells,
-        reach,
-        int(rival_share * score),
-        np.array([a, dr, dc]),
-        int(_RIVAL_DISTANCE / CELL),
-        int(_RIVAL_ANGLE / ANGLE_STEP),
-        True,
-    )
     pose = compose(np.array([guess[0] + dc * CELL, guess[1] + dr * CELL, guess[2]]), [0.0, 0.0, turns[a]])
+    if rival_share is None:
+        return Fit(pose, score / full)
+    apart = int(_RIVAL_DISTANCE / CELL), int(_RIVAL_ANGLE / ANGLE_STEP)
+    least, best = int(rival_share * score), np.array([a, dr, dc])
+    second, *_ = branch_and_bound(fixed.levels, cells, reach, least, best, *apart, True)
     return Fit(pose, score / full, max(second, 0) / score)

@@ -172,7 +172,7 @@ def _search(
     fixed = LikelihoodPyramid(np.concatenate(clouds), SEARCH_RADIUS)
     near = moving[np.abs(moving).max(axis=1) < SEARCH_RADIUS]
     last = poses[index - 1]
-    fits = [search(fixed, near, between(last, pose), window, SEARCH_SCORE, 1.0) for pose, window in windows]
+    fits = [search(fixed, near, between(last, pose), window, SEARCH_SCORE) for pose, window in windows]
     return [None if fit is None else compose(last, fit.pose) for fit in fits]
 
 

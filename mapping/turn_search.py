@@ -30,9 +30,9 @@ def turned_as_seen(last: NDArray[np.float64], points: NDArray[np.float64], motio
     if min(len(fixed), len(moving)) < _FEWEST_POINTS:
         return motion
     pyramid, moving = LikelihoodPyramid(fixed, _RADIUS), moving[:: 1 + len(moving) // _MOST_POINTS]
-    predicted = search(pyramid, moving, motion, _AS_PREDICTED, _LEAST_SCORE / _CLEARLY_BETTER, 1.0)
+    predicted = search(pyramid, moving, motion, _AS_PREDICTED, _LEAST_SCORE / _CLEARLY_BETTER)
     least = _LEAST_SCORE if predicted is None else _CLEARLY_BETTER * predicted.score
-    found = search(pyramid, moving, motion, _TURNED, least, 1.0)
+    found = search(pyramid, moving, motion, _TURNED, least)
     return motion if found is None else np.array([motion[0], motion[1], found.pose[2]])
 
 

@@ -49,3 +49,7 @@ def test_tells_of_a_rival_along_a_corridor() -> None:
     fit = search(LikelihoodPyramid(walls, 20.0), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85)
     assert fit is not None
     assert fit.rival > 0.85
+    alone = search(LikelihoodPyramid(walls, 20.0), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5)
+    assert alone is not None
+    assert alone.rival == 0.0
+    assert np.array_equal(alone.pose, fit.pose)
