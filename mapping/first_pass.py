@@ -24,19 +24,15 @@ _MOST = 2
 def pairs_with_first_pass(map_from_keyframe: Pose) -> NDArray[np.int64]:
     """Pairs (P, 2) of keyframes that lie near to each other and face alike, of keyframes (K, 3) in the order
     they were driven: the earlier one belongs to the first pass there, the later one to another."""
-    chosen = np.arange(0, len(map_from_keyframe), _EVERY)
-    poses = map_from_keyframe[chosen]
-    around = cKDTree(poses[:, :2]).query_ball_point(poses[:, :2], _REACH, return_sorted=True)
-    pairs = [
-        (chosen[k], chosen[later])
-        for later, near in enumerate(around)
-        for k in _of_first_pass(np.array(near), later, poses)
-    ]
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    poses = map_from_keyframe[::_EVERY]
+    tree = cKDTree(poses[:, :2])
+    pairs = [(k, later) for later in range(len(poses)) for k in _of_first_pass(later, poses, tree)]
+    return _EVERY * np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
-def _of_first_pass(near: NDArray[np.int64], later: int, poses: Pose) -> NDArray[np.int64]:
-    """The nearest (L,) of the first pass, of those ``near`` (N,) to a ``later`` one in the order driven."""
+def _of_first_pass(later: int, poses: Pose, tree: cKDTree) -> NDArray[np.int64]:
+    """The nearest (L,) to one of the poses (C, 3), of the first pass near it."""
+    near = np.array(tree.query_ball_point(poses[later, :2], _REACH, return_sorted=True))
     alike = near[np.abs(wrap_angle(poses[near, 2] - poses[later, 2])) < _MAX_TURN]
     earlier = alike[alike < later - _SAME_PASS]
     if len(earlier) == 0:
