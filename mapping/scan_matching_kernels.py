@@ -25,7 +25,7 @@ MIN_NORMAL_DOT = 0.7
 SLIDING_FLOOR = 0.01
 MAX_ITERATIONS = 20
 
-FOLLOWED = 5
+FOLLOWED = 8
 """Points to each side of the last partner that may be the next one."""
 SPARE = 0.05
 """Metres beyond the distance of partners that are searched too: until a point without one has moved so far,
