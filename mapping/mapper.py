@@ -233,7 +233,8 @@ class Mapper:
         """May what a scan shows be too far from what the last one did to be sought there?"""
         if self.last_stamp is None:
             return False
-        return scan.stamp - self.last_stamp > (_BLIND if self._has_driven() else _GAP)
+        blind = scan.stamp - self.last_stamp
+        return blind > _GAP or (blind > _BLIND and self._has_driven())
 
     def _is_far(self, guesses: Pose) -> bool:
         """Has the laser left the last keyframe, by the wheels or by the scans?"""
