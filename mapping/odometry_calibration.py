@@ -40,9 +40,9 @@ class OdometryCalibration:
         steps = np.asarray(steps, dtype=np.float64)
         forward = np.copysign(np.hypot(steps[..., 0], steps[..., 1]), steps[..., 0])
         turn = self.turn_per_metre * forward + self.turn_scale * steps[..., 2]
-        return np.stack(
-            [steps[..., 0] * self.path_scale, steps[..., 1] * self.path_scale, wrap_angle(turn)], axis=-1
-        )
+        corrected: Pose = self.path_scale * steps
+        corrected[..., 2] = wrap_angle(turn)
+        return corrected
 
     @property
     def worth(self) -> NDArray[np.float64]:

@@ -4,6 +4,10 @@ Every function works on one pose of shape (3,) and, by broadcasting, on many of 
 Names follow the frames: ``map_from_laser = compose(map_from_base, base_from_laser)``.
 """
 
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -16,37 +20,23 @@ IDENTITY.flags.writeable = False
 
 def wrap_angle(angle: ArrayLike) -> NDArray[np.float64]:
     """The same angles in (-π, π]."""
-    angle = np.asarray(angle, dtype=np.float64)
-    return np.pi - np.mod(np.pi - angle, 2.0 * np.pi)
+    wrapped: NDArray[np.float64] = _wrapped(np.asarray(angle, dtype=np.float64))
+    return wrapped
 
 
 def compose(a_from_b: ArrayLike, b_from_c: ArrayLike) -> Pose:
     """``a_from_c``; shapes (..., 3) broadcast against each other."""
-    left, right = np.asarray(a_from_b, dtype=np.float64), np.asarray(b_from_c, dtype=np.float64)
-    cos, sin = np.cos(left[..., 2]), np.sin(left[..., 2])
-    x, y = right[..., 0], right[..., 1]
-    pose = np.empty(np.broadcast_shapes(left.shape, right.shape))  # filled in place: stacking takes longer
-    pose[..., 0] = left[..., 0] + cos * x - sin * y
-    pose[..., 1] = left[..., 1] + sin * x + cos * y
-    pose[..., 2] = wrap_angle(left[..., 2] + right[..., 2])
-    return pose
+    return _broadcast(_composed, a_from_b, b_from_c)
 
 
 def inverse(a_from_b: ArrayLike) -> Pose:
     """``b_from_a``."""
-    pose = np.asarray(a_from_b, dtype=np.float64)
-    cos, sin = np.cos(pose[..., 2]), np.sin(pose[..., 2])
-    x, y = pose[..., 0], pose[..., 1]
-    inverted = np.empty(pose.shape)
-    inverted[..., 0] = -cos * x - sin * y
-    inverted[..., 1] = sin * x - cos * y
-    inverted[..., 2] = wrap_angle(-pose[..., 2])
-    return inverted
+    return _broadcast(_inverted, a_from_b)
 
 
 def between(world_from_a: ArrayLike, world_from_b: ArrayLike) -> Pose:
     """``a_from_b``: the pose of b seen from a."""
-    return compose(inverse(world_from_a), world_from_b)
+    return _broadcast(_between, world_from_a, world_from_b)
 
 
 def are_apart(pose: Pose, other: Pose, limits: tuple[float, float]) -> bool:
@@ -79,3 +69,36 @@ def mean_angle(angles: ArrayLike, weights: NDArray[np.float64] | None = None) ->
     angles = np.asarray(angles, dtype=np.float64)
     sin, cos = np.average(np.sin(angles), weights=weights), np.average(np.cos(angles), weights=weights)
     return float(np.arctan2(sin, cos))
+
+
+def _composed(trigonometry: Any, left: Sequence[Any], right: Sequence[Any]) -> tuple[Any, Any, Any]:
+    """x, y and yaw of numbers, with ``math``, or of arrays, with ``numpy``."""
+    cos, sin = trigonometry.cos(left[2]), trigonometry.sin(left[2])
+    x, y, yaw = right
+    return left[0] + cos * x - sin * y, left[1] + sin * x + cos * y, _wrapped(left[2] + yaw)
+
+
+def _inverted(trigonometry: Any, pose: Sequence[Any]) -> tuple[Any, Any, Any]:
+    cos, sin = trigonometry.cos(pose[2]), trigonometry.sin(pose[2])
+    x, y, yaw = pose
+    return -cos * x - sin * y, sin * x - cos * y, _wrapped(-yaw)
+
+
+def _between(trigonometry: Any, left: Sequence[Any], right: Sequence[Any]) -> tuple[Any, Any, Any]:
+    return _composed(trigonometry, _inverted(trigonometry, left), right)
+
+
+def _wrapped(angle: Any) -> Any:
+    return math.pi - (math.pi - angle) % math.tau
+
+
+def _broadcast(formula: Callable[..., tuple[Any, Any, Any]], *poses: ArrayLike) -> Pose:
+    """A formula of poses (..., 3). Single ones are worked out as plain numbers: they are met all the time, and
+    NumPy takes four times as long for them."""
+    arrays = [np.asarray(pose, dtype=np.float64) for pose in poses]
+    if all(array.ndim == 1 for array in arrays):
+        return np.array(formula(math, *(array.tolist() for array in arrays)))
+    x, y, yaw = formula(np, *([array[..., 0], array[..., 1], array[..., 2]] for array in arrays))
+    pose = np.empty(np.broadcast_shapes(*(array.shape for array in arrays)))
+    pose[..., 0], pose[..., 1], pose[..., 2] = x, y, yaw
+    return pose
