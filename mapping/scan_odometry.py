@@ -101,7 +101,7 @@ class ScanOdometry:
             max_correspondance_distance=3.0 * sigma,
             kernel=sigma,
         )
-        self._threshold.update_model_deviation(np.linalg.inv(guess) @ aligned)
+        self._threshold.update_model_deviation(_between(guess, aligned))
         if self._local_from_updated is None or _is_far(_motion(self._local_from_updated, aligned)):
             self._update(cloud, aligned)
         return aligned
@@ -122,7 +122,12 @@ def _is_far(motion: Pose) -> bool:
 
 def _motion(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> Pose:
     """``a_from_b`` (3,), seen from above, of two poses (4, 4) in space."""
-    return _from_matrix(np.linalg.inv(world_from_a) @ world_from_b)
+    return _from_matrix(_between(world_from_a, world_from_b))
+
+
+def _between(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> NDArray[np.float64]:
+    a_from_b: NDArray[np.float64] = np.linalg.solve(world_from_a, world_from_b)
+    return a_from_b
 
 
 def _to_matrix(pose: Pose) -> NDArray[np.float64]:
