@@ -25,8 +25,6 @@ MIN_NORMAL_DOT = 0.7
 SLIDING_FLOOR = 0.01
 MAX_ITERATIONS = 20
 
-FOLLOWED = 8
-"""Points to each side of the last partner that may be the next one."""
 SPARE = 0.05
 """Metres beyond the distance of partners that are searched too: until a point without one has moved so far,
 it need not be looked for again."""
@@ -132,44 +130,36 @@ def fit_lines(
 
 
 @njit(cache=True, nogil=True)
-def nearest_by_bearing(
-    x: float, y: float, points: _FloatArray, count: int, table: NDArray[np.int16], max_distance: float
-) -> tuple[int, float]:
-    """Index of the point nearest to (x, y) within ``max_distance``, -1 if none, and how far it is, at least
-    ``max_distance`` if none; looks along like bearings."""
-    distance = np.sqrt(x * x + y * y)
-    if distance <= max_distance:
-        first, last = 0, count
-    else:
-        bearing = np.arctan2(y, x)
-        sine = max_distance / distance
-        half = 1.05 * sine if sine < 0.5 else np.arcsin(sine)
-        scale = TABLE_SIZE / (2.0 * np.pi)
-        low = int(np.floor((bearing - half + np.pi) * scale))
-        high = int(np.floor((bearing + half + np.pi) * scale)) + 1
-        first = table[max(low, 0)]
-        last = table[min(high, TABLE_SIZE)]
-    best, best_squared = -1, max_distance * max_distance
-    for j in range(first, last):
-        dx, dy = points[j, 0] - x, points[j, 1] - y
-        squared = dx * dx + dy * dy
-        if squared < best_squared:
-            best, best_squared = j, squared
-    return best, np.sqrt(best_squared)
+def first_by_bearing(x: float, y: float, table: NDArray[np.int16]) -> int:
+    """Index of a point near the bearing of (x, y), by the look-up table."""
+    bin_ = int((np.arctan2(y, x) + np.pi) * (TABLE_SIZE / (2.0 * np.pi)))
+    return int(table[min(max(bin_, 0), TABLE_SIZE)])
 
 
 @njit(cache=True, nogil=True)
-def nearest_to_last(
-    x: float, y: float, points: _FloatArray, count: int, last: int, max_distance: float
-) -> int:
-    """The same among the points next to the partner that was nearest in the iteration before, ``last``."""
+def nearest_from(
+    start: int, x: float, y: float, points: _FloatArray, count: int, max_distance: float
+) -> tuple[int, float]:
+    """Index of the point nearest to (x, y) within ``max_distance``, -1 if none, and how far it is, squared.
+
+    Points are sorted by bearing. Those after ``start`` and then those before it are looked at, until they lie
+    so far to the side that none beyond can be nearer; those across the seam behind the sensor are not.
+    """
     best, best_squared = -1, max_distance * max_distance
-    for j in range(max(last - FOLLOWED, 0), min(last + FOLLOWED + 1, count)):
-        dx, dy = points[j, 0] - x, points[j, 1] - y
-        squared = dx * dx + dy * dy
-        if squared < best_squared:
-            best, best_squared = j, squared
-    return best
+    for step in (1, -1):
+        j = start if step == 1 else start - 1
+        while 0 <= j < count:
+            px, py = np.float64(points[j, 0]), np.float64(points[j, 1])
+            squared = (px - x) * (px - x) + (py - y) * (py - y)
+            if squared < best_squared:
+                best, best_squared = j, squared
+            beside = step * (x * py - y * px)
+            if beside > 0.0 and beside * beside > best_squared * (px * px + py * py):
+                break
+            if beside > 0.0 and x * px + y * py < 0.0 and x * x + y * y > best_squared:
+                break
+            j += step
+    return best, best_squared
 
 
 @njit(cache=True, nogil=True)
@@ -217,15 +207,13 @@ def _accumulate(
         px, py = np.float64(source[i, 0]), np.float64(source[i, 1])
         sums[12] += 1.0
         x, y = c * px - s * py + tx, s * px + c * py + ty
-        if partners[i] >= 0:
-            j = nearest_to_last(x, y, target, target_count, partners[i], max_distance)
-        elif _is_alone(x, y, alone[i], max_distance):
+        if partners[i] < 0 and _is_alone(x, y, alone[i], max_distance):
             continue
-        else:
-            j, distance = nearest_by_bearing(x, y, target, target_count, target_table, max_distance + SPARE)
-            if distance > max_distance:
-                j = -1
-                alone[i, 0], alone[i, 1], alone[i, 2] = x, y, distance
+        start = partners[i] if partners[i] >= 0 else first_by_bearing(x, y, target_table)
+        j, squared = nearest_from(start, x, y, target, target_count, max_distance + SPARE)
+        if squared > max_distance * max_distance:
+            j = -1
+            alone[i, 0], alone[i, 1], alone[i, 2] = x, y, np.sqrt(squared)
         partners[i] = j
         if j < 0:
             continue
