@@ -23,7 +23,7 @@ NARROWEST = 0.15
 """Metres within which partners are sought in the end."""
 MIN_NORMAL_DOT = 0.7
 SLIDING_FLOOR = 0.01
-MAX_ITERATIONS = 20
+MAX_ITERATIONS = 12
 
 SPARE = 0.05
 """Metres beyond the distance of partners that are searched too: until a point without one has moved so far,
