@@ -218,15 +218,16 @@ class Mapper:
         first = len(session.keyframes) - len(self._keyframes)
         map_from_laser = self._drive.guess(session.map_from_keyframe[first:])
         if self._config.refine:
+            between_keyframes = np.setdiff1d(np.arange(len(self._drive)), self._drive.keyframe_scans)
+            map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
             with self._timed("refinement"):
-                map_from_laser = refine_scans(
-                    self._drive.clouds,
-                    first + self._drive.after_keyframe,
-                    map_from_laser,
+                map_from_laser[between_keyframes] = refine_scans(
+                    [self._drive.clouds[scan] for scan in between_keyframes],
+                    first + self._drive.after_keyframe[between_keyframes],
+                    map_from_laser[between_keyframes],
                     session.keyframes,
                     session.map_from_keyframe,
                 )
-            map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
         return map_from_laser
 
     def _is_after_gap(self, scan: Scan) -> bool:
