@@ -126,8 +126,7 @@ def _motion(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]
 
 
 def _between(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> NDArray[np.float64]:
-    a_from_b: NDArray[np.float64] = np.linalg.solve(world_from_a, world_from_b)
-    return a_from_b
+    return np.linalg.solve(world_from_a, world_from_b).astype(np.float64, copy=False)
 
 
 def _to_matrix(pose: Pose) -> NDArray[np.float64]:

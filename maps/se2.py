@@ -72,7 +72,7 @@ def mean_angle(angles: ArrayLike, weights: NDArray[np.float64] | None = None) ->
 
 
 def _composed(trigonometry: Any, left: Sequence[Any], right: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """x, y and yaw of numbers, with ``math``, or of arrays, with ``numpy``."""
+    """x, y and yaw of the result: of numbers, with ``math``, or of arrays, with ``numpy``."""
     cos, sin = trigonometry.cos(left[2]), trigonometry.sin(left[2])
     x, y, yaw = right
     return left[0] + cos * x - sin * y, left[1] + sin * x + cos * y, _wrapped(left[2] + yaw)
@@ -93,8 +93,8 @@ def _wrapped(angle: Any) -> Any:
 
 
 def _broadcast(formula: Callable[..., tuple[Any, Any, Any]], *poses: ArrayLike) -> Pose:
-    """A formula of poses (..., 3). Single ones are worked out as plain numbers: they are met all the time, and
-    NumPy takes four times as long for them."""
+    """A formula of poses (..., 3). Single ones are worked out as plain numbers: they are met all the time,
+    and NumPy takes four times as long for them."""
     arrays = [np.asarray(pose, dtype=np.float64) for pose in poses]
     if all(array.ndim == 1 for array in arrays):
         return np.array(formula(math, *(array.tolist() for array in arrays)))
