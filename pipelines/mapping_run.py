@@ -18,7 +18,7 @@ from maps.se2 import between
 from pipelines.bag_reader import BagReader
 from pipelines.checkpoint import Checkpoint, Start
 from pipelines.g2o import save_g2o
-from pipelines.interrupts import stop_request
+from pipelines.interrupts import StopRequest, stop_request
 from pipelines.map_picture import save_map_picture
 from pipelines.progress import progress_bar
 from pipelines.report import Report
@@ -57,10 +57,10 @@ def build_map(
     drive is not recognized on the earlier map.
     """
     start = _resumed(config, checkpoint, announce)
-    if start is None:
-        with report.stage("clocks"):
-            start = Start(Mapper(config, _odometry_lag(reader, config, quiet=quiet)))
-    scans = _feed(start, reader, report, checkpoint, quiet=quiet)
+    with stop_request(signal.SIGINT) as stop, stop.looked_for():
+        if start is None:
+            start = _begin(reader, config, report, stop, quiet=quiet)
+        scans = _feed(start, reader, report, checkpoint, stop, quiet=quiet)
     if not scans:
         raise UserError(
             f"There is no usable scan on {reader.scan_topic}; `racecar check` tells what the bag holds."
@@ -113,25 +113,27 @@ def _resumed(
     return resumed
 
 
-def _odometry_lag(reader: BagReader, config: MappingConfig, *, quiet: bool) -> int:
-    """Nanoseconds by which odometry is stamped late, as the first turns tell it; 0 where they do not.
+def _begin(
+    reader: BagReader, config: MappingConfig, report: Report, stop: StopRequest, *, quiet: bool
+) -> Start:
+    """The first messages, mapped with the odometry's lag as the first turns tell it.
 
     The mapper learns it by itself, but has placed skewed scans until then, which lead to a little less than
-    all of it.
+    all of it; so it begins again until it learns what it knew.
     """
     lag = 0
     for _ in range(_ROUNDS if reader.odom_topic else 0):
-        mapper = Mapper(config, lag)
+        mapper, taken = Mapper(config, lag), 0
         with progress_bar("Comparing clocks", _FIRST_TURNS, quiet=quiet) as advance_to:
-            for number, message in enumerate(islice(reader, _FIRST_TURNS)):
-                advance_to(number)
-                _hand_on(message, mapper)
-                if mapper.odometry_lag.is_settled:
+            for taken, message in enumerate(islice(_timed(reader, report), _FIRST_TURNS), start=1):
+                _hand_on(message, mapper, report)
+                advance_to(taken)
+                if mapper.odometry_lag.is_settled or stop.is_made:
                     break
-        before, lag = lag, mapper.odometry_lag.nanoseconds
-        if lag == before:
-            break
-    return lag
+        if mapper.odometry_lag.nanoseconds == lag or stop.is_made:
+            return Start(mapper, taken)
+        lag = mapper.odometry_lag.nanoseconds
+    return Start(Mapper(config, lag))
 
 
 def _feed(
@@ -139,36 +141,33 @@ def _feed(
     reader: BagReader,
     report: Report,
     checkpoint: Checkpoint | None,
+    stop: StopRequest,
     *,
     quiet: bool,
 ) -> int:
-    """Hand every message after those that the mapper has taken to it; the number of scans."""
+    """Hand every message after those that the mapper has taken to it; the number of scans, these included."""
     scans = 0
-    with (
-        stop_request(signal.SIGINT) as stop,
-        stop.looked_for(),
-        progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to,
-    ):
+    with progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to:
         for number, message in enumerate(_timed(reader, report), start=1):
             scans += isinstance(message, Scan)
             if number > start.messages:
-                with report.stage("scan matching"):
-                    _hand_on(message, start.mapper)
+                _hand_on(message, start.mapper, report)
                 if checkpoint is not None:
                     checkpoint.save_when_due(start.mapper, number)
             advance_to(reader.messages_read)
-            if stop.is_made:
+            if stop.is_made and number >= start.messages:
                 report.add("counts", {"interrupted": True})
                 report.warn(f"Stopped by Ctrl-C after {scans} scans; the map shows these.")
                 break
     return scans
 
 
-def _hand_on(message: Scan | Odometry, mapper: Mapper) -> None:
-    if isinstance(message, Scan):
-        mapper.add_scan(message)
-    else:
-        mapper.add_odometry(message)
+def _hand_on(message: Scan | Odometry, mapper: Mapper, report: Report) -> None:
+    with report.stage("scan matching"):
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        else:
+            mapper.add_odometry(message)
 
 
 def _timed(reader: BagReader, report: Report) -> Iterator[Scan | Odometry]:

@@ -15,7 +15,7 @@ SCANS = 60
 STEP = 0.05
 PERIOD = 50_000_000
 BEARINGS = np.deg2rad(np.arange(-135.0, 135.0))
-STAGES = {"clocks", "reading", "scan matching", "optimization", "rest"}
+STAGES = {"reading", "scan matching", "optimization", "rest"}
 
 
 def write_log(folder: Path) -> None:

@@ -37,14 +37,15 @@ def scan_of_a_room(index: int) -> Scan:
 class RoomReader:
     """Stands in for a bag; presses Ctrl-C after some scans."""
 
-    scan_topic, odom_topic = "/scan", None
+    scan_topic = "/scan"
     inputs: dict[str, object] = {"scan_topic": "/scan"}  # noqa: RUF012
     counts: dict[str, int] = {}  # noqa: RUF012
     warnings = ["The bag is cut."]  # noqa: RUF012
     messages_read = message_count = 0
 
-    def __init__(self, scans: int, interrupt_after: int | None = None) -> None:
+    def __init__(self, scans: int, interrupt_after: int | None = None, odom_topic: str | None = None) -> None:
         self.message_count = scans
+        self.odom_topic = odom_topic
         self._interrupt_after = interrupt_after
 
     def __iter__(self) -> Iterator[Scan]:
@@ -52,15 +53,15 @@ class RoomReader:
             self.messages_read = index
             yield scan_of_a_room(index)
             if self.messages_read == self._interrupt_after:
+                self._interrupt_after = None
                 signal.raise_signal(signal.SIGINT)
 
 
 class LateScansReader(RoomReader):
     """A race car on the track, whose scans are stamped as much too late as it tells."""
 
-    odom_topic = "/odom"
-
     def __init__(self, late: int) -> None:
+        super().__init__(0, odom_topic="/odom")
         track = load_map(shipped_map("track"))
         self.simulation = Simulation(track, SimulationConfig(seed=2, duration=20.0, max_speed=4.0))
         self._late = late
@@ -95,12 +96,20 @@ def test_bag_becomes_files_and_report(tmp_path: Path) -> None:
     assert {"reading", "scan matching", "optimizing", "writing"} <= written["stages"].keys()
 
 
-def test_interrupt_makes_a_map_of_what_was_read() -> None:
+@pytest.mark.parametrize("odom_topic", [None, "/odom"])
+def test_interrupt_makes_a_map_of_what_was_read(odom_topic: str | None) -> None:
+    """With an odometry topic it comes while clocks are compared."""
     report = Report("racecar map")
-    result = build(RoomReader(40, interrupt_after=20), report)
+    result = build(RoomReader(40, interrupt_after=20, odom_topic=odom_topic), report)
     assert 20 <= len(result.trajectory) <= 21
     assert any("Ctrl-C" in sentence for sentence in report.warnings)
     assert report.as_dict()["counts"]["interrupted"] is True
+
+
+def test_comparing_clocks_changes_nothing_where_they_agree() -> None:
+    results = [build(RoomReader(40, odom_topic=topic), Report("racecar map")) for topic in (None, "/odom")]
+    expected, result = (result.trajectory.map_from_base for result in results)
+    np.testing.assert_array_equal(result, expected)
 
 
 def test_scans_stamped_late_are_mapped_from_the_first_on_as_if_they_were_not() -> None:
