@@ -68,13 +68,13 @@ def _close_loops(joint: Session, first: int, known: int, story: list[Hypothesis]
     told = loops.accept(story)
     graph = _graph([*joint.constraints, *told])
     groups = loops.groups()
-    poses = graph.optimize_roughly(joint.map_from_keyframe, groups)
+    poses = graph.optimize_by_groups(joint.map_from_keyframe, groups)
     start = story[0].moving.index
     for query in sorted(range(known, len(loops.submaps)), key=lambda k: abs(k - start)):
         poses = graph.close(loops.seek(query, known, poses), poses, groups)
     passes = pairs_with_first_pass(poses)
     between_drives = passes[(passes < first).sum(axis=1) == 1]
-    graph = _graph([*graph.constraints, *constrain(between_drives, poses, loops.store, widest=0.3)])
+    graph = _graph([*graph.constraints, *constrain(between_drives, poses, loops.store)])
     poses = graph.settle(poses)
     return replace(joint, map_from_keyframe=poses, constraints=graph.constraints)
 

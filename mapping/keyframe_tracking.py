@@ -27,6 +27,8 @@ SEARCH_SCORE = 0.4
 MIN_SEARCH_POINTS = 30
 MIN_OVERLAP = 0.15
 MAX_RESIDUAL = 0.04
+_TIED_WITHIN = 0.3
+"""Metres within which partners are sought of scans that have been placed."""
 _USUAL_RESIDUAL = 0.01
 _INFORMATION_SCALE = 0.1
 """Neighbouring beams, and the same scan in many pairs, err together: each term counts for a tenth."""
@@ -176,16 +178,13 @@ def _search(
     return [None if fit is None else compose(last, fit.pose) for fit in fits]
 
 
-def constrain(
-    pairs: NDArray[np.int64], poses: Pose, store: ScanStore, widest: float, max_change: float = np.inf
-) -> list[Constraint]:
+def constrain(pairs: NDArray[np.int64], poses: Pose, store: ScanStore) -> list[Constraint]:
     """Scan matching constraints of keyframe pairs (P, 2), earlier and later; poor matches are left out."""
     if len(pairs) == 0:
         return []
     guesses = between(poses[pairs[:, 0]], poses[pairs[:, 1]])
-    matches = match(guesses, one_to_one(pairs), store, store, widest=widest)
-    changed = np.hypot(*(between(guesses, matches.poses)[:, :2]).T)
-    good = (matches.overlap > MIN_OVERLAP) & (matches.residual < MAX_RESIDUAL) & (changed < max_change)
+    matches = match(guesses, one_to_one(pairs), store, store, widest=_TIED_WITHIN)
+    good = (matches.overlap > MIN_OVERLAP) & (matches.residual < MAX_RESIDUAL)
     return [_constraint(pairs[k], matches, int(k), "scan_matching") for k in np.flatnonzero(good)]
 
 

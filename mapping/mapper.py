@@ -267,7 +267,7 @@ class Mapper:
         if index % _WINDOW_EVERY == 0 and index > _WINDOW:
             with self._timed("optimization"):
                 first = index + 1 - _WINDOW
-                self._map_from_keyframe = self._graph.optimize_since(first, self._map_from_keyframe)
+                self._map_from_keyframe = self._graph.optimize_since(self._map_from_keyframe, first)
         if self._config.close_loops:
             self._close_loops(is_tied=is_tied)
         if index > 0 and index % _CAN_BE_SAVED_EVERY == 0:
@@ -317,7 +317,7 @@ class Mapper:
         """
         with self._timed("scan matching"):
             pairs = np.array([(index - back, index) for back in TIED_TO if back <= index])
-            constraints = constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3)
+            constraints = constrain(pairs, self._map_from_keyframe, self._keyframes)
         is_tied = len(constraints) > 0
         do_wheels_count = not is_after_gap or (self._has_driven() and not is_tied)
         wheel_step = self._reckoning.wheel_step() if do_wheels_count else None
@@ -365,12 +365,12 @@ class Mapper:
         through each place, and solve the whole graph."""
         if len(self._keyframes) == 1:
             return
-        self._map_from_keyframe = self._graph.optimize_roughly_since(0, self._map_from_keyframe)
+        self._map_from_keyframe = self._graph.optimize_roughly(self._map_from_keyframe)
         self._calibrate(0)
         graph = PoseGraph()
         count = len(self._keyframes)
         pairs = np.array([(i - back, i) for i in range(count) for back in TIED_TO if back <= i])
-        for constraint in constrain(pairs, self._map_from_keyframe, self._keyframes, widest=0.3):
+        for constraint in constrain(pairs, self._map_from_keyframe, self._keyframes):
             graph.add(constraint)
         for i, step in enumerate(self._wheel_steps):
             if step is not None:
@@ -382,7 +382,7 @@ class Mapper:
                 graph.add(constraint)
         if self._config.close_loops:
             passes = pairs_with_first_pass(self._map_from_keyframe)
-            for constraint in constrain(passes, self._map_from_keyframe, self._keyframes, widest=0.3):
+            for constraint in constrain(passes, self._map_from_keyframe, self._keyframes):
                 graph.add(constraint)
         self._graph = graph
         self._map_from_keyframe = graph.settle(self._map_from_keyframe)

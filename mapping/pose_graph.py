@@ -47,23 +47,22 @@ class PoseGraph:
         """The poses (K, 3) that agree best with all constraints; the first one is held where it is."""
         return self._anneal(poses, _LOOP_WIDTHS, _TOLERANCE)
 
-    def optimize_roughly(self, poses: Pose, groups: Groups) -> Pose:
-        """The same to a few centimetres, which is as much as a drive that goes on has use for.
+    def optimize_roughly(self, poses: Pose, first: int = 0) -> Pose:
+        """The same to a few centimetres, which is as much as a drive that goes on has use for; keyframes
+        before ``first`` are held where they are."""
+        return self._anneal(poses, _LOOP_WIDTHS[:2], _ROUGH_TOLERANCE, first)
 
-        Where there are many they are moved by groups, and then only the latest of them one by one.
-        """
+    def optimize_by_groups(self, poses: Pose, groups: Groups) -> Pose:
+        """`optimize_roughly`, but where there are many keyframes they are moved by groups, and then only the
+        latest of them one by one."""
         first = max(len(poses) - _ONE_BY_ONE, 0)
         if first > 0:
             graph = PoseGraph(between_groups(self.constraints, poses, groups))
             middles = graph._anneal(poses[groups.middles], _LOOP_WIDTHS[:2], _GROUPS_TOLERANCE)
             poses = groups.carry(poses, middles)
-        return self.optimize_roughly_since(first, poses)
+        return self.optimize_roughly(poses, first)
 
-    def optimize_roughly_since(self, first: int, poses: Pose) -> Pose:
-        """The same for the keyframes from ``first`` on; those before are held where they are."""
-        return self._anneal(poses, _LOOP_WIDTHS[:2], _ROUGH_TOLERANCE, first)
-
-    def optimize_since(self, first: int, poses: Pose) -> Pose:
+    def optimize_since(self, poses: Pose, first: int) -> Pose:
         """`optimize` for the keyframes from ``first`` on; those before are held where they are."""
         return self._anneal(poses, _LOOP_WIDTHS[-1:], _TOLERANCE, first)
 
@@ -111,8 +110,8 @@ class PoseGraph:
         for closure in closures:
             self.add(closure)
         if tied_until > 0 and _are_strained(closures, poses):
-            poses = self.optimize_roughly_since(tied_until, poses)
-        return self.optimize_roughly(poses, groups) if _are_strained(closures, poses) else poses
+            poses = self.optimize_roughly(poses, tied_until)
+        return self.optimize_by_groups(poses, groups) if _are_strained(closures, poses) else poses
 
     def _drop_refuted(self, poses: Pose) -> bool:
         """Take out the loop closures that the solution does not bear out; tells whether there were any."""

@@ -95,7 +95,7 @@ def test_constraints_are_the_true_poses_and_say_what_is_open() -> None:
     for walls, is_bare in ((ROOM, False), (CORRIDOR, True)):
         true = path(step, start=(-2.0, -0.5, 0.0))
         pairs = np.array([(3, 4), (2, 8), (0, 12)])
-        found = constrain(pairs, true, store_of(walls, true), widest=0.3)
+        found = constrain(pairs, true, store_of(walls, true))
         assert [(c.from_keyframe, c.to_keyframe) for c in found] == [tuple(pair) for pair in pairs]
         for constraint in found:
             expected = between(true[constraint.from_keyframe], true[constraint.to_keyframe])
@@ -109,5 +109,5 @@ def test_a_pair_that_does_not_fit_gives_no_constraint(missed: float) -> None:
     true = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.1]])
     store = store_of(ROOM, true)
     claimed = np.array([true[0], compose(true[1], [0.0, 4 * missed, 3 * missed])])
-    found = constrain(np.array([(0, 1)]), claimed, store, widest=0.3)
+    found = constrain(np.array([(0, 1)]), claimed, store)
     assert len(found) == (missed == 0.0)
