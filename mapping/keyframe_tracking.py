@@ -14,7 +14,7 @@ from maps.se2 import Pose, are_apart, between, compose, transform_points
 PLACED_AGAINST = (1, 2, 4, 7, 11)
 TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
 """Keyframes back along the path. Wide spacing halves the drift compared with the next eight."""
-SAME_GUESS = (0.05, 0.03)
+SAME_GUESS = (0.1, 0.05)
 CLEARLY_BETTER = 1.25
 FIT_OVERLAP = 0.1
 FIT_RESIDUAL = 0.02
@@ -120,14 +120,16 @@ def _match_best(
 ) -> tuple[Pose, int, bool]:
     """The pose (3,) to which the best of guesses (H, 3) leads, which guess that is, and whether scans fit.
 
-    Scans that overlap but lie off each other's lines came to lie across one another: without wheels a fast
+    From a guess near to where the first one led, matching would lead there again. Scans that overlap but lie off each other's lines came to lie across one another: without wheels a fast
     turn ends so.
     """
-    tried = [0, *(k for k in range(1, len(guesses)) if differ(guesses[0], guesses[k]))]
-    matches = _match_guesses(index, fixed, guesses[tried], information, store, poses)
+    matches = _match_guesses(index, fixed, guesses[:1], information, store, poses)
+    others = [k for k in range(1, len(guesses)) if differ(matches.poses[0], guesses[k])]
+    if others:
+        matches = matches.with_more(_match_guesses(index, fixed, guesses[others], information, store, poses))
     best = _best(matches)
     fits = matches.overlap.max() > LOST_BELOW and matches.residual[best] < FIT_RESIDUAL
-    return matches.poses[best], tried[best], bool(fits)
+    return matches.poses[best], [0, *others][best], bool(fits)
 
 
 def differ(guess: Pose, other: Pose) -> bool:

@@ -1,7 +1,7 @@
 """Scan matching: move one group of scans until it lies on another."""
 
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +28,12 @@ class Matches:
     """(G,) weighted root mean square distance to the lines, metres."""
     weight: NDArray[np.float64]
     """(G,) sum of the robust weights."""
+
+    def with_more(self, others: "Matches") -> "Matches":
+        """These groups and then the others."""
+        return Matches(
+            *(np.concatenate([getattr(self, each.name), getattr(others, each.name)]) for each in fields(self))
+        )
 
 
 @dataclass(frozen=True, eq=False)
