@@ -120,8 +120,8 @@ def _match_best(
 ) -> tuple[Pose, int, bool]:
     """The pose (3,) to which the best of guesses (H, 3) leads, which guess that is, and whether scans fit.
 
-    From a guess near to where the first one led, matching would lead there again. Scans that overlap but lie off each other's lines came to lie across one another: without wheels a fast
-    turn ends so.
+    From a guess near to where the first one led, matching would lead there again. Scans that overlap but lie
+    off each other's lines came to lie across one another: without wheels a fast turn ends so.
     """
     matches = _match_guesses(index, fixed, guesses[:1], information, store, poses)
     others = [k for k in range(1, len(guesses)) if differ(matches.poses[0], guesses[k])]
