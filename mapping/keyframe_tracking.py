@@ -15,6 +15,7 @@ PLACED_AGAINST = (1, 2, 4, 7, 11)
 TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
 """Keyframes back along the path. Wide spacing halves the drift compared with the next eight."""
 SAME_GUESS = (0.1, 0.05)
+"""Metres and radians, from within which matching leads to the same place."""
 CLEARLY_BETTER = 1.25
 FIT_OVERLAP = 0.1
 FIT_RESIDUAL = 0.02

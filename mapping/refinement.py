@@ -1,4 +1,4 @@
-"""Refinement: every scan, not only the keyframes, finds its place among the settled keyframes around it."""
+"""Refinement: every scan between keyframes finds its place among the settled keyframes around it."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
