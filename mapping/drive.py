@@ -6,7 +6,7 @@ As arrays; N scans, K keyframes of this drive:
 name                     shape, type       meaning
 =======================  ================  ================================================================
 stamps                   (N,) int64        nanoseconds
-cloud_lengths            (N,) int64        returns of each scan
+cloud_lengths            (N,) int64        returns of each scan, 0 of keyframes, which are kept elsewhere
 clouds                   (sum, 2) float32  metres in the laser frame, corrected for motion, thinned
 after_keyframe           (N,) int64        the keyframe that the scan is, or comes after
 guess_counts             (N,) int64        guesses of each scan; one once the next keyframe is placed
@@ -25,6 +25,8 @@ from mapping.arrays import Arrays, pack, unpack
 from mapping.refinement import guess_scans
 from mapping.scan_store import thin
 from maps.se2 import Pose
+
+_NO_POINTS = np.zeros((0, 2), dtype=np.float32)
 
 
 @dataclass(eq=False)
@@ -46,6 +48,11 @@ class Drive:
         """(N,) the keyframe that each scan is, or comes after."""
         return np.array(self._after_keyframe, dtype=np.int64)
 
+    @property
+    def between_keyframes(self) -> NDArray[np.int64]:
+        """(N - K,) the scans that are no keyframes."""
+        return np.setdiff1d(np.arange(len(self)), self.keyframe_scans)
+
     def start_keyframe(self, guesses: Pose, chosen: int) -> None:
         """The next scan is a keyframe; of its guesses (H, 3), and of those since the last, one was right."""
         if self.keyframe_scans:
@@ -56,8 +63,9 @@ class Drive:
 
     def add(self, stamp: int, points: NDArray[np.float64], guesses: Pose) -> None:
         """Take a scan: nanoseconds, points (M, 2) in its frame, guesses (H, 3) of keyframe_from_laser."""
+        is_keyframe = self.keyframe_scans[-1:] == [len(self)]
         self.stamps.append(stamp)
-        self.clouds.append(thin(points).astype(np.float32))
+        self.clouds.append(_NO_POINTS if is_keyframe else thin(points).astype(np.float32))
         self._after_keyframe.append(len(self.keyframe_scans) - 1)
         self._guesses.append(guesses)
 
@@ -77,7 +85,7 @@ class Drive:
 
     def to_arrays(self) -> Arrays:
         """The arrays that the module's documentation names."""
-        clouds, cloud_lengths = pack(self.clouds, np.zeros((0, 2), dtype=np.float32))
+        clouds, cloud_lengths = pack(self.clouds, _NO_POINTS)
         guesses, guess_counts = pack(self._guesses, np.zeros((0, 3)))
         return {
             "stamps": np.array(self.stamps, dtype=np.int64),

@@ -218,7 +218,7 @@ class Mapper:
         first = len(session.keyframes) - len(self._keyframes)
         map_from_laser = self._drive.guess(session.map_from_keyframe[first:])
         if self._config.refine:
-            between_keyframes = np.setdiff1d(np.arange(len(self._drive)), self._drive.keyframe_scans)
+            between_keyframes = self._drive.between_keyframes
             map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
             with self._timed("refinement"):
                 map_from_laser[between_keyframes] = refine_scans(

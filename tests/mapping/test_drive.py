@@ -34,3 +34,13 @@ def test_a_scan_of_which_wheels_told_nothing_goes_by_the_same_guess_as_its_neigh
 def test_a_scan_of_which_wheels_told_goes_by_scans_where_they_tell_nothing_of_the_keyframe() -> None:
     guesses = np.array([BY_WHEELS, BY_SCANS, STEADY])
     assert np.array_equal(drive_with(guesses, np.array([BY_SCANS, STEADY]), 0), BY_SCANS)
+
+
+def test_the_returns_of_scans_between_keyframes_are_kept() -> None:
+    drive = Drive()
+    for index in range(6):
+        if index in (0, 3):
+            drive.start_keyframe(np.zeros((1, 3)), 0)
+        drive.add(index, np.full((2, 2), float(index)), np.zeros((1, 3)))
+    assert drive.between_keyframes.tolist() == [1, 2, 4, 5]
+    assert [cloud[:, 0].tolist() for cloud in drive.clouds] == [[k, k] if k % 3 else [] for k in range(6)]
