@@ -142,8 +142,9 @@ def nearest_from(
 ) -> tuple[int, float]:
     """Index of the point nearest to (x, y) within ``max_distance``, -1 if none, and how far it is, squared.
 
-    Points are sorted by bearing. Those after ``start`` and then those before it are looked at, until they lie
-    so far to the side that none beyond can be nearer; those across the seam behind the sensor are not.
+    Points are sorted by bearing. Those after ``start``, which is within half a turn, and then those before it
+    are looked at, until they lie so far to the side that none beyond can be nearer; those across the seam
+    behind the sensor are not.
     """
     best, best_squared = -1, max_distance * max_distance
     for step in (1, -1):

@@ -119,7 +119,7 @@ def _begin(
     """The first messages, mapped with the odometry's lag as the first turns tell it.
 
     The mapper learns it by itself, but has placed skewed scans until then, which lead to a little less than
-    all of it; so it begins again until it learns what it knew.
+    all of it; so it begins again until it learns what it knew. That takes seconds: no checkpoint is written.
     """
     lag = 0
     for _ in range(_ROUNDS if reader.odom_topic else 0):

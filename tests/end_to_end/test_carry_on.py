@@ -23,7 +23,7 @@ DIES = """
 import os, signal
 from pathlib import Path
 from mapping import mapper
-from pipelines import checkpoint, cli
+from pipelines import checkpoint, cli, mapping_run
 
 save, written = checkpoint.save_arrays, []
 
@@ -34,9 +34,11 @@ def save_and_die(*arguments):
         os.kill(os.getpid(), signal.SIGKILL)
 
 checkpoint.save_arrays, checkpoint.EVERY_SECONDS, mapper._CAN_BE_SAVED_EVERY = save_and_die, 0.0, 20
+mapping_run._FIRST_TURNS = 200
 cli.main()
 """
-"""``racecar``, that may be saved at every twentieth keyframe and dies as soon as it was saved so often."""
+"""``racecar``, that may be saved at every twentieth keyframe after 200 messages, from which the clocks are
+told, and dies as soon as it was saved so often."""
 
 
 def mortal(checkpoints: int, *arguments: object) -> "subprocess.CompletedProcess[str]":
