@@ -155,9 +155,10 @@ def nearest_from(
             if squared < best_squared:
                 best, best_squared = j, squared
             beside = step * (x * py - y * px)
-            if beside > 0.0 and beside * beside > best_squared * (px * px + py * py):
-                break
-            if beside > 0.0 and x * px + y * py < 0.0 and x * x + y * y > best_squared:
+            if beside > 0.0 and (
+                beside * beside > best_squared * (px * px + py * py)
+                or (x * px + y * py < 0.0 and x * x + y * y > best_squared)
+            ):
                 break
             j += step
     return best, best_squared
