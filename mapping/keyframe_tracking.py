@@ -9,6 +9,7 @@ from mapping.constraint import Constraint, Kind
 from mapping.correlative_search import LikelihoodPyramid, Window, search
 from mapping.scan_matching import Matches, Pairings, match, one_to_one
 from mapping.scan_store import ScanStore
+from mapping.see_through import see_through
 from maps.se2 import Pose, are_apart, between, compose, transform_points
 
 PLACED_AGAINST = (1, 2, 4, 7, 11)
@@ -81,11 +82,9 @@ def place_left_alone(
     windows = [(guesses[0], SEARCH_WINDOW), (guesses[0], ALL_ROUND)]
     nearby, turned = _search(index, recent, windows, store, poses)
     for found, least_gain in ((nearby, 1.0), (turned, CLEARLY_BETTER)):
-        if found is None:
-            continue
-        matches = _match_guesses(index, spaced, np.stack([placed, found]), information, store, poses)
-        is_better = matches.weight[1] > least_gain * matches.weight[0]
-        placed, chosen = matches.poses[int(is_better)], 0 if is_better else chosen
+        better = _better(index, spaced, placed, found, least_gain, information, store, poses)
+        if better is not None:
+            placed, chosen = better, 0
     return placed, chosen
 
 
@@ -94,13 +93,46 @@ def place_far(
 ) -> tuple[Pose, int]:
     """The same of a keyframe that is far from the last one: the car drove on while no scans came.
 
-    It is matched against those where it should be by now, and not sought in a wide window, in which many a
-    place may look alike.
+    It is matched against those where it should be by now, and not sought in a wide window there, in which
+    many a place may look alike. Wheels that began anew tell of a way that was none: so it is matched against
+    the last ones too, and sought about them where it fits nowhere.
     """
     distances = np.hypot(*(poses - guesses[0])[:, :2].T)
-    near = np.sort(np.argsort(distances, kind="stable")[:SEARCHED_AMONG])
-    placed, chosen, _ = _match_best(index, near, guesses, information, store, poses)
-    return placed, chosen
+    near = np.argsort(distances, kind="stable")[:SEARCHED_AMONG]
+    fixed = np.union1d(near, _spaced(index, 0))
+    placed, chosen, fits = _match_best(index, fixed, guesses, information, store, poses)
+    if fits:
+        return placed, chosen
+    (found,) = _search(index, _recent(index, 0), [(poses[index - 1], SEARCH_WINDOW)], store, poses)
+    better = _better(index, fixed, placed, found, CLEARLY_BETTER, information, store, poses)
+    return (placed, chosen) if better is None else (better, 0)
+
+
+def _better(
+    index: int,
+    fixed: NDArray[np.int64],
+    placed: Pose,
+    found: Pose | None,
+    least_gain: float,
+    information: NDArray[np.float64],
+    store: ScanStore,
+    poses: Pose,
+) -> Pose | None:
+    """Where a pose (3,) that was found leads, if the scans fit so many times better there than where keyframe
+    ``index`` is placed.
+
+    Scans that share little of their view fit by chance here and there: how much of the rest they look through
+    tells.
+    """
+    if found is None:
+        return None
+    matches = _match_guesses(index, fixed, np.stack([placed, found]), information, store, poses)
+    pairs = np.column_stack([fixed, np.full(len(fixed), index)])
+    tests = [
+        see_through(store, pairs, poses[fixed], np.tile(pose, (len(fixed), 1))) for pose in matches.poses
+    ]
+    before, after = matches.weight * [test.agreement for test in tests]
+    return matches.poses[1] if after > least_gain * before else None
 
 
 def _spaced(index: int, known_since: int) -> NDArray[np.int64]:

@@ -166,6 +166,34 @@ def test_a_car_that_drove_on_while_nothing_was_recorded_is_where_its_wheels_say(
     assert mean_error(mapper.finish(), true) < 0.02
 
 
+@pytest.mark.parametrize(("began", "origin"), [(4.0, (9.0, -4.0, 1.0)), (7.0, (1.2, 1.2, -0.6))])
+def test_wheels_that_begin_anew_while_nothing_was_recorded_tell_of_no_way(
+    began: float, origin: tuple[float, float, float]
+) -> None:
+    plan = load_map(shipped_map("building"))
+    simulation = Simulation(plan, SimulationConfig(noise="slight", duration=10.0, max_speed=1.0))
+    mapper = Mapper(MappingConfig())
+    start = int(simulation.ground_truth.stamps[0])
+    is_kept = []
+    for message in simulation.messages():
+        seconds = (message.stamp - start) * 1e-9
+        is_missing = began <= seconds < began + 0.7
+        if isinstance(message, Scan):
+            is_kept.append(not is_missing)
+        if is_missing:
+            continue
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        elif seconds < began:
+            mapper.add_odometry(message)
+        else:
+            mapper.add_odometry(
+                replace(message, odom_from_base=compose(np.array(origin), message.odom_from_base))
+            )
+    true = simulation.ground_truth.map_from_base[is_kept]
+    assert mean_error(mapper.finish(), true) < 0.02
+
+
 def test_without_a_scan_there_is_no_map() -> None:
     with pytest.raises(UserError, match="no usable scan"):
         Mapper(MappingConfig()).finish()
