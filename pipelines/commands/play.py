@@ -29,6 +29,16 @@ def play(
             "--wait", metavar="SECONDS", min=0.0, help="For how long to wait for a listener to the scans."
         ),
     ] = 3.0,
+    listeners: Annotated[
+        int | None,
+        typer.Option(
+            "--listeners",
+            metavar="N",
+            min=1,
+            help="Begin as soon as so many hear the scans; when not given, once nobody new has come for 3 s.",
+            show_default=False,
+        ),
+    ] = None,
     quiet: QuietOption = False,
 ) -> None:
     """Publish a bag over ROS 2, at the speed it was recorded or another. Ctrl-C ends it.
@@ -57,7 +67,7 @@ def play(
                 )
             if clock:
                 player.publish_clock()
-            if not player.wait_for_listeners(wait):
+            if not player.wait_for_listeners(wait, listeners):
                 console.print("Nobody listens to the scans yet; playing all the same.")
             with progress_bar("Playing", player.message_count, quiet=quiet) as advance_to:
                 played = player.play(speed, advance_to)

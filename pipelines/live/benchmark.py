@@ -75,6 +75,8 @@ class LiveFigures:
     memory_mb: dict[str, float] = field(default_factory=dict)
     """Of the node's process, after a tenth of the drive and at its end."""
     cpu_share: float = 0.0
+    stolen_share: float = 0.0
+    """Of a core, given to other virtual machines on the same host while the drive was played; scans wait."""
     error_live_m: float | None = None
     error_offline_m: float | None = None
     on_walls_live: float | None = None
@@ -186,13 +188,25 @@ def _run(
             if node.poll() is not None:
                 raise UserError(f"The node does not start: {log.read_text().strip()}")
             memory: list[float] = []
-            play = ["play", str(drive.bag), "--quiet", "--wait", "30", "--speed", str(speed)]
+            play = ["play", str(drive.bag), "--quiet", "--speed", str(speed)]
+            play += ["--listeners", "2", "--wait", "30"]  # the node, and this process
+            began, stolen = time.monotonic(), _stolen_seconds()
             with racecar_process(play, environment, log) as player:
                 while player.poll() is None:
                     memory.append(resident_memory_mb(node.pid))
                     time.sleep(_MEMORY_EVERY)
+            share = (_stolen_seconds() - stolen) / (time.monotonic() - began)
             time.sleep(1.0)
-        return {**loads(summary.read_text()), "memory_mb": memory}, heard
+        return {**loads(summary.read_text()), "memory_mb": memory, "stolen_share": share}, heard
+
+
+def _stolen_seconds() -> float:
+    """Processor time that the host gave to others since this machine started; nan where that is not told."""
+    try:
+        stolen = Path("/proc/stat").read_text().split(maxsplit=9)[8]
+    except (OSError, IndexError):
+        return float("nan")
+    return int(stolen) / os.sysconf("SC_CLK_TCK")
 
 
 class _Heard:
@@ -263,6 +277,7 @@ def _take_summary(figures: LiveFigures, summary: dict[str, Any]) -> None:
     figures.latency_ms = summary["latency_ms"]
     figures.latency_ms_by_tenth = summary["latency_ms_by_tenth"]
     figures.cpu_share = summary["cpu_share"]
+    figures.stolen_share = summary["stolen_share"]
     figures.faults = summary["faults"]
     memory = summary["memory_mb"]
     figures.memory_mb = {"after_a_tenth": memory[len(memory) // 10], "at_the_end": memory[-1]}

@@ -88,6 +88,7 @@ def _table(figures: "list[LiveFigures]", speed: float) -> Table:
         "memory after a tenth (MB)": lambda f: _number(f.memory_mb["after_a_tenth"], 1),
         "memory at the end (MB)": lambda f: _number(f.memory_mb["at_the_end"], 1),
         "share of a core": lambda f: f"{f.cpu_share:.1%}",
+        "of a core, taken by other machines": lambda f: f"{f.stolen_share:.1%}",
         "error, live (m)": lambda f: _number(f.error_live_m, 4),
         "error, offline (m)": lambda f: _number(f.error_offline_m, 4),
         "end points on walls, live": lambda f: _number(f.on_walls_live, 3),

@@ -19,8 +19,9 @@ from pipelines.live.message_types import message_class
 from pipelines.live.messages import time_message
 
 _LATCHED = ("/tf_static", "/map", "/robot_description")
-_SETTLED = 1.0
-"""Seconds without a new listener after which all are there."""
+_SETTLED = 3.2
+"""Seconds without a new listener after which all are there: a process that missed another's first announcement
+hears the next one three seconds later (the default of Fast DDS)."""
 _LONGEST_SLEEP = 0.1
 """Seconds, so that Ctrl-C is heard."""
 _CLOCK_EVERY = 10_000_000
@@ -75,24 +76,23 @@ class Player:
         """Also publish ``/clock``, for nodes with the parameter use_sim_time."""
         self._clock = self._node.create_publisher(Clock, "/clock", 10)
 
-    def wait_for_listeners(self, seconds: float) -> bool:
-        """Wait, for so long at most, until all who want the scans hear them; tells whether anybody does.
-
-        Nodes become known one after the other, so nobody new must have come for a moment.
-        """
+    def wait_for_listeners(self, seconds: float, listeners: int | None = None) -> bool:
+        """Wait, for so long at most, until anybody hears the scans, and then for all who come soon after, or
+        for so many ``listeners``; tells whether anybody hears."""
         scans = [topic for topic in self.topics if topic.message_type in (LASER_SCAN, POINT_CLOUD)]
-        names = [topic.name for topic in scans or self.topics]
-        until, known, since = time.monotonic() + seconds, [0] * len(names), time.monotonic()
+        publishers = [self._publishers[topic.name] for topic in scans or self.topics]
+        began = since = time.monotonic()
+        known = 0
         while True:
             now = time.monotonic()
-            wanting = [self._node.count_subscribers(name) for name in names]
-            hearing = [self._publishers[name].get_subscription_count() for name in names]
-            if wanting != known:
-                known, since = wanting, now
-            is_settled = any(wanting) and hearing == wanting and now - since >= _SETTLED
-            if is_settled or now > until:
-                return any(hearing)
-            time.sleep(0.05)
+            hearing: int = sum(one.get_subscription_count() for one in publishers)
+            if hearing != known:
+                known, since = hearing, now
+            are_all_there = now - since >= _SETTLED if listeners is None else hearing >= listeners
+            is_over = now - began > seconds and (hearing == 0 or listeners is not None)
+            if (hearing and are_all_there) or is_over:
+                return hearing > 0
+            time.sleep(0.02)
 
     def play(self, speed: float, progress: Callable[[int], None] = lambda count: None) -> Played:
         """Publish everything, ``speed`` times as fast as it was recorded."""

@@ -56,7 +56,7 @@ def play_to(node: list[str], bag: Path, environment: dict[str, str], folder: Pat
                 lambda: bool(watcher.count_subscribers("/scan")) or process.poll() is not None, 90.0, log
             )
         with racecar_process(
-            ["play", str(bag), "--quiet", "--wait", "20", *flags], environment, log
+            ["play", str(bag), "--quiet", "--listeners", "1", "--wait", "20", *flags], environment, log
         ) as player:
             assert player.wait(300) == 0, log.read_text()
         time.sleep(0.5)
@@ -198,7 +198,7 @@ def test_memory_does_not_grow_with_the_drive(racecar: Racecar, ros: dict[str, st
     with racecar_process([*node, "--json", str(summary)], ros, log) as process:
         with ros_node("test_readiness", []) as watcher:
             wait_until(lambda: bool(watcher.count_subscribers("/scan")), 90.0, log)
-        play = ["play", str(bag), "--quiet", "--wait", "20", "--speed", "5"]
+        play = ["play", str(bag), "--quiet", "--listeners", "1", "--wait", "20", "--speed", "5"]
         with racecar_process(play, ros, log) as player:
             while player.poll() is None:
                 time.sleep(10.0)

@@ -49,7 +49,7 @@ def test_messages_come_in_order_and_in_time(bag: Path) -> None:
         player = Player(player_node, bag)
         player.publish_clock()
         with served(node):
-            assert player.wait_for_listeners(10.0)
+            assert player.wait_for_listeners(10.0, listeners=1)
             wait_for(lambda: bool(player_node.count_subscribers("/clock")), 5.0, lambda: "no clock")
             time.sleep(0.3)
             played = player.play(2.0)
@@ -64,7 +64,8 @@ def test_messages_come_in_order_and_in_time(bag: Path) -> None:
     assert len(clocks) >= SCANS - 1
 
 
-def test_a_listener_who_is_found_a_little_later_is_waited_for(bag: Path) -> None:
+@pytest.mark.parametrize("listeners", [None, 2])
+def test_a_listener_who_is_found_a_little_later_is_waited_for(bag: Path, listeners: int | None) -> None:
     from sensor_msgs.msg import LaserScan
 
     from pipelines.live.player import Player
@@ -75,9 +76,20 @@ def test_a_listener_who_is_found_a_little_later_is_waited_for(bag: Path) -> None
         player = Player(player_node, bag)
         late = Timer(0.5, lambda: node.create_subscription(LaserScan, "/scan", lambda message: None, 100))
         late.start()
-        assert player.wait_for_listeners(10.0)
+        assert player.wait_for_listeners(10.0, listeners)
         assert player_node.count_subscribers("/scan") == 2
         late.join()
+        player.close()
+
+
+@pytest.mark.parametrize("listeners", [None, 1])
+def test_nobody_is_waited_for_in_vain(bag: Path, listeners: int | None) -> None:
+    from pipelines.live.player import Player
+    from pipelines.live.run import ros_node
+
+    with ros_node("test_player", []) as node:
+        player = Player(node, bag)
+        assert not player.wait_for_listeners(0.2, listeners)
         player.close()
 
 
