@@ -20,8 +20,8 @@ from pipelines.live.messages import time_message
 
 _LATCHED = ("/tf_static", "/map", "/robot_description")
 _SETTLED = 3.2
-"""Seconds without a new listener after which all are there: who missed a process's first announcement hears its
-next one three seconds later (the default of Fast DDS)."""
+"""Seconds without a new listener after which all are there: who missed a process's first announcement hears
+its next one three seconds later (the default of Fast DDS)."""
 _LONGEST_SLEEP = 0.1
 """Seconds, so that Ctrl-C is heard."""
 _CLOCK_EVERY = 10_000_000
