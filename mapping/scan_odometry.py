@@ -20,6 +20,8 @@ from mapping.upright import upright_points
 from maps.se2 import IDENTITY, Pose, compose
 
 _VOXEL_SIZE = 0.25
+_POINTS_PER_VOXEL = 6
+"""KISS-ICP's 20 are for volumes; along a wall they only cost time."""
 _LOCAL_MAP_RADIUS = 100.0
 _UPDATE_DISTANCE = 0.2
 _UPDATE_ANGLE = 0.1
@@ -40,6 +42,7 @@ class ScanOdometry:
         config = KISSConfig()
         config.data.max_range = _LOCAL_MAP_RADIUS
         config.mapping.voxel_size = _VOXEL_SIZE
+        config.mapping.max_points_per_voxel = _POINTS_PER_VOXEL
         config.adaptive_threshold.initial_threshold = threshold
         config.adaptive_threshold.min_motion_th = 0.01
         config.registration.max_num_threads = 1
@@ -126,7 +129,11 @@ def _motion(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]
 
 
 def _between(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.linalg.solve(world_from_a, world_from_b).astype(np.float64, copy=False)
+    a_from_world = world_from_a[:3, :3].T
+    a_from_b = np.eye(4)
+    a_from_b[:3, :3] = a_from_world @ world_from_b[:3, :3]
+    a_from_b[:3, 3] = a_from_world @ (world_from_b[:3, 3] - world_from_a[:3, 3])
+    return a_from_b
 
 
 def _to_matrix(pose: Pose) -> NDArray[np.float64]:
