@@ -34,7 +34,7 @@ from maps.se2 import IDENTITY, Pose, between, compose, inverse
 from maps.trajectory import Trajectory
 
 _WINDOW = 40
-_WINDOW_EVERY = 5
+_WINDOW_EVERY = 10
 _GAP = 2_000_000_000
 """Nanoseconds without a scan, after which the car may have been moved by hand."""
 _BLIND = 500_000_000
