@@ -65,9 +65,11 @@ def match(
     widest: float = 0.5,
     kernel_width: float = 0.04,
     prior_information: ArrayLike = (0.0, 0.0, 0.0),
+    both_ways: bool = True,
 ) -> Matches:
     """Match G groups from their guesses (G, 3); partners are sought up to ``widest`` metres at first,
-    and those ``kernel_width`` off their line weigh a quarter."""
+    and those ``kernel_width`` off their line weigh a quarter. Points of the moving scans are laid on lines of
+    the fixed ones and, ``both_ways``, the other way round."""
     groups = len(guesses)
     poses = np.array(guesses, dtype=np.float64)
     hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
@@ -82,7 +84,7 @@ def match(
             poses[a:b], pairings.starts[a : b + 1], pairs,
             pairings.fixed_poses, pairings.moving_poses,
             prior, fixed.packed(), moving.packed(),
-            widest, kernel_width, hessians[a:b], qualities[a:b],
+            widest, kernel_width, both_ways, hessians[a:b], qualities[a:b],
         )  # fmt: skip
 
     if groups < _WORTH_THREADS:

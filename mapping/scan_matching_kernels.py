@@ -25,6 +25,10 @@ MIN_NORMAL_DOT = 0.7
 SLIDING_FLOOR = 0.01
 MAX_ITERATIONS = 12
 
+LITTLE = 0.003
+"""Metres by which points may move before their partners are sought again; for a turn they are all taken to be
+``FAR`` metres away."""
+FAR = 10.0
 SPARE = 0.05
 """Metres beyond the distance of partners that are searched too: until a point without one has moved so far,
 it need not be looked for again."""
@@ -189,6 +193,7 @@ def _accumulate(
     target_table: NDArray[np.int16],
     max_distance: float,
     kernel_width: float,
+    seek: bool,
 ) -> None:
     """Add the point-to-line terms of one pair of scans, in one direction, to ``sums``.
 
@@ -196,7 +201,8 @@ def _accumulate(
     weighted squared residuals, of terms, and of points that could have had one. ``partners`` (N,) holds the
     target point that was nearest to each source point, -1 for none; ``alone`` (N, 3) a place in the target's
     frame, and a distance within which no target point lies about it. ``moving`` is the pose of the moving
-    scan in the moving group; ``forward`` tells whether the source is the scan that moves.
+    scan in the moving group; ``forward`` tells whether the source is the scan that moves, and ``seek``
+    whether partners are sought or those of the last time taken again.
     """
     c, s, tx, ty = (
         np.cos(target_from_source[2]),
@@ -209,14 +215,16 @@ def _accumulate(
         px, py = np.float64(source[i, 0]), np.float64(source[i, 1])
         sums[12] += 1.0
         x, y = c * px - s * py + tx, s * px + c * py + ty
-        if partners[i] < 0 and _is_alone(x, y, alone[i], max_distance):
-            continue
-        start = partners[i] if partners[i] >= 0 else first_by_bearing(x, y, target_table)
-        j, squared = nearest_from(start, x, y, target, target_count, max_distance + SPARE)
-        if squared > max_distance * max_distance:
-            j = -1
-            alone[i, 0], alone[i, 1], alone[i, 2] = x, y, np.sqrt(squared)
-        partners[i] = j
+        j = int(partners[i])
+        if seek:
+            if j < 0 and _is_alone(x, y, alone[i], max_distance):
+                continue
+            start = j if j >= 0 else first_by_bearing(x, y, target_table)
+            j, squared = nearest_from(start, x, y, target, target_count, max_distance + SPARE)
+            if squared > max_distance * max_distance:
+                j = -1
+                alone[i, 0], alone[i, 1], alone[i, 2] = x, y, np.sqrt(squared)
+            partners[i] = j
         if j < 0:
             continue
         nx, ny = np.float64(target_normals[j, 0]), np.float64(target_normals[j, 1])
@@ -305,10 +313,12 @@ def match_group(
     sources: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
     widest: float,
     kernel_width: float,
+    both_ways: bool,
     hessian: _Matrix,
     quality: _Matrix,
 ) -> None:
-    """Move ``pose`` (3,), fixed_from_moving, to where each pair's points lie on the other's lines.
+    """Move ``pose`` (3,), fixed_from_moving, to where the moving scans' points lie on the fixed ones' lines
+    and, ``both_ways``, the fixed ones' on the moving ones'.
 
     Row k of ``pairs`` names a fixed scan among ``targets`` at ``fixed_poses[k]`` and a moving one among
     ``sources`` at ``moving_poses[k]``, each in its own group's frame. Iteratively reweighted Gauss-Newton
@@ -327,23 +337,29 @@ def match_group(
     partners = np.empty((2, len(pairs), points_t.shape[1]), dtype=np.int16)
     partners[:] = -1
     alone = np.zeros((2, len(pairs), points_t.shape[1], 3), dtype=np.float32)
+    moved_since = np.inf
     for _ in range(MAX_ITERATIONS):
+        seek = distance > NARROWEST or moved_since > LITTLE
+        if seek:
+            moved_since = 0.0
         sums[:] = 0.0
         for k in range(len(pairs)):
             t, s = pairs[k, 0], pairs[k, 1]
             target_from_source = _relative(fixed_poses[k], _compose(pose, moving_poses[k]))
-            source_from_target = _relative(target_from_source, np.zeros(3))
             _accumulate(
                 sums, partners[0, k], alone[0, k], target_from_source, moving_poses[k], True,
                 points_s[s], normals_s[s], counts_s[s],
                 points_t[t], normals_t[t], counts_t[t], tables_t[t],
-                distance, kernel_width,
+                distance, kernel_width, seek,
             )  # fmt: skip
+            if not both_ways:
+                continue
+            source_from_target = _relative(target_from_source, np.zeros(3))
             _accumulate(
                 sums, partners[1, k], alone[1, k], source_from_target, moving_poses[k], False,
                 points_t[t], normals_t[t], counts_t[t],
                 points_s[s], normals_s[s], counts_s[s], tables_s[s],
-                distance, kernel_width,
+                distance, kernel_width, seek,
             )  # fmt: skip
         hessian[0, 0], hessian[0, 1], hessian[0, 2] = sums[0], sums[1], sums[2]
         hessian[1, 0], hessian[1, 1], hessian[1, 2] = sums[1], sums[3], sums[4]
@@ -366,6 +382,7 @@ def match_group(
         moved = _compose(pose, step)
         for i in range(3):
             pose[i] = moved[i]
+        moved_since += abs(step[0]) + abs(step[1]) + FAR * abs(step[2])
         settled = abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4
         if settled and distance <= NARROWEST:
             break
@@ -387,6 +404,7 @@ def match_groups(
     sources: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
     widest: float,
     kernel_width: float,
+    both_ways: bool,
     hessians: _Matrix,
     qualities: _Matrix,
 ) -> None:
@@ -395,5 +413,5 @@ def match_groups(
         a, b = starts[g], starts[g + 1]
         match_group(
             poses[g], pairs[a:b], fixed_poses[a:b], moving_poses[a:b], prior_information, targets, sources,
-            widest, kernel_width, hessians[g], qualities[g],
+            widest, kernel_width, both_ways, hessians[g], qualities[g],
         )  # fmt: skip
