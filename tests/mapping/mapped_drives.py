@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from mapping.config import MappingConfig
+from mapping.constraint import Constraint
 from mapping.mapper import Mapper, MappingResult
 from maps.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from maps.scan import Scan
@@ -14,6 +15,9 @@ from maps.se2 import Pose, between, compose, inverse, transform_points
 from pipelines.floor_plan import load_or_draw
 from pipelines.simulator import Simulation
 from pipelines.simulator_config import SimulationConfig
+
+MEASURED = 0.25
+"""Metres of standard deviation up to which a loop closure measures a direction."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,13 +51,16 @@ class MappedDrive:
 
     @property
     def loop_errors(self) -> np.ndarray:
-        """(L, 2) metres and degrees by which each accepted loop closure misses the truth."""
+        """(L, 2) metres and degrees by which each accepted loop closure misses the truth, in the directions
+        that it measures: along a bare corridor its own information says that it knows nothing."""
         true = self.truth[self.result.keyframe_indices]
-        loops = [c for c in self.result.constraints if c.kind == "loop_closure"]
-        missed = np.array(
-            [between(between(true[c.from_keyframe], true[c.to_keyframe]), c.from_pose_to_pose) for c in loops]
-        ).reshape(-1, 3)
-        return np.column_stack([np.hypot(missed[:, 0], missed[:, 1]), np.rad2deg(np.abs(missed[:, 2]))])
+        return np.array(
+            [
+                _missed(c, between(true[c.from_keyframe], true[c.to_keyframe]))
+                for c in self.result.constraints
+                if c.kind == "loop_closure"
+            ]
+        ).reshape(-1, 2)
 
     def mean_relation_error(self, reach: float = 10.0, pairs: int = 2000) -> float:
         """Metres, over random pairs of scans up to ``reach`` metres apart in truth, in one pass or in two."""
@@ -83,6 +90,13 @@ class MappedDrive:
         )
         walls = self.plan.center_of(np.argwhere(self.plan.cells >= OCCUPIED_FROM))
         return float((cKDTree(walls).query(placed)[0] > distance).mean())
+
+
+def _missed(loop: Constraint, true: Pose) -> tuple[float, float]:
+    missed = between(true, loop.from_pose_to_pose)
+    informations, directions = np.linalg.eigh(loop.information[:2, :2])
+    by_direction = missed[:2] @ directions[:, informations > MEASURED**-2]
+    return float(np.linalg.norm(by_direction)), float(np.rad2deg(abs(missed[2])))
 
 
 def map_drive(plan: str, *, close_loops: bool = True, every: int = 1, **settings: object) -> MappedDrive:
