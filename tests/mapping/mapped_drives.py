@@ -16,9 +16,6 @@ from pipelines.floor_plan import load_or_draw
 from pipelines.simulator import Simulation
 from pipelines.simulator_config import SimulationConfig
 
-MEASURED = 0.25
-"""Metres of standard deviation up to which a loop closure measures a direction."""
-
 
 @dataclass(frozen=True, eq=False)
 class MappedDrive:
@@ -51,8 +48,8 @@ class MappedDrive:
 
     @property
     def loop_errors(self) -> np.ndarray:
-        """(L, 2) metres and degrees by which each accepted loop closure misses the truth, in the directions
-        that it measures: along a bare corridor its own information says that it knows nothing."""
+        """(L, 2) metres and degrees by which each accepted loop closure misses the truth, the metres beyond
+        its own standard deviation: along a bare corridor it says itself that it hardly knows."""
         true = self.truth[self.result.keyframe_indices]
         return np.array(
             [
@@ -95,8 +92,8 @@ class MappedDrive:
 def _missed(loop: Constraint, true: Pose) -> tuple[float, float]:
     missed = between(true, loop.from_pose_to_pose)
     informations, directions = np.linalg.eigh(loop.information[:2, :2])
-    by_direction = missed[:2] @ directions[:, informations > MEASURED**-2]
-    return float(np.linalg.norm(by_direction)), float(np.rad2deg(abs(missed[2])))
+    beyond = np.maximum(np.abs(missed[:2] @ directions) - informations**-0.5, 0.0)
+    return float(np.hypot(*beyond)), float(np.rad2deg(abs(missed[2])))
 
 
 def map_drive(plan: str, *, close_loops: bool = True, every: int = 1, **settings: object) -> MappedDrive:
