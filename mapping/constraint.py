@@ -13,7 +13,7 @@ from maps.se2 import Pose
 Kind = Literal["odometry", "scan_matching", "loop_closure"]
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, slots=True)
 class Constraint:
     """An edge of the pose graph."""
 

@@ -6,7 +6,7 @@ As arrays; N scans, K keyframes of this drive:
 name                     shape, type       meaning
 =======================  ================  ================================================================
 stamps                   (N,) int64        nanoseconds
-cloud_lengths            (N,) int64        returns of each scan, 0 of keyframes, which are kept elsewhere
+cloud_lengths            (N,) int64        returns of each scan that is kept; keyframes are kept elsewhere
 clouds                   (sum, 2) float32  metres in the laser frame, corrected for motion, thinned
 after_keyframe           (N,) int64        the keyframe that the scan is, or comes after
 guess_counts             (N,) int64        guesses of each scan; one once the next keyframe is placed
@@ -16,6 +16,8 @@ keyframe_from_next       (K-1, 3) float64  motion from one keyframe to the next 
 =======================  ================  ================================================================
 """
 
+from array import array
+from copy import copy
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -24,21 +26,27 @@ from numpy.typing import NDArray
 from mapping.arrays import Arrays, pack, unpack
 from mapping.refinement import guess_scans
 from mapping.scan_store import thin
-from maps.se2 import Pose
+from maps.se2 import Pose, between
 
 _NO_POINTS = np.zeros((0, 2), dtype=np.float32)
+_MOST_KEPT = 200
+"""Scans of one keyframe, beyond which the car stands and shows nothing new."""
 
 
 @dataclass(eq=False)
 class Drive:
     """Grows by one scan at a time; a keyframe is numbered as it comes in this drive."""
 
-    stamps: list[int] = field(default_factory=list)
+    stamps: "array[int]" = field(default_factory=lambda: array("q"))
     clouds: list[NDArray[np.float32]] = field(default_factory=list)
-    keyframe_scans: list[int] = field(default_factory=list)
-    _after_keyframe: list[int] = field(default_factory=list)
+    """Empty where a scan is a keyframe or was given up."""
+    keyframe_scans: "array[int]" = field(default_factory=lambda: array("q"))
+    _after_keyframe: "array[int]" = field(default_factory=lambda: array("q"))
+    _settled: "array[float]" = field(default_factory=lambda: array("d"))
+    """The guess that was right of each scan before the last keyframe, flat."""
     _guesses: list[Pose] = field(default_factory=list)
-    _keyframe_from_next: list[Pose] = field(default_factory=list)
+    """All of each scan since."""
+    _keyframe_from_next: "array[float]" = field(default_factory=lambda: array("d"))
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -49,51 +57,64 @@ class Drive:
         return np.array(self._after_keyframe, dtype=np.int64)
 
     @property
-    def between_keyframes(self) -> NDArray[np.int64]:
-        """(N - K,) the scans that are no keyframes."""
-        return np.setdiff1d(np.arange(len(self)), self.keyframe_scans)
+    def is_kept(self) -> NDArray[np.bool_]:
+        """(N,) whether a scan lies between keyframes and was not given up."""
+        return np.array([len(cloud) > 0 for cloud in self.clouds])
 
     def start_keyframe(self, guesses: Pose, chosen: int) -> None:
         """The next scan is a keyframe; of its guesses (H, 3), and of those since the last, one was right."""
         if self.keyframe_scans:
-            self._keyframe_from_next.append(guesses[chosen])
-            for k in range(self.keyframe_scans[-1], len(self._guesses)):
-                self._guesses[k] = _same_kind(self._guesses[k], chosen - len(guesses))[None].copy()
+            self._keyframe_from_next.extend(guesses[chosen])
+            for since_last in self._guesses:
+                self._settled.extend(_same_kind(since_last, chosen - len(guesses)))
+            self._guesses = []
         self.keyframe_scans.append(len(self.stamps))
 
     def add(self, stamp: int, points: NDArray[np.float64], guesses: Pose) -> None:
         """Take a scan: nanoseconds, points (M, 2) in its frame, guesses (H, 3) of keyframe_from_laser."""
-        is_keyframe = self.keyframe_scans[-1:] == [len(self)]
+        is_kept = 0 < len(self._guesses) <= _MOST_KEPT
         self.stamps.append(stamp)
-        self.clouds.append(_NO_POINTS if is_keyframe else thin(points).astype(np.float32))
+        self.clouds.append(thin(points).astype(np.float32) if is_kept else _NO_POINTS)
         self._after_keyframe.append(len(self.keyframe_scans) - 1)
         self._guesses.append(guesses)
 
+    def give_up(self, scans: NDArray[np.int64], map_from_laser: Pose, map_from_keyframe: Pose) -> None:
+        """Forget what some scans (M,) saw. They were found to lie at (M, 3) among the keyframes (K, 3); each
+        goes with the one before it from now on, which is not the last."""
+        before = self.after_keyframe[scans]
+        settled, steps = _in_place(self._settled), _in_place(self._keyframe_from_next)
+        settled[scans] = between(map_from_keyframe[before], map_from_laser)
+        steps[before] = between(map_from_keyframe[before], map_from_keyframe[before + 1])
+        for scan in scans.tolist():
+            self.clouds[scan] = _NO_POINTS
+
     def guess(self, map_from_keyframe: Pose) -> Pose:
         """map_from_laser (N, 3) of all scans, by the drive's keyframes (K, 3) and the motion since each."""
+        latest = np.array([guesses[0] for guesses in self._guesses]).reshape(-1, 3)
         return guess_scans(
-            np.array([guesses[0] for guesses in self._guesses]),
+            np.concatenate([_in_place(self._settled), latest]),
             self.after_keyframe,
-            np.array(self._keyframe_from_next).reshape(-1, 3),
+            _in_place(self._keyframe_from_next),
             np.array(self.keyframe_scans),
             map_from_keyframe,
         )
 
     def frozen(self) -> "Drive":
         """The same as it is now; it does not grow."""
-        return Drive(*(list(getattr(self, each.name)) for each in fields(self)))
+        return Drive(*(copy(getattr(self, each.name)) for each in fields(self)))
 
     def to_arrays(self) -> Arrays:
         """The arrays that the module's documentation names."""
         clouds, cloud_lengths = pack(self.clouds, _NO_POINTS)
-        guesses, guess_counts = pack(self._guesses, np.zeros((0, 3)))
+        latest, latest_counts = pack(self._guesses, np.zeros((0, 3)))
+        settled = _in_place(self._settled)
         return {
             "stamps": np.array(self.stamps, dtype=np.int64),
             "clouds": clouds,
             "cloud_lengths": cloud_lengths,
             "after_keyframe": self.after_keyframe,
-            "guesses": guesses,
-            "guess_counts": guess_counts,
+            "guesses": np.concatenate([settled, latest]),
+            "guess_counts": np.concatenate([np.ones(len(settled), dtype=np.int64), latest_counts]),
             "keyframe_scans": np.array(self.keyframe_scans, dtype=np.int64),
             "keyframe_from_next": np.array(self._keyframe_from_next).reshape(-1, 3),
         }
@@ -101,14 +122,21 @@ class Drive:
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> "Drive":
         """The drive that was written so."""
+        settled = int(arrays["keyframe_scans"][-1])
         return cls(
-            arrays["stamps"].tolist(),
+            array("q", arrays["stamps"].tolist()),
             unpack(arrays["clouds"].astype(np.float32), arrays["cloud_lengths"]),
-            arrays["keyframe_scans"].tolist(),
-            arrays["after_keyframe"].tolist(),
-            unpack(arrays["guesses"].astype(np.float64), arrays["guess_counts"]),
-            list(arrays["keyframe_from_next"].astype(np.float64)),
+            array("q", arrays["keyframe_scans"].tolist()),
+            array("q", arrays["after_keyframe"].tolist()),
+            array("d", arrays["guesses"][:settled].ravel().tolist()),
+            unpack(arrays["guesses"][settled:].astype(np.float64), arrays["guess_counts"][settled:]),
+            array("d", arrays["keyframe_from_next"].ravel().tolist()),
         )
+
+
+def _in_place(poses: "array[float]") -> Pose:
+    """(N, 3) that share the memory of poses one after the other; while they are used, none can be added."""
+    return np.frombuffer(poses).reshape(-1, 3)
 
 
 def _same_kind(guesses: Pose, from_last: int) -> Pose:

@@ -15,29 +15,35 @@ _EVERY = 3
 """Keyframes: among these the pairs are chosen."""
 _REACH = 2.0
 _MAX_TURN = 1.0
-_SAME_PASS = 13
-"""Chosen keyframes; over fewer, those along the path are tied anyway."""
+SAME_PASS = 39
+"""Keyframes; over fewer, those along the path are tied anyway."""
 _MOST = 2
 """Pairs of a keyframe."""
 
 
-def pairs_with_first_pass(map_from_keyframe: Pose) -> NDArray[np.int64]:
+def pairs_with_first_pass(map_from_keyframe: Pose, is_held: NDArray[np.bool_]) -> NDArray[np.int64]:
     """Pairs (P, 2) of keyframes that lie near to each other and face alike, of keyframes (K, 3) in the order
-    they were driven: the earlier one belongs to the first pass there, the later one to another."""
-    poses = map_from_keyframe[::_EVERY]
+    they were driven: the earlier one belongs to the first pass there, the later one to another. Only those
+    that are held, (K,), are paired."""
+    chosen = np.flatnonzero(is_held & (np.arange(len(is_held)) % _EVERY == 0))
+    poses = map_from_keyframe[chosen]
     tree = cKDTree(poses[:, :2])
-    pairs = [(k, later) for later in range(len(poses)) for k in _of_first_pass(later, poses, tree)]
-    return _EVERY * np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    pairs = [
+        (chosen[k], chosen[later])
+        for later in range(len(poses))
+        for k in _of_first_pass(later, chosen, poses, tree)
+    ]
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
-def _of_first_pass(later: int, poses: Pose, tree: cKDTree) -> NDArray[np.int64]:
-    """The nearest (L,) to one of the poses (C, 3), of the first pass near it."""
+def _of_first_pass(later: int, keyframes: NDArray[np.int64], poses: Pose, tree: cKDTree) -> NDArray[np.int64]:
+    """The nearest (L,) to one of the poses (C, 3) of ``keyframes`` (C,), of the first pass near it."""
     near = np.array(tree.query_ball_point(poses[later, :2], _REACH, return_sorted=True))
     alike = near[np.abs(wrap_angle(poses[near, 2] - poses[later, 2])) < _MAX_TURN]
-    earlier = alike[alike < later - _SAME_PASS]
+    earlier: NDArray[np.int64] = alike[keyframes[alike] < keyframes[later] - SAME_PASS]
     if len(earlier) == 0:
         return earlier
-    first = earlier[earlier < earlier[0] + _SAME_PASS]
+    first = earlier[keyframes[earlier] < keyframes[earlier[0]] + SAME_PASS]
     apart = np.hypot(*(poses[first, :2] - poses[later, :2]).T)
     nearest: NDArray[np.int64] = first[np.argsort(apart, kind="stable")[:_MOST]]
     return nearest

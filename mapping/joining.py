@@ -72,7 +72,7 @@ def _close_loops(joint: Session, first: int, known: int, story: list[Hypothesis]
     start = story[0].moving.index
     for query in sorted(range(known, len(loops.submaps)), key=lambda k: abs(k - start)):
         poses = graph.close(loops.seek(query, known, poses), poses, groups)
-    passes = pairs_with_first_pass(poses)
+    passes = pairs_with_first_pass(poses, loops.store.is_held)
     between_drives = passes[(passes < first).sum(axis=1) == 1]
     graph = _graph([*graph.constraints, *constrain(between_drives, poses, loops.store)])
     poses = graph.settle(poses)

@@ -97,8 +97,9 @@ def place_far(
     many a place may look alike. Wheels that began anew tell of a way that was none: so it is matched against
     the last ones too, and sought about them where it fits nowhere.
     """
-    distances = np.hypot(*(poses - guesses[0])[:, :2].T)
-    near = np.argsort(distances, kind="stable")[:SEARCHED_AMONG]
+    held = np.flatnonzero(store.is_held[:index])
+    distances = np.hypot(*(poses[held] - guesses[0])[:, :2].T)
+    near = held[np.argsort(distances, kind="stable")[:SEARCHED_AMONG]]
     fixed = np.union1d(near, _spaced(index, 0))
     placed, chosen, fits = _match_best(index, fixed, guesses, information, store, poses)
     if fits:

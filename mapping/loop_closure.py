@@ -212,6 +212,29 @@ class LoopCloser:
         """Which submap each keyframe goes with."""
         return Groups(self._middles(), np.array(self.doubt))
 
+    def are_near(self, keyframes: NDArray[np.int64], doubt: float) -> NDArray[np.bool_]:
+        """(Q, K) whether each keyframe is tied to some (Q,) by so many metres of doubt at most."""
+        group = self.groups().nearest()
+        submaps, which = np.unique(group[keyframes], return_inverse=True)
+        is_near: NDArray[np.bool_] = self._doubt_from(submaps, doubt) <= doubt
+        return is_near[which][:, group]
+
+    def _doubt_from(self, submaps: NDArray[np.int64], most: float = np.inf) -> NDArray[np.float64]:
+        """(Q, S) metres of doubt from some submaps (Q,) to each, infinite beyond the ``most`` sought."""
+        n = len(self.submaps)
+        edges = np.reshape(self._edges, (-1, 3))
+        graph = csr_array((edges[:, 2], (edges[:, 0].astype(int), edges[:, 1].astype(int))), shape=(n, n))
+        distances: NDArray[np.float64] = dijkstra(graph, directed=False, indices=submaps, limit=most)
+        return distances
+
+    def are_whole(self) -> NDArray[np.bool_]:
+        """(S,) whether all keyframes of each submap are held."""
+        given_up = np.append(0, np.cumsum(~self.store.is_held))
+        ends = np.array([[submap.first, submap.last] for submap in self.submaps], dtype=np.int64)
+        first, last = ends.reshape(-1, 2).T
+        is_whole: NDArray[np.bool_] = given_up[last + 1] == given_up[first]
+        return is_whole
+
     def _middles(self) -> NDArray[np.int64]:
         return np.array([submap.middle for submap in self.submaps])
 
@@ -221,16 +244,13 @@ class LoopCloser:
     def _candidates(self, query: int, among: int, poses: Pose) -> list[tuple[int, float, float]]:
         if among == 0:
             return []
-        n = len(self.submaps)
-        edges = np.reshape(self._edges, (-1, 3))
-        graph = csr_array((edges[:, 2], (edges[:, 0].astype(int), edges[:, 1].astype(int))), shape=(n, n))
-        distances = dijkstra(graph, directed=False, indices=np.array([query]))[0, :among]
+        distances = self._doubt_from(np.array([query]))[0, :among]
         middles = self._middles()
         apart = np.hypot(*(poses[middles[:among], :2] - poses[middles[query], :2]).T)
         reach = np.minimum(BASE_REACH + DRIFT_PER_METRE * distances, MAX_REACH)
         turn = np.minimum(BASE_TURN + TURN_PER_METRE * distances, MAX_TURN)
         chosen: list[tuple[int, float, float]] = []
-        possible = (distances > MIN_GRAPH_DISTANCE) & (apart < reach + 2.0)
+        possible = (distances > MIN_GRAPH_DISTANCE) & (apart < reach + 2.0) & self.are_whole()[:among]
         # A place seen in many passes needs one candidate of it, the nearest.
         for index in np.argsort(np.where(possible, apart, np.inf), kind="stable"):
             if not possible[index] or len(chosen) == CANDIDATES:

@@ -17,12 +17,13 @@ from mapping.drive import Drive
 from mapping.first_pass import pairs_with_first_pass
 from mapping.joining import join
 from mapping.keyframe_tracking import TIED_TO, constrain, place, place_far, place_left_alone
+from mapping.known_places import ALL_KEPT, pairs_with_known
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
 from mapping.odometry_lag import OdometryLag
 from mapping.pose_graph import PoseGraph
 from mapping.refinement import refine_scans
-from mapping.rendering import Rays, rays_of, render, returns_of
+from mapping.rendering import NO_RAYS, Rays, rays_of, render, returns_of
 from mapping.scan_store import ScanStore, prepare_scan
 from mapping.session import Session
 from mapping.specks import without_specks
@@ -44,6 +45,8 @@ _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
 _CAN_BE_SAVED_EVERY = 100
 """Keyframes."""
+_KEPT_FOR = 200
+"""Keyframes, until when one may be given up: loops are closed by then."""
 _LOOPS_NOT_TIED = 10
 """Loops closed since a keyframe, after which it is held where it is when the next one strains."""
 
@@ -217,18 +220,23 @@ class Mapper:
         """map_from_laser (N, 3) of every scan, among the keyframes of all drives."""
         first = len(session.keyframes) - len(self._keyframes)
         map_from_laser = self._drive.guess(session.map_from_keyframe[first:])
+        map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
         if self._config.refine:
-            between_keyframes = self._drive.between_keyframes
-            map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
-            with self._timed("refinement"):
-                map_from_laser[between_keyframes] = refine_scans(
-                    [self._drive.clouds[scan] for scan in between_keyframes],
-                    first + self._drive.after_keyframe[between_keyframes],
-                    map_from_laser[between_keyframes],
-                    session.keyframes,
-                    session.map_from_keyframe,
-                )
+            kept = np.flatnonzero(self._drive.is_kept)
+            map_from_laser[kept] = self._refined(kept, map_from_laser, session)
         return map_from_laser
+
+    def _refined(self, scans: NDArray[np.int64], map_from_laser: Pose, session: Session) -> Pose:
+        """Where some scans (M,) of all, guessed to lie at (N, 3), lie among the keyframes (M, 3)."""
+        first = len(session.keyframes) - len(self._keyframes)
+        with self._timed("refinement"):
+            return refine_scans(
+                [self._drive.clouds[scan] for scan in scans],
+                first + self._drive.after_keyframe[scans],
+                map_from_laser[scans],
+                session.keyframes,
+                session.map_from_keyframe,
+            )
 
     def _is_after_gap(self, scan: Scan) -> bool:
         """May what a scan shows be too far from what the last one did to be sought there?"""
@@ -271,7 +279,34 @@ class Mapper:
         if self._config.close_loops:
             self._close_loops(is_tied=is_tied)
         if index > 0 and index % _CAN_BE_SAVED_EVERY == 0:
+            self._give_up_known(index - _KEPT_FOR)
             self._forget_what_cannot_be_saved()
+
+    def _give_up_known(self, until: int) -> None:
+        """Of the last keyframes before one, give up those whose place earlier ones show well enough."""
+        first = max(until - _CAN_BE_SAVED_EVERY, 0)
+        candidates = np.arange(first, max(until, 0))
+        if len(candidates) == 0 or np.sum(self._keyframes.is_held) <= ALL_KEPT or not self._loops.submaps:
+            return
+        with self._timed("scan matching"):
+            pairs = pairs_with_known(candidates, self._map_from_keyframe, self._loops)
+            ties = constrain(pairs, self._map_from_keyframe, self._keyframes)
+        with self._timed("optimization"):
+            for tie in ties:
+                self._graph.add(tie)
+            settled = self._graph.optimize_since(self._map_from_keyframe[:until], first)
+            last_from_later = between(self._map_from_keyframe[until - 1], self._map_from_keyframe[until:])
+            self._map_from_keyframe = np.concatenate([settled, compose(settled[-1], last_from_later)])
+        given_up = np.array([tie.to_keyframe for tie in ties], dtype=np.int64)
+        scans = np.flatnonzero(self._drive.is_kept & np.isin(self._drive.after_keyframe, given_up))
+        placed = self._drive.guess(self._map_from_keyframe)
+        if self._config.refine:
+            placed[scans] = self._refined(scans, placed, self.session())
+        self._drive.give_up(scans, placed[scans], self._map_from_keyframe)
+        self._keyframes.give_up(given_up)
+        for keyframe in given_up.tolist():
+            self._rays[keyframe] = NO_RAYS
+        self._graph.give_up(self._keyframes.is_held, first)
 
     def _forget_what_cannot_be_saved(self) -> None:
         self._reckoning.restart_scan_odometry()
@@ -368,20 +403,26 @@ class Mapper:
         self._map_from_keyframe = self._graph.optimize_roughly(self._map_from_keyframe)
         self._calibrate(0)
         graph = PoseGraph()
-        count = len(self._keyframes)
-        pairs = np.array([(i - back, i) for i in range(count) for back in TIED_TO if back <= i])
+        is_held = self._keyframes.is_held
+        every = range(len(is_held))
+        pairs = np.array([(i - back, i) for i in every for back in TIED_TO if back <= i])
+        pairs = pairs[is_held[pairs].all(axis=1)]
         for constraint in constrain(pairs, self._map_from_keyframe, self._keyframes):
             graph.add(constraint)
         for i, step in enumerate(self._wheel_steps):
             if step is not None:
                 graph.add(self._odometry_constraint(i + 1, step))
-        # One that nothing ties now would be free to go anywhere; what has held it so far still does.
+        # One that nothing ties now would be free to go anywhere; what has held it so far still does. So it is
+        # with scans that were given up and cannot be matched any more.
         tied = {constraint.to_keyframe for constraint in graph.constraints}
-        for constraint in self._graph.constraints:
-            if constraint.kind == "loop_closure" or constraint.to_keyframe not in tied:
-                graph.add(constraint)
+        for c in self._graph.constraints:
+            is_match_given_up = (
+                c.kind == "scan_matching" and not is_held[[c.from_keyframe, c.to_keyframe]].all()
+            )
+            if c.kind == "loop_closure" or c.to_keyframe not in tied or is_match_given_up:
+                graph.add(c)
         if self._config.close_loops:
-            passes = pairs_with_first_pass(self._map_from_keyframe)
+            passes = pairs_with_first_pass(self._map_from_keyframe, is_held)
             for constraint in constrain(passes, self._map_from_keyframe, self._keyframes):
                 graph.add(constraint)
         self._graph = graph
@@ -392,6 +433,7 @@ class Mapper:
         return {
             "scans": len(self._drive),
             "keyframes": len(session.keyframes),
+            "keyframes_given_up": int(np.sum(~session.keyframes.is_held)),
             "keyframes_of_earlier_drives": len(session.keyframes) - len(self._keyframes),
             "scan_matching_constraints": kinds.count("scan_matching"),
             "odometry_constraints": kinds.count("odometry"),

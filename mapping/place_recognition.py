@@ -34,10 +34,11 @@ def recognize(loops: LoopCloser, earlier: int, poses: Pose) -> list[Hypothesis]:
     The poses (K, 3) of both groups are in frames that have nothing to do with each other. Empty when the
     place was not recognized.
     """
-    places = _places(loops.submaps[:earlier], poses)
+    whole = [submap for submap, is_whole in zip(loops.submaps, loops.are_whole(), strict=True) if is_whole]
+    places = _places([submap for submap in whole if submap.index < earlier], poses)
     pyramids = [LikelihoodPyramid(place.points(loops.store, poses), RADIUS) for place in places]
     found: list[Hypothesis] = []
-    for moving in loops.submaps[earlier:]:
+    for moving in [submap for submap in whole if submap.index >= earlier]:
         found += _seek(loops, moving, places, pyramids, poses)
         story = _told_by_most(loops, found, poses)
         if story:

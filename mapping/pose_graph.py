@@ -29,11 +29,12 @@ _REFUTED = (0.3, 0.06)
 
 
 class PoseGraph:
-    """Constraints between keyframes, kept as factors so that solving again costs only the solving."""
+    """Constraints between keyframes, kept as factors so that solving again costs only the solving; factors of
+    keyframes that were given up, which take as much memory again, are made anew each time."""
 
     def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
         self.constraints: list[Constraint] = []
-        self._factors: list[gtsam.BetweenFactorPose2] = []
+        self._factors: list[gtsam.BetweenFactorPose2 | None] = []
         for constraint in constraints:
             self.add(constraint)
 
@@ -42,6 +43,17 @@ class PoseGraph:
         excepted."""
         self.constraints.append(constraint)
         self._factors.append(_factor(constraint, _LOCAL_WIDTH))
+
+    def give_up(self, is_held: NDArray[np.bool_], first: int) -> None:
+        """Of what ties two keyframes from ``first`` on that are not held, (K,), keep only loop closures and
+        matches of neighbours. Those constraints come to be in the order of their second keyframes."""
+        start, constraints = self._start_of(first), self.constraints
+        kept = [k for k in range(start, len(constraints)) if _is_worth_keeping(constraints[k], is_held)]
+        kept.sort(key=lambda k: constraints[k].to_keyframe)
+        self._factors[start:] = [
+            self._factors[k] if is_held[constraints[k].to_keyframe] else None for k in kept
+        ]
+        self.constraints[start:] = [constraints[k] for k in kept]
 
     def optimize(self, poses: Pose) -> Pose:
         """The poses (K, 3) that agree best with all constraints; the first one is held where it is."""
@@ -63,12 +75,15 @@ class PoseGraph:
         return self.optimize_roughly(poses, first)
 
     def optimize_since(self, poses: Pose, first: int) -> Pose:
-        """`optimize` for the keyframes from ``first`` on; those before are held where they are."""
+        """`optimize` for the keyframes from ``first`` on; those before are held where they are.
+
+        The poses may be those of the first keyframes only.
+        """
         return self._anneal(poses, _LOOP_WIDTHS[-1:], _TOLERANCE, first)
 
     def _anneal(self, poses: Pose, widths: tuple[float, ...], tolerance: float, first: int = 0) -> Pose:
         local, loops = gtsam.NonlinearFactorGraph(), []
-        for constraint, factor in self._from(first):
+        for constraint, factor in self._among(first, len(poses)):
             if constraint.kind == "loop_closure":
                 loops.append(constraint)
             elif constraint.from_keyframe >= first:
@@ -85,16 +100,22 @@ class PoseGraph:
             poses = np.concatenate([poses[:first], _solve(graph, poses[first:], first, tolerance)])
         return poses
 
-    def _from(self, first: int) -> Iterator[tuple[Constraint, gtsam.BetweenFactorPose2]]:
-        """The constraints, and factors, of keyframes from ``first`` on.
+    def _among(self, first: int, end: int) -> Iterator[tuple[Constraint, gtsam.BetweenFactorPose2]]:
+        """The constraints, and factors, of keyframes from ``first`` on and before ``end``."""
+        for k in reversed(range(self._start_of(first), len(self.constraints))):
+            constraint = self.constraints[k]
+            if first <= constraint.to_keyframe < end:
+                yield constraint, self._factors[k] or _factor(constraint, _LOCAL_WIDTH)
+
+    def _start_of(self, first: int) -> int:
+        """Where the constraints of keyframes from ``first`` on begin.
 
         Those that were added long before are not looked at, so that this costs the same all day.
         """
-        for constraint, factor in zip(reversed(self.constraints), reversed(self._factors), strict=True):
-            if constraint.to_keyframe >= first:
-                yield constraint, factor
-            elif constraint.kind != "loop_closure":
-                return
+        for k in reversed(range(len(self.constraints))):
+            if self.constraints[k].to_keyframe < first and self.constraints[k].kind != "loop_closure":
+                return k + 1
+        return 0
 
     def settle(self, poses: Pose) -> Pose:
         """Optimize, and once more without the loop closures that the solution does not bear out."""
@@ -124,6 +145,16 @@ class PoseGraph:
         self.constraints = [self.constraints[k] for k in kept]
         self._factors = [self._factors[k] for k in kept]
         return found
+
+
+def _is_worth_keeping(constraint: Constraint, is_held: NDArray[np.bool_]) -> bool:
+    if (
+        constraint.kind == "loop_closure"
+        or is_held[constraint.from_keyframe]
+        or is_held[constraint.to_keyframe]
+    ):
+        return True
+    return constraint.kind == "scan_matching" and constraint.to_keyframe == constraint.from_keyframe + 1
 
 
 def is_strained(constraint: Constraint, poses: Pose, limits: tuple[float, float] = _STRAINED) -> bool:

@@ -57,13 +57,14 @@ def refine_scans(
     map_from_keyframe: Pose,
 ) -> Pose:
     """Poses (N, 3) of scans, from their points in the laser frame, the keyframe each follows and guesses."""
-    tree = cKDTree(map_from_keyframe[:, :2])
+    held = np.flatnonzero(keyframes.is_held)
+    tree = cKDTree(map_from_keyframe[held, :2])
     poses = np.array(guesses)
 
     def refine(first: int) -> None:
         part = slice(first, first + _CHUNK)
         poses[part] = _refine_chunk(
-            points[part], after_keyframe[part], guesses[part], keyframes, map_from_keyframe, tree
+            points[part], after_keyframe[part], guesses[part], keyframes, map_from_keyframe, held, tree
         )
 
     with ThreadPoolExecutor(_WORKERS) as pool:  # one chunk is prepared while another is matched
@@ -77,6 +78,7 @@ def _refine_chunk(
     guesses: Pose,
     keyframes: ScanStore,
     map_from_keyframe: Pose,
+    held: NDArray[np.int64],
     tree: cKDTree,
 ) -> Pose:
     scans = ScanStore(len(points))
@@ -86,7 +88,7 @@ def _refine_chunk(
         np.concatenate(pair)
         for pair in zip(
             _near_in_time(after_keyframe, len(keyframes)),
-            _near_in_space(after_keyframe, guesses, map_from_keyframe, tree),
+            _near_in_space(after_keyframe, guesses, map_from_keyframe, held, tree),
             strict=True,
         )
     ]
@@ -148,11 +150,15 @@ def _near_in_time(after_keyframe: NDArray[np.int64], count: int) -> list[NDArray
 
 
 def _near_in_space(
-    after_keyframe: NDArray[np.int64], guesses: Pose, map_from_keyframe: Pose, tree: cKDTree
+    after_keyframe: NDArray[np.int64],
+    guesses: Pose,
+    map_from_keyframe: Pose,
+    held: NDArray[np.int64],
+    tree: cKDTree,
 ) -> list[NDArray[np.int64]]:
-    """Keyframes of other passes, near and facing alike."""
-    most = min(_SPATIAL_CANDIDATES, len(map_from_keyframe))
-    nearest: NDArray[np.int64] = np.array(tree.query(guesses[:, :2], k=np.arange(1, most + 1))[1])
+    """Keyframes of other passes, near and facing alike, of the ``held`` (H,), whose places the tree has."""
+    most = min(_SPATIAL_CANDIDATES, len(held))
+    nearest: NDArray[np.int64] = held[tree.query(guesses[:, :2], k=np.arange(1, most + 1))[1]]
     turned = np.abs(wrap_angle(map_from_keyframe[nearest, 2] - guesses[:, 2:3]))
     other_pass = np.abs(nearest - after_keyframe[:, None]) > len(NEAR_IN_TIME) - 2
     return [

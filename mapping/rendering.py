@@ -32,6 +32,9 @@ class Rays:
     """How many of the ends are returns."""
 
 
+NO_RAYS = Rays(np.zeros((0, 2), dtype=np.float32), 0)
+
+
 def rays_of(scan: Scan, points_in_laser: NDArray[np.float64]) -> Rays:
     """The rays of a scan whose returns, corrected for motion, are ``points_in_laser`` (M, 2).
 

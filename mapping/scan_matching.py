@@ -74,7 +74,8 @@ def match(
     poses = np.array(guesses, dtype=np.float64)
     hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
     prior = np.asarray(prior_information, dtype=np.float64)
-    pairs = np.ascontiguousarray(pairings.pairs)  # another layout would be compiled for anew
+    scans_fixed, scans_moving = pairings.pairs.T
+    pairs = np.column_stack([fixed.row_of[scans_fixed], moving.row_of[scans_moving]]).astype(np.int64)
 
     def work(part: NDArray[np.int64]) -> None:
         if len(part) == 0:

@@ -53,72 +53,78 @@ def _step(count: int) -> int:
 
 
 class ScanStore:
-    """A growing array of prepared scans; scan ``k`` is row ``k`` of each array."""
+    """A growing array of prepared scans. Some may be given up: they are as if they had seen nothing."""
 
     def __init__(self, capacity: int = 64) -> None:
-        self._points = np.zeros((capacity, MAX_POINTS, 2), dtype=np.float32)
-        self._normals = np.zeros((capacity, MAX_POINTS, 2), dtype=np.float32)
-        self._counts = np.zeros(capacity, dtype=np.int32)
-        self._tables = np.zeros((capacity, TABLE_SIZE + 1), dtype=np.int16)
+        self._row_of = np.zeros(capacity, dtype=np.int32)
         self._size = 0
+        self._points = np.zeros((capacity + 1, MAX_POINTS, 2), dtype=np.float32)
+        self._normals = np.zeros_like(self._points)
+        self._counts = np.zeros(capacity + 1, dtype=np.int32)
+        self._tables = np.zeros((capacity + 1, TABLE_SIZE + 1), dtype=np.int16)
+        self._rows = 1
 
     def __len__(self) -> int:
         return self._size
 
     @property
-    def points(self) -> NDArray[np.float32]:
-        """(K, MAX_POINTS, 2); only the first ``counts[k]`` of row k are meant."""
-        return self._points[: self._size]
+    def row_of(self) -> NDArray[np.int32]:
+        """(K,) the row of `packed` that holds each scan; row 0 is that of all scans without a point."""
+        return self._row_of[: self._size]
 
     @property
-    def normals(self) -> NDArray[np.float32]:
-        """(K, MAX_POINTS, 2)"""
-        return self._normals[: self._size]
-
-    @property
-    def counts(self) -> NDArray[np.int32]:
-        """(K,)"""
-        return self._counts[: self._size]
-
-    @property
-    def tables(self) -> NDArray[np.int16]:
-        """(K, TABLE_SIZE + 1) bearing tables."""
-        return self._tables[: self._size]
+    def is_held(self) -> NDArray[np.bool_]:
+        """(K,) whether there are points of each scan."""
+        return self.row_of > 0
 
     def packed(
         self,
     ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int32], NDArray[np.int16]]:
-        """Points, normals, counts and bearing tables, as the matching kernels take them."""
-        return self.points, self.normals, self.counts, self.tables
+        """By rows, as the matching kernels take them: points (R, MAX_POINTS, 2), normals of the same shape,
+        counts (R,) of the points that are meant, and bearing tables (R, TABLE_SIZE + 1)."""
+        rows = slice(self._rows)
+        return self._points[rows], self._normals[rows], self._counts[rows], self._tables[rows]
 
     def points_of(self, index: int) -> NDArray[np.float32]:
         """(N, 2) points of one scan in its laser frame."""
-        return self._points[index, : self._counts[index]]
+        row = self._row_of[index]
+        return self._points[row, : self._counts[row]]
 
     def add(self, scan: PreparedScan) -> int:
         """Append; returns the scan's index."""
-        if self._size == len(self._counts):
-            self._grow()
-        index, count = self._size, len(scan.points)
-        self._points[index, :count] = scan.points
-        self._normals[index, :count] = scan.normals
-        self._counts[index] = count
-        fill_bearing_table(self._points[index, :count], self._tables[index])
+        if self._size == len(self._row_of):
+            self._row_of = _with_room(self._row_of, 2 * self._size)
+        self._row_of[self._size] = self._fill_row(scan) if len(scan.points) else 0
         self._size += 1
-        return index
+        return self._size - 1
+
+    def give_up(self, indices: NDArray[np.int64]) -> None:
+        """Forget the points of some scans; their memory is free once nobody holds a copy of the store."""
+        row_of = self.row_of.copy()
+        row_of[indices] = 0
+        held = np.flatnonzero(row_of)
+        kept = np.append(0, row_of[held])
+        row_of[held] = np.arange(1, len(kept))
+        self._row_of, self._rows = _with_room(row_of, len(self._row_of)), len(kept)
+        for name in _BY_ROW:
+            rows = getattr(self, name)
+            setattr(self, name, _with_room(rows[kept], len(kept) + _ROOM))
 
     def extend(self, other: "ScanStore") -> None:
         """Append all scans of another store."""
-        for points, normals, count in zip(other.points, other.normals, other.counts, strict=True):
-            self.add(PreparedScan(points[:count], normals[:count]))
+        points, normals, counts, _ = other.packed()
+        for row in other.row_of.tolist():
+            self.add(PreparedScan(points[row, : counts[row]], normals[row, : counts[row]]))
 
     def to_arrays(self) -> Arrays:
         """Points and normals of all scans, one after the other, and how many each has."""
-        is_meant = np.arange(MAX_POINTS) < self.counts[:, None]
+        points, normals, counts, _ = self.packed()
+        held = self.row_of[self.is_held]
+        is_meant = np.arange(MAX_POINTS) < counts[held, None]
         return {
-            "points": self.points[is_meant],
-            "normals": self.normals[is_meant],
-            "counts": self.counts.astype(np.int16),
+            "points": points[held][is_meant],
+            "normals": normals[held][is_meant],
+            "counts": counts[self.row_of].astype(np.int16),
         }
 
     @classmethod
@@ -131,10 +137,26 @@ class ScanStore:
             store.add(PreparedScan(*scan))
         return store
 
-    def _grow(self) -> None:
-        # Zeros that nobody has written to take no memory yet.
-        for name in ("_points", "_normals", "_counts", "_tables"):
-            old = getattr(self, name)
-            grown = np.zeros((2 * len(old), *old.shape[1:]), dtype=old.dtype)
-            grown[: len(old)] = old
-            setattr(self, name, grown)
+    def _fill_row(self, scan: PreparedScan) -> int:
+        if self._rows == len(self._counts):
+            for name in _BY_ROW:
+                setattr(self, name, _with_room(getattr(self, name), 2 * self._rows))
+        row, count = self._rows, len(scan.points)
+        self._points[row, :count] = scan.points
+        self._normals[row, :count] = scan.normals
+        self._counts[row] = count
+        fill_bearing_table(self._points[row, :count], self._tables[row])
+        self._rows += 1
+        return row
+
+
+_BY_ROW = ("_points", "_normals", "_counts", "_tables")
+_ROOM = 256
+"""Rows."""
+
+
+def _with_room(array: NDArray[Any], capacity: int) -> NDArray[Any]:
+    """The same with zeros after it; those that nobody has written to take no memory yet."""
+    grown = np.zeros((capacity, *array.shape[1:]), dtype=array.dtype)
+    grown[: len(array)] = array
+    return grown

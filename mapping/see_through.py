@@ -43,7 +43,7 @@ def see_through(store: ScanStore, pairs: NDArray[np.int64], first: Pose, second:
     points, _, counts, tables = store.packed()
     first_from_second = between(first, second)
     second_from_first = between(second, first)
-    for k, (a, b) in enumerate(pairs):
+    for k, (a, b) in enumerate(store.row_of[pairs]):
         for viewed, viewer, pose in ((a, b, second_from_first[k]), (b, a, first_from_second[k])):
             count_see_through(
                 points[viewed], counts[viewed], pose, points[viewer], counts[viewer], tables[viewer],

@@ -1,7 +1,9 @@
 import numpy as np
+import pytest
 
+from mapping import drive as drive_module
 from mapping.drive import Drive
-from maps.se2 import IDENTITY
+from maps.se2 import IDENTITY, compose
 
 BY_WHEELS, BY_SCANS, STEADY = np.array([[1.0, 0.0, 0.0], [2.0, 0.0, 0.0], [3.0, 0.0, 0.0]])
 NO_POINTS = np.zeros((0, 2))
@@ -42,5 +44,34 @@ def test_the_returns_of_scans_between_keyframes_are_kept() -> None:
         if index in (0, 3):
             drive.start_keyframe(np.zeros((1, 3)), 0)
         drive.add(index, np.full((2, 2), float(index)), np.zeros((1, 3)))
-    assert drive.between_keyframes.tolist() == [1, 2, 4, 5]
+    assert np.flatnonzero(drive.is_kept).tolist() == [1, 2, 4, 5]
     assert [cloud[:, 0].tolist() for cloud in drive.clouds] == [[k, k] if k % 3 else [] for k in range(6)]
+
+
+def test_of_a_car_that_stands_not_all_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drive_module, "_MOST_KEPT", 3)
+    drive = Drive()
+    drive.start_keyframe(np.zeros((1, 3)), 0)
+    for index in range(8):
+        drive.add(index, np.ones((2, 2)), np.zeros((1, 3)))
+    assert drive.is_kept.tolist() == [False, True, True, True, False, False, False, False]
+    assert len(drive) == 8
+
+
+def test_scans_that_were_given_up_stay_where_they_were_found() -> None:
+    drive, step = Drive(), np.array([[1.0, 0.0, 0.0]])
+    for index in range(9):
+        if index % 3 == 0:
+            drive.start_keyframe(step, 0)
+        drive.add(index, np.ones((2, 2)), (index % 3) / 3 * step)
+    map_from_keyframe = np.array([[0.0, 0.0, 0.0], [1.1, 0.1, 0.3], [2.0, 0.5, 0.4]])
+    found = np.array([[0.5, 0.2, 0.1], [0.7, 0.1, 0.2]])
+    guessed = drive.guess(map_from_keyframe)
+    drive.give_up(np.array([1, 2]), found, map_from_keyframe)
+    assert drive.is_kept.tolist() == [False, False, False, False, True, True, False, True, True]
+    for each in (drive, Drive.from_arrays(drive.to_arrays())):
+        again = each.guess(map_from_keyframe)
+        assert again[1:3] == pytest.approx(found)
+        assert np.array_equal(np.delete(again, [1, 2], axis=0), np.delete(guessed, [1, 2], axis=0))
+        moved = np.array([3.0, -2.0, 1.0])
+        assert each.guess(compose(moved, map_from_keyframe))[1:3] == pytest.approx(compose(moved, found))

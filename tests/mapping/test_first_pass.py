@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mapping.first_pass import pairs_with_first_pass
+from mapping import first_pass
 from maps.se2 import Pose, between
 
 PER_LAP = 120
@@ -16,6 +16,11 @@ def laps(count: int, seed: int = 0) -> Pose:
     angles = np.arange(PER_LAP * count) * (2.0 * np.pi / PER_LAP)
     radius = 6.0 + 0.3 * np.sin(0.7 * angles + seed)
     return np.column_stack([radius * np.cos(angles), radius * np.sin(angles), angles + np.pi / 2.0])
+
+
+def pairs_with_first_pass(poses: Pose) -> np.ndarray:
+    """(P, 2) where all are held."""
+    return first_pass.pairs_with_first_pass(poses, np.ones(len(poses), dtype=np.bool_))
 
 
 @settings(max_examples=20, deadline=None)
@@ -53,3 +58,11 @@ def test_neighbours_along_the_path_are_no_other_pass() -> None:
     assert pairs_with_first_pass(laps(1)[: PER_LAP // 2]).shape == (0, 2)
     assert pairs_with_first_pass(np.zeros((1, 3))).shape == (0, 2)
     assert pairs_with_first_pass(np.zeros((39, 3))).shape == (0, 2)
+
+
+def test_what_was_given_up_is_not_tied() -> None:
+    is_held = np.arange(4 * PER_LAP) // PER_LAP != 2
+    pairs = first_pass.pairs_with_first_pass(laps(4), is_held)
+    assert is_held[pairs].all()
+    assert pairs[:, 0].max() < PER_LAP
+    assert np.unique(pairs[:, 1] // PER_LAP).tolist() == [0, 1, 3]

@@ -106,6 +106,43 @@ def test_a_loop_moves_a_long_drive_by_groups_and_its_end_one_by_one(monkeypatch:
     assert largest_error(solved, expected) < 0.1
 
 
+def test_of_the_first_keyframes_alone_the_later_ones_are_not_looked_at() -> None:
+    true = circle()
+    graph, poses = drifted(true)
+    poses[:20] = true[:20]
+    graph.add(constraint(0, 40, between(true[0], true[40]), 0.01, "loop_closure"))
+    graph.add(constraint(10, 55, np.zeros(3), 0.001, "scan_matching"))
+    solved = graph.optimize_since(poses[:41], 20)
+    assert len(solved) == 41
+    np.testing.assert_array_equal(solved[:20], poses[:20])
+    assert largest_error(solved[40:], true[40:41]) < 0.1 < largest_error(poses[40:41], true[40:41])
+
+
+def test_what_ties_keyframes_that_were_given_up_is_thinned_out() -> None:
+    true = circle()
+    graph = PoseGraph(
+        constraint(k - back, k, between(true[k - back], true[k]), 0.01, kind)
+        for k in range(1, 60)
+        for back, kind in ((1, "scan_matching"), (3, "scan_matching"), (1, "odometry"))
+        if back <= k
+    )
+    for k in range(30, 40):
+        graph.add(constraint(5, k, between(true[5], true[k]), 0.01, "scan_matching"))
+    graph.add(constraint(31, 36, between(true[31], true[36]), 0.01, "loop_closure"))
+    is_held = (np.arange(60) < 30) | (np.arange(60) >= 40)
+    graph.give_up(is_held, 30)
+    kept = [(c.from_keyframe, c.to_keyframe, c.kind) for c in graph.constraints]
+    assert [to for _, to, _ in kept] == sorted(to for _, to, _ in kept)
+    within = [each for each in kept if not is_held[each[0]] and not is_held[each[1]]]
+    neighbours = [(k - 1, k, "scan_matching") for k in range(31, 40)]
+    assert sorted(within) == sorted([*neighbours, (31, 36, "loop_closure")])
+    assert len(kept) == 59 + 57 + 59 + 10 + 1 - 9 - 7
+    bent = true + np.random.default_rng(0).normal(0.0, 0.02, true.shape)
+    bent[0] = true[0]
+    assert largest_error(graph.optimize(bent), true) < 0.002
+    assert largest_error(graph.optimize_since(true, 20), true) < 0.002
+
+
 def test_wheels_are_calibrated_in_spite_of_slip() -> None:
     rng = np.random.default_rng(0)
     matched = np.column_stack(

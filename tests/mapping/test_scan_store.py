@@ -1,10 +1,12 @@
+from copy import copy
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from mapping.scan_store import MAX_POINTS, prepare_scan
+from mapping.scan_store import MAX_POINTS, PreparedScan, ScanStore, prepare_scan
 
 
 def wall(
@@ -58,3 +60,48 @@ def test_points_ascend_in_bearing_and_are_not_too_many(beams: int, noise: float,
     scan = prepare_scan(ranges[:, None] * np.column_stack([np.cos(bearings), np.sin(bearings)]))
     assert 0 < len(scan.points) <= MAX_POINTS
     assert np.all(np.diff(np.arctan2(scan.points[:, 1], scan.points[:, 0])) >= 0.0)
+
+
+def scans(count: int, rng: np.random.Generator) -> list[PreparedScan]:
+    """Of up to ten points; some without any."""
+    return [
+        PreparedScan(*rng.normal(size=(2, int(rng.integers(0, 11)), 2)).astype(np.float32))
+        for _ in range(count)
+    ]
+
+
+def holds(store: ScanStore, expected: list[PreparedScan], is_held: NDArray[np.bool_]) -> bool:
+    """Whether a store has the scans that are held, and nothing of the others."""
+    empty = PreparedScan(*np.zeros((2, 0, 2), dtype=np.float32))
+    wanted = [scan if held else empty for scan, held in zip(expected, is_held, strict=True)]
+    points, normals, counts, _ = store.packed()
+    return len(store) == len(wanted) and all(
+        np.array_equal(store.points_of(k), scan.points)
+        and np.array_equal(points[row, : counts[row]], scan.points)
+        and np.array_equal(normals[row, : counts[row]], scan.normals)
+        and (len(scan.points) > 0) == store.is_held[k]
+        for k, (row, scan) in enumerate(zip(store.row_of, wanted, strict=True))
+    )
+
+
+@settings(deadline=None, max_examples=50)
+@given(st.integers(1, 150), st.integers(0, 400), st.integers(0, 2**32))
+def test_scans_are_given_up_and_the_others_stay(before: int, after: int, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    expected, store = scans(before + after, rng), ScanStore(1)
+    for scan in expected[:before]:
+        store.add(scan)
+    is_held = rng.random(before) < 0.5
+    earlier = copy(store)
+    store.give_up(np.flatnonzero(~is_held))
+    assert holds(store, expected[:before], is_held)
+    for scan in expected[before:]:
+        store.add(scan)
+    is_held = np.append(is_held, np.ones(after, dtype=np.bool_))
+    assert holds(store, expected, is_held)
+    assert holds(earlier, expected[:before], np.ones(before, dtype=np.bool_))
+    assert holds(ScanStore.from_arrays(store.to_arrays()), expected, is_held)
+    both = ScanStore()
+    both.extend(store)
+    both.extend(earlier)
+    assert holds(both, [*expected, *expected[:before]], np.append(is_held, np.ones(before, dtype=np.bool_)))

@@ -16,6 +16,7 @@ from live_car import LiveCar, Witness, recorded, ring, wait_for
 
 from maps.occupancy_grid import OccupancyGrid
 from maps.se2 import Pose, compose, inverse
+from pipelines.bag_messages import nanoseconds
 
 RIGHT_AGAIN = 2.0
 """Seconds of good input."""
@@ -250,8 +251,9 @@ def test_what_people_look_at_comes_when_they_listen(stage: Stage) -> None:
     ):
         stage.node.create_subscription(kind, f"/{topic}", messages.append, qos)
     wait_for(lambda: all(len(messages) > 1 for messages in heard.values()), 5.0, lambda: str(heard.keys()))
-    x, y, _ = stage.car.place
-    particles = np.array([[pose.position.x, pose.position.y] for pose in heard["particle_cloud"][-1].poses])
+    newest = heard["particle_cloud"][-1]
+    x, y, _ = stage.car.truth[nanoseconds(newest.header.stamp)]
+    particles = np.array([[pose.position.x, pose.position.y] for pose in newest.poses])
     assert len(particles) >= 100
     assert np.hypot(*(np.median(particles, axis=0) - [x, y])) < 1.0
     cloud = heard["scan_on_map"][-1]

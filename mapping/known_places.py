@@ -1,0 +1,55 @@
+"""Places that the car has passed often enough: what a later pass sees there need not be kept.
+
+So a drive takes memory for the places there are and not for the hours it lasts. Kretzschmar and Stachniss,
+"Information-theoretic compression of pose graphs for laser-based SLAM", IJRR 2012, choose by how much a scan
+tells of the map; here all that face alike within two metres count the same.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from mapping.first_pass import SAME_PASS
+from mapping.loop_closure import LoopCloser, nearest_pairs
+from maps.se2 import Pose, wrap_angle
+
+ALL_KEPT = 2000
+"""Keyframes, up to which none is given up: each pass through a place makes the map a little truer."""
+_REACH = 2.0
+_MAX_TURN = 1.0
+_ENOUGH = 6
+"""Keyframes of earlier passes: one pass or so."""
+_SURELY_NEAR = 20.0
+"""Metres of doubt between the passes: loop closures tie them, and they do not only seem to meet."""
+
+
+def pairs_with_known(
+    candidates: NDArray[np.int64], map_from_keyframe: Pose, loops: LoopCloser
+) -> NDArray[np.int64]:
+    """Pairs (P, 2) of keyframes: the second is one of the ``candidates`` (C,), rising, whose place enough
+    earlier ones show, the first the most alike of these. The poses (K, 3) are those of all keyframes."""
+    is_kept = loops.store.is_held.copy()
+    is_sure = loops.are_near(candidates, _SURELY_NEAR)
+    pairs = []
+    for row, near in enumerate(_near(candidates, map_from_keyframe, np.flatnonzero(is_kept))):
+        candidate = int(candidates[row])
+        known = near[is_kept[near] & is_sure[row, near] & (near <= candidate - SAME_PASS)]
+        if is_kept[candidate] and len(known) >= _ENOUGH:
+            nearest = nearest_pairs(map_from_keyframe[[candidate]], map_from_keyframe[known], 1)[1]
+            pairs.append((int(known[nearest[0]]), candidate))
+            is_kept[candidate] = False
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def _near(
+    candidates: NDArray[np.int64], map_from_keyframe: Pose, held: NDArray[np.int64]
+) -> list[NDArray[np.int64]]:
+    """Those of the ``held`` (H,) keyframes that lie near to each candidate and face alike."""
+    tree = cKDTree(map_from_keyframe[held, :2])
+    found = tree.query_ball_point(map_from_keyframe[candidates, :2], _REACH, return_sorted=True)
+    yaw = map_from_keyframe[:, 2]
+    near = [held[indices] for indices in found]
+    return [
+        each[np.abs(wrap_angle(yaw[each] - yaw[candidate])) < _MAX_TURN]
+        for each, candidate in zip(near, candidates, strict=True)
+    ]

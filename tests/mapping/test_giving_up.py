@@ -1,0 +1,108 @@
+"""A mapper that goes round and round gives up what it has seen before, and loses nothing by it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+import pytest
+
+from mapping import mapper as mapper_module
+from mapping.arrays import Arrays
+from mapping.config import MappingConfig
+from mapping.mapper import Mapper, MappingResult, Snapshot
+from maps.odometry import Odometry
+from maps.scan import Scan
+from maps.se2 import between
+from maps.trajectory import Trajectory
+from pipelines.simulator import Simulation, SimulationConfig
+from pipelines.warm_up import draw_ring
+
+ALL_KEPT, KEPT_FOR, EVERY = 60, 50, 25
+SNAPSHOT = ("map_from_keyframe", "scans.counts", "scans.points", "rays.ends", "drive.clouds", "drive.guesses")
+
+
+@dataclass(eq=False)
+class Laps:
+    """A drive round and round a ring, and what its mapper knew each time that it could be saved."""
+
+    messages: list[Scan | Odometry]
+    truth: Trajectory
+    result: MappingResult
+    keyframes: list[int] = field(default_factory=list)
+    held: list[int] = field(default_factory=list)
+    saved: dict[int, Arrays] = field(default_factory=dict)
+    """By the count of messages until then."""
+    snapshots: dict[int, Snapshot] = field(default_factory=dict)
+    """Taken with these, and not packed yet."""
+
+
+@pytest.fixture(scope="module")
+def laps() -> Laps:
+    simulation = Simulation(draw_ring(), SimulationConfig(noise="slight", seed=0, duration=80.0))
+    messages = [
+        message
+        for message in simulation.messages()
+        if isinstance(message, Odometry) or message.stamp in simulation.ground_truth.stamps[::4]
+    ]
+    with pytest.MonkeyPatch.context() as patch:
+        give_up_early(patch)
+        mapper = Mapper(MappingConfig())
+        laps = Laps(messages, simulation.ground_truth, None)  # type: ignore[arg-type]
+        for count, message in enumerate(messages, start=1):
+            feed(mapper, [message])
+            if isinstance(message, Scan) and mapper.can_be_saved:
+                laps.keyframes.append(len(mapper.session().rays))
+                laps.held.append(int(mapper.session().keyframes.is_held.sum()))
+                laps.saved[count] = mapper.to_arrays()
+                laps.snapshots[count] = mapper.snapshot()
+        laps.result = mapper.finish()
+    return laps
+
+
+def give_up_early(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(mapper_module, "ALL_KEPT", ALL_KEPT)
+    patch.setattr(mapper_module, "_KEPT_FOR", KEPT_FOR)
+    patch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", EVERY)
+
+
+def feed(mapper: Mapper, messages: list[Scan | Odometry]) -> None:
+    for message in messages:
+        mapper.add_scan(message) if isinstance(message, Scan) else mapper.add_odometry(message)
+
+
+def test_what_is_held_does_not_grow_with_the_laps(laps: Laps) -> None:
+    assert laps.keyframes[-1] > 3 * ALL_KEPT + KEPT_FOR + EVERY
+    assert max(laps.held) < ALL_KEPT + KEPT_FOR + EVERY
+    assert laps.result.counts["keyframes_given_up"] == laps.result.counts["keyframes"] - np.count_nonzero(
+        laps.result.session.keyframes.is_held
+    )
+    half = laps.saved[list(laps.saved)[len(laps.saved) // 2]]
+    for name in ("scans.points", "rays.ends", "drive.clouds"):
+        assert list(laps.saved.values())[-1][name].size < 1.02 * half[name].size
+
+
+def test_the_scans_that_were_given_up_are_where_they_should_be(laps: Laps) -> None:
+    true = laps.truth.map_from_base[::4]
+    found = laps.result.trajectory.map_from_base
+    assert len(found) == len(true)
+    missed = between(between(true[0], true), between(found[0], found))
+    assert np.hypot(missed[:, 0], missed[:, 1]).max() < 0.02
+    assert np.abs(missed[:, 2]).max() < np.deg2rad(0.5)
+
+
+def test_another_mapper_goes_on_from_there_to_the_same_bits(
+    laps: Laps, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    give_up_early(monkeypatch)
+    taken = list(laps.saved)[-3]
+    resumed = Mapper.from_arrays(MappingConfig(), laps.saved[taken])
+    feed(resumed, laps.messages[taken:])
+    result = resumed.finish()
+    assert np.array_equal(result.trajectory.map_from_base, laps.result.trajectory.map_from_base)
+    assert np.array_equal(result.grid.cells, laps.result.grid.cells)
+    assert result.counts == laps.result.counts
+
+
+def test_a_snapshot_holds_what_was_given_up_after_it_was_taken(laps: Laps) -> None:
+    for count, snapshot in laps.snapshots.items():
+        taken = snapshot()
+        assert all(np.array_equal(taken[name], laps.saved[count][name]) for name in SNAPSHOT)
