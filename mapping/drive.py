@@ -8,7 +8,6 @@ name                     shape, type       meaning
 stamps                   (N,) int64        nanoseconds
 cloud_lengths            (N,) int64        returns of each scan that is kept; keyframes are kept elsewhere
 clouds                   (sum, 2) float32  metres in the laser frame, corrected for motion, thinned
-after_keyframe           (N,) int64        the keyframe that the scan is, or comes after
 guess_counts             (N,) int64        guesses of each scan; one once the next keyframe is placed
 guesses                  (sum, 3) float64  motion of the laser since that keyframe: metres, radians
 keyframe_scans           (K,) int64        the scan that each keyframe is
@@ -38,10 +37,9 @@ class Drive:
     """Grows by one scan at a time; a keyframe is numbered as it comes in this drive."""
 
     stamps: "array[int]" = field(default_factory=lambda: array("q"))
-    clouds: list[NDArray[np.float32]] = field(default_factory=list)
-    """Empty where a scan is a keyframe or was given up."""
+    clouds: dict[int, NDArray[np.float32]] = field(default_factory=dict)
+    """(M, 2) by scan, of those between keyframes that were not given up."""
     keyframe_scans: "array[int]" = field(default_factory=lambda: array("q"))
-    _after_keyframe: "array[int]" = field(default_factory=lambda: array("q"))
     _settled: "array[float]" = field(default_factory=lambda: array("d"))
     """The guess that was right of each scan before the last keyframe, flat."""
     _guesses: list[Pose] = field(default_factory=list)
@@ -54,12 +52,12 @@ class Drive:
     @property
     def after_keyframe(self) -> NDArray[np.int64]:
         """(N,) the keyframe that each scan is, or comes after."""
-        return np.array(self._after_keyframe, dtype=np.int64)
+        return np.searchsorted(self.keyframe_scans, np.arange(len(self)), side="right") - 1
 
     @property
-    def is_kept(self) -> NDArray[np.bool_]:
-        """(N,) whether a scan lies between keyframes and was not given up."""
-        return np.array([len(cloud) > 0 for cloud in self.clouds])
+    def kept_scans(self) -> NDArray[np.int64]:
+        """(S,) the scans between keyframes that were not given up."""
+        return np.array(list(self.clouds), dtype=np.int64)
 
     def start_keyframe(self, guesses: Pose, chosen: int) -> None:
         """The next scan is a keyframe; of its guesses (H, 3), and of those since the last, one was right."""
@@ -72,10 +70,9 @@ class Drive:
 
     def add(self, stamp: int, points: NDArray[np.float64], guesses: Pose) -> None:
         """Take a scan: nanoseconds, points (M, 2) in its frame, guesses (H, 3) of keyframe_from_laser."""
-        is_kept = 0 < len(self._guesses) <= _MOST_KEPT
+        if 0 < len(self._guesses) <= _MOST_KEPT and len(points) > 0:
+            self.clouds[len(self)] = thin(points).astype(np.float32)
         self.stamps.append(stamp)
-        self.clouds.append(thin(points).astype(np.float32) if is_kept else _NO_POINTS)
-        self._after_keyframe.append(len(self.keyframe_scans) - 1)
         self._guesses.append(guesses)
 
     def give_up(self, scans: NDArray[np.int64], map_from_laser: Pose, map_from_keyframe: Pose) -> None:
@@ -86,7 +83,7 @@ class Drive:
         settled[scans] = between(map_from_keyframe[before], map_from_laser)
         steps[before] = between(map_from_keyframe[before], map_from_keyframe[before + 1])
         for scan in scans.tolist():
-            self.clouds[scan] = _NO_POINTS
+            del self.clouds[scan]
 
     def guess(self, map_from_keyframe: Pose) -> Pose:
         """map_from_laser (N, 3) of all scans, by the drive's keyframes (K, 3) and the motion since each."""
@@ -105,14 +102,15 @@ class Drive:
 
     def to_arrays(self) -> Arrays:
         """The arrays that the module's documentation names."""
-        clouds, cloud_lengths = pack(self.clouds, _NO_POINTS)
+        clouds, cloud_lengths = pack(
+            [self.clouds.get(scan, _NO_POINTS) for scan in range(len(self))], _NO_POINTS
+        )
         latest, latest_counts = pack(self._guesses, np.zeros((0, 3)))
         settled = _in_place(self._settled)
         return {
             "stamps": np.array(self.stamps, dtype=np.int64),
             "clouds": clouds,
             "cloud_lengths": cloud_lengths,
-            "after_keyframe": self.after_keyframe,
             "guesses": np.concatenate([settled, latest]),
             "guess_counts": np.concatenate([np.ones(len(settled), dtype=np.int64), latest_counts]),
             "keyframe_scans": np.array(self.keyframe_scans, dtype=np.int64),
@@ -123,11 +121,11 @@ class Drive:
     def from_arrays(cls, arrays: Arrays) -> "Drive":
         """The drive that was written so."""
         settled = int(arrays["keyframe_scans"][-1])
+        clouds = unpack(arrays["clouds"].astype(np.float32), arrays["cloud_lengths"])
         return cls(
             array("q", arrays["stamps"].tolist()),
-            unpack(arrays["clouds"].astype(np.float32), arrays["cloud_lengths"]),
+            {scan: cloud for scan, cloud in enumerate(clouds) if len(cloud) > 0},
             array("q", arrays["keyframe_scans"].tolist()),
-            array("q", arrays["after_keyframe"].tolist()),
             array("d", arrays["guesses"][:settled].ravel().tolist()),
             unpack(arrays["guesses"][settled:].astype(np.float64), arrays["guess_counts"][settled:]),
             array("d", arrays["keyframe_from_next"].ravel().tolist()),

@@ -222,7 +222,7 @@ class Mapper:
         map_from_laser = self._drive.guess(session.map_from_keyframe[first:])
         map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
         if self._config.refine:
-            kept = np.flatnonzero(self._drive.is_kept)
+            kept = self._drive.kept_scans
             map_from_laser[kept] = self._refined(kept, map_from_laser, session)
         return map_from_laser
 
@@ -298,7 +298,8 @@ class Mapper:
             last_from_later = between(self._map_from_keyframe[until - 1], self._map_from_keyframe[until:])
             self._map_from_keyframe = np.concatenate([settled, compose(settled[-1], last_from_later)])
         given_up = np.array([tie.to_keyframe for tie in ties], dtype=np.int64)
-        scans = np.flatnonzero(self._drive.is_kept & np.isin(self._drive.after_keyframe, given_up))
+        kept = self._drive.kept_scans
+        scans = kept[np.isin(self._drive.after_keyframe[kept], given_up)]
         placed = self._drive.guess(self._map_from_keyframe)
         if self._config.refine:
             placed[scans] = self._refined(scans, placed, self.session())

@@ -44,8 +44,9 @@ def test_the_returns_of_scans_between_keyframes_are_kept() -> None:
         if index in (0, 3):
             drive.start_keyframe(np.zeros((1, 3)), 0)
         drive.add(index, np.full((2, 2), float(index)), np.zeros((1, 3)))
-    assert np.flatnonzero(drive.is_kept).tolist() == [1, 2, 4, 5]
-    assert [cloud[:, 0].tolist() for cloud in drive.clouds] == [[k, k] if k % 3 else [] for k in range(6)]
+    assert drive.kept_scans.tolist() == [1, 2, 4, 5]
+    assert [drive.clouds[scan][:, 0].tolist() for scan in drive.kept_scans] == [[k, k] for k in (1, 2, 4, 5)]
+    assert drive.after_keyframe.tolist() == [0, 0, 0, 1, 1, 1]
 
 
 def test_of_a_car_that_stands_not_all_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -54,7 +55,7 @@ def test_of_a_car_that_stands_not_all_is_kept(monkeypatch: pytest.MonkeyPatch) -
     drive.start_keyframe(np.zeros((1, 3)), 0)
     for index in range(8):
         drive.add(index, np.ones((2, 2)), np.zeros((1, 3)))
-    assert drive.is_kept.tolist() == [False, True, True, True, False, False, False, False]
+    assert drive.kept_scans.tolist() == [1, 2, 3]
     assert len(drive) == 8
 
 
@@ -68,7 +69,7 @@ def test_scans_that_were_given_up_stay_where_they_were_found() -> None:
     found = np.array([[0.5, 0.2, 0.1], [0.7, 0.1, 0.2]])
     guessed = drive.guess(map_from_keyframe)
     drive.give_up(np.array([1, 2]), found, map_from_keyframe)
-    assert drive.is_kept.tolist() == [False, False, False, False, True, True, False, True, True]
+    assert drive.kept_scans.tolist() == [4, 5, 7, 8]
     for each in (drive, Drive.from_arrays(drive.to_arrays())):
         again = each.guess(map_from_keyframe)
         assert again[1:3] == pytest.approx(found)
