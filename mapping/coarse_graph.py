@@ -5,13 +5,13 @@ tell is taken together to one, by a step of Gauss-Newton from where the groups a
 "Hierarchical Optimization on Manifolds for Online 2D and 3D Mapping", ICRA 2010.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.constraint import Constraint, to_arrays
+from mapping.constraint import KINDS, Constraint, ConstraintList
 from maps.se2 import Pose, between, compose, interpolate
 
 
@@ -51,34 +51,32 @@ class Groups:
         return before, after, np.clip(share, 0.0, 1.0)
 
 
-def between_groups(
-    constraints: Sequence[Constraint], map_from_keyframe: Pose, groups: Groups
-) -> list[Constraint]:
+def between_groups(constraints: ConstraintList, map_from_keyframe: Pose, groups: Groups) -> list[Constraint]:
     """The constraints of the keyframes (K, 3) with groups in their stead.
 
     Loop closures connect middles and stay as they are. Scan matches are weighed by how well they fit now, as
     their Cauchy loss does, and what becomes of them is not robust any more.
     """
     group = groups.nearest()
-    loops = [c for c in constraints if c.kind == "loop_closure"]
-    local = [
-        c for c in constraints if c.kind != "loop_closure" and group[c.from_keyframe] != group[c.to_keyframe]
-    ]
+    arrays = constraints.to_arrays()
+    is_loop = arrays["kinds"] == KINDS.index("loop_closure")
+    first, second = group[arrays["keyframes"]].T
+    local = constraints.chosen(np.flatnonzero(~is_loop & (first != second)))
     closures = [
-        replace(c, from_keyframe=int(group[c.from_keyframe]), to_keyframe=int(group[c.to_keyframe]))
-        for c in loops
+        replace(constraints[k], from_keyframe=int(first[k]), to_keyframe=int(second[k]))
+        for k in np.flatnonzero(is_loop).tolist()
     ]
     return _taken_together(local, map_from_keyframe, group, map_from_keyframe[groups.middles]) + closures
 
 
 def _taken_together(
-    local: Sequence[Constraint], map_from_keyframe: Pose, group: NDArray[np.int64], middle: Pose
+    local: ConstraintList, map_from_keyframe: Pose, group: NDArray[np.int64], middle: Pose
 ) -> list[Constraint]:
     """One constraint for each pair of groups, with their middles at (M, 3), that any connect."""
-    edges = to_arrays(local)
+    edges = local.to_arrays()
     first, second = edges["keyframes"].T
     error = between(edges["poses"], between(map_from_keyframe[first], map_from_keyframe[second]))
-    information = _weighed(local, edges["information"].astype(np.float64), error)
+    information = _weighed(edges, error)
     # A group that moves by delta in its middle's tangent frame makes it error + jacobian delta.
     jacobian = _adjoint(between(map_from_keyframe[second], middle[group[second]]))
     weighed = jacobian.transpose(0, 2, 1) @ information
@@ -95,13 +93,13 @@ def _taken_together(
     ]
 
 
-def _weighed(
-    constraints: Sequence[Constraint], information: NDArray[np.float64], error: Pose
-) -> NDArray[np.float64]:
-    """Information (N, 3, 3), less of it where a scan match misses by an error (N, 3)."""
+def _weighed(edges: dict[str, NDArray[Any]], error: Pose) -> NDArray[np.float64]:
+    """The information (N, 3, 3) of edges, less of it where a scan match misses by an error (N, 3)."""
+    information = edges["information"]
     squared = (error[:, None] @ information @ error[:, :, None])[:, :, 0]
-    is_robust = np.array([[c.kind == "scan_matching"] for c in constraints]).reshape(-1, 1)
-    return information / np.where(is_robust, 1.0 + squared, 1.0)[:, :, None]
+    is_robust = edges["kinds"][:, None] == KINDS.index("scan_matching")
+    weighed: NDArray[np.float64] = information / np.where(is_robust, 1.0 + squared, 1.0)[:, :, None]
+    return weighed
 
 
 def _adjoint(poses: Pose) -> NDArray[np.float64]:

@@ -1,19 +1,20 @@
 """What the pose graph is made of: a measured pose of one keyframe seen from another."""
 
-from collections.abc import Sequence
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.arrays import Arrays
 from maps.se2 import Pose
 
 Kind = Literal["odometry", "scan_matching", "loop_closure"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False)
 class Constraint:
     """An edge of the pose graph."""
 
@@ -26,26 +27,65 @@ class Constraint:
     kind: Kind
 
 
-def to_arrays(constraints: Sequence[Constraint]) -> Arrays:
-    """Constraints as arrays; a kind is its place in ``Kind``."""
-    kinds = get_args(Kind)
-    return {
-        "keyframes": np.array([[c.from_keyframe, c.to_keyframe] for c in constraints], np.int32).reshape(
-            -1, 2
-        ),
-        "poses": np.array([c.from_pose_to_pose for c in constraints]).reshape(-1, 3),
-        "information": np.array([c.information for c in constraints]).reshape(-1, 3, 3),
-        "kinds": np.array([kinds.index(c.kind) for c in constraints], dtype=np.int8),
-    }
+class ConstraintList:
+    """A growing list of constraints in a quarter of the memory that they take as objects."""
 
+    def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
+        self._ends, self._kinds = array("i"), array("b")
+        self._poses, self._information = array("d"), array("d")
+        for constraint in constraints:
+            self.append(constraint)
 
-def from_arrays(arrays: Arrays) -> list[Constraint]:
-    """The constraints that were written so."""
-    kinds: tuple[Kind, ...] = get_args(Kind)
-    poses, information = arrays["poses"].astype(np.float64), arrays["information"].astype(np.float64)
-    return [
-        Constraint(a, b, pose, matrix, kinds[kind])
-        for (a, b), pose, matrix, kind in zip(
-            arrays["keyframes"].tolist(), poses, information, arrays["kinds"].tolist(), strict=True
-        )
-    ]
+    def __len__(self) -> int:
+        return len(self._kinds)
+
+    def __iter__(self) -> Iterator[Constraint]:
+        return (self[k] for k in range(len(self)))
+
+    def __getitem__(self, k: int) -> Constraint:
+        pose, information = self._poses[3 * k : 3 * k + 3], self._information[9 * k : 9 * k + 9]
+        first, second = self.ends_of(k)
+        return Constraint(first, second, np.array(pose), np.array(information).reshape(3, 3), self.kind_of(k))
+
+    def append(self, constraint: Constraint) -> None:
+        """Add one at the end."""
+        self._ends.extend((constraint.from_keyframe, constraint.to_keyframe))
+        self._poses.extend(constraint.from_pose_to_pose)
+        self._information.extend(constraint.information.ravel())
+        self._kinds.append(KINDS.index(constraint.kind))
+
+    def ends_of(self, k: int) -> tuple[int, int]:
+        """The keyframes that one connects, without making more of it."""
+        return self._ends[2 * k], self._ends[2 * k + 1]
+
+    def kind_of(self, k: int) -> Kind:
+        """Likewise its kind."""
+        return KINDS[self._kinds[k]]
+
+    def chosen(self, indices: Sequence[int] | NDArray[np.int64]) -> "ConstraintList":
+        """Some of them, in that order."""
+        return ConstraintList.from_arrays({name: rows[indices] for name, rows in self.to_arrays().items()})
+
+    def copy(self) -> "ConstraintList":
+        """The same in memory of its own."""
+        return ConstraintList.from_arrays(self.to_arrays())
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """``keyframes`` (C, 2) int32, ``poses`` (C, 3), ``information`` (C, 3, 3) and ``kinds`` (C,) int8, by
+        their places in ``KINDS``."""
+        return {
+            "keyframes": np.array(self._ends, dtype=np.int32).reshape(-1, 2),
+            "poses": np.array(self._poses).reshape(-1, 3),
+            "information": np.array(self._information).reshape(-1, 3, 3),
+            "kinds": np.array(self._kinds, dtype=np.int8),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "ConstraintList":
+        """The constraints that were written so."""
+        constraints = cls()
+        constraints._ends.frombytes(arrays["keyframes"].astype(np.int32).tobytes())
+        constraints._poses.frombytes(arrays["poses"].astype(np.float64).tobytes())
+        constraints._information.frombytes(arrays["information"].astype(np.float64).tobytes())
+        constraints._kinds.frombytes(arrays["kinds"].astype(np.int8).tobytes())
+        return constraints

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from mapping.constraint import Constraint
+from mapping.constraint import Constraint, ConstraintList
 from mapping.first_pass import pairs_with_first_pass
 from mapping.keyframe_tracking import constrain
 from mapping.loop_closure import Hypothesis
@@ -48,7 +48,7 @@ def _side_by_side(earlier: Session, later: Session) -> Session:
         [*earlier.rays, *later.rays],
         np.concatenate([earlier.keyframe_from_base, later.keyframe_from_base]),
         np.concatenate([earlier.map_from_keyframe, later.map_from_keyframe]),
-        [*earlier.constraints, *shifted],
+        ConstraintList([*earlier.constraints, *shifted]),
         earlier.loops.followed_by(later.loops, keyframes),
     )
 

@@ -209,7 +209,7 @@ class Mapper:
             points=np.concatenate(returns).astype(np.float32),
             map_from_keyframe=compose(session.map_from_keyframe, session.keyframe_from_base),
             keyframe_indices=np.array(self._drive.keyframe_scans, dtype=np.int64),
-            constraints=session.constraints_between_bases(),
+            constraints=list(session.constraints_between_bases()),
             session=session,
             seconds=dict(self._seconds),
             counts=self._counts(session),

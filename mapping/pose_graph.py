@@ -6,14 +6,14 @@ Odometry is not robust: where it is all there is, along bare corridors, a robust
 instead of sharing the error out.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 
 import gtsam
 import numpy as np
 from numpy.typing import NDArray
 
 from mapping.coarse_graph import Groups, between_groups
-from mapping.constraint import Constraint
+from mapping.constraint import KINDS, Constraint, ConstraintList
 from maps.se2 import Pose, are_apart, between, compose
 
 _ANCHOR_SIGMA = 1e-4
@@ -33,7 +33,7 @@ class PoseGraph:
     keyframes that were given up, which take as much memory again, are made anew each time."""
 
     def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
-        self.constraints: list[Constraint] = []
+        self.constraints = ConstraintList()
         self._factors: list[gtsam.BetweenFactorPose2 | None] = []
         for constraint in constraints:
             self.add(constraint)
@@ -47,13 +47,14 @@ class PoseGraph:
     def give_up(self, is_held: NDArray[np.bool_], first: int) -> None:
         """Of what ties two keyframes from ``first`` on that are not held, (K,), keep only loop closures and
         matches of neighbours. Those constraints come to be in the order of their second keyframes."""
-        start, constraints = self._start_of(first), self.constraints
-        kept = [k for k in range(start, len(constraints)) if _is_worth_keeping(constraints[k], is_held)]
-        kept.sort(key=lambda k: constraints[k].to_keyframe)
-        self._factors[start:] = [
-            self._factors[k] if is_held[constraints[k].to_keyframe] else None for k in kept
-        ]
-        self.constraints[start:] = [constraints[k] for k in kept]
+        start, arrays = self._start_of(first), self.constraints.to_arrays()
+        ends, kinds = arrays["keyframes"], arrays["kinds"]
+        are_neighbours = (ends[:, 1] == ends[:, 0] + 1) & (kinds == KINDS.index("scan_matching"))
+        is_worth = is_held[ends].any(axis=1) | are_neighbours | (kinds == KINDS.index("loop_closure"))
+        kept = start + np.flatnonzero(is_worth[start:])
+        kept = kept[np.argsort(ends[kept, 1], kind="stable")]
+        self.constraints = self.constraints.chosen(np.append(np.arange(start), kept))
+        self._factors[start:] = [self._factors[k] if is_held[ends[k, 1]] else None for k in kept]
 
     def optimize(self, poses: Pose) -> Pose:
         """The poses (K, 3) that agree best with all constraints; the first one is held where it is."""
@@ -83,13 +84,13 @@ class PoseGraph:
 
     def _anneal(self, poses: Pose, widths: tuple[float, ...], tolerance: float, first: int = 0) -> Pose:
         local, loops = gtsam.NonlinearFactorGraph(), []
-        for constraint, factor in self._among(first, len(poses)):
-            if constraint.kind == "loop_closure":
-                loops.append(constraint)
-            elif constraint.from_keyframe >= first:
-                local.add(factor)
+        for k in self._among(first, len(poses)):
+            if self.constraints.kind_of(k) == "loop_closure":
+                loops.append(self.constraints[k])
+            elif self.constraints.ends_of(k)[0] >= first:
+                local.add(self._factors[k] or _factor(self.constraints[k], _LOCAL_WIDTH))
             else:
-                local.add(_factor_to_held(constraint, poses, _LOCAL_WIDTH))
+                local.add(_factor_to_held(self.constraints[k], poses, _LOCAL_WIDTH))
         if first == 0:
             _anchor(local, 0, poses[0])
         for width in widths if loops else widths[-1:]:
@@ -100,12 +101,10 @@ class PoseGraph:
             poses = np.concatenate([poses[:first], _solve(graph, poses[first:], first, tolerance)])
         return poses
 
-    def _among(self, first: int, end: int) -> Iterator[tuple[Constraint, gtsam.BetweenFactorPose2]]:
-        """The constraints, and factors, of keyframes from ``first`` on and before ``end``."""
-        for k in reversed(range(self._start_of(first), len(self.constraints))):
-            constraint = self.constraints[k]
-            if first <= constraint.to_keyframe < end:
-                yield constraint, self._factors[k] or _factor(constraint, _LOCAL_WIDTH)
+    def _among(self, first: int, end: int) -> list[int]:
+        """Which constraints are of keyframes from ``first`` on and before ``end``, the latest first."""
+        since = reversed(range(self._start_of(first), len(self.constraints)))
+        return [k for k in since if first <= self.constraints.ends_of(k)[1] < end]
 
     def _start_of(self, first: int) -> int:
         """Where the constraints of keyframes from ``first`` on begin.
@@ -113,7 +112,7 @@ class PoseGraph:
         Those that were added long before are not looked at, so that this costs the same all day.
         """
         for k in reversed(range(len(self.constraints))):
-            if self.constraints[k].to_keyframe < first and self.constraints[k].kind != "loop_closure":
+            if self.constraints.ends_of(k)[1] < first and self.constraints.kind_of(k) != "loop_closure":
                 return k + 1
         return 0
 
@@ -138,23 +137,14 @@ class PoseGraph:
         """Take out the loop closures that the solution does not bear out; tells whether there were any."""
         kept = [
             k
-            for k, constraint in enumerate(self.constraints)
-            if constraint.kind != "loop_closure" or not is_strained(constraint, poses, _REFUTED)
+            for k in range(len(self.constraints))
+            if self.constraints.kind_of(k) != "loop_closure"
+            or not is_strained(self.constraints[k], poses, _REFUTED)
         ]
         found = len(kept) < len(self.constraints)
-        self.constraints = [self.constraints[k] for k in kept]
+        self.constraints = self.constraints.chosen(kept)
         self._factors = [self._factors[k] for k in kept]
         return found
-
-
-def _is_worth_keeping(constraint: Constraint, is_held: NDArray[np.bool_]) -> bool:
-    if (
-        constraint.kind == "loop_closure"
-        or is_held[constraint.from_keyframe]
-        or is_held[constraint.to_keyframe]
-    ):
-        return True
-    return constraint.kind == "scan_matching" and constraint.to_keyframe == constraint.from_keyframe + 1
 
 
 def is_strained(constraint: Constraint, poses: Pose, limits: tuple[float, float] = _STRAINED) -> bool:

@@ -7,10 +7,10 @@ name                          shape, type         meaning
 ============================  ==================  ============================================================
 keyframe_from_base            (K, 3) float64      inverse of the laser's place on the car: metres, radians
 map_from_keyframe             (K, 3) float64      poses of the laser in the map: metres, radians
-scans.counts                  (K,) int16          points of each keyframe
+scans.counts                  (K,) int16          points of each keyframe; 0 where it was given up
 scans.points                  (sum, 2) float32    metres in the laser frame, ascending in bearing
 scans.normals                 (sum, 2) float32    unit vectors towards the laser; (0, 0) where there is none
-rays.lengths                  (K,) int64          rays of each keyframe
+rays.lengths                  (K,) int64          rays of each keyframe; likewise
 rays.returns                  (K,) int64          how many of them met something; these come first
 rays.ends                     (sum, 2) float32    metres in the laser frame
 constraints.keyframes         (C, 2) int32        from, to
@@ -32,14 +32,13 @@ loops.log_counts              (L,) int64          how often
 """
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping import constraint
 from mapping.arrays import Arrays, named, pack, part_of, unpack
-from mapping.constraint import Constraint
+from mapping.constraint import ConstraintList
 from mapping.loop_closure import LoopCloser
 from mapping.rendering import Rays
 from mapping.scan_store import ScanStore
@@ -57,7 +56,7 @@ class Session:
     """(K, 3) a keyframe's frame is that of the laser."""
     map_from_keyframe: Pose
     """(K, 3)"""
-    constraints: list[Constraint]
+    constraints: ConstraintList
     loops: LoopCloser
 
     def frozen(self) -> "Session":
@@ -67,24 +66,18 @@ class Session:
             list(self.rays),
             self.keyframe_from_base,
             self.map_from_keyframe.copy(),
-            list(self.constraints),
+            self.constraints.copy(),
             self.loops.frozen(),
         )
 
-    def constraints_between_bases(self) -> list[Constraint]:
+    def constraints_between_bases(self) -> ConstraintList:
         """The same constraints between the bases of the keyframes instead of the lasers."""
-        if not self.constraints:
-            return []
-        ends = np.array([(c.from_keyframe, c.to_keyframe) for c in self.constraints])
-        a_from_base, b_from_base = np.moveaxis(self.keyframe_from_base[ends], 1, 0)
-        a_from_b = np.array([c.from_pose_to_pose for c in self.constraints])
-        moved = compose(compose(inverse(a_from_base), a_from_b), b_from_base)
+        arrays = self.constraints.to_arrays()
+        a_from_base, b_from_base = np.moveaxis(self.keyframe_from_base[arrays["keyframes"]], 1, 0)
+        moved = compose(compose(inverse(a_from_base), arrays["poses"]), b_from_base)
         adjoint = _adjoint(b_from_base)
-        information = np.swapaxes(adjoint, 1, 2) @ [c.information for c in self.constraints] @ adjoint
-        return [
-            replace(c, from_pose_to_pose=pose, information=weight)
-            for c, pose, weight in zip(self.constraints, moved, information, strict=True)
-        ]
+        information = np.swapaxes(adjoint, 1, 2) @ arrays["information"] @ adjoint
+        return ConstraintList.from_arrays({**arrays, "poses": moved, "information": information})
 
     def to_arrays(self) -> Arrays:
         """The arrays that the module's documentation names."""
@@ -95,7 +88,7 @@ class Session:
             "map_from_keyframe": self.map_from_keyframe,
             **named("scans", self.keyframes.to_arrays()),
             **named("rays", {"ends": ends, "lengths": lengths, "returns": returns}),
-            **named("constraints", constraint.to_arrays(self.constraints)),
+            **named("constraints", self.constraints.to_arrays()),
             **named("loops", self.loops.to_arrays()),
         }
 
@@ -110,7 +103,7 @@ class Session:
             [Rays(*rays) for rays in zip(ends, returns, strict=True)],
             arrays["keyframe_from_base"].astype(np.float64),
             arrays["map_from_keyframe"].astype(np.float64),
-            constraint.from_arrays(part_of("constraints", arrays)),
+            ConstraintList.from_arrays(part_of("constraints", arrays)),
             LoopCloser.from_arrays(part_of("loops", arrays), keyframes, verify=verify),
         )
 

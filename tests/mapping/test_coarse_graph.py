@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from mapping.coarse_graph import Groups, between_groups
-from mapping.constraint import Constraint, Kind
+from mapping.constraint import Constraint, ConstraintList, Kind
 from maps.se2 import Pose, between, compose, inverse
 
 COUNT = 24
@@ -43,7 +43,7 @@ seeds = st.integers(0, 10_000)
 @given(seeds)
 def test_keyframes_that_fit_leave_their_groups_where_they_are(seed: int) -> None:
     true = drive(seed)
-    for constraint in between_groups(ties(true, np.random.default_rng(seed)), true, groups()):
+    for constraint in between_groups(ConstraintList(ties(true, np.random.default_rng(seed))), true, groups()):
         a, b = MIDDLES[[constraint.from_keyframe, constraint.to_keyframe]]
         np.testing.assert_allclose(constraint.from_pose_to_pose, between(true[a], true[b]), atol=1e-9)
 
@@ -56,7 +56,7 @@ def test_a_group_that_was_moved_is_told_where_it_belongs(seed: int, kind: Kind) 
     slips = rng.normal(0, 1e-4, (len(MIDDLES), 3))
     middles = compose(true[MIDDLES], slips)
     poses = compose(middles[nearest], between(true[MIDDLES][nearest], true))
-    for constraint in between_groups(ties(true, rng, kind), poses, groups()):
+    for constraint in between_groups(ConstraintList(ties(true, rng, kind)), poses, groups()):
         a, b = MIDDLES[[constraint.from_keyframe, constraint.to_keyframe]]
         np.testing.assert_allclose(constraint.from_pose_to_pose, between(true[a], true[b]), atol=1e-6)
 
@@ -67,7 +67,7 @@ def test_information_of_a_pair_is_that_of_all_its_constraints() -> None:
         Constraint(3, 9, between(true[3], true[9]), np.diag([1.0, 2.0, 3.0]), "scan_matching"),
         Constraint(2, 9, between(true[2], true[9]), np.diag([4.0, 5.0, 6.0]), "scan_matching"),
     ]
-    (both,) = between_groups(matches, true, groups())
+    (both,) = between_groups(ConstraintList(matches), true, groups())
     assert (both.from_keyframe, both.to_keyframe) == (0, 1)
     np.testing.assert_allclose(both.information, np.diag([5.0, 7.0, 9.0]), atol=1e-12)
 
@@ -76,7 +76,7 @@ def test_information_of_a_pair_is_that_of_all_its_constraints() -> None:
 def test_a_match_that_misses_counts_less(kind: Kind, share: float) -> None:
     true = drive(0)
     measured = compose(between(true[3], true[9]), [1.0, 0.0, 0.0])
-    (only,) = between_groups([Constraint(3, 9, measured, np.eye(3), kind)], true, groups())
+    (only,) = between_groups(ConstraintList([Constraint(3, 9, measured, np.eye(3), kind)]), true, groups())
     np.testing.assert_allclose(only.information, share * np.eye(3), atol=1e-12)
     np.testing.assert_allclose(only.from_pose_to_pose, measured, atol=1e-12)
 
@@ -84,7 +84,7 @@ def test_a_match_that_misses_counts_less(kind: Kind, share: float) -> None:
 def test_loop_closures_stay_one_by_one() -> None:
     true = drive(0)
     loops = [Constraint(3, 20, np.array([x, 0.0, 0.0]), np.eye(3), "loop_closure") for x in (1.0, 2.0)]
-    coarse = between_groups(loops, true, groups())
+    coarse = between_groups(ConstraintList(loops), true, groups())
     assert [(c.from_keyframe, c.to_keyframe, c.kind) for c in coarse] == [(0, 3, "loop_closure")] * 2
     assert [c.from_pose_to_pose[0] for c in coarse] == [1.0, 2.0]
 

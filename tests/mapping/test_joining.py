@@ -5,7 +5,7 @@ import pytest
 from worlds import box, store_of
 
 from mapping import pose_graph
-from mapping.constraint import Constraint
+from mapping.constraint import Constraint, ConstraintList
 from mapping.joining import join
 from mapping.loop_closure import LoopCloser
 from mapping.rendering import Rays
@@ -51,9 +51,9 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
     constraints += [
         Constraint(k, k + 1, step, np.diag([1e2, 1e2, 1e3]), "odometry") for k, step in enumerate(steps)
     ]
-    rays = [Rays(store.points_of(k).copy(), int(store.counts[k])) for k in range(len(true))]
+    rays = [Rays(store.points_of(k).copy(), len(store.points_of(k))) for k in range(len(true))]
     laser_from_base = np.tile(inverse(base_from_laser), (len(true), 1))
-    return Session(store, rays, laser_from_base, known, constraints, loops)
+    return Session(store, rays, laser_from_base, known, ConstraintList(constraints), loops)
 
 
 def test_the_later_drive_lies_where_it_was() -> None:
