@@ -49,10 +49,9 @@ class Drive:
     def __len__(self) -> int:
         return len(self.stamps)
 
-    @property
-    def after_keyframe(self) -> NDArray[np.int64]:
-        """(N,) the keyframe that each scan is, or comes after."""
-        return np.searchsorted(self.keyframe_scans, np.arange(len(self)), side="right") - 1
+    def keyframe_of(self, scans: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The keyframes (M,) that some scans are, or come after."""
+        return np.searchsorted(np.array(self.keyframe_scans), scans, side="right") - 1
 
     @property
     def kept_scans(self) -> NDArray[np.int64]:
@@ -78,19 +77,20 @@ class Drive:
     def give_up(self, scans: NDArray[np.int64], map_from_laser: Pose, map_from_keyframe: Pose) -> None:
         """Forget what some scans (M,) saw. They were found to lie at (M, 3) among the keyframes (K, 3); each
         goes with the one before it from now on, which is not the last."""
-        before = self.after_keyframe[scans]
+        before = self.keyframe_of(scans)
         settled, steps = _in_place(self._settled), _in_place(self._keyframe_from_next)
         settled[scans] = between(map_from_keyframe[before], map_from_laser)
         steps[before] = between(map_from_keyframe[before], map_from_keyframe[before + 1])
         for scan in scans.tolist():
             del self.clouds[scan]
 
-    def guess(self, map_from_keyframe: Pose) -> Pose:
-        """map_from_laser (N, 3) of all scans, by the drive's keyframes (K, 3) and the motion since each."""
+    def guess(self, scans: NDArray[np.int64], map_from_keyframe: Pose) -> Pose:
+        """map_from_laser (M, 3) of some scans, by the drive's keyframes (K, 3) and the motion since each."""
         latest = np.array([guesses[0] for guesses in self._guesses]).reshape(-1, 3)
         return guess_scans(
-            np.concatenate([_in_place(self._settled), latest]),
-            self.after_keyframe,
+            scans,
+            np.concatenate([_in_place(self._settled), latest])[scans],
+            self.keyframe_of(scans),
             _in_place(self._keyframe_from_next),
             np.array(self.keyframe_scans),
             map_from_keyframe,

@@ -13,7 +13,7 @@ from mapping.first_pass import SAME_PASS
 from mapping.loop_closure import LoopCloser, nearest_pairs
 from maps.se2 import Pose, wrap_angle
 
-ALL_KEPT = 2000
+ALL_KEPT = 1500
 """Keyframes, up to which none is given up: each pass through a place makes the map a little truer."""
 _REACH = 2.0
 _MAX_TURN = 1.0
@@ -29,11 +29,13 @@ def pairs_with_known(
     """Pairs (P, 2) of keyframes: the second is one of the ``candidates`` (C,), rising, whose place enough
     earlier ones show, the first the most alike of these. The poses (K, 3) are those of all keyframes."""
     is_kept = loops.store.is_held.copy()
-    is_sure = loops.are_near(candidates, _SURELY_NEAR)
+    held = np.flatnonzero(is_kept)
+    is_sure = loops.are_near(candidates, held, _SURELY_NEAR)
     pairs = []
-    for row, near in enumerate(_near(candidates, map_from_keyframe, np.flatnonzero(is_kept))):
+    for row, near in enumerate(_near(candidates, map_from_keyframe, held)):
         candidate = int(candidates[row])
-        known = near[is_kept[near] & is_sure[row, near] & (near <= candidate - SAME_PASS)]
+        sure = held[near[is_sure[row, near]]]
+        known = sure[is_kept[sure] & (sure <= candidate - SAME_PASS)]
         if is_kept[candidate] and len(known) >= _ENOUGH:
             nearest = nearest_pairs(map_from_keyframe[[candidate]], map_from_keyframe[known], 1)[1]
             pairs.append((int(known[nearest[0]]), candidate))
@@ -44,12 +46,12 @@ def pairs_with_known(
 def _near(
     candidates: NDArray[np.int64], map_from_keyframe: Pose, held: NDArray[np.int64]
 ) -> list[NDArray[np.int64]]:
-    """Those of the ``held`` (H,) keyframes that lie near to each candidate and face alike."""
+    """Which of the ``held`` (H,) keyframes lie near to each candidate and face alike."""
     tree = cKDTree(map_from_keyframe[held, :2])
     found = tree.query_ball_point(map_from_keyframe[candidates, :2], _REACH, return_sorted=True)
     yaw = map_from_keyframe[:, 2]
-    near = [held[indices] for indices in found]
+    near = [np.array(indices, dtype=np.int64) for indices in found]
     return [
-        each[np.abs(wrap_angle(yaw[each] - yaw[candidate])) < _MAX_TURN]
+        each[np.abs(wrap_angle(yaw[held[each]] - yaw[candidate])) < _MAX_TURN]
         for each, candidate in zip(near, candidates, strict=True)
     ]

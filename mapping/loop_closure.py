@@ -212,12 +212,14 @@ class LoopCloser:
         """Which submap each keyframe goes with."""
         return Groups(self._middles(), np.array(self.doubt))
 
-    def are_near(self, keyframes: NDArray[np.int64], doubt: float) -> NDArray[np.bool_]:
-        """(Q, K) whether each keyframe is tied to some (Q,) by so many metres of doubt at most."""
+    def are_near(
+        self, first: NDArray[np.int64], second: NDArray[np.int64], doubt: float
+    ) -> NDArray[np.bool_]:
+        """(P, Q) whether keyframes (P,) and others (Q,) are tied by so many metres of doubt at most."""
         group = self.groups().nearest()
-        submaps, which = np.unique(group[keyframes], return_inverse=True)
+        submaps, which = np.unique(group[first], return_inverse=True)
         is_near: NDArray[np.bool_] = self._doubt_from(submaps, doubt) <= doubt
-        return is_near[which][:, group]
+        return is_near[np.ix_(which, group[second])]
 
     def _doubt_from(self, submaps: NDArray[np.int64], most: float = np.inf) -> NDArray[np.float64]:
         """(Q, S) metres of doubt from some submaps (Q,) to each, infinite beyond the ``most`` sought."""
@@ -227,13 +229,9 @@ class LoopCloser:
         distances: NDArray[np.float64] = dijkstra(graph, directed=False, indices=submaps, limit=most)
         return distances
 
-    def are_whole(self) -> NDArray[np.bool_]:
-        """(S,) whether all keyframes of each submap are held."""
-        given_up = np.append(0, np.cumsum(~self.store.is_held))
-        ends = np.array([[submap.first, submap.last] for submap in self.submaps], dtype=np.int64)
-        first, last = ends.reshape(-1, 2).T
-        is_whole: NDArray[np.bool_] = given_up[last + 1] == given_up[first]
-        return is_whole
+    def is_whole(self, submap: Submap) -> bool:
+        """Are all its keyframes held?"""
+        return bool(self.store.is_held[submap.first : submap.last + 1].all())
 
     def _middles(self) -> NDArray[np.int64]:
         return np.array([submap.middle for submap in self.submaps])
@@ -250,11 +248,13 @@ class LoopCloser:
         reach = np.minimum(BASE_REACH + DRIFT_PER_METRE * distances, MAX_REACH)
         turn = np.minimum(BASE_TURN + TURN_PER_METRE * distances, MAX_TURN)
         chosen: list[tuple[int, float, float]] = []
-        possible = (distances > MIN_GRAPH_DISTANCE) & (apart < reach + 2.0) & self.are_whole()[:among]
+        possible = (distances > MIN_GRAPH_DISTANCE) & (apart < reach + 2.0)
         # A place seen in many passes needs one candidate of it, the nearest.
         for index in np.argsort(np.where(possible, apart, np.inf), kind="stable"):
             if not possible[index] or len(chosen) == CANDIDATES:
                 break
+            if not self.is_whole(self.submaps[index]):
+                continue
             here = poses[middles[index], :2]
             if all(np.hypot(*(poses[middles[c], :2] - here)) > CANDIDATE_SPACING for c, _, _ in chosen):
                 chosen.append((int(index), float(reach[index]), float(turn[index])))

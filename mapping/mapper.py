@@ -219,21 +219,21 @@ class Mapper:
     def _place_scans(self, session: Session) -> Pose:
         """map_from_laser (N, 3) of every scan, among the keyframes of all drives."""
         first = len(session.keyframes) - len(self._keyframes)
-        map_from_laser = self._drive.guess(session.map_from_keyframe[first:])
+        map_from_laser = self._drive.guess(np.arange(len(self._drive)), session.map_from_keyframe[first:])
         map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
         if self._config.refine:
             kept = self._drive.kept_scans
-            map_from_laser[kept] = self._refined(kept, map_from_laser, session)
+            map_from_laser[kept] = self._refined(kept, map_from_laser[kept], session)
         return map_from_laser
 
-    def _refined(self, scans: NDArray[np.int64], map_from_laser: Pose, session: Session) -> Pose:
-        """Where some scans (M,) of all, guessed to lie at (N, 3), lie among the keyframes (M, 3)."""
+    def _refined(self, scans: NDArray[np.int64], guesses: Pose, session: Session) -> Pose:
+        """Where scans (M,) that are guessed to lie at (M, 3) lie among the keyframes (M, 3)."""
         first = len(session.keyframes) - len(self._keyframes)
         with self._timed("refinement"):
             return refine_scans(
                 [self._drive.clouds[scan] for scan in scans],
-                first + self._drive.after_keyframe[scans],
-                map_from_laser[scans],
+                first + self._drive.keyframe_of(scans),
+                guesses,
                 session.keyframes,
                 session.map_from_keyframe,
             )
@@ -299,11 +299,11 @@ class Mapper:
             self._map_from_keyframe = np.concatenate([settled, compose(settled[-1], last_from_later)])
         given_up = np.array([tie.to_keyframe for tie in ties], dtype=np.int64)
         kept = self._drive.kept_scans
-        scans = kept[np.isin(self._drive.after_keyframe[kept], given_up)]
-        placed = self._drive.guess(self._map_from_keyframe)
+        scans = kept[np.isin(self._drive.keyframe_of(kept), given_up)]
+        placed = self._drive.guess(scans, self._map_from_keyframe)
         if self._config.refine:
-            placed[scans] = self._refined(scans, placed, self.session())
-        self._drive.give_up(scans, placed[scans], self._map_from_keyframe)
+            placed = self._refined(scans, placed, self.session())
+        self._drive.give_up(scans, placed, self._map_from_keyframe)
         self._keyframes.give_up(given_up)
         for keyframe in given_up.tolist():
             self._rays[keyframe] = NO_RAYS

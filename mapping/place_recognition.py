@@ -34,7 +34,7 @@ def recognize(loops: LoopCloser, earlier: int, poses: Pose) -> list[Hypothesis]:
     The poses (K, 3) of both groups are in frames that have nothing to do with each other. Empty when the
     place was not recognized.
     """
-    whole = [submap for submap, is_whole in zip(loops.submaps, loops.are_whole(), strict=True) if is_whole]
+    whole = [submap for submap in loops.submaps if loops.is_whole(submap)]
     places = _places([submap for submap in whole if submap.index < earlier], poses)
     pyramids = [LikelihoodPyramid(place.points(loops.store, poses), RADIUS) for place in places]
     found: list[Hypothesis] = []

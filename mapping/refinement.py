@@ -30,23 +30,27 @@ _WORKERS = 2
 
 
 def guess_scans(
+    scans: NDArray[np.int64],
     keyframe_from_scan: Pose,
     after_keyframe: NDArray[np.int64],
     keyframe_from_next: Pose,
     keyframe_scans: NDArray[np.int64],
     map_from_keyframe: Pose,
 ) -> Pose:
-    """Poses (N, 3) of scans from the motion (N, 3) since the keyframe each follows, by dead reckoning.
+    """Poses (M, 3) of scans (M,) from the motion (M, 3) since the keyframe each follows, by dead reckoning.
 
     The motion (K - 1, 3) from one keyframe to the next was measured in the same way; what it missed by is
     spread over the scans between the two.
     """
-    ends = compose(map_from_keyframe[:-1], keyframe_from_next)
-    missed = np.concatenate([between(ends, map_from_keyframe[1:]), np.zeros((1, 3))])
-    starts = np.append(keyframe_scans, len(keyframe_from_scan) + 1)
-    share = (np.arange(len(keyframe_from_scan)) - starts[after_keyframe]) / np.diff(starts)[after_keyframe]
     guesses = compose(map_from_keyframe[after_keyframe], keyframe_from_scan)
-    return compose(guesses, share[:, None] * missed[after_keyframe])
+    has_next = after_keyframe < len(keyframe_scans) - 1
+    before = after_keyframe[has_next]
+    missed = between(
+        compose(map_from_keyframe[before], keyframe_from_next[before]), map_from_keyframe[before + 1]
+    )
+    share = (scans[has_next] - keyframe_scans[before]) / (keyframe_scans[before + 1] - keyframe_scans[before])
+    guesses[has_next] = compose(guesses[has_next], share[:, None] * missed)
+    return guesses
 
 
 def refine_scans(

@@ -17,7 +17,7 @@ def drive_with(guesses: np.ndarray, at_keyframe: np.ndarray, chosen: int) -> np.
     drive.add(1, NO_POINTS, guesses)
     drive.start_keyframe(at_keyframe, chosen)
     drive.add(2, NO_POINTS, np.zeros((1, 3)))
-    return drive.guess(np.array([IDENTITY, at_keyframe[chosen]]))[1]
+    return drive.guess(np.array([1]), np.array([IDENTITY, at_keyframe[chosen]]))[0]
 
 
 def test_scans_between_keyframes_lie_where_the_guess_that_was_right_tells() -> None:
@@ -46,7 +46,7 @@ def test_the_returns_of_scans_between_keyframes_are_kept() -> None:
         drive.add(index, np.full((2, 2), float(index)), np.zeros((1, 3)))
     assert drive.kept_scans.tolist() == [1, 2, 4, 5]
     assert [drive.clouds[scan][:, 0].tolist() for scan in drive.kept_scans] == [[k, k] for k in (1, 2, 4, 5)]
-    assert drive.after_keyframe.tolist() == [0, 0, 0, 1, 1, 1]
+    assert drive.keyframe_of(np.arange(6)).tolist() == [0, 0, 0, 1, 1, 1]
 
 
 def test_of_a_car_that_stands_not_all_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -67,12 +67,14 @@ def test_scans_that_were_given_up_stay_where_they_were_found() -> None:
         drive.add(index, np.ones((2, 2)), (index % 3) / 3 * step)
     map_from_keyframe = np.array([[0.0, 0.0, 0.0], [1.1, 0.1, 0.3], [2.0, 0.5, 0.4]])
     found = np.array([[0.5, 0.2, 0.1], [0.7, 0.1, 0.2]])
-    guessed = drive.guess(map_from_keyframe)
+    every = np.arange(9)
+    guessed = drive.guess(every, map_from_keyframe)
     drive.give_up(np.array([1, 2]), found, map_from_keyframe)
     assert drive.kept_scans.tolist() == [4, 5, 7, 8]
     for each in (drive, Drive.from_arrays(drive.to_arrays())):
-        again = each.guess(map_from_keyframe)
+        again = each.guess(every, map_from_keyframe)
         assert again[1:3] == pytest.approx(found)
         assert np.array_equal(np.delete(again, [1, 2], axis=0), np.delete(guessed, [1, 2], axis=0))
         moved = np.array([3.0, -2.0, 1.0])
-        assert each.guess(compose(moved, map_from_keyframe))[1:3] == pytest.approx(compose(moved, found))
+        there = each.guess(np.array([1, 2]), compose(moved, map_from_keyframe))
+        assert there == pytest.approx(compose(moved, found))

@@ -27,6 +27,7 @@ def path(step: Pose, count: int = SCANS) -> Pose:
 def guessed(true: Pose, measured: Pose) -> Pose:
     """From a path (N, 3) as dead reckoning ``measured`` it and keyframes where they are in truth."""
     return guess_scans(
+        np.arange(SCANS),
         between(measured[KEYFRAME_SCANS][AFTER_KEYFRAME], measured),
         AFTER_KEYFRAME,
         between(measured[KEYFRAME_SCANS[:-1]], measured[KEYFRAME_SCANS[1:]]),
