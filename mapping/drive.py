@@ -6,7 +6,7 @@ As arrays; N scans, K keyframes of this drive:
 name                     shape, type       meaning
 =======================  ================  ================================================================
 stamps                   (N,) int64        nanoseconds
-cloud_lengths            (N,) int64        returns of each scan that is kept; keyframes are kept elsewhere
+cloud_lengths            (N,) int64        returns of each scan that is held; keyframes are held elsewhere
 clouds                   (sum, 2) float32  metres in the laser frame, corrected for motion, thinned
 guess_counts             (N,) int64        guesses of each scan; one once the next keyframe is placed
 guesses                  (sum, 3) float64  motion of the laser since that keyframe: metres, radians
@@ -28,7 +28,7 @@ from mapping.scan_store import thin
 from maps.se2 import Pose, between
 
 _NO_POINTS = np.zeros((0, 2), dtype=np.float32)
-_MOST_KEPT = 200
+_MOST_HELD = 200
 """Scans of one keyframe, beyond which the car stands and shows nothing new."""
 
 
@@ -54,7 +54,7 @@ class Drive:
         return np.searchsorted(np.array(self.keyframe_scans), scans, side="right") - 1
 
     @property
-    def kept_scans(self) -> NDArray[np.int64]:
+    def held_scans(self) -> NDArray[np.int64]:
         """(S,) the scans between keyframes that were not given up."""
         return np.array(list(self.clouds), dtype=np.int64)
 
@@ -69,7 +69,7 @@ class Drive:
 
     def add(self, stamp: int, points: NDArray[np.float64], guesses: Pose) -> None:
         """Take a scan: nanoseconds, points (M, 2) in its frame, guesses (H, 3) of keyframe_from_laser."""
-        if 0 < len(self._guesses) <= _MOST_KEPT and len(points) > 0:
+        if 0 < len(self._guesses) <= _MOST_HELD and len(points) > 0:
             self.clouds[len(self)] = thin(points).astype(np.float32)
         self.stamps.append(stamp)
         self._guesses.append(guesses)

@@ -13,7 +13,7 @@ from mapping.first_pass import SAME_PASS
 from mapping.loop_closure import LoopCloser, nearest_pairs
 from maps.se2 import Pose, wrap_angle
 
-ALL_KEPT = 1500
+ALL_HELD = 1500
 """Keyframes, up to which none is given up: each pass through a place makes the map a little truer."""
 _REACH = 2.0
 _MAX_TURN = 1.0
@@ -28,18 +28,18 @@ def pairs_with_known(
 ) -> NDArray[np.int64]:
     """Pairs (P, 2) of keyframes: the second is one of the ``candidates`` (C,), rising, whose place enough
     earlier ones show, the first the most alike of these. The poses (K, 3) are those of all keyframes."""
-    is_kept = loops.store.is_held.copy()
-    held = np.flatnonzero(is_kept)
+    is_held = loops.store.is_held.copy()
+    held = np.flatnonzero(is_held)
     is_sure = loops.are_near(candidates, held, _SURELY_NEAR)
     pairs = []
     for row, near in enumerate(_near(candidates, map_from_keyframe, held)):
         candidate = int(candidates[row])
         sure = held[near[is_sure[row, near]]]
-        known = sure[is_kept[sure] & (sure <= candidate - SAME_PASS)]
-        if is_kept[candidate] and len(known) >= _ENOUGH:
+        known = sure[is_held[sure] & (sure <= candidate - SAME_PASS)]
+        if is_held[candidate] and len(known) >= _ENOUGH:
             nearest = nearest_pairs(map_from_keyframe[[candidate]], map_from_keyframe[known], 1)[1]
             pairs.append((int(known[nearest[0]]), candidate))
-            is_kept[candidate] = False
+            is_held[candidate] = False
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 

@@ -17,7 +17,7 @@ from mapping.drive import Drive
 from mapping.first_pass import pairs_with_first_pass
 from mapping.joining import join
 from mapping.keyframe_tracking import TIED_TO, constrain, place, place_far, place_left_alone
-from mapping.known_places import ALL_KEPT, pairs_with_known
+from mapping.known_places import ALL_HELD, pairs_with_known
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
 from mapping.odometry_lag import OdometryLag
@@ -45,7 +45,7 @@ _CALIBRATE_EVERY = 50
 _CALIBRATE_OVER = 1000
 _CAN_BE_SAVED_EVERY = 100
 """Keyframes."""
-_KEPT_FOR = 200
+_HELD_FOR = 200
 """Keyframes, until when one may be given up: loops are closed by then."""
 _LOOPS_NOT_TIED = 10
 """Loops closed since a keyframe, after which it is held where it is when the next one strains."""
@@ -220,10 +220,10 @@ class Mapper:
         """map_from_laser (N, 3) of every scan, among the keyframes of all drives."""
         first = len(session.keyframes) - len(self._keyframes)
         map_from_laser = self._drive.guess(np.arange(len(self._drive)), session.map_from_keyframe[first:])
-        map_from_laser[self._drive.keyframe_scans] = session.map_from_keyframe[first:]
+        map_from_laser[np.array(self._drive.keyframe_scans)] = session.map_from_keyframe[first:]
         if self._config.refine:
-            kept = self._drive.kept_scans
-            map_from_laser[kept] = self._refined(kept, map_from_laser[kept], session)
+            held = self._drive.held_scans
+            map_from_laser[held] = self._refined(held, map_from_laser[held], session)
         return map_from_laser
 
     def _refined(self, scans: NDArray[np.int64], guesses: Pose, session: Session) -> Pose:
@@ -279,35 +279,40 @@ class Mapper:
         if self._config.close_loops:
             self._close_loops(is_tied=is_tied)
         if index > 0 and index % _CAN_BE_SAVED_EVERY == 0:
-            self._give_up_known(index - _KEPT_FOR)
+            self._give_up_known(index - _HELD_FOR)
             self._forget_what_cannot_be_saved()
 
     def _give_up_known(self, until: int) -> None:
         """Of the last keyframes before one, give up those whose place earlier ones show well enough."""
         first = max(until - _CAN_BE_SAVED_EVERY, 0)
         candidates = np.arange(first, max(until, 0))
-        if len(candidates) == 0 or np.sum(self._keyframes.is_held) <= ALL_KEPT or not self._loops.submaps:
+        if len(candidates) == 0 or np.sum(self._keyframes.is_held) <= ALL_HELD or not self._loops.submaps:
             return
         with self._timed("scan matching"):
             pairs = pairs_with_known(candidates, self._map_from_keyframe, self._loops)
             ties = constrain(pairs, self._map_from_keyframe, self._keyframes)
+        if not ties:
+            return
         with self._timed("optimization"):
             for tie in ties:
                 self._graph.add(tie)
             settled = self._graph.optimize_since(self._map_from_keyframe[:until], first)
             last_from_later = between(self._map_from_keyframe[until - 1], self._map_from_keyframe[until:])
             self._map_from_keyframe = np.concatenate([settled, compose(settled[-1], last_from_later)])
-        given_up = np.array([tie.to_keyframe for tie in ties], dtype=np.int64)
-        kept = self._drive.kept_scans
-        scans = kept[np.isin(self._drive.keyframe_of(kept), given_up)]
+        self._give_up(np.array([tie.to_keyframe for tie in ties]))
+        self._graph.give_up(self._keyframes.is_held, first)
+
+    def _give_up(self, keyframes: NDArray[np.int64]) -> None:
+        """Forget what some keyframes saw, and the scans after each, once these have found their places."""
+        held = self._drive.held_scans
+        scans = held[np.isin(self._drive.keyframe_of(held), keyframes)]
         placed = self._drive.guess(scans, self._map_from_keyframe)
         if self._config.refine:
             placed = self._refined(scans, placed, self.session())
         self._drive.give_up(scans, placed, self._map_from_keyframe)
-        self._keyframes.give_up(given_up)
-        for keyframe in given_up.tolist():
+        self._keyframes.give_up(keyframes)
+        for keyframe in keyframes.tolist():
             self._rays[keyframe] = NO_RAYS
-        self._graph.give_up(self._keyframes.is_held, first)
 
     def _forget_what_cannot_be_saved(self) -> None:
         self._reckoning.restart_scan_odometry()
@@ -434,7 +439,7 @@ class Mapper:
         return {
             "scans": len(self._drive),
             "keyframes": len(session.keyframes),
-            "keyframes_given_up": int(np.sum(~session.keyframes.is_held)),
+            "keyframes_held": int(np.sum(session.keyframes.is_held)),
             "keyframes_of_earlier_drives": len(session.keyframes) - len(self._keyframes),
             "scan_matching_constraints": kinds.count("scan_matching"),
             "odometry_constraints": kinds.count("odometry"),

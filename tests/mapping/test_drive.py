@@ -44,18 +44,18 @@ def test_the_returns_of_scans_between_keyframes_are_kept() -> None:
         if index in (0, 3):
             drive.start_keyframe(np.zeros((1, 3)), 0)
         drive.add(index, np.full((2, 2), float(index)), np.zeros((1, 3)))
-    assert drive.kept_scans.tolist() == [1, 2, 4, 5]
-    assert [drive.clouds[scan][:, 0].tolist() for scan in drive.kept_scans] == [[k, k] for k in (1, 2, 4, 5)]
+    assert drive.held_scans.tolist() == [1, 2, 4, 5]
+    assert [drive.clouds[scan][:, 0].tolist() for scan in drive.held_scans] == [[k, k] for k in (1, 2, 4, 5)]
     assert drive.keyframe_of(np.arange(6)).tolist() == [0, 0, 0, 1, 1, 1]
 
 
 def test_of_a_car_that_stands_not_all_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(drive_module, "_MOST_KEPT", 3)
+    monkeypatch.setattr(drive_module, "_MOST_HELD", 3)
     drive = Drive()
     drive.start_keyframe(np.zeros((1, 3)), 0)
     for index in range(8):
         drive.add(index, np.ones((2, 2)), np.zeros((1, 3)))
-    assert drive.kept_scans.tolist() == [1, 2, 3]
+    assert drive.held_scans.tolist() == [1, 2, 3]
     assert len(drive) == 8
 
 
@@ -70,7 +70,7 @@ def test_scans_that_were_given_up_stay_where_they_were_found() -> None:
     every = np.arange(9)
     guessed = drive.guess(every, map_from_keyframe)
     drive.give_up(np.array([1, 2]), found, map_from_keyframe)
-    assert drive.kept_scans.tolist() == [4, 5, 7, 8]
+    assert drive.held_scans.tolist() == [4, 5, 7, 8]
     for each in (drive, Drive.from_arrays(drive.to_arrays())):
         again = each.guess(every, map_from_keyframe)
         assert again[1:3] == pytest.approx(found)
