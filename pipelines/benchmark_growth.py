@@ -35,15 +35,22 @@ class GrowthFigures:
     path_metres: float
     scans: int
     keyframes: int
+    keyframes_held: int
+    """Those whose scans were not given up."""
     milliseconds_per_scan: list[float]
     """Mean processor time of one scan in each tenth of the drive."""
     early_milliseconds_per_scan: list[float]
     """The same in the first tenth of the drive, mapped again by a mapper that has just begun: its scans take
     turns with those of each tenth, so that whatever else the machine does tells on both."""
-    megabytes_per_keyframe: float
-    """By how much the resident memory rose while scans came in; not a number where there is no /proc."""
+    megabytes: list[float]
+    """By how much the resident memory had risen at the end of each tenth; nan where there is no /proc."""
     finish_seconds: float
     """Wall time."""
+
+    @property
+    def megabytes_per_keyframe(self) -> float:
+        """Memory at the end, by the keyframes that were held."""
+        return self.megabytes[-1] / self.keyframes_held
 
     @property
     def ratio(self) -> float:
@@ -64,7 +71,7 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
     mapper = Mapper(settings)
     seconds, early_seconds = _mapping(mapper, simulation), _beginning_again(settings, simulation, scans)
     times, early_times = np.zeros(scans), np.full(scans, np.nan)
-    before = 0.0
+    before, megabytes = 0.0, np.zeros(scans)
     with progress_bar("Driving", scans, quiet=quiet) as advance_to:
         for k in range(scans):
             times[k] = next(seconds)
@@ -72,21 +79,21 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
                 early_times[k] = next(early_seconds)
             if k == 0:
                 before = resident_memory_mb()  # with the kernels loaded and the drive in memory
+            megabytes[k] = resident_memory_mb() - before
             advance_to(k + 1)
     early_seconds.close()
-    megabytes = resident_memory_mb() - before
     started = time.perf_counter()
     with progress_bar("Optimizing", quiet=quiet) as advance_to:
         result = mapper.finish(advance_to)
     finish_seconds = time.perf_counter() - started
-    keyframes = len(result.keyframe_indices)
     return GrowthFigures(
         path_metres=float(lengths_along(simulation.ground_truth.map_from_base[:, :2])[-1]),
         scans=scans,
-        keyframes=keyframes,
+        keyframes=len(result.keyframe_indices),
+        keyframes_held=result.counts["keyframes_held"],
         milliseconds_per_scan=_by_part(times),
         early_milliseconds_per_scan=_by_part(early_times),
-        megabytes_per_keyframe=megabytes / keyframes,
+        megabytes=[float(part[-1]) for part in np.array_split(megabytes, _PARTS)],
         finish_seconds=finish_seconds,
     )
 

@@ -82,10 +82,11 @@ def growth_table(figures: GrowthFigures) -> Table:
     """Processor time per scan by tenth of a long drive, and what the drive costs in the end."""
     table = new_table(
         f"Processor time per scan (ms) by tenth of a drive of {1e-3 * figures.path_metres:.1f} km "
-        f"with {figures.scans} scans and {figures.keyframes} keyframes"
+        f"with {figures.scans} scans and {figures.keyframes} keyframes, "
+        f"of which {figures.keyframes_held} are held"
     )
     tenths = (f"{number}." for number in range(1, len(figures.milliseconds_per_scan) + 1))
-    add_columns(table, "tenth", *tenths, "last / first", "MB per keyframe", "finish (s)")
+    add_columns(table, "tenth", *tenths, "last / first", "MB per keyframe held", "finish (s)")
     table.add_row(
         "scans of this tenth",
         *(f"{milliseconds:.2f}" for milliseconds in figures.milliseconds_per_scan),
@@ -97,6 +98,9 @@ def growth_table(figures: GrowthFigures) -> Table:
         "scans of the first, mapped anew meanwhile",
         *(f"{milliseconds:.2f}" for milliseconds in figures.early_milliseconds_per_scan),
         *[""] * 3,
+    )
+    table.add_row(
+        "memory that has come on top by then (MB)", *(f"{each:.0f}" for each in figures.megabytes), *[""] * 3
     )
     return table
 
