@@ -9,9 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from mapping.constraint import Constraint
 from mapping.first_pass import SAME_PASS
+from mapping.keyframe_tracking import constrain
 from mapping.loop_closure import LoopCloser, nearest_pairs
-from maps.se2 import Pose, wrap_angle
+from mapping.scan_store import ScanStore
+from mapping.see_through import see_through
+from maps.se2 import IDENTITY, Pose, wrap_angle
 
 ALL_HELD = 1500
 """Keyframes, up to which none is given up: each pass through a place makes the map a little truer."""
@@ -21,13 +25,31 @@ _ENOUGH = 6
 """Keyframes of earlier passes: one pass or so."""
 _SURELY_NEAR = 20.0
 """Metres of doubt between the passes: loop closures tie them, and they do not only seem to meet."""
+_MOST_OF_IT = 0.6
 
 
-def pairs_with_known(
+def ties_to_known(
+    candidates: NDArray[np.int64], map_from_keyframe: Pose, loops: LoopCloser
+) -> list[Constraint]:
+    """Scan matches of those ``candidates`` (C,), rising, whose place earlier keyframes show, each with the
+    most alike of these. The poses (K, 3) are those of all keyframes."""
+    pairs = _pairs_with_known(candidates, map_from_keyframe, loops)
+    ties = constrain(pairs, map_from_keyframe, loops.store)
+    return [tie for tie in ties if _share_shown(tie, loops.store) > _MOST_OF_IT]
+
+
+def _share_shown(tie: Constraint, store: ScanStore) -> float:
+    """How much of what either scan sees lies on what the other does: who stands behind a wall sees little of
+    the same, however near."""
+    pair = np.array([[tie.from_keyframe, tie.to_keyframe]])
+    return see_through(store, pair, IDENTITY[None], tie.from_pose_to_pose[None]).coverage
+
+
+def _pairs_with_known(
     candidates: NDArray[np.int64], map_from_keyframe: Pose, loops: LoopCloser
 ) -> NDArray[np.int64]:
-    """Pairs (P, 2) of keyframes: the second is one of the ``candidates`` (C,), rising, whose place enough
-    earlier ones show, the first the most alike of these. The poses (K, 3) are those of all keyframes."""
+    """Pairs (P, 2) of keyframes: the second is a candidate with enough earlier ones about it, the first
+    the most alike of these."""
     is_held = loops.store.is_held.copy()
     held = np.flatnonzero(is_held)
     is_sure = loops.are_near(candidates, held, _SURELY_NEAR)

@@ -17,7 +17,7 @@ from mapping.drive import Drive
 from mapping.first_pass import pairs_with_first_pass
 from mapping.joining import join
 from mapping.keyframe_tracking import TIED_TO, constrain, place, place_far, place_left_alone
-from mapping.known_places import ALL_HELD, pairs_with_known
+from mapping.known_places import ALL_HELD, ties_to_known
 from mapping.loop_closure import LoopCloser
 from mapping.odometry_calibration import calibrate
 from mapping.odometry_lag import OdometryLag
@@ -289,8 +289,7 @@ class Mapper:
         if len(candidates) == 0 or np.sum(self._keyframes.is_held) <= ALL_HELD or not self._loops.submaps:
             return
         with self._timed("scan matching"):
-            pairs = pairs_with_known(candidates, self._map_from_keyframe, self._loops)
-            ties = constrain(pairs, self._map_from_keyframe, self._keyframes)
+            ties = ties_to_known(candidates, self._map_from_keyframe, self._loops)
         if not ties:
             return
         with self._timed("optimization"):
