@@ -20,7 +20,7 @@ HALL = np.concatenate([box(-10, -5, 10, 5), box(-7, -0.05, 0, 0.05)])
 
 
 def laps(count: int) -> Pose:
-    """(PER_LAP * count, 3) round the block, 0.3 m apart, each lap up to a few decimetres beside the others."""
+    """(PER_LAP * count, 3) round the block, 0.3 m apart, each lap up to a few decimetres beside another."""
     angles = np.arange(PER_LAP * count) * (2.0 * np.pi / PER_LAP)
     wide = 1.0 + 0.04 * np.sin(0.7 * angles)
     x, y = 6.2 * wide * np.cos(angles), 4.2 * wide * np.sin(angles)
