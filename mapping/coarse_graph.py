@@ -6,12 +6,11 @@ tell is taken together to one, by a step of Gauss-Newton from where the groups a
 """
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.constraint import KINDS, Constraint, ConstraintList
+from mapping.constraint import Constraint, ConstraintList
 from maps.se2 import Pose, between, compose, interpolate
 
 
@@ -58,9 +57,8 @@ def between_groups(constraints: ConstraintList, map_from_keyframe: Pose, groups:
     their Cauchy loss does, and what becomes of them is not robust any more.
     """
     group = groups.nearest()
-    arrays = constraints.to_arrays()
-    is_loop = arrays["kinds"] == KINDS.index("loop_closure")
-    first, second = group[arrays["keyframes"]].T
+    is_loop = constraints.are("loop_closure")
+    first, second = group[constraints.to_arrays()["keyframes"]].T
     local = constraints.chosen(np.flatnonzero(~is_loop & (first != second)))
     closures = [
         replace(constraints[k], from_keyframe=int(first[k]), to_keyframe=int(second[k]))
@@ -76,7 +74,7 @@ def _taken_together(
     edges = local.to_arrays()
     first, second = edges["keyframes"].T
     error = between(edges["poses"], between(map_from_keyframe[first], map_from_keyframe[second]))
-    information = _weighed(edges, error)
+    information = _weighed(edges["information"], local.are("scan_matching"), error)
     # A group that moves by delta in its middle's tangent frame makes it error + jacobian delta.
     jacobian = _adjoint(between(map_from_keyframe[second], middle[group[second]]))
     weighed = jacobian.transpose(0, 2, 1) @ information
@@ -93,13 +91,12 @@ def _taken_together(
     ]
 
 
-def _weighed(edges: dict[str, NDArray[Any]], error: Pose) -> NDArray[np.float64]:
-    """The information (N, 3, 3) of edges, less of it where a scan match misses by an error (N, 3)."""
-    information = edges["information"]
+def _weighed(
+    information: NDArray[np.float64], is_robust: NDArray[np.bool_], error: Pose
+) -> NDArray[np.float64]:
+    """Information (N, 3, 3), less of it where a scan match, which is robust, misses by an error (N, 3)."""
     squared = (error[:, None] @ information @ error[:, :, None])[:, :, 0]
-    is_robust = edges["kinds"][:, None] == KINDS.index("scan_matching")
-    weighed: NDArray[np.float64] = information / np.where(is_robust, 1.0 + squared, 1.0)[:, :, None]
-    return weighed
+    return information / np.where(is_robust[:, None], 1.0 + squared, 1.0)[:, :, None]
 
 
 def _adjoint(poses: Pose) -> NDArray[np.float64]:

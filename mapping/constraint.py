@@ -62,6 +62,11 @@ class ConstraintList:
         """Likewise its kind."""
         return KINDS[self._kinds[k]]
 
+    def are(self, kind: Kind) -> NDArray[np.bool_]:
+        """(C,) whether each is of a kind."""
+        are: NDArray[np.bool_] = np.array(self._kinds, dtype=np.int8) == KINDS.index(kind)
+        return are
+
     def chosen(self, indices: Sequence[int] | NDArray[np.int64]) -> "ConstraintList":
         """Some of them, in that order."""
         return ConstraintList.from_arrays({name: rows[indices] for name, rows in self.to_arrays().items()})

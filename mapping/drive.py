@@ -102,9 +102,9 @@ class Drive:
 
     def to_arrays(self) -> Arrays:
         """The arrays that the module's documentation names."""
-        clouds, cloud_lengths = pack(
-            [self.clouds.get(scan, _NO_POINTS) for scan in range(len(self))], _NO_POINTS
-        )
+        clouds, lengths = pack(list(self.clouds.values()), _NO_POINTS)
+        cloud_lengths = np.zeros(len(self), dtype=np.int64)
+        cloud_lengths[self.held_scans] = lengths
         latest, latest_counts = pack(self._guesses, np.zeros((0, 3)))
         settled = _in_place(self._settled)
         return {

@@ -38,8 +38,7 @@ def pairs_with_first_pass(map_from_keyframe: Pose, is_held: NDArray[np.bool_]) -
 
 def _of_first_pass(later: int, keyframes: NDArray[np.int64], poses: Pose, tree: cKDTree) -> NDArray[np.int64]:
     """The nearest (L,) to one of the poses (C, 3) of ``keyframes`` (C,), of the first pass near it."""
-    near = np.array(tree.query_ball_point(poses[later, :2], _REACH, return_sorted=True))
-    alike = near[np.abs(wrap_angle(poses[near, 2] - poses[later, 2])) < _MAX_TURN]
+    alike = near_and_alike(poses[later], poses, tree)
     earlier: NDArray[np.int64] = alike[keyframes[alike] < keyframes[later] - SAME_PASS]
     if len(earlier) == 0:
         return earlier
@@ -47,3 +46,10 @@ def _of_first_pass(later: int, keyframes: NDArray[np.int64], poses: Pose, tree: 
     apart = np.hypot(*(poses[first, :2] - poses[later, :2]).T)
     nearest: NDArray[np.int64] = first[np.argsort(apart, kind="stable")[:_MOST]]
     return nearest
+
+
+def near_and_alike(pose: Pose, poses: Pose, tree: cKDTree) -> NDArray[np.int64]:
+    """Which of the poses (C, 3), whose places the tree has, lie near a pose (3,) and face alike; rising."""
+    near = np.array(tree.query_ball_point(pose[:2], _REACH, return_sorted=True), dtype=np.int64)
+    alike: NDArray[np.int64] = near[np.abs(wrap_angle(poses[near, 2] - pose[2])) < _MAX_TURN]
+    return alike

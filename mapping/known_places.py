@@ -10,17 +10,15 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mapping.constraint import Constraint
-from mapping.first_pass import SAME_PASS
+from mapping.first_pass import SAME_PASS, near_and_alike
 from mapping.keyframe_tracking import constrain
 from mapping.loop_closure import LoopCloser, nearest_pairs
 from mapping.scan_store import ScanStore
 from mapping.see_through import see_through
-from maps.se2 import IDENTITY, Pose, wrap_angle
+from maps.se2 import IDENTITY, Pose
 
 ALL_HELD = 1500
 """Keyframes, up to which none is given up: each pass through a place makes the map a little truer."""
-_REACH = 2.0
-_MAX_TURN = 1.0
 _ENOUGH = 6
 """Keyframes of earlier passes: one pass or so."""
 _SURELY_NEAR = 20.0
@@ -53,9 +51,11 @@ def _pairs_with_known(
     is_held = loops.store.is_held.copy()
     held = np.flatnonzero(is_held)
     is_sure = loops.are_near(candidates, held, _SURELY_NEAR)
+    places = map_from_keyframe[held]
+    tree = cKDTree(places[:, :2])
     pairs = []
-    for row, near in enumerate(_near(candidates, map_from_keyframe, held)):
-        candidate = int(candidates[row])
+    for row, candidate in enumerate(candidates.tolist()):
+        near = near_and_alike(map_from_keyframe[candidate], places, tree)
         sure = held[near[is_sure[row, near]]]
         known = sure[is_held[sure] & (sure <= candidate - SAME_PASS)]
         if is_held[candidate] and len(known) >= _ENOUGH:
@@ -63,17 +63,3 @@ def _pairs_with_known(
             pairs.append((int(known[nearest[0]]), candidate))
             is_held[candidate] = False
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
-
-
-def _near(
-    candidates: NDArray[np.int64], map_from_keyframe: Pose, held: NDArray[np.int64]
-) -> list[NDArray[np.int64]]:
-    """Which of the ``held`` (H,) keyframes lie near to each candidate and face alike."""
-    tree = cKDTree(map_from_keyframe[held, :2])
-    found = tree.query_ball_point(map_from_keyframe[candidates, :2], _REACH, return_sorted=True)
-    yaw = map_from_keyframe[:, 2]
-    near = [np.array(indices, dtype=np.int64) for indices in found]
-    return [
-        each[np.abs(wrap_angle(yaw[held[each]] - yaw[candidate])) < _MAX_TURN]
-        for each, candidate in zip(near, candidates, strict=True)
-    ]

@@ -434,15 +434,15 @@ class Mapper:
         self._map_from_keyframe = graph.settle(self._map_from_keyframe)
 
     def _counts(self, session: Session) -> dict[str, int]:
-        kinds = [constraint.kind for constraint in session.constraints]
+        constraints = session.constraints
         return {
             "scans": len(self._drive),
             "keyframes": len(session.keyframes),
             "keyframes_held": int(np.sum(session.keyframes.is_held)),
             "keyframes_of_earlier_drives": len(session.keyframes) - len(self._keyframes),
-            "scan_matching_constraints": kinds.count("scan_matching"),
-            "odometry_constraints": kinds.count("odometry"),
-            "loop_closures": kinds.count("loop_closure"),
+            "scan_matching_constraints": int(constraints.are("scan_matching").sum()),
+            "odometry_constraints": int(constraints.are("odometry").sum()),
+            "loop_closures": int(constraints.are("loop_closure").sum()),
             "scans_without_odometry": self._reckoning.scans_without_odometry,
             **{f"loops_{name}": count for name, count in session.loops.log.items()},
         }

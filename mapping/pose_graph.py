@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.coarse_graph import Groups, between_groups
-from mapping.constraint import KINDS, Constraint, ConstraintList
+from mapping.constraint import Constraint, ConstraintList
 from maps.se2 import Pose, are_apart, between, compose
 
 _ANCHOR_SIGMA = 1e-4
@@ -47,10 +47,9 @@ class PoseGraph:
     def give_up(self, is_held: NDArray[np.bool_], first: int) -> None:
         """Of what ties two keyframes from ``first`` on that are not held, (K,), keep only loop closures and
         matches of neighbours. Those constraints come to be in the order of their second keyframes."""
-        start, arrays = self._start_of(first), self.constraints.to_arrays()
-        ends, kinds = arrays["keyframes"], arrays["kinds"]
-        are_neighbours = (ends[:, 1] == ends[:, 0] + 1) & (kinds == KINDS.index("scan_matching"))
-        is_worth = is_held[ends].any(axis=1) | are_neighbours | (kinds == KINDS.index("loop_closure"))
+        start, ends = self._start_of(first), self.constraints.to_arrays()["keyframes"]
+        are_neighbours = (ends[:, 1] == ends[:, 0] + 1) & self.constraints.are("scan_matching")
+        is_worth = is_held[ends].any(axis=1) | are_neighbours | self.constraints.are("loop_closure")
         kept = start + np.flatnonzero(is_worth[start:])
         kept = kept[np.argsort(ends[kept, 1], kind="stable")]
         self.constraints = self.constraints.chosen(np.append(np.arange(start), kept))

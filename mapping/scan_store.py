@@ -17,6 +17,9 @@ _HALF_WIDTH = 0.12
 _MAX_GAP_ANGLE = np.deg2rad(8.0)
 _MIN_GAP = 0.15
 _MAX_RMS = 0.04
+_BY_ROW = ("_points", "_normals", "_counts", "_tables")
+_ROOM = 256
+"""Rows to spare once scans were given up."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,11 +151,6 @@ class ScanStore:
         fill_bearing_table(self._points[row, :count], self._tables[row])
         self._rows += 1
         return row
-
-
-_BY_ROW = ("_points", "_normals", "_counts", "_tables")
-_ROOM = 256
-"""Rows."""
 
 
 def _with_room(array: NDArray[Any], capacity: int) -> NDArray[Any]:

@@ -71,7 +71,8 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
     mapper = Mapper(settings)
     seconds, early_seconds = _mapping(mapper, simulation), _beginning_again(settings, simulation, scans)
     times, early_times = np.zeros(scans), np.full(scans, np.nan)
-    before, megabytes = 0.0, np.zeros(scans)
+    before, megabytes = 0.0, []
+    ends = {int(part[-1]) for part in np.array_split(np.arange(scans), _PARTS)}
     with progress_bar("Driving", scans, quiet=quiet) as advance_to:
         for k in range(scans):
             times[k] = next(seconds)
@@ -79,7 +80,8 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
                 early_times[k] = next(early_seconds)
             if k == 0:
                 before = resident_memory_mb()  # with the kernels loaded and the drive in memory
-            megabytes[k] = resident_memory_mb() - before
+            if k in ends:
+                megabytes.append(resident_memory_mb() - before)
             advance_to(k + 1)
     early_seconds.close()
     started = time.perf_counter()
@@ -93,7 +95,7 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
         keyframes_held=result.counts["keyframes_held"],
         milliseconds_per_scan=_by_part(times),
         early_milliseconds_per_scan=_by_part(early_times),
-        megabytes=[float(part[-1]) for part in np.array_split(megabytes, _PARTS)],
+        megabytes=megabytes,
         finish_seconds=finish_seconds,
     )
 

@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from mapping.constraint import KINDS
 from mapping.session import Session
 from maps.se2 import compose
 from pipelines.live.messages import header
@@ -22,8 +21,8 @@ _BLUE, _RED, _GREEN = (0.2, 0.4, 0.9), (0.9, 0.1, 0.1), (0.1, 0.6, 0.2)
 def graph_markers(stamp: Any, frame: str, session: Session) -> Any:
     """Keyframes as a line, loop closures between them, and a ball at the middle of every submap."""
     poses = compose(session.map_from_keyframe, session.keyframe_from_base)
-    constraints = session.constraints.to_arrays()
-    ends = constraints["keyframes"][constraints["kinds"] == KINDS.index("loop_closure")].ravel()
+    constraints = session.constraints
+    ends = constraints.to_arrays()["keyframes"][constraints.are("loop_closure")].ravel()
     middles = np.array([submap.middle for submap in session.loops.submaps], dtype=np.int64)
     thinned = poses[:: 1 + len(poses) // _MOST_POINTS]
     return MarkerArray(

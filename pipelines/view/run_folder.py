@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from mapping.arrays import Arrays
+from mapping.constraint import KINDS
 from maps.errors import UserError
 from maps.map_files import load_map
 from maps.occupancy_grid import OccupancyGrid
@@ -20,8 +21,7 @@ from pipelines.view.record_file import read_record
 from pipelines.view.recorder import RECORD_FOLDER
 from pipelines.view.scene import Scene, Sight
 
-_LOOP_CLOSURE = 2
-"""As `mapping.session` numbers the kinds of constraints."""
+_LOOP_CLOSURE = KINDS.index("loop_closure")
 _SAME_PLACE = 1e-6
 """Metres; the trajectory's file holds a nanometre."""
 
