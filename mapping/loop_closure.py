@@ -81,9 +81,9 @@ class LoopCloser:
     submaps: list[Submap] = field(default_factory=list)
     hypotheses: list[Hypothesis] = field(default_factory=list)
     """In the order of their moving submaps."""
-    path: list[float] = field(default_factory=list)
+    path: "array[float]" = field(default_factory=lambda: array("d"))
     """(K,) metres driven up to each keyframe."""
-    doubt: list[float] = field(default_factory=list)
+    doubt: "array[float]" = field(default_factory=lambda: array("d"))
     """(K,) the same, with each keyframe that scans do not tie counted as many metres more."""
     log: dict[str, int] = field(default_factory=dict)
     _edges: "array[float]" = field(default_factory=lambda: array("d"))
@@ -116,7 +116,7 @@ class LoopCloser:
         """The same as it is now, to be told of and not to be gone on with."""
         hypotheses = [replace(each) for each in self.hypotheses]
         copies = LoopCloser(self.store, self.verify, list(self.submaps), hypotheses)
-        copies.path, copies.doubt, copies.log = list(self.path), list(self.doubt), dict(self.log)
+        copies.path, copies.doubt, copies.log = self.path[:], self.doubt[:], dict(self.log)
         copies._edges = self._edges[:]
         return copies
 
@@ -147,8 +147,8 @@ class LoopCloser:
         """Loop closure over the keyframes of ``store`` that goes on from where another was."""
         submaps = [Submap(k, *row) for k, row in enumerate(arrays["submaps"].tolist())]
         closer = cls(store, verify, submaps)
-        closer.path = arrays["path"].tolist()
-        closer.doubt = arrays["doubt"].tolist()
+        closer.path = array("d", arrays["path"].tolist())
+        closer.doubt = array("d", arrays["doubt"].tolist())
         closer.log = dict(zip(arrays["log_names"].tolist(), arrays["log_counts"].tolist(), strict=True))
         closer._edges = array("d", arrays["edges"].ravel())
         for ends, pose, information, reach, accepted in zip(
@@ -173,9 +173,9 @@ class LoopCloser:
         ]
         both = LoopCloser(store, later.verify, [*self.submaps, *moved])
         driven = self.path[-1] if self.path else 0.0
-        both.path = [*self.path, *(driven + metres for metres in later.path)]
+        both.path = array("d", [*self.path, *(driven + metres for metres in later.path)])
         doubted = self.doubt[-1] if self.doubt else 0.0
-        both.doubt = [*self.doubt, *(doubted + UNTIED + metres for metres in later.doubt)]
+        both.doubt = array("d", [*self.doubt, *(doubted + UNTIED + metres for metres in later.doubt)])
         shifted = np.reshape(later._edges, (-1, 3)) + np.array([submaps, submaps, 0.0])
         both._edges = array("d", [*self._edges, *shifted.ravel()])
         return both

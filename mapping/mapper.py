@@ -1,6 +1,7 @@
 """The mapper: one scan at a time, from odometry to an optimized map. The whole method is on this page."""
 
 import time
+from array import array
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
+from mapping.arrays import Arrays, named, part_of, pose_or_nan
 from mapping.config import MappingConfig
 from mapping.constraint import Constraint
 from mapping.dead_reckoning import DeadReckoning
@@ -92,7 +93,7 @@ class Mapper:
         self._drive = Drive()
         self._map_from_keyframe: Pose = np.zeros((0, 3))
         self._rays: list[Rays] = []
-        self._wheel_steps: list[Pose | None] = []
+        self._wheel_steps = array("d")
         self._known_since = 0
         self._seconds: dict[str, float] = {}
         self._can_be_saved = False
@@ -126,7 +127,7 @@ class Mapper:
         not; ``known_since``, the keyframe before which the car was elsewhere; wall ``seconds`` (T,) of the
         ``stages`` (T,).
         """
-        session, drive, wheel_steps = self.session().frozen(), self._drive.frozen(), list(self._wheel_steps)
+        session, drive, wheel_steps = self.session().frozen(), self._drive.frozen(), self._measured_steps()
         rest = {
             **named("reckoning", self._reckoning.to_arrays()),
             "known_since": np.array(self._known_since),
@@ -136,7 +137,7 @@ class Mapper:
         return lambda: {
             **session.to_arrays(),
             **named("drive", drive.to_arrays()),
-            "wheel_steps": np.array([pose_or_nan(step) for step in wheel_steps]).reshape(-1, 3),
+            "wheel_steps": wheel_steps,
             **rest,
         }
 
@@ -151,7 +152,7 @@ class Mapper:
         mapper._graph = PoseGraph(session.constraints)
         mapper._drive = Drive.from_arrays(part_of("drive", arrays))
         mapper._reckoning = DeadReckoning.from_arrays(part_of("reckoning", arrays))
-        mapper._wheel_steps = [pose_or_none(step) for step in arrays["wheel_steps"]]
+        mapper._wheel_steps = array("d", arrays["wheel_steps"].ravel().tolist())
         mapper._known_since = int(arrays["known_since"])
         mapper._seconds = dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True))
         mapper._can_be_saved = True
@@ -366,7 +367,7 @@ class Mapper:
         elif is_after_gap and not is_tied:
             information = self._reckoning.calibration.information(np.zeros(3))
             constraints.append(Constraint(index - 1, index, step, information, "odometry"))
-        self._wheel_steps.append(wheel_step)
+        self._wheel_steps.extend(pose_or_nan(wheel_step))
         for constraint in constraints:
             self._graph.add(constraint)
         return is_tied
@@ -395,10 +396,14 @@ class Mapper:
 
     def _calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
-        known = [i for i, step in enumerate(self._wheel_steps[first:], first) if step is not None]
-        measured = np.array([self._wheel_steps[i] for i in known]).reshape(-1, 3)
+        measured = self._measured_steps()
+        known = first + np.flatnonzero(~np.isnan(measured[first:, 0]))
         matched = between(self._map_from_keyframe[known], self._map_from_keyframe[1:][known])
-        self._reckoning.calibration = calibrate(measured, matched)
+        self._reckoning.calibration = calibrate(measured[known], matched)
+
+    def _measured_steps(self) -> Pose:
+        """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not."""
+        return np.array(self._wheel_steps).reshape(-1, 3)
 
     def _settle(self) -> None:
         """Match all pairs of keyframes once more from where they are now, also with those of the first pass
@@ -414,8 +419,8 @@ class Mapper:
         pairs = pairs[is_held[pairs].all(axis=1)]
         for constraint in constrain(pairs, self._map_from_keyframe, self._keyframes):
             graph.add(constraint)
-        for i, step in enumerate(self._wheel_steps):
-            if step is not None:
+        for i, step in enumerate(self._measured_steps()):
+            if not np.isnan(step[0]):
                 graph.add(self._odometry_constraint(i + 1, step))
         # One that nothing ties now would be free to go anywhere; what has held it so far still does. So it is
         # with scans that were given up and cannot be matched any more.

@@ -29,8 +29,11 @@ _REFUTED = (0.3, 0.06)
 
 
 class PoseGraph:
-    """Constraints between keyframes, kept as factors so that solving again costs only the solving; factors of
-    keyframes that were given up, which take as much memory again, are made anew each time."""
+    """Constraints between keyframes, kept as factors so that solving again costs only the solving.
+
+    Made anew each time are those of keyframes that were given up, which would take as much memory again, and
+    those of loop closures, whose loss changes.
+    """
 
     def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
         self.constraints = ConstraintList()
@@ -42,7 +45,8 @@ class PoseGraph:
         """Take a constraint into the graph; they come in the order of their second keyframes, loop closures
         excepted."""
         self.constraints.append(constraint)
-        self._factors.append(_factor(constraint, _LOCAL_WIDTH))
+        is_loop = constraint.kind == "loop_closure"
+        self._factors.append(None if is_loop else _factor(constraint, _LOCAL_WIDTH))
 
     def give_up(self, is_held: NDArray[np.bool_], first: int) -> None:
         """Of what ties two keyframes from ``first`` on that are not held, (K,), keep only loop closures and

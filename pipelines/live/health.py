@@ -2,11 +2,11 @@
 
 import time
 from collections import deque
-from itertools import islice
 from threading import Lock
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 _WINDOW = 400
 _MOST_LATENCIES = 200_000
@@ -18,7 +18,8 @@ class Health:
     def __init__(self) -> None:
         self._lock = Lock()
         self._arrivals: dict[str, deque[float]] = {}
-        self._latencies: deque[float] = deque(maxlen=_MOST_LATENCIES)
+        self._latencies = np.zeros(_MOST_LATENCIES, dtype=np.float32)
+        self._noted = 0
         self._began: tuple[float, float] | None = None
         self._counts: dict[str, int] = {}
 
@@ -33,7 +34,8 @@ class Health:
         with self._lock:
             if self._began is None:
                 self._began = time.monotonic(), time.process_time()
-            self._latencies.append(seconds)
+            self._latencies[self._noted % _MOST_LATENCIES] = seconds
+            self._noted += 1
 
     def rate(self, what: str) -> float:
         """Per second, over the last five seconds."""
@@ -58,14 +60,14 @@ class Health:
     def latency_ms(self) -> dict[str, float]:
         """Median and 99th percentile of the last few hundred scans."""
         with self._lock:
-            latencies = list(islice(reversed(self._latencies), _WINDOW))
-        return _percentiles(latencies)
+            return _percentiles(self._last_latencies(_WINDOW))
 
     def summary(self) -> dict[str, Any]:
         """Figures of the whole run: counts, latency, also its medians over each tenth of the scans, and the
         share of a core that was used since the first pose."""
         with self._lock:
-            latencies, began, counts = list(self._latencies), self._began, dict(self._counts)
+            latencies = self._last_latencies(_MOST_LATENCIES)
+            began, counts = self._began, dict(self._counts)
         wall, cpu = (time.monotonic() - began[0], time.process_time() - began[1]) if began else (0.0, 0.0)
         return {
             "counts": counts,
@@ -77,9 +79,14 @@ class Health:
             "seconds": wall,
         }
 
+    def _last_latencies(self, most: int) -> NDArray[np.float32]:
+        """(N,) seconds of the last scans, so many at most."""
+        scans = np.arange(max(self._noted - most, 0), self._noted)
+        return self._latencies[scans % _MOST_LATENCIES]
 
-def _percentiles(latencies: list[float]) -> dict[str, float]:
-    if not latencies:
+
+def _percentiles(latencies: NDArray[np.float32]) -> dict[str, float]:
+    if len(latencies) == 0:
         return {}
     median, high, most = np.quantile(latencies, [0.5, 0.99, 1.0]) * 1e3
     return {"median": float(median), "percentile_99": float(high), "longest": float(most)}
