@@ -235,9 +235,10 @@ def live(
         bool,
         typer.Option("--recorded/--no-recorded", help="Also play session_A, where there are recordings."),
     ] = True,
-    mapper: Annotated[
-        bool, typer.Option("--mapper/--no-mapper", help="Also measure the mapper's node.")
+    localizer: Annotated[
+        bool, typer.Option("--localizer/--no-localizer", help="Measure the localizer's node.")
     ] = True,
+    mapper: Annotated[bool, typer.Option("--mapper/--no-mapper", help="Measure the mapper's node.")] = True,
     config: ConfigOption = None,
     seed: SeedOption = 0,
     json: JsonOption = None,
@@ -253,6 +254,7 @@ def live(
         seconds,
         speed=speed,
         recorded=recorded,
+        localizer=localizer,
         mapper=mapper,
         config=config,
         seed=seed,

@@ -72,8 +72,10 @@ class LiveFigures:
     """Medians, in the order of the drive."""
     seen_latency_ms: dict[str, float] = field(default_factory=dict)
     """From where another process receives a scan to where it receives its pose."""
-    memory_mb: dict[str, float] = field(default_factory=dict)
-    """Of the node's process, after a tenth of the drive and at its end."""
+    memory_mb_by_tenth: list[float] = field(default_factory=list)
+    """Medians of what the node's process held, in the order of the drive."""
+    peak_memory_mb: float = 0.0
+    """The most it ever held, also while it saved a map."""
     cpu_share: float = 0.0
     stolen_share: float = 0.0
     """Of a core, given to other virtual machines on the same host while the drive was played; scans wait."""
@@ -143,6 +145,7 @@ def measure_mapper(drive: LiveDrive, config: MappingConfig, domain: int, speed: 
         _take_summary(figures, summary)
         live = load_tum(out / "trajectory.tum")
         figures.posed = len(live)
+        figures.peak_memory_mb = loads((out / "report.json").read_text())["peak_memory_mb"]
         figures.longest_backlog_s = summary["longest_backlog"]
         difference = compare(live, offline).summary()["absolute_position_m"]
         figures.from_offline_map_m = difference["mean"]
@@ -279,8 +282,10 @@ def _take_summary(figures: LiveFigures, summary: dict[str, Any]) -> None:
     figures.cpu_share = summary["cpu_share"]
     figures.stolen_share = summary["stolen_share"]
     figures.faults = summary["faults"]
-    memory = summary["memory_mb"]
-    figures.memory_mb = {"after_a_tenth": memory[len(memory) // 10], "at_the_end": memory[-1]}
+    figures.memory_mb_by_tenth = [
+        float(np.median(tenth)) for tenth in np.array_split(summary["memory_mb"], 10) if len(tenth)
+    ]
+    figures.peak_memory_mb = summary["peak_memory_mb"]
 
 
 def _mean_error(estimated: Trajectory, truth: Trajectory) -> float:

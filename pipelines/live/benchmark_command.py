@@ -27,6 +27,7 @@ def run_live_benchmark(
     *,
     speed: float,
     recorded: bool,
+    localizer: bool,
     mapper: bool,
     config: Path | None,
     seed: int,
@@ -55,8 +56,9 @@ def run_live_benchmark(
         drives = [simulated_drive(Path(folder), seconds, seed)]
         session = recorded_drive(recordings_folder()) if recorded else None
         for drive in [*drives, session] if session else drives:
-            announce(f"Playing {drive.name} to the localizer")
-            figures.append(measure_localizer(drive, settings.localization, domain, speed))
+            if localizer:
+                announce(f"Playing {drive.name} to the localizer")
+                figures.append(measure_localizer(drive, settings.localization, domain, speed))
             if mapper:
                 announce(f"Playing {drive.name} to the mapper")
                 figures.append(measure_mapper(drive, settings.mapping, domain, speed))
@@ -85,8 +87,8 @@ def _table(figures: "list[LiveFigures]", speed: float) -> Table:
         "medians by tenth of the drive (ms)": lambda f: " ".join(f"{ms:.1f}" for ms in f.latency_ms_by_tenth),
         "seen from outside, median (ms)": lambda f: _number(f.seen_latency_ms.get("median"), 2),
         "seen from outside, 99 % (ms)": lambda f: _number(f.seen_latency_ms.get("percentile_99"), 2),
-        "memory after a tenth (MB)": lambda f: _number(f.memory_mb["after_a_tenth"], 1),
-        "memory at the end (MB)": lambda f: _number(f.memory_mb["at_the_end"], 1),
+        "memory by tenth of the drive (MB)": lambda f: " ".join(f"{mb:.0f}" for mb in f.memory_mb_by_tenth),
+        "memory at most (MB)": lambda f: _number(f.peak_memory_mb, 0),
         "share of a core": lambda f: f"{f.cpu_share:.1%}",
         "of a core, taken by other machines": lambda f: f"{f.stolen_share:.1%}",
         "error, live (m)": lambda f: _number(f.error_live_m, 4),

@@ -31,6 +31,7 @@ from pipelines.checkpoint import Start
 from pipelines.live.bulk_messages import path_bytes
 from pipelines.live.driven_path import DrivenPath
 from pipelines.live.first_messages import FirstMessages
+from pipelines.live.free_memory import give_back_free_memory
 from pipelines.live.graph_markers import graph_markers
 from pipelines.live.laser_place import LaserPlace
 from pipelines.live.map_saving import MapOutput
@@ -43,8 +44,8 @@ if TYPE_CHECKING:
     from pipelines.live.viewer import LiveView
 
 _WORK = {"message": 20_000, "rest": 1, "save": 1}
-_SIDE_WORK = {"map": 1, "graph": 1, "path": 1, "checkpoint": 1, "view": 1}
-_PERIODS = {"map": 0.8, "graph": 2.0, "path": 1.0, "view": 0.5}
+_SIDE_WORK = {"map": 1, "graph": 1, "path": 1, "checkpoint": 1, "memory": 1, "view": 1}
+_PERIODS = {"map": 0.8, "graph": 2.0, "path": 1.0, "memory": 10.0, "view": 0.5}
 _CHECKPOINT_SHARE = 50.0
 """Times as long as writing takes: a long drive has a large checkpoint."""
 _HELD_FOR = 0.5
@@ -207,6 +208,8 @@ class MapperNode(LiveNode):
         self._path.add(self._pose)
         self._show(stamp, item, self._pose)
         self._save_checkpoint_when_due()
+        if self._is_due("memory"):
+            self.side.inbox.put("memory", give_back_free_memory)
 
     def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
         message = PoseStamped(header=header(stamp, self.parameters.map_frame))
