@@ -205,3 +205,15 @@ def test_memory_does_not_grow_with_the_drive(racecar: Racecar, ros: dict[str, st
                 sizes.append(resident_memory_mb(process.pid))
     assert json.loads(summary.read_text())["dropped"] == {}, log.read_text()
     assert sizes[-2] < 1.05 * sizes[1], sizes
+
+
+def test_the_benchmark_plays_to_both_nodes(racecar: Racecar, tmp_path: Path) -> None:
+    told = tmp_path / "live.json"
+    done = racecar("benchmark", "live", "--seconds", "5", "--no-recorded", "--quiet", "--json", told)
+    assert done.returncode == 0, done.stderr
+    nodes = json.loads(told.read_text())["live"]
+    assert set(nodes) == {"localizer simulated", "mapper simulated"}
+    for figures in nodes.values():
+        assert figures["posed"] == figures["received"] == figures["scans"] == 200
+        assert figures["error_live_m"] < 0.05
+        assert figures["peak_memory_mb"] >= max(figures["memory_mb_by_tenth"]) > 100.0

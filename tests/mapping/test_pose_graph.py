@@ -67,6 +67,17 @@ def test_held_keyframes_stay_and_pull_the_others() -> None:
     assert largest_error(solved, true) < 0.1
 
 
+def test_a_keyframe_that_nothing_ties_to_others_stays() -> None:
+    true = circle(8)
+    graph = PoseGraph()
+    for k in (1, 2, 3, 5):
+        graph.add(constraint(k - 1, k, between(true[k - 1], true[k]), 0.02, "scan_matching"))
+    drifted = true + 0.01 * np.arange(8)[:, None]
+    found = graph.optimize(drifted)
+    assert np.allclose(found[:4], compose(found[0], between(true[0], true[:4])), atol=1e-3)
+    assert np.allclose(found[6:], drifted[6:])
+
+
 def test_a_loop_moves_only_what_is_not_tied_yet_when_that_is_enough() -> None:
     true = circle()
     graph, poses = drifted(true)
