@@ -12,12 +12,11 @@ from localization.motion_model_kernels import step_between
 from localization.motion_step import GAP_SECONDS, MotionStep
 from localization.odometry_track import OdometryTrack
 from localization.speed_memory import SpeedMemory
-from maps.odometry import Odometry
+from maps.odometry import STALE_AFTER, Odometry
 from maps.se2 import IDENTITY, Pose
 
 RESTART_SECONDS = 1.0
 """A clock that goes back by more has been set anew; by less, messages came out of order."""
-_STALE_SECONDS = 0.5
 _LONGEST_CARRY = 0.5
 """Seconds for which a speed is believed to last."""
 _SPEED_MEMORY = 0.15
@@ -67,7 +66,7 @@ class MotionSource:
     def knows(self, stamp: int) -> bool:
         """Whether the odometry reaches to a stamp, or nearly."""
         latest = self._odometry.latest_stamp
-        return latest is not None and stamp - latest < _STALE_SECONDS * 1e9
+        return latest is not None and stamp - latest <= STALE_AFTER
 
     def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
         """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.

@@ -5,15 +5,12 @@ from numpy.typing import ArrayLike
 
 from localization.motion_model_kernels import step_between
 from localization.odometry_track_kernels import poses_at
-from maps.odometry import Odometry, is_jump
+from maps.odometry import FASTEST, STALE_AFTER, Odometry, is_jump
 from maps.se2 import Pose
 
 _KEPT = 4096
 _LONGEST_EXTRAPOLATION = 0.1
 """Seconds for which the latest speed is taken to last, while the next sample is on its way."""
-_STALE_SECONDS = 0.5
-_FASTEST = 20.0
-"""Metres or radians per second; messages that came in a bunch claim more."""
 
 
 class OdometryTrack:
@@ -51,10 +48,10 @@ class OdometryTrack:
             self._stamps[:_KEPT], self._poses[:_KEPT] = self._stamps[_KEPT:], self._poses[_KEPT:]
             self._count, last = _KEPT, _KEPT - 1
         if self._count:
-            seconds = (odometry.stamp - int(self._stamps[last])) * 1e-9
+            nanoseconds = odometry.stamp - int(self._stamps[last])
             odom_from_base = np.array(odometry.odom_from_base, dtype=np.float64)
-            speed = step_between(self._poses[last], odom_from_base) / seconds
-            is_sound = seconds < _STALE_SECONDS and speed.min() > -_FASTEST and speed.max() < _FASTEST
+            speed = step_between(self._poses[last], odom_from_base) / (nanoseconds * 1e-9)
+            is_sound = nanoseconds < STALE_AFTER and speed.min() > -FASTEST and speed.max() < FASTEST
             self._speed = speed if is_sound else np.zeros(3)
         self._stamps[self._count], self._poses[self._count] = odometry.stamp, odometry.odom_from_base
         self._count += 1

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from maps.se2 import Pose, between, compose, interpolate
 
-_FASTEST, _LEAST_JUMP = 20.0, 0.5
+FASTEST, _LEAST_JUMP = 20.0, 0.5
 """Metres or radians, per second and at once: no car moves so, not even where messages that came in a bunch
 were stamped as they came."""
 
-_STALE_AFTER = 500_000_000
+STALE_AFTER = 500_000_000
 """Nanoseconds after the last sample for which it tells where the car is."""
 _WIDEST_GAP, _NEAR_A_GAP = 1_000_000_000, 100_000_000
 """Nanoseconds between two samples over which the way may be drawn straight, and how near to either end of a
@@ -40,7 +40,7 @@ def is_jump(odom_from_before: Pose, odom_from_after: Pose, seconds: float) -> bo
 
     Drivers that start anew count from zero, and some filters set their pose when they are told one.
     """
-    most = _FASTEST * seconds + _LEAST_JUMP
+    most = FASTEST * seconds + _LEAST_JUMP
     x, y, turn = (float(each) for each in odom_from_after - odom_from_before)
     return math.hypot(x, y) > most or abs(math.remainder(turn, math.tau)) > most
 
@@ -85,7 +85,7 @@ class OdometryBuffer:
     def tells_of(self, stamp: int) -> bool:
         """Whether samples are so near to a stamp (nanoseconds) that `pose_at` is where the car was."""
         latest = self.latest_stamp
-        if latest is None or stamp - latest > _STALE_AFTER:
+        if latest is None or stamp - latest > STALE_AFTER:
             return False
         wanted, after = stamp + self.lag, latest
         for before, _ in reversed(self._samples):
