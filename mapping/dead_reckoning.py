@@ -6,11 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
-from mapping.deskew import deskew, deskew_cloud
+from mapping.deskew import by_odometry, by_velocity, deskew, deskew_cloud
 from mapping.odometry_calibration import OdometryCalibration
 from mapping.odometry_lag import OdometryLag
 from mapping.scan_odometry import ScanOdometry
+from mapping.scan_store import PreparedScan
 from mapping.turn_search import turned_as_seen
+from mapping.velocity_filter import VelocityFilter
 from maps.odometry import Odometry, OdometryBuffer
 from maps.scan import Scan
 from maps.se2 import IDENTITY, Pose, are_apart, between, compose
@@ -36,6 +38,7 @@ class DeadReckoning:
         """As it was learned last."""
         self._odometry = OdometryBuffer(lag=odometry_lag)
         self._scan_odometry = ScanOdometry()
+        self._filter = VelocityFilter()
         self._points: NDArray[np.float64] = np.zeros((0, 2))
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
         self._stamp = 0
@@ -57,26 +60,40 @@ class DeadReckoning:
     def advance(self, scan: Scan) -> NDArray[np.float64]:
         """Move on to the next scan; returns its end points (M, 2), corrected for motion, in its frame."""
         self._place_laser(scan.base_from_laser)
-        points, cloud = deskew(scan, self._odometry), deskew_cloud(scan, self._odometry)
         by_wheels = self._wheels_at(scan)
+        keyframe_from_last = self._filter.keyframe_from_laser
+        is_followed = by_wheels is None and self._filter.advance(scan)
+        if is_followed and self._filter.is_trusted:
+            within = by_velocity(self._filter.velocity)
+        else:
+            within = by_odometry(scan, self._odometry)
+        points, cloud = deskew(scan, within), deskew_cloud(scan, within)
         if by_wheels is not None and self._by_wheels is not None:
             motion = self.calibration.correct(between(self._by_wheels, by_wheels))
+        elif is_followed:
+            motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
         else:
             motion = turned_as_seen(self._points, points, self._last_motion)
         self._points, self._sweep = points, points if cloud is None else cloud
         by_scans = self._scan_odometry.register(self._sweep, motion)
         self._last_motion = between(self._by_scans, by_scans)
+        seconds = (scan.stamp - self._stamp) * 1e-9
         self._stamp, self._by_wheels, self._by_scans = scan.stamp, by_wheels, by_scans
+        if not is_followed:
+            self._filter.begin(scan.stamp, self.motions()[0], self._last_motion / max(seconds, 1e-3))
         return points
 
     def motions(self) -> Pose:
-        """(H, 3) guesses of keyframe_from_laser, the most trusted first: by the wheels, where they are
-        known; by scan odometry; and by going on with the velocity of the last keyframe."""
+        """(H, 3) guesses of keyframe_from_laser, the most trusted first: by the wheels or, where they are
+        silent, by the filter; by scan odometry; and by going on with the velocity of the last keyframe."""
         by_scans = between(self._keyframe_by_scans, self._by_scans)
         steady = self._velocity * (self._stamp - self._keyframe_stamp)
         step = self.wheel_step()
-        guesses = [by_scans, steady] if step is None else [self.calibration.correct(step), by_scans, steady]
-        return np.array(guesses)
+        if step is not None:
+            return np.array([self.calibration.correct(step), by_scans, steady])
+        if self._filter.is_trusted:
+            return np.array([self._filter.keyframe_from_laser, by_scans, steady])
+        return np.array([by_scans, steady])
 
     def wheel_step(self) -> Pose | None:
         """(3,) keyframe_from_laser as the wheels measured it, not corrected; None where they did not."""
@@ -84,8 +101,9 @@ class DeadReckoning:
             return None
         return between(self._keyframe_by_wheels, self._by_wheels)
 
-    def start_keyframe(self, step: Pose) -> None:
+    def start_keyframe(self, step: Pose, keyframe: PreparedScan) -> None:
         """From here on the current scan is the keyframe; it lies ``step`` (3,) from the last one."""
+        self._filter.start_keyframe(keyframe)
         if are_apart(step, between(self._keyframe_by_scans, self._by_scans), _LOST):
             self._begin_scan_odometry()
         self.odometry_lag.add_turn(self._stamp, float(step[2]))
@@ -142,6 +160,7 @@ class DeadReckoning:
             "velocity": self._velocity,
             **named("odometry_lag", self.odometry_lag.to_arrays()),
             **named("scan_odometry", self._scan_odometry.to_arrays()),
+            **named("velocity_filter", self._filter.to_arrays()),
         }
 
     @classmethod
@@ -164,6 +183,7 @@ class DeadReckoning:
         reckoning._keyframe_by_wheels = pose_or_none(arrays["keyframe_by_wheels"])
         reckoning._velocity = arrays["velocity"].astype(np.float64)
         reckoning._scan_odometry = ScanOdometry.from_arrays(part_of("scan_odometry", arrays))
+        reckoning._filter = VelocityFilter.from_arrays(part_of("velocity_filter", arrays))
         return reckoning
 
     def _place_laser(self, base_from_laser: Pose) -> None:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from mapping.constraint import Constraint, Kind
 from mapping.correlative_search import LikelihoodPyramid, Window, search
+from mapping.match_information import as_prior, match_information
 from mapping.scan_matching import Matches, Pairings, match, one_to_one
 from mapping.scan_store import ScanStore
 from mapping.see_through import see_through
@@ -31,10 +32,6 @@ MIN_OVERLAP = 0.15
 MAX_RESIDUAL = 0.04
 _TIED_WITHIN = 0.3
 """Metres within which partners are sought of scans that have been placed."""
-_USUAL_RESIDUAL = 0.01
-_INFORMATION_SCALE = 0.1
-"""Neighbouring beams, and the same scan in many pairs, err together: each term counts for a tenth."""
-_REGULAR = 1e-3 * np.eye(3)
 
 
 def place(
@@ -47,7 +44,7 @@ def place(
 ) -> tuple[Pose, int]:
     """Pose (3,) of keyframe ``index``, matched jointly against several before it, from guesses (H, 3).
 
-    Also tells which guess led there. ``information`` (3,) is what the guesses are worth, diagonal, in the
+    Also tells which guess led there. ``information`` (3, 3) is what the guesses are worth, in the
     frame of the keyframe. When the scans fit nowhere near, they are sought in wide windows about the first
     guess and about the keyframe before. Keyframes before ``known_since`` are elsewhere.
     """
@@ -183,8 +180,7 @@ def _match_guesses(
     pairs = np.tile(np.column_stack([fixed, np.full(count, index)]), (groups, 1))
     starts = np.arange(groups + 1) * count
     pairings = Pairings(starts, pairs, np.tile(poses[fixed], (groups, 1)), np.zeros((groups * count, 3)))
-    prior = information * _USUAL_RESIDUAL**2 / _INFORMATION_SCALE
-    return match(guesses, pairings, store, store, prior_information=prior)
+    return match(guesses, pairings, store, store, prior_information=as_prior(information))
 
 
 def _best(matches: Matches) -> int:
@@ -222,11 +218,6 @@ def constrain(pairs: NDArray[np.int64], poses: Pose, store: ScanStore) -> list[C
     matches = match(guesses, one_to_one(pairs), store, store, widest=_TIED_WITHIN)
     good = (matches.overlap > MIN_OVERLAP) & (matches.residual < MAX_RESIDUAL)
     return [_constraint(pairs[k], matches, int(k), "scan_matching") for k in np.flatnonzero(good)]
-
-
-def match_information(hessian: NDArray[np.float64], residual: float) -> NDArray[np.float64]:
-    """(3, 3) information of a match from its Hessian for unit residuals and the residual it ended with."""
-    return hessian * (_INFORMATION_SCALE / max(residual, _USUAL_RESIDUAL) ** 2) + _REGULAR
 
 
 def _constraint(pair: NDArray[np.int64], matches: Matches, k: int, kind: Kind) -> Constraint:

@@ -19,7 +19,7 @@ from mapping.arrays import Arrays
 from mapping.coarse_graph import Groups
 from mapping.constraint import Constraint
 from mapping.correlative_search import Fit, LikelihoodPyramid, Window, search
-from mapping.keyframe_tracking import match_information
+from mapping.match_information import match_information
 from mapping.scan_matching import Pairings, match
 from mapping.scan_store import ScanStore
 from mapping.see_through import see_through

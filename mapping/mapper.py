@@ -257,7 +257,8 @@ class Mapper:
     def _add_keyframe(
         self, scan: Scan, points: NDArray[np.float64], guesses: Pose, *, is_after_gap: bool
     ) -> None:
-        index = self._keyframes.add(prepare_scan(points))
+        prepared = prepare_scan(points)
+        index = self._keyframes.add(prepared)
         step, chosen, is_tied = IDENTITY, 0, True
         if index == 0:
             self._map_from_keyframe = self._reckoning.base_from_laser[None].copy()
@@ -268,7 +269,7 @@ class Mapper:
                 self._known_since = index
         self._drive.start_keyframe(guesses, chosen)
         self._rays.append(rays_of(scan, points))
-        self._reckoning.start_keyframe(step)
+        self._reckoning.start_keyframe(step, prepared)
         if index % _LEARN_LAG_EVERY == 0:
             self._reckoning.learn_lag()
         if index % _CALIBRATE_EVERY == 0:

@@ -46,9 +46,9 @@ class OdometryCalibration:
 
     @property
     def worth(self) -> NDArray[np.float64]:
-        """(3,) information, diagonal, of a corrected step of which nothing is known yet: it may be one of the
-        bad ones."""
-        return np.array([self.tail_distance, self.tail_distance, self.tail_turn]) ** -2.0
+        """(3, 3) information of a corrected step of which nothing is known yet: it may be one of the bad
+        ones."""
+        return np.diag([self.tail_distance**-2.0, self.tail_distance**-2.0, self.tail_turn**-2.0])
 
     def information(self, surprise: Pose) -> NDArray[np.float64]:
         """(3, 3) of one corrected step that differs by ``surprise`` (3,) from what scan matching measured.

@@ -18,7 +18,7 @@ NEAR_IN_TIME = (-3, -2, -1, 0, 1, 2, 3, 4)
 NEAR_IN_SPACE = 6
 _SPATIAL_CANDIDATES = 30
 _MAX_TURN = 1.0
-_PRIOR = (5.0, 5.0, 20.0)
+_PRIOR = np.diag([5.0, 5.0, 20.0])
 _WIDEST = 0.3
 _KERNEL_WIDTH = 0.08
 """Wider than between keyframes, whose guesses are better."""

@@ -4,11 +4,13 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from mapping.scan_matching_kernels import match_groups
 from mapping.scan_store import ScanStore
 from maps.se2 import Pose
+
+NO_PRIOR = np.zeros((3, 3))
 
 _WORKERS = 2
 _WORTH_THREADS = 64
@@ -64,16 +66,16 @@ def match(
     *,
     widest: float = 0.5,
     kernel_width: float = 0.04,
-    prior_information: ArrayLike = (0.0, 0.0, 0.0),
+    prior_information: NDArray[np.float64] = NO_PRIOR,
     both_ways: bool = True,
 ) -> Matches:
     """Match G groups from their guesses (G, 3); partners are sought up to ``widest`` metres at first,
     and those ``kernel_width`` off their line weigh a quarter. Points of the moving scans are laid on lines of
-    the fixed ones and, ``both_ways``, the other way round."""
+    the fixed ones and, ``both_ways``, the other way round. ``prior_information`` (3, 3), in the units of the
+    Hessian, ties each pose to its guess."""
     groups = len(guesses)
     poses = np.array(guesses, dtype=np.float64)
     hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
-    prior = np.asarray(prior_information, dtype=np.float64)
     scans_fixed, scans_moving = pairings.pairs.T
     pairs = np.column_stack([fixed.row_of[scans_fixed], moving.row_of[scans_moving]]).astype(np.int64)
 
@@ -84,7 +86,7 @@ def match(
         match_groups(
             poses[a:b], pairings.starts[a : b + 1], pairs,
             pairings.fixed_poses, pairings.moving_poses,
-            prior, fixed.packed(), moving.packed(),
+            prior_information, fixed.packed(), moving.packed(),
             widest, kernel_width, both_ways, hessians[a:b], qualities[a:b],
         )  # fmt: skip
 

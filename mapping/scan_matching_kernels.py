@@ -323,7 +323,7 @@ def match_group(
     Row k of ``pairs`` names a fixed scan among ``targets`` at ``fixed_poses[k]`` and a moving one among
     ``sources`` at ``moving_poses[k]``, each in its own group's frame. Iteratively reweighted Gauss-Newton
     on SE(2) with the step on the right, Geman-McClure weights, and a correspondence distance that shrinks
-    from ``widest`` to ``NARROWEST``; ``prior_information`` (3,) ties the pose to where it started.
+    from ``widest`` to ``NARROWEST``; ``prior_information`` (3, 3) ties the pose to where it started.
     ``hessian`` (3, 3) is left in the tangent frame of the moving group, for residuals of unit variance;
     ``quality`` (3,) as the share of points that found a partner, the weighted root mean square residual
     and the sum of weights.
@@ -371,9 +371,9 @@ def match_group(
         off = _relative(start, pose)
         for i in range(3):
             for j in range(3):
-                regular[i, j] = hessian[i, j]
-            regular[i, i] += prior_information[i] + 1e-3 * sums[9]
-            gradient[i] += prior_information[i] * off[i]
+                regular[i, j] = hessian[i, j] + prior_information[i, j]
+                gradient[i] += prior_information[i, j] * off[j]
+            regular[i, i] += 1e-3 * sums[9]
         uncertainty = inverse_of_symmetric(regular)
         for i in range(3):
             step[i] = 0.0

@@ -1,0 +1,19 @@
+"""What a match of scans is worth beside other measurements."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+_USUAL_RESIDUAL = 0.01
+_SCALE = 0.1
+"""Neighbouring beams, and the same scan in many pairs, err together: each term counts for a tenth."""
+_REGULAR = 1e-3 * np.eye(3)
+
+
+def match_information(hessian: NDArray[np.float64], residual: float) -> NDArray[np.float64]:
+    """(3, 3) information of a match from its Hessian for unit residuals and the residual it ended with."""
+    return hessian * (_SCALE / max(residual, _USUAL_RESIDUAL) ** 2) + _REGULAR
+
+
+def as_prior(information: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) information of a guess in the units of a match's Hessian."""
+    return information * (_USUAL_RESIDUAL**2 / _SCALE)
