@@ -62,15 +62,14 @@ class DeadReckoning:
         self._place_laser(scan.base_from_laser)
         by_wheels = self._wheels_at(scan)
         keyframe_from_last = self._filter.keyframe_from_laser
-        is_followed = by_wheels is None and self._filter.advance(scan)
-        if is_followed and self._filter.is_trusted:
-            within = by_velocity(self._filter.velocity)
-        else:
-            within = by_odometry(scan, self._odometry)
+        do_wheels_tell = by_wheels is not None and self._keyframe_by_wheels is not None
+        is_followed = not do_wheels_tell and self._filter.advance(scan)
+        is_trusted = is_followed and self._filter.is_trusted
+        within = by_velocity(self._filter.velocity) if is_trusted else by_odometry(scan, self._odometry)
         points, cloud = deskew(scan, within), deskew_cloud(scan, within)
         if by_wheels is not None and self._by_wheels is not None:
             motion = self.calibration.correct(between(self._by_wheels, by_wheels))
-        elif is_followed:
+        elif is_trusted:
             motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
         else:
             motion = turned_as_seen(self._points, points, self._last_motion)

@@ -32,8 +32,9 @@ def by_velocity(velocity: Pose) -> LaserMotion:
 
     def laser_from_later(seconds: NDArray[np.float64]) -> Pose:
         x, y, turn = (seconds[:, None] * velocity).T
-        # The chord of an arc points half the turn aside.
-        cos, sin = np.cos(0.5 * turn), np.sin(0.5 * turn)
+        # The chord of an arc is shorter than the arc, and points half the turn aside.
+        shorter = np.sinc(0.5 * turn / np.pi)
+        cos, sin = shorter * np.cos(0.5 * turn), shorter * np.sin(0.5 * turn)
         return np.column_stack([cos * x - sin * y, sin * x + cos * y, turn])
 
     return laser_from_later

@@ -29,8 +29,9 @@ _ROUNDING = 1e-6 * np.eye(3)
 _LEAST_OVERLAP = 0.2
 _INCREDIBLE = 40.0
 """Squared Mahalanobis distance between prediction and match, of three dimensions."""
-_TRUSTED_AFTER = 5
-"""Scans that were followed."""
+_TRUSTED_AFTER = 20
+"""Scans that were followed. Where stamps come in bunches, and velocities are wrong, so many never do."""
+_NOTHING_SEEN = PreparedScan(np.zeros((0, 2), dtype=np.float32), np.zeros((0, 2), dtype=np.float32))
 
 
 class VelocityFilter:
@@ -43,7 +44,8 @@ class VelocityFilter:
         self._covariance: NDArray[np.float64] = np.zeros((6, 6))
         self._stamp = 0
         self._followed = 0
-        self._keyframe: PreparedScan | None = None
+        self._residual = 0.0
+        self._keyframe = _NOTHING_SEEN
 
     @property
     def is_trusted(self) -> bool:
@@ -65,62 +67,57 @@ class VelocityFilter:
     def advance(self, scan: Scan) -> bool:
         """Follow the laser to the next scan.
 
-        False where that fails, and then nothing changes: the scan came late, or it does not lie where
+        False where that fails, and then it has to begin anew: the scan came late, or it does not lie where
         any velocity that is likely could have taken it.
         """
+        followed, self._followed = self._followed, 0
         seconds = (scan.stamp - self._stamp) * 1e-9
-        if self._keyframe is None or not 0.0 < seconds <= _LONGEST:
+        if not 0.0 < seconds <= _LONGEST:
             return False
+        predicted = compose(self.keyframe_from_laser, self.velocity * seconds)
         covariance = _carried_on(self._covariance, seconds)
         # A sweep tells where the laser was in its middle, however wrongly it was corrected for the motion.
-        middle = float(np.mean(scan.time_offsets[scan.is_return])) if np.any(scan.is_return) else 0.0
-        observed = np.hstack([np.eye(3), middle * np.eye(3)])
-        spread = observed @ covariance @ observed.T
-        predicted = compose(self.keyframe_from_laser, self.velocity * seconds)
-        predicted_middle = compose(predicted, self.velocity * middle)
-        matches = self._match(self._keyframe, scan, middle, predicted_middle, _inverse(spread))
-        surprise = between(predicted_middle, matches.poses[0])
-        is_likely = surprise @ _inverse(spread) @ surprise < _INCREDIBLE
-        if matches.overlap[0] < _LEAST_OVERLAP or not is_likely:
+        middle = _middle_of(scan)
+        observes = np.hstack([np.eye(3), middle * np.eye(3)])
+        spread = observes @ covariance @ observes.T
+        expected, known = compose(predicted, self.velocity * middle), _inverse(spread)
+        matches = self._match(scan, middle, expected, known)
+        surprise = between(expected, matches.poses[0])
+        if matches.overlap[0] < _LEAST_OVERLAP or surprise @ known @ surprise > _INCREDIBLE:
             return False
-        gained = match_information(matches.hessians[0], float(matches.residual[0]))
-        gain = covariance @ observed.T @ _inverse(spread)
-        self._covariance = covariance - gain @ (spread - _inverse(_inverse(spread) + gained)) @ gain.T
+        self._residual = float(matches.residual[0])
+        left = _inverse(known + match_information(matches.hessians[0], self._residual))
+        gain = covariance @ observes.T @ known
         correction = gain @ surprise
+        self._covariance = covariance - gain @ (spread - left) @ gain.T
         self._stamp, self.keyframe_from_laser = scan.stamp, compose(predicted, correction[:3])
         self.velocity = self.velocity + correction[3:]
-        self._followed += 1
+        self._followed = followed + 1
         return True
 
-    def _match(
-        self,
-        keyframe: PreparedScan,
-        scan: Scan,
-        middle: float,
-        predicted: Pose,
-        information: NDArray[np.float64],
-    ) -> Matches:
-        """The place of the laser in the middle of a sweep, so many seconds after its stamp."""
+    def _match(self, scan: Scan, middle: float, expected: Pose, known: NDArray[np.float64]) -> Matches:
+        """Where the laser was in the middle of a sweep, so many seconds after its stamp, from where it is
+        ``expected`` (3,) with information (3, 3)."""
         motion = by_velocity(self.velocity)
         points = transform_points(inverse(motion(np.array([middle]))[0]), deskew(scan, motion))
         scans = ScanStore(2)
-        pair = np.array([[scans.add(keyframe), scans.add(prepare_scan(points))]])
-        return match(predicted[None], one_to_one(pair), scans, scans, prior_information=as_prior(information))
+        pair = np.array([[scans.add(self._keyframe), scans.add(prepare_scan(points))]])
+        prior = as_prior(known, self._residual)
+        return match(expected[None], one_to_one(pair), scans, scans, prior_information=prior)
 
     def to_arrays(self) -> Arrays:
         """All there is to know: ``place`` and ``velocity`` (3,), their joint ``covariance`` (6, 6), the last
-        ``stamp`` in nanoseconds, how many scans were ``followed``, and the keyframe's ``points`` and
-        ``normals`` (N, 2)."""
-        nothing = np.zeros((0, 2), dtype=np.float32)
-        keyframe = self._keyframe or PreparedScan(nothing, nothing)
+        ``stamp`` in nanoseconds, how many scans were ``followed``, the ``residual`` of the last match in
+        metres, and the keyframe's ``points`` and ``normals`` (N, 2)."""
         return {
             "place": self.keyframe_from_laser,
             "velocity": self.velocity,
             "covariance": self._covariance,
             "stamp": np.array(self._stamp),
             "followed": np.array(self._followed),
-            "points": keyframe.points,
-            "normals": keyframe.normals,
+            "residual": np.array(self._residual),
+            "points": self._keyframe.points,
+            "normals": self._keyframe.normals,
         }
 
     @classmethod
@@ -131,10 +128,17 @@ class VelocityFilter:
         tracker.velocity = arrays["velocity"].astype(np.float64)
         tracker._covariance = arrays["covariance"].astype(np.float64)
         tracker._stamp, tracker._followed = int(arrays["stamp"]), int(arrays["followed"])
+        tracker._residual = float(arrays["residual"])
         tracker._keyframe = PreparedScan(
             arrays["points"].astype(np.float32), arrays["normals"].astype(np.float32)
         )
         return tracker
+
+
+def _middle_of(scan: Scan) -> float:
+    """Seconds after the stamp, of the returns."""
+    offsets = scan.time_offsets[scan.is_return]
+    return float(offsets.mean()) if len(offsets) else 0.0
 
 
 def _inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import ROOM, scan_at
+from worlds import ROOM, points_at, scan_at
 
 from mapping.dead_reckoning import DeadReckoning
 from mapping.odometry_calibration import OdometryCalibration
+from mapping.scan_store import prepare_scan
 from maps.odometry import Odometry
 from maps.se2 import IDENTITY, Pose, between, compose
 
@@ -15,6 +16,7 @@ PERIOD = 100_000_000
 PLACE = np.array([0.27, 0.05, 0.1])
 START = np.array([-2.0, -0.5, 0.1])
 poses = st.tuples(st.floats(-5.0, 5.0), st.floats(-5.0, 5.0), st.floats(-np.pi, np.pi)).map(np.array)
+SEEN = prepare_scan(points_at(ROOM, compose(START, PLACE)))
 steps = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.02, 0.02), st.floats(-0.15, 0.15)).map(np.array)
 
 
@@ -31,7 +33,7 @@ def drive(
         told = PLACE if number >= place_told_at else IDENTITY
         reckoning.advance(scan_at(ROOM, compose(map_from_base, PLACE), stamp, told))
         if number == 0:
-            reckoning.start_keyframe(IDENTITY)
+            reckoning.start_keyframe(IDENTITY, SEEN)
         map_from_base = compose(map_from_base, step)
     return reckoning
 
@@ -81,7 +83,7 @@ def test_wheels_are_trusted_first_and_corrected() -> None:
 def test_habit_is_the_velocity_of_the_last_keyframe(step: Pose, later: int) -> None:
     """Whatever the sensors say."""
     reckoning = drive(IDENTITY, 2)
-    reckoning.start_keyframe(step)
+    reckoning.start_keyframe(step, SEEN)
     for number in range(3, 3 + later):
         reckoning.advance(scan_at(ROOM, compose(START, PLACE), number * PERIOD, PLACE))
     np.testing.assert_allclose(reckoning.motions()[-1], step * later / 2, atol=1e-9)
@@ -89,7 +91,7 @@ def test_habit_is_the_velocity_of_the_last_keyframe(step: Pose, later: int) -> N
 
 def test_a_keyframe_starts_the_way_anew() -> None:
     reckoning = drive(np.array([0.1, 0.0, 0.02]), 3)
-    reckoning.start_keyframe(laser_step(np.array([0.1, 0.0, 0.02]), 3))
+    reckoning.start_keyframe(laser_step(np.array([0.1, 0.0, 0.02]), 3), SEEN)
     np.testing.assert_allclose(reckoning.motions(), np.zeros((3, 3)), atol=1e-12)
 
 
@@ -136,7 +138,7 @@ def test_over_a_jump_of_the_odometry_scans_tell_the_way_until_the_next_keyframe(
         reckoning.advance(scan_at(ROOM, compose(base_after(step, number), PLACE), number * PERIOD, PLACE))
     assert reckoning.wheel_step() is None
     np.testing.assert_allclose(reckoning.motions()[0], laser_step(step, 5), atol=0.05)
-    reckoning.start_keyframe(laser_step(step, 5))
+    reckoning.start_keyframe(laser_step(step, 5), SEEN)
     by_wheels = compose(by_wheels, step)
     reckoning.add_odometry(Odometry(6 * PERIOD, by_wheels, IDENTITY))
     reckoning.advance(scan_at(ROOM, compose(base_after(step, 6), PLACE), 6 * PERIOD, PLACE))

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from mapping.deskew import deskew, deskew_cloud
+from mapping.deskew import by_odometry, by_velocity, deskew, deskew_cloud
 from maps.cloud import Cloud
 from maps.odometry import Odometry, OdometryBuffer
 from maps.scan import Scan
@@ -44,20 +44,22 @@ def scan() -> Scan:
 
 def test_beams_and_points_lie_where_the_landmarks_are(scan: Scan) -> None:
     expected = transform_points(inverse(compose(base_at(0.0), PLACE)), LANDMARKS[:, :2])
-    np.testing.assert_allclose(deskew(scan, buffer()), expected, atol=1e-4)
-    points = deskew_cloud(scan, buffer())
+    motion = by_odometry(scan, buffer())
+    np.testing.assert_allclose(deskew(scan, motion), expected, atol=1e-4)
+    points = deskew_cloud(scan, motion)
     np.testing.assert_allclose(points[:, :2], expected, atol=1e-4)
     np.testing.assert_allclose(points[:, 2], LANDMARKS[:, 2], atol=1e-6)
 
 
 def test_without_odometry_all_is_as_measured(scan: Scan) -> None:
-    np.testing.assert_array_equal(deskew(scan, OdometryBuffer()), scan.points_in_laser())
-    np.testing.assert_array_equal(deskew_cloud(scan, OdometryBuffer()), scan.cloud.points)
+    unknown = by_odometry(scan, OdometryBuffer())
+    np.testing.assert_array_equal(deskew(scan, unknown), scan.points_in_laser())
+    np.testing.assert_array_equal(deskew_cloud(scan, unknown), scan.cloud.points)
 
 
 def test_planar_scan_has_no_cloud(scan: Scan) -> None:
     planar = Scan(STAMP, scan.bearings, scan.ranges, scan.time_offsets, PLACE, 30.0)
-    assert deskew_cloud(planar, buffer()) is None
+    assert deskew_cloud(planar, by_odometry(planar, buffer())) is None
 
 
 poses = st.tuples(st.floats(-9.0, 9.0), st.floats(-9.0, 9.0), st.floats(-np.pi, np.pi)).map(np.array)
@@ -88,4 +90,13 @@ def test_any_steady_motion_is_taken_out_wherever_odometry_starts(
     bearings, ranges = np.arctan2(seen[:, 1], seen[:, 0]), np.hypot(seen[:, 0], seen[:, 1])
     sweep = Scan(STAMP, bearings, ranges, offsets, PLACE, 30.0)
     expected = transform_points(inverse(PLACE), LANDMARKS[:, :2])
-    np.testing.assert_allclose(deskew(sweep, odometry), expected, atol=1e-4)
+    np.testing.assert_allclose(deskew(sweep, by_odometry(sweep, odometry)), expected, atol=1e-4)
+
+
+@given(st.tuples(st.floats(-6.0, 6.0), st.floats(-1.0, 1.0), st.floats(-4.0, 4.0)).map(np.array))
+def test_a_steady_velocity_leads_along_an_arc(velocity: np.ndarray) -> None:
+    """Many small steps lead to the same place."""
+    place = np.zeros(3)
+    for _ in range(1000):
+        place = compose(place, 1e-4 * velocity)
+    np.testing.assert_allclose(by_velocity(velocity)(np.array([0.1]))[0], place, atol=1e-3)
