@@ -87,12 +87,14 @@ class Drive:
     def guess(self, scans: NDArray[np.int64], map_from_keyframe: Pose) -> Pose:
         """map_from_laser (M, 3) of some scans, by the drive's keyframes (K, 3) and the motion since each."""
         latest = np.array([guesses[0] for guesses in self._guesses]).reshape(-1, 3)
+        stamps, keyframe_scans = np.array(self.stamps), np.array(self.keyframe_scans)
+        begun = keyframe_scans[keyframe_scans < len(stamps)]  # all but one whose scan is still to come
         return guess_scans(
-            scans,
+            stamps[scans],
             np.concatenate([_in_place(self._settled), latest])[scans],
             self.keyframe_of(scans),
             _in_place(self._keyframe_from_next),
-            np.array(self.keyframe_scans),
+            stamps[begun],
             map_from_keyframe,
         )
 

@@ -30,25 +30,27 @@ _WORKERS = 2
 
 
 def guess_scans(
-    scans: NDArray[np.int64],
+    stamps: NDArray[np.int64],
     keyframe_from_scan: Pose,
     after_keyframe: NDArray[np.int64],
     keyframe_from_next: Pose,
-    keyframe_scans: NDArray[np.int64],
+    keyframe_stamps: NDArray[np.int64],
     map_from_keyframe: Pose,
 ) -> Pose:
-    """Poses (M, 3) of scans (M,) from the motion (M, 3) since the keyframe each follows, by dead reckoning.
+    """Poses (M, 3) of scans from the motion (M, 3) since the keyframe each follows, by dead reckoning.
 
     The motion (K - 1, 3) from one keyframe to the next was measured in the same way; what it missed by is
-    spread over the scans between the two.
+    spread over the time between the two: most of it over a pause, in which nothing was measured. Stamps (M,)
+    and those of the keyframes (K,) are in nanoseconds.
     """
     guesses = compose(map_from_keyframe[after_keyframe], keyframe_from_scan)
-    has_next = after_keyframe < len(keyframe_scans) - 1
+    has_next = after_keyframe < len(keyframe_stamps) - 1
     before = after_keyframe[has_next]
     missed = between(
         compose(map_from_keyframe[before], keyframe_from_next[before]), map_from_keyframe[before + 1]
     )
-    share = (scans[has_next] - keyframe_scans[before]) / (keyframe_scans[before + 1] - keyframe_scans[before])
+    since = stamps[has_next] - keyframe_stamps[before]
+    share = since / np.maximum(keyframe_stamps[before + 1] - keyframe_stamps[before], 1)
     guesses[has_next] = compose(guesses[has_next], share[:, None] * missed)
     return guesses
 

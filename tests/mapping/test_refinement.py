@@ -13,6 +13,7 @@ PER_KEYFRAME = 4
 KEYFRAMES = 9
 SCANS = (KEYFRAMES - 1) * PER_KEYFRAME + 3
 KEYFRAME_SCANS = PER_KEYFRAME * np.arange(KEYFRAMES)
+STAMPS = 25_000_000 * np.arange(SCANS)
 AFTER_KEYFRAME = np.arange(SCANS) // PER_KEYFRAME
 steps = st.tuples(st.floats(0.0, 0.12), st.floats(-0.02, 0.02), st.floats(-0.08, 0.08)).map(np.array)
 
@@ -24,14 +25,14 @@ def path(step: Pose, count: int = SCANS) -> Pose:
     return np.array(poses)
 
 
-def guessed(true: Pose, measured: Pose) -> Pose:
+def guessed(true: Pose, measured: Pose, stamps: np.ndarray = STAMPS) -> Pose:
     """From a path (N, 3) as dead reckoning ``measured`` it and keyframes where they are in truth."""
     return guess_scans(
-        np.arange(SCANS),
+        stamps,
         between(measured[KEYFRAME_SCANS][AFTER_KEYFRAME], measured),
         AFTER_KEYFRAME,
         between(measured[KEYFRAME_SCANS[:-1]], measured[KEYFRAME_SCANS[1:]]),
-        KEYFRAME_SCANS,
+        stamps[KEYFRAME_SCANS],
         true[KEYFRAME_SCANS],
     )
 
@@ -58,6 +59,17 @@ def test_what_dead_reckoning_missed_is_spread_between_keyframes(step: Pose, slip
         *between(true[PER_KEYFRAME], compose(true[0], between(measured[0], measured[PER_KEYFRAME])))[:2]
     )
     assert_same(guesses[held], true[held], 0.5 * missed + 1e-3, abs(turn) + 1e-9)
+
+
+def test_what_was_missed_over_a_pause_does_not_move_the_scans_before_it() -> None:
+    """The car was carried on meanwhile."""
+    measured = path(np.array([0.01, 0.0, 0.0]))
+    first_after = KEYFRAME_SCANS[3]
+    true = measured.copy()
+    true[first_after:] = compose([1.0, 0.5, 0.0], measured[first_after:])
+    stamps = STAMPS.copy()
+    stamps[first_after:] += 80_000_000_000
+    assert_same(guessed(true, measured, stamps), true, 0.01, 1e-9)
 
 
 @settings(max_examples=8, deadline=None)
