@@ -58,12 +58,22 @@ def test_race_car_on_its_own_map(racecar: Racecar, recordings: Path, tmp_path: P
     assert figures["absolute_position_m"]["mean"] <= 0.10
 
 
-@pytest.mark.parametrize("bag", ["racecar/session_A", "slam_benchmark/intel.bag"])
-def test_without_odometry(racecar: Racecar, recordings: Path, tmp_path: Path, bag: str) -> None:
-    done = racecar("map", recordings / bag, "--out", tmp_path, "--no-odom")
+def test_race_car_without_odometry(racecar: Racecar, recordings: Path, tmp_path: Path) -> None:
+    """Also before, and after, the pauses of the recording."""
+    bag = recordings / "racecar" / "session_A"
+    assert racecar("map", bag, "--out", tmp_path / "with").returncode == 0
+    done = racecar("map", bag, "--out", tmp_path / "without", "--no-odom")
     assert done.returncode == 0, done.stderr
-    report = json.loads((tmp_path / "report.json").read_text())
+    report = json.loads((tmp_path / "without" / "report.json").read_text())
     assert any("odometry" in sentence for sentence in report["warnings"])
+    done = racecar(
+        *("evaluate", tmp_path / "without" / "trajectory.tum"),
+        *("--reference", tmp_path / "with" / "trajectory.tum", "--json", tmp_path / "figures.json"),
+    )
+    assert done.returncode == 0, done.stderr
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["absolute_position_m"]["mean"] <= 0.03
+    assert figures["absolute_position_m"]["max"] <= 0.3
 
 
 @pytest.mark.parametrize("share", [0.3, 0.9])

@@ -96,7 +96,9 @@ def _missed(loop: Constraint, true: Pose) -> tuple[float, float]:
     return float(np.hypot(*beyond)), float(np.rad2deg(abs(missed[2])))
 
 
-def map_drive(plan: str, *, close_loops: bool = True, every: int = 1, **settings: object) -> MappedDrive:
+def map_drive(
+    plan: str, *, close_loops: bool = True, every: int = 1, has_wheels: bool = True, **settings: object
+) -> MappedDrive:
     """Simulate with some settings of `SimulationConfig` and map every so many scans."""
     grid = load_or_draw(Path(plan))
     simulation = Simulation(grid, SimulationConfig(**settings))
@@ -104,7 +106,8 @@ def map_drive(plan: str, *, close_loops: bool = True, every: int = 1, **settings
     scans = 0
     for message in simulation.messages():
         if not isinstance(message, Scan):
-            mapper.add_odometry(message)
+            if has_wheels:
+                mapper.add_odometry(message)
             continue
         if scans % every == 0:
             mapper.add_scan(message)

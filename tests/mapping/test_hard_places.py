@@ -18,6 +18,13 @@ def test_slipping_wheels_on_a_race_track() -> None:
     assert map_drive("track", close_loops=False, duration=6.0, seed=1, **SLIPPING).drift < 0.004
 
 
+def test_a_race_track_without_wheels() -> None:
+    """Smooth bends show next to nothing of the motion along them."""
+    drive = map_drive("track", noise="none", has_wheels=False, seed=1, max_speed=6.0)
+    assert_no_wrong_loop(drive)
+    assert drive.mean_relation_error() < 0.05
+
+
 def test_length_of_a_bare_corridor() -> None:
     drive = map_drive("bare_corridor", noise="slight", seed=1, duration=60.0, every=4)
     assert drive.length_error < 0.003
@@ -50,6 +57,16 @@ def test_length_of_a_bare_corridor_there_and_back(noise: str) -> None:
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_no_wrong_loop_whatever_the_wheels_say(noise: str, seed: int) -> None:
     assert_no_wrong_loop(map_drive("twin_corridors", noise=noise, seed=seed))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("every", "range_noise"), [(1, 0.01), (1, 0.03), (4, 0.02)])
+def test_a_building_without_wheels(every: int, range_noise: float) -> None:
+    drive = map_drive(
+        "building", has_wheels=False, seed=1, duration=150.0, every=every, range_noise=range_noise
+    )
+    assert_no_wrong_loop(drive)
+    assert drive.mean_relation_error() < 0.03
 
 
 @pytest.mark.slow
