@@ -21,7 +21,6 @@ _LOCAL_WIDTH = 1.0
 _LOOP_WIDTHS = (30.0, 5.0, 1.0)
 _TOLERANCE = 1e-4
 _ROUGH_TOLERANCE = 1e-3
-_GROUPS_TOLERANCE = 0.1
 _ONE_BY_ONE = 4000
 """Keyframes, at most, that are optimized each for itself while the drive goes on."""
 _STRAINED = (0.15, 0.03)
@@ -74,7 +73,7 @@ class PoseGraph:
         first = max(len(poses) - _ONE_BY_ONE, 0)
         if first > 0:
             graph = PoseGraph(between_groups(self.constraints, poses, groups))
-            middles = graph._anneal(poses[groups.middles], _LOOP_WIDTHS[:2], _GROUPS_TOLERANCE)
+            middles = graph._anneal(poses[groups.middles], _LOOP_WIDTHS[:2], _ROUGH_TOLERANCE)
             poses = groups.carry(poses, middles)
         return self.optimize_roughly(poses, first)
 

@@ -137,7 +137,8 @@ def _follow_neighbours(
     A car that is held or pushed turns without its wheels telling, and all guesses after that are off.
     """
     poses, weights = matches.poses.copy(), matches.weight.copy()
-    usual = median_filter(matches.overlap, _USUAL_AMONG, mode="nearest")
+    among = min(_USUAL_AMONG, 2 * len(poses) - 1)  # SciPy 1.15 gives zeros for a longer window
+    usual = median_filter(matches.overlap, among, mode="nearest")
     poor = np.flatnonzero(matches.overlap < _POOR_SHARE * usual)
     for rows, beside in ((poor[poor > 0], -1), (poor[poor < len(poses) - 1][::-1], 1)):
         for row in rows:

@@ -65,6 +65,7 @@ def test_a_recording_is_a_bag_like_any_other(racecar: Racecar, localized: Path) 
 def test_runs_become_rerun_recordings(
     racecar: Racecar, mapped: Path, localized: Path, tmp_path: Path
 ) -> None:
+    pytest.importorskip("rerun")
     for run in (mapped, localized):
         done = racecar("view", run, "--save", tmp_path / f"{run.name}.rrd")
         assert done.returncode == 0, done.stderr
