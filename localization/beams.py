@@ -11,10 +11,11 @@ from localization.beams_kernels import set_back
 from maps.scan import Scan
 from maps.se2 import Pose
 
-OdometryAt = Callable[[NDArray[np.int64]], Pose]
-"""``odom_from_base`` (N, 3) at stamps (N,) in nanoseconds."""
+PosesAt = Callable[[NDArray[np.int64]], Pose]
+"""Where the base is (N, 3) at stamps (N,) in nanoseconds, in a frame that stands still."""
 
-
+_LONGEST_SWEEP = 1.0
+"""Seconds; beams that claim more, or what is no number, are taken to have been seen at the stamp."""
 _KNOTS = np.linspace(0.0, 1.0, 8)
 """Shares of a sweep after which the car's pose is asked for; between them it moves evenly."""
 
@@ -49,24 +50,24 @@ class Beams:
         return replace(self, bearings=self.bearings[chosen], ranges=self.ranges[chosen])
 
 
-def select_beams(scan: Scan, count: int, odometry_at: OdometryAt | None) -> Beams:
+def select_beams(scan: Scan, count: int, poses_at: PosesAt) -> Beams:
     """Up to ``count`` beams evenly over those that carry information, set back by the motion since the stamp.
 
-    The motion during the sweep comes from the odometry; without it the car is taken to stand.
+    ``poses_at`` tells the motion during the sweep.
     """
     useful = np.flatnonzero((scan.ranges >= 0.0) & np.isfinite(scan.bearings))
     chosen = useful[_evenly(len(useful), count)]
     bearings, ranges = scan.bearings[chosen], scan.ranges[chosen]
     base_from_laser = np.array(scan.base_from_laser)  # one that is read-only would be compiled for anew
     offsets = scan.time_offsets[chosen]
-    if odometry_at is not None and offsets.any():
+    if offsets.any() and (np.abs(offsets) < _LONGEST_SWEEP).all():
         first, last = offsets.min(), offsets.max()
         knots = first + max(last - first, 1e-6) * _KNOTS
         moments = np.zeros(len(knots) + 1)  # the last is the stamp
         moments[:-1] = knots
-        odom_from_base = odometry_at(scan.stamp + np.rint(moments * 1e9).astype(np.int64))
+        fixed_from_base = poses_at(scan.stamp + np.rint(moments * 1e9).astype(np.int64))
         bearings, ranges = set_back(
-            bearings, ranges, offsets, knots, odom_from_base[:-1], odom_from_base[-1], base_from_laser
+            bearings, ranges, offsets, knots, fixed_from_base[:-1], fixed_from_base[-1], base_from_laser
         )
     return Beams(bearings, ranges, base_from_laser, scan.max_range)
 

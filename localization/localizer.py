@@ -139,8 +139,7 @@ class Localizer:
                 self._rival.filter.predict(step, self._motion.model, slip)
             if self._is_settled and step.is_over_gap:
                 self._start_over(step)
-            odometry_at = self._motion.poses_at if self._motion.knows(scan.stamp) else None
-            beams = select_beams(scan, self._config.beams, odometry_at)
+            beams = select_beams(scan, self._config.beams, self._motion.poses_in_sweep)
             is_start = self._look(beams, step, scan.stamp) if len(beams) > 0 else not self._is_settled
             estimate = self._estimate(beams, step.seconds, scan.stamp, is_start)
             self._filter.resample(*self._wanted_particles(estimate))

@@ -76,6 +76,14 @@ class MotionSource:
         with self._lock:
             return self._odometry.poses_at(stamps)
 
+    def poses_in_sweep(self, stamps: NDArray[np.int64]) -> Pose:
+        """Where the base is (N, 3) at stamps (N,) in the sweep of the last step, in a frame that stands
+        still: by odometry, or where that is silent by the speed of the estimates."""
+        if self._odom_from_base is not None:
+            return self.poses_at(stamps)
+        seconds = (stamps - self._stamp) * 1e-9 if self._stamp is not None else np.zeros(len(stamps))
+        return seconds[:, None] * self._speed
+
     def step_to(self, stamp: int) -> MotionStep:
         """The motion since the last call."""
         with self._lock:

@@ -13,11 +13,15 @@ def make_scan(ranges: np.ndarray, offsets: np.ndarray | None = None) -> Scan:
     return Scan(10**9, bearings, ranges, offsets, BASE_FROM_LASER, 30.0)
 
 
+def still(stamps: np.ndarray) -> np.ndarray:
+    return np.zeros((len(stamps), 3))
+
+
 def test_beams_are_taken_evenly_over_what_is_known() -> None:
     ranges = np.arange(1.0, 1001.0)
     ranges[500:] = np.nan
     ranges[:500:7] = np.inf
-    beams = select_beams(make_scan(ranges), 100, None)
+    beams = select_beams(make_scan(ranges), 100, still)
     assert len(beams) == 100
     assert not np.isnan(beams.ranges).any()
     assert np.isinf(beams.ranges).any()
@@ -25,8 +29,8 @@ def test_beams_are_taken_evenly_over_what_is_known() -> None:
 
 
 def test_few_beams_are_all_taken() -> None:
-    assert len(select_beams(make_scan(np.array([1.0, np.nan, 3.0])), 100, None)) == 2
-    assert len(select_beams(make_scan(np.full(5, np.nan)), 100, None)) == 0
+    assert len(select_beams(make_scan(np.array([1.0, np.nan, 3.0])), 100, still)) == 2
+    assert len(select_beams(make_scan(np.full(5, np.nan)), 100, still)) == 0
 
 
 def test_a_sweep_on_the_move_is_set_back_to_its_stamp() -> None:

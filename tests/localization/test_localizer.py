@@ -105,12 +105,13 @@ def test_finds_itself_anywhere(seed: int) -> None:
 
 
 def test_runs_without_odometry() -> None:
+    """Where each beam was is told by the speed of the estimates; without that it would be 0.025 m."""
     driven = drive(room(), 4.0, np.random.default_rng(0))
     filter = localizer()
     filter.set_pose(driven.truth[0])
     scans = [message for message in driven.messages if isinstance(message, Scan)]
     metres, _ = errors(replay(filter, scans), driven)
-    assert metres.mean() < 0.1
+    assert metres.mean() < 0.02
 
 
 def test_same_seed_same_bits() -> None:

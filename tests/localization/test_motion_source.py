@@ -216,6 +216,20 @@ def test_without_odometry_the_speed_of_the_estimates_is_carried_on() -> None:
     assert_same_poses(motion.step_to(2 * SECOND).base_from_next_base, IDENTITY)
 
 
+def test_in_a_sweep_the_car_moves_as_odometry_tells_or_else_at_the_speed_of_the_estimates() -> None:
+    motion, stamps = source(), SECOND + MILLISECOND * np.array([0, 5, 15])
+    motion.step_to(SECOND)
+    assert_same_poses(motion.poses_in_sweep(stamps), np.zeros((3, 3)))
+    for k in range(50):
+        motion.follow(k * 20 * MILLISECOND, np.array([0.04 * k, 3.0, 0.0]))
+    moved = between(*motion.poses_in_sweep(stamps)[[0, 2]])
+    assert_same_poses(moved, np.array([0.03, 0.0, 0.0]), atol=1e-3)
+    feed(motion, 0, 2 * SECOND)
+    motion.step_to(SECOND)
+    moved = between(*motion.poses_in_sweep(stamps)[[0, 2]])
+    assert_same_poses(moved, between(true_pose(stamps[0]), true_pose(stamps[2])), atol=1e-3)
+
+
 @MODELS
 def test_a_car_that_stands_gains_no_noise_but_one_whose_wheels_lock_may_slide_on(model: str) -> None:
     motion = source(model)

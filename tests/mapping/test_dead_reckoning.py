@@ -143,3 +143,26 @@ def test_over_a_jump_of_the_odometry_scans_tell_the_way_until_the_next_keyframe(
     reckoning.add_odometry(Odometry(6 * PERIOD, by_wheels, IDENTITY))
     reckoning.advance(scan_at(ROOM, compose(base_after(step, 6), PLACE), 6 * PERIOD, PLACE))
     np.testing.assert_allclose(reckoning.wheel_step(), laser_step(step, 1), atol=1e-9)
+
+
+def test_without_odometry_the_velocity_is_trusted_after_a_while() -> None:
+    step = np.array([0.02, 0.0, 0.01])
+    reckoning = drive(step, 24, odom_from_map=None)
+    by_velocity, by_scans, _ = reckoning.motions()
+    np.testing.assert_allclose(by_velocity, laser_step(step, 24), atol=0.01)
+    np.testing.assert_allclose(by_scans, laser_step(step, 24), atol=0.05)
+
+
+def test_where_wheels_fall_silent_the_velocity_begins_at_once() -> None:
+    """With the speed and from the place that they told last."""
+    step = np.array([0.02, 0.0, 0.01])
+    reckoning = drive(step, 3)
+    silent = range(9, 32)
+    for number in range(4, 9):
+        reckoning.add_odometry(Odometry(number * PERIOD, base_after(step, number), IDENTITY))
+        reckoning.advance(scan_at(ROOM, compose(base_after(step, number), PLACE), number * PERIOD, PLACE))
+    stamps = [8 * PERIOD + 600_000_000 + (number - 9) * PERIOD for number in silent]
+    for number, stamp in zip(silent, stamps, strict=True):
+        reckoning.advance(scan_at(ROOM, compose(base_after(step, number), PLACE), stamp, PLACE))
+    assert reckoning.wheel_step() is None
+    np.testing.assert_allclose(reckoning.motions()[0], laser_step(step, 31), atol=0.02)
