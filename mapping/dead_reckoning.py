@@ -19,6 +19,9 @@ from maps.se2 import IDENTITY, Pose, are_apart, between, compose
 
 _LOST = (1.0, 0.5)
 """Metres and radians by which scan odometry may miss a step between keyframes."""
+_SELDOM = 0.075
+"""Seconds between two scans, from which on scan odometry is asked along bare corridors too; between scans
+that come more often the laser moves too little for it."""
 
 
 class DeadReckoning:
@@ -80,6 +83,8 @@ class DeadReckoning:
         self._stamp, self._by_wheels, self._by_scans = scan.stamp, by_wheels, by_scans
         if not is_followed:
             self._filter.begin(scan.stamp, self.motions()[0], self._last_motion / max(seconds, 1e-3))
+        elif seconds > _SELDOM:
+            self._filter.observe(between(self._keyframe_by_scans, by_scans))
         return points
 
     def motions(self) -> Pose:

@@ -18,7 +18,7 @@ from mapping.scan_store import PreparedScan, ScanStore, prepare_scan
 from maps.scan import Scan
 from maps.se2 import IDENTITY, Pose, between, compose, inverse, transform_points
 
-_LONGEST = 0.15
+_LONGEST = 0.25
 """Seconds between two scans, beyond which a velocity tells too little of where the next one is."""
 _ACCELERATION = np.diag([3.0, 1.0, 6.0]) ** 2
 """Spectral density: what velocity, in m/s and rad/s, gains in a second, squared."""
@@ -29,8 +29,11 @@ _ROUNDING = 1e-6 * np.eye(3)
 _LEAST_OVERLAP = 0.2
 _INCREDIBLE = 40.0
 """Squared Mahalanobis distance between prediction and match, of three dimensions."""
-_TRUSTED_AFTER = 20
-"""Scans that were followed. Where stamps come in bunches, and velocities are wrong, so many never do."""
+_SCAN_ODOMETRY = np.diag([1.0, 1.0, 0.5]) ** 2
+"""By how much it may miss a step since the keyframe: next to nothing unless scans leave a direction open."""
+_TRUSTED_AFTER, _EACH_AFTER = 10.0, 0.05
+"""Scans that were followed, of which those that came sooner, in seconds, count for less: where stamps come in
+bunches velocities are wrong."""
 _NOTHING_SEEN = PreparedScan(np.zeros((0, 2), dtype=np.float32), np.zeros((0, 2), dtype=np.float32))
 
 
@@ -43,7 +46,7 @@ class VelocityFilter:
         """(3,) metres and radians per second."""
         self._covariance: NDArray[np.float64] = np.zeros((6, 6))
         self._stamp = 0
-        self._followed = 0
+        self._followed = 0.0
         self._residual = 0.0
         self._keyframe = _NOTHING_SEEN
 
@@ -57,7 +60,7 @@ class VelocityFilter:
         self._stamp, self.keyframe_from_laser, self.velocity = stamp, keyframe_from_laser, velocity
         self._covariance = np.zeros((6, 6))
         self._covariance[:3, :3], self._covariance[3:, 3:] = _FIRST_PLACE, _FIRST_VELOCITY
-        self._followed = 0
+        self._followed = 0.0
 
     def start_keyframe(self, keyframe: PreparedScan) -> None:
         """The present scan is the keyframe from here on."""
@@ -70,7 +73,7 @@ class VelocityFilter:
         False where that fails, and then it has to begin anew: the scan came late, or it does not lie where
         any velocity that is likely could have taken it.
         """
-        followed, self._followed = self._followed, 0
+        followed, self._followed = self._followed, 0.0
         seconds = (scan.stamp - self._stamp) * 1e-9
         if not 0.0 < seconds <= _LONGEST:
             return False
@@ -92,8 +95,20 @@ class VelocityFilter:
         self._covariance = covariance - gain @ (spread - left) @ gain.T
         self._stamp, self.keyframe_from_laser = scan.stamp, compose(predicted, correction[:3])
         self.velocity = self.velocity + correction[3:]
-        self._followed = followed + 1
+        self._followed = followed + min(1.0, seconds / _EACH_AFTER)
         return True
+
+    def observe(self, keyframe_from_laser: Pose) -> None:
+        """Take what scan odometry says of the place (3,).
+
+        Along a bare corridor the filter goes on as before, and would when the car stands: what else the scans
+        show there, door frames and lone points, scan odometry sees.
+        """
+        gain = self._covariance[:, :3] @ _inverse(self._covariance[:3, :3] + _SCAN_ODOMETRY)
+        correction = gain @ between(self.keyframe_from_laser, keyframe_from_laser)
+        self._covariance = self._covariance - gain @ self._covariance[:3]
+        self.keyframe_from_laser = compose(self.keyframe_from_laser, correction[:3])
+        self.velocity = self.velocity + correction[3:]
 
     def _match(self, scan: Scan, middle: float, expected: Pose, known: NDArray[np.float64]) -> Matches:
         """Where the laser was in the middle of a sweep, so many seconds after its stamp, from where it is
@@ -127,7 +142,7 @@ class VelocityFilter:
         tracker.keyframe_from_laser = arrays["place"].astype(np.float64)
         tracker.velocity = arrays["velocity"].astype(np.float64)
         tracker._covariance = arrays["covariance"].astype(np.float64)
-        tracker._stamp, tracker._followed = int(arrays["stamp"]), int(arrays["followed"])
+        tracker._stamp, tracker._followed = int(arrays["stamp"]), float(arrays["followed"])
         tracker._residual = float(arrays["residual"])
         tracker._keyframe = PreparedScan(
             arrays["points"].astype(np.float32), arrays["normals"].astype(np.float32)

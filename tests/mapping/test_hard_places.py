@@ -18,9 +18,12 @@ def test_slipping_wheels_on_a_race_track() -> None:
     assert map_drive("track", close_loops=False, duration=6.0, seed=1, **SLIPPING).drift < 0.004
 
 
-def test_a_race_track_without_wheels() -> None:
-    """Smooth bends show next to nothing of the motion along them."""
-    drive = map_drive("track", noise="none", has_wheels=False, seed=1, max_speed=6.0)
+@pytest.mark.parametrize(("every", "max_speed"), [(1, 6.0), (6, 2.0)])
+def test_a_race_track_without_wheels(every: int, max_speed: float) -> None:
+    """Smooth bends show next to nothing of the motion along them; the slower laser is a cheap one's."""
+    drive = map_drive(
+        "track", noise="none", has_wheels=False, seed=1, max_speed=max_speed, every=every, range_noise=0.02
+    )
     assert_no_wrong_loop(drive)
     assert drive.mean_relation_error() < 0.05
 
@@ -60,7 +63,7 @@ def test_no_wrong_loop_whatever_the_wheels_say(noise: str, seed: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("every", "range_noise"), [(1, 0.01), (1, 0.03), (4, 0.02)])
+@pytest.mark.parametrize(("every", "range_noise"), [(1, 0.01), (1, 0.03), (4, 0.02), (6, 0.02)])
 def test_a_building_without_wheels(every: int, range_noise: float) -> None:
     drive = map_drive(
         "building", has_wheels=False, seed=1, duration=150.0, every=every, range_noise=range_noise
