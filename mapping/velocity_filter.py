@@ -29,7 +29,7 @@ _ROUNDING = 1e-6 * np.eye(3)
 _LEAST_OVERLAP = 0.2
 _INCREDIBLE = 40.0
 """Squared Mahalanobis distance between prediction and match, of three dimensions."""
-_SCAN_ODOMETRY = np.diag([1.0, 1.0, 0.5]) ** 2
+_SCAN_ODOMETRY = np.diag([0.5, 0.5, 0.25]) ** 2
 """By how much it may miss a step since the keyframe: next to nothing unless scans leave a direction open."""
 _TRUSTED_AFTER, _EACH_AFTER = 10.0, 0.05
 """Scans that were followed, of which those that came sooner, in seconds, count for less: where stamps come in
