@@ -63,24 +63,22 @@ class DeadReckoning:
     def advance(self, scan: Scan) -> NDArray[np.float64]:
         """Move on to the next scan; returns its end points (M, 2), corrected for motion, in its frame."""
         self._place_laser(scan.base_from_laser)
-        by_wheels = self._wheels_at(scan)
+        last_by_wheels, self._by_wheels = self._by_wheels, self._wheels_at(scan)
         keyframe_from_last = self._filter.keyframe_from_laser
-        do_wheels_tell = by_wheels is not None and self._keyframe_by_wheels is not None
-        is_followed = not do_wheels_tell and self._filter.advance(scan)
+        is_followed = self.wheel_step() is None and self._filter.advance(scan)
         is_trusted = is_followed and self._filter.is_trusted
         within = by_velocity(self._filter.velocity) if is_trusted else by_odometry(scan, self._odometry)
         points, cloud = deskew(scan, within), deskew_cloud(scan, within)
-        if by_wheels is not None and self._by_wheels is not None:
-            motion = self.calibration.correct(between(self._by_wheels, by_wheels))
+        if last_by_wheels is not None and self._by_wheels is not None:
+            motion = self.calibration.correct(between(last_by_wheels, self._by_wheels))
         elif is_trusted:
             motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
         else:
             motion = turned_as_seen(self._points, points, self._last_motion)
         self._points, self._sweep = points, points if cloud is None else cloud
         by_scans = self._scan_odometry.register(self._sweep, motion)
-        self._last_motion = between(self._by_scans, by_scans)
-        seconds = (scan.stamp - self._stamp) * 1e-9
-        self._stamp, self._by_wheels, self._by_scans = scan.stamp, by_wheels, by_scans
+        self._last_motion, self._by_scans = between(self._by_scans, by_scans), by_scans
+        seconds, self._stamp = (scan.stamp - self._stamp) * 1e-9, scan.stamp
         if not is_followed:
             self._filter.begin(scan.stamp, self.motions()[0], self._last_motion / max(seconds, 1e-3))
         elif seconds > _SELDOM:
@@ -91,13 +89,13 @@ class DeadReckoning:
         """(H, 3) guesses of keyframe_from_laser, the most trusted first: by the wheels or, where they are
         silent, by the filter; by scan odometry; and by going on with the velocity of the last keyframe."""
         by_scans = between(self._keyframe_by_scans, self._by_scans)
-        steady = self._velocity * (self._stamp - self._keyframe_stamp)
+        guesses = [by_scans, self._velocity * (self._stamp - self._keyframe_stamp)]
         step = self.wheel_step()
         if step is not None:
-            return np.array([self.calibration.correct(step), by_scans, steady])
-        if self._filter.is_trusted:
-            return np.array([self._filter.keyframe_from_laser, by_scans, steady])
-        return np.array([by_scans, steady])
+            guesses.insert(0, self.calibration.correct(step))
+        elif self._filter.is_trusted:
+            guesses.insert(0, self._filter.keyframe_from_laser)
+        return np.array(guesses)
 
     def wheel_step(self) -> Pose | None:
         """(3,) keyframe_from_laser as the wheels measured it, not corrected; None where they did not."""
