@@ -144,8 +144,7 @@ class Localizer:
             estimate = self._estimate(beams, step.seconds, scan.stamp, is_start)
             self._filter.resample(*self._wanted_particles(estimate))
             is_known = _is_known_within(_TRUSTED, estimate.covariance, estimate.cluster_weight)
-            place = estimate.map_from_base if is_known else None
-            self._trust.follow(step, self._motion.odom_from_base, place, slip)
+            self._trust.follow(step, self._filter.lag, estimate if is_known else None, slip)
             self._motion.follow(scan.stamp, estimate.map_from_base)
             self._last = estimate
             self._published = _Published(estimate, self._motion.odom_from_base)

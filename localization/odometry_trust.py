@@ -1,7 +1,8 @@
 """How far this car's odometry is to be trusted, learned while it drives.
 
 The settings say how much the tyres of any car may slip. Where the filter knows the place well, the way it
-went is compared with the way that odometry told. A cloud that believes good odometry does not follow what
+went is compared with the way that odometry told, and what the estimates' own uncertainty does not account for
+is held against odometry. A cloud that believes good odometry does not follow what
 only seems explained elsewhere, as moved furniture does.
 
 The slip over a stretch is taken as normal, its deviation the car's own share of ``effort``; that share's
@@ -10,9 +11,12 @@ variance is the mean of what was seen, weighed by what could have been seen, and
 
 from math import exp, hypot, isfinite, sqrt
 
+import numpy as np
+
 from localization.motion_model_kernels import step_between
 from localization.motion_step import MotionStep
-from maps.se2 import Pose
+from localization.pose_estimate import PoseEstimate
+from maps.se2 import IDENTITY, Pose, compose
 
 _STRETCH, _LONGEST_STRETCH = 1.0, 3.0
 """Metres plus radians."""
@@ -22,8 +26,6 @@ _SETTINGS_COUNT = 0.05
 """What the settings say counts like a stretch whose odometry could be so many metres off (squared)."""
 _USUAL_EFFORT = 0.3
 """So much of the full effort makes up for what odometry gets wrong anyway."""
-_NOISE = 0.03
-"""Metres plus radians of disagreement that the estimates themselves account for."""
 _WORST = 2.0
 """No stretch counts as worse than so many times what the settings say; else a bump would be held against
 odometry for long."""
@@ -38,7 +40,8 @@ class OdometryTrust:
 
     def start_anew(self) -> None:
         """The estimates to come do not continue those before."""
-        self._begin: tuple[Pose, Pose] | None = None
+        self._begin: PoseEstimate | None = None
+        self._told: Pose = IDENTITY
         self._path = self._turn = self._pushed_path = self._pushed_turn = 0.0
 
     def doubt(self, slip: float) -> float:
@@ -48,31 +51,32 @@ class OdometryTrust:
         variance = (_SETTINGS_COUNT * slip**2 + self._seen) / (_SETTINGS_COUNT + self._possible)
         return min(sqrt(variance) / slip, 1.0)
 
-    def follow(
-        self, step: MotionStep, odom_from_base: Pose | None, map_from_base: Pose | None, slip: float
-    ) -> None:
-        """Take in where a step led, by odometry (3,) and by an estimate (3,); None where it is not known."""
-        if odom_from_base is None or not isfinite(step.travel):
+    def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate | None, slip: float) -> None:
+        """Take in a step, and where an estimate says that it led; None where the place is not known.
+
+        Steps count as made by a car that is behind what its odometry says, by a ``lag`` as
+        `localization.slip` has it: odometry that comes early may still tell rightly how far.
+        """
+        if not isfinite(step.travel):
             self.start_anew()
             return
-        self._go_on(step)
-        if map_from_base is None:
+        self._go_on(step, lag)
+        if estimate is None:
             return
         if self._begin is not None:
             if self._way < _STRETCH:
                 return
             if self._way <= _LONGEST_STRETCH:
-                odom_from_begin, map_from_begin = self._begin
-                told = step_between(odom_from_begin, odom_from_base)
-                self._compare(told, step_between(map_from_begin, map_from_base), slip)
+                self._compare(self._begin, estimate, slip)
         self.start_anew()
-        self._begin = odom_from_base, map_from_base
+        self._begin = estimate
 
     @property
     def _way(self) -> float:
         return self._path + self._turn
 
-    def _go_on(self, step: MotionStep) -> None:
+    def _go_on(self, step: MotionStep, lag: float) -> None:
+        self._told = compose(self._told, step.base_from_next_base + lag * step.behind)
         x, y, yaw = step.base_from_next_base
         path, turn = hypot(x, y), abs(yaw)
         self._path += path
@@ -80,12 +84,13 @@ class OdometryTrust:
         self._pushed_path += step.effort[0] * path
         self._pushed_turn += step.effort[1] * turn
 
-    def _compare(self, told: Pose, went: Pose, slip: float) -> None:
-        x, y, turn = step_between(told, went)
+    def _compare(self, begin: PoseEstimate, end: PoseEstimate, slip: float) -> None:
+        x, y, turn = step_between(self._told, step_between(begin.map_from_base, end.map_from_base))
+        by_estimates = float(np.trace(begin.covariance) + np.trace(end.covariance))
         # A wrong turn carries the rest of the path aside, half of it on average.
         aside = 0.5 * self._path * self._pushed_turn
         possible = self._pushed_path**2 + self._pushed_turn**2 + aside**2 + (_USUAL_EFFORT * self._way) ** 2
-        seen = max(x**2 + y**2 + turn**2 - _NOISE**2, 0.0)
+        seen = max(x**2 + y**2 + turn**2 - by_estimates, 0.0)
         kept = exp(-self._way / _MEMORY)
         self._seen = kept * self._seen + min(seen, (_WORST * slip) ** 2 * possible)
         self._possible = kept * self._possible + possible

@@ -89,6 +89,11 @@ class ParticleFilter:
         """Mean (3,), covariance (3, 3) and weight of the heaviest cluster."""
         return cluster_moments(self.map_from_base, self.weights)
 
+    @property
+    def lag(self) -> float:
+        """By how much the car is thought to be behind what its odometry says, see `localization.slip`."""
+        return float(self.weights @ self._slips[:, 2])
+
     def resample(self, fewest: int, most: int) -> None:
         """Draw particles anew when under half are effective, or there are too many.
 

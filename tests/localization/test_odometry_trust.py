@@ -3,7 +3,9 @@ import pytest
 
 from localization.motion_step import MotionStep
 from localization.odometry_trust import OdometryTrust
-from maps.se2 import IDENTITY, Pose, compose
+from localization.pose_estimate import PoseEstimate
+from localization.speed_memory import SpeedMemory
+from maps.se2 import Pose, compose
 
 SLIP = 0.3
 STEP = np.array([0.1, 0.0, 0.05])
@@ -13,35 +15,61 @@ def stepped(effort: float = 0.5) -> MotionStep:
     return MotionStep(STEP, np.zeros(3), 0.15, 0.05, effort=np.full(2, effort))
 
 
-START, ELSEWHERE = np.array([3.0, -1.0, 2.0]), np.array([20.0, 20.0, 1.0])
+def estimate_at(map_from_base: Pose, deviation: float = 0.01) -> PoseEstimate:
+    """Of which each coordinate may be off by so much."""
+    return PoseEstimate(0, map_from_base, deviation**2 * np.eye(3), 1.0, 1000.0, 1000, False, 0.0)
 
 
-def drive(
-    trust: OdometryTrust,
-    metres: float,
-    wrong: float,
-    *,
-    effort: float = 0.5,
-    is_known: bool = True,
-    map_from_odom: Pose = START,
-) -> OdometryTrust:
-    """Odometry overstates way and turn by a share of what was gone."""
-    odom_from_base: Pose = IDENTITY
-    map_from_base: Pose = map_from_odom
-    for _ in range(round(metres / STEP[0])):
-        odom_from_base = compose(odom_from_base, STEP)
-        map_from_base = compose(map_from_base, STEP / (1.0 + wrong))
-        trust.follow(stepped(effort), odom_from_base, map_from_base if is_known else None, SLIP)
-    return trust
+class Car:
+    """Its trust in its odometry, and where it is."""
+
+    def __init__(self) -> None:
+        self.trust = OdometryTrust()
+        self.map_from_base: Pose = np.array([3.0, -1.0, 2.0])
+
+    @property
+    def doubt(self) -> float:
+        return self.trust.doubt(SLIP)
+
+    def drive(
+        self,
+        metres: float,
+        wrong: float = 0.0,
+        *,
+        effort: float = 0.5,
+        is_known: bool = True,
+        deviation: float = 0.01,
+    ) -> "Car":
+        """Odometry overstates way and turn by a share of what was gone."""
+        for _ in range(round(metres / STEP[0])):
+            self.map_from_base = compose(self.map_from_base, STEP / (1.0 + wrong))
+            estimate = estimate_at(self.map_from_base, deviation) if is_known else None
+            self.trust.follow(stepped(effort), 0.0, estimate, SLIP)
+        return self
+
+    def weave(self, seconds: float, believed_lag: float) -> "Car":
+        """Gas, brake and steering all the while, by a car that follows its odometry late."""
+        memory, lag = SpeedMemory(), 1.5
+        for moment in np.arange(0.0, seconds, 0.05):
+            told = 0.05 * np.array([2.0 + np.sin(3.0 * moment), 0.0, 2.0 * np.sin(2.0 * moment)])
+            possible, effort, behind = memory.take(told, 0.05)
+            step = MotionStep(told, np.zeros(3), float(possible.sum()), 0.05, effort, behind)
+            self.map_from_base = compose(self.map_from_base, told + lag * behind)
+            self.trust.follow(step, believed_lag, estimate_at(self.map_from_base), SLIP)
+        return self
+
+    def put_elsewhere(self) -> "Car":
+        self.map_from_base = np.array([20.0, 20.0, 1.0])
+        return self
 
 
 def test_before_anything_is_seen_the_settings_are_believed() -> None:
-    assert OdometryTrust().doubt(SLIP) == pytest.approx(1.0)
+    assert Car().doubt == pytest.approx(1.0)
 
 
 def test_odometry_that_proves_right_is_doubted_less_and_less() -> None:
-    trust = OdometryTrust()
-    doubts = [drive(trust, 10.0, 0.0).doubt(SLIP) for _ in range(4)]
+    car = Car()
+    doubts = [car.drive(10.0).doubt for _ in range(4)]
     assert doubts == sorted(doubts, reverse=True)
     assert doubts[-1] < 0.3
 
@@ -49,50 +77,58 @@ def test_odometry_that_proves_right_is_doubted_less_and_less() -> None:
 @pytest.mark.parametrize("slip", [0.08, 0.15, 0.25])
 def test_the_doubt_comes_to_what_the_tyres_slip(slip: float) -> None:
     effort = 0.8
-    trust = drive(OdometryTrust(), 60.0, slip * effort, effort=effort)
-    assert trust.doubt(SLIP) == pytest.approx(slip / SLIP, rel=0.35)
+    car = Car().drive(60.0, slip * effort, effort=effort)
+    assert car.doubt == pytest.approx(slip / SLIP, rel=0.35)
 
 
 def test_odometry_is_never_doubted_more_than_the_settings_say() -> None:
-    assert drive(OdometryTrust(), 30.0, 1.5).doubt(SLIP) == 1.0
+    assert Car().drive(30.0, 1.5).doubt == 1.0
 
 
 def test_trust_is_lost_in_metres_and_regained_in_tens_of_them() -> None:
-    trust = drive(OdometryTrust(), 40.0, 0.0)
-    trusted = trust.doubt(SLIP)
-    drive(trust, 6.0, 0.5)
-    assert trust.doubt(SLIP) > 0.6
-    drive(trust, 100.0, 0.0)
-    assert trust.doubt(SLIP) < 1.3 * trusted
+    car = Car().drive(40.0)
+    trusted = car.doubt
+    assert car.drive(6.0, 0.5).doubt > 0.6
+    assert car.drive(100.0).doubt < 1.3 * trusted
 
 
 def test_one_bump_does_not_cost_the_trust() -> None:
-    trust = drive(OdometryTrust(), 40.0, 0.0)
-    trusted = trust.doubt(SLIP)
-    drive(trust, 2.0, 0.0, map_from_odom=ELSEWHERE)
-    assert trusted < trust.doubt(SLIP) < 0.5
+    car = Car().drive(40.0)
+    trusted = car.doubt
+    assert trusted < car.put_elsewhere().drive(2.0).doubt < 0.5
 
 
 def test_where_the_place_is_not_known_nothing_is_learned() -> None:
-    trust = drive(OdometryTrust(), 40.0, 0.0)
-    trusted = trust.doubt(SLIP)
-    assert drive(trust, 40.0, 0.4, is_known=False).doubt(SLIP) == trusted
+    car = Car().drive(40.0)
+    trusted = car.doubt
+    assert car.drive(40.0, 0.4, is_known=False).doubt == trusted
 
 
 def test_a_car_found_elsewhere_was_not_carried_there_by_its_wheels() -> None:
-    trust = drive(OdometryTrust(), 40.0, 0.0)
-    trusted = trust.doubt(SLIP)
-    trust.start_anew()
-    assert drive(trust, 3.0, 0.0, map_from_odom=ELSEWHERE).doubt(SLIP) < trusted
+    car = Car().drive(40.0)
+    trusted = car.doubt
+    car.trust.start_anew()
+    assert car.put_elsewhere().drive(3.0).doubt < trusted
 
 
-@pytest.mark.parametrize("odom_from_base", [None, IDENTITY])
-def test_a_stretch_ends_where_nothing_measures_the_way(odom_from_base: Pose | None) -> None:
-    trust = drive(OdometryTrust(), 40.0, 0.0)
-    trusted = trust.doubt(SLIP)
-    unmeasured = MotionStep(STEP, np.zeros(3), np.inf if odom_from_base is not None else 0.15, 0.05)
-    trust.follow(unmeasured, odom_from_base, START, SLIP)
-    assert drive(trust, 3.0, 0.0, map_from_odom=ELSEWHERE).doubt(SLIP) < trusted
+def test_a_stretch_ends_where_nothing_measures_the_way() -> None:
+    car = Car().drive(40.0)
+    trusted = car.doubt
+    unmeasured = MotionStep(STEP, np.zeros(3), np.inf, 0.05)
+    car.trust.follow(unmeasured, 0.0, estimate_at(car.map_from_base), SLIP)
+    assert car.put_elsewhere().drive(3.0).doubt < trusted
+
+
+def test_odometry_that_comes_early_is_not_doubted_for_that() -> None:
+    as_it_is = Car().weave(30.0, believed_lag=1.5).doubt
+    assert as_it_is < 0.3
+    assert Car().weave(30.0, believed_lag=0.0).doubt > 2.0 * as_it_is
+
+
+def test_what_the_estimates_leave_open_is_not_held_against_odometry() -> None:
+    doubts = [Car().drive(40.0, 0.08, deviation=each).doubt for each in (0.01, 0.03, 0.1)]
+    assert doubts == sorted(doubts, reverse=True)
+    assert doubts[-1] < 0.5 * doubts[0]
 
 
 def test_tyres_that_cannot_slip_are_not_doubted() -> None:
