@@ -1,8 +1,11 @@
-"""Where about a pose a single scan fits best, told by trying everything: slow, but no filter.
+"""Where about a pose some scans fit best together, told by trying everything: slow, but no filter.
 
 On a whole map a scan of a corridor, or of a room that has changed since the map was made, often fits best at
-some place that is tens of metres away; so only a few metres are searched.
+some place that is tens of metres away, or facing the other way; so only a few metres are searched, and a
+sixth of a turn to either side.
 """
+
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +14,13 @@ from maps.distance_field import distance_to_occupied
 from maps.occupancy_grid import FREE, OccupancyGrid
 from maps.ray_casting import cast_ray_fan
 from maps.scan import Scan
-from maps.se2 import Pose, between, compose, inverse
+from maps.se2 import Pose, between, compose, inverse, transform_points
 from pipelines.benchmark_accuracy_kernels import mean_fits
 
-_WINDOW = 4.0
-"""Metres about a pose that are searched."""
-_COARSE, _COARSE_TURN, _COARSE_POINTS = 0.2, np.radians(4.0), 60
-_FINE, _FINE_TURN, _FINE_POINTS = 0.02, np.radians(1.0), 360
+_WINDOW, _TURN_WINDOW = 4.0, np.radians(60.0)
+"""Metres and radians about a pose that are searched."""
+_COARSE, _COARSE_TURN, _COARSE_POINTS = 0.2, np.radians(4.0), 120
+_FINE, _FINE_TURN, _FINE_POINTS = 0.02, np.radians(1.0), 720
 """Metres and radians between the poses that are tried, and how many end points tell their fit."""
 _SHORTLIST, _CANDIDATES, _APART = 5_000, 20, 0.4
 """Of the coarse poses so many are the best, of which those are tried finely that lie so many metres apart."""
@@ -28,8 +31,25 @@ _BEHIND = 0.3
 """Metres by which an end point lies behind a wall for sure."""
 
 
+@dataclass(frozen=True, eq=False)
+class Stretch:
+    """Scans taken on some way, and where each was taken, seen from one place on it."""
+
+    scans: list[Scan]
+    here_from_base: Pose
+    """(S, 3)"""
+
+    def end_points(self) -> NDArray[np.float64]:
+        """(N, 2) of all scans, seen from here; the car's motion during a sweep is left out of account."""
+        clouds = [
+            transform_points(pose, scan.points_in_base())
+            for scan, pose in zip(self.scans, self.here_from_base, strict=True)
+        ]
+        return np.concatenate(clouds)
+
+
 class ExhaustiveMatcher:
-    """Tries all free places about a pose, facing any way, by how near the scan's end points are to walls."""
+    """Tries all free places about a pose by how near end points are to walls."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
         self._grid = grid
@@ -38,33 +58,35 @@ class ExhaustiveMatcher:
         cells = np.argwhere((grid.cells == FREE) & (self._distances > _CLEARANCE))
         self._places = grid.center_of(cells[np.all(cells % step == step // 2, axis=1)])
 
-    def match(self, scan: Scan, map_from_base: Pose) -> tuple[Pose, float]:
-        """The pose (3,) of the base that fits best, and by how much more than the given one (3,) it does.
+    def match(self, stretch: Stretch, map_from_here: Pose) -> tuple[Pose, float]:
+        """The pose (3,) that fits a stretch best, and by how much more than the given one (3,) it does.
 
         The given one is the middle of the search. Fits are means over the end points: 1 on a wall, 1/2 at
-        0.1 m and 0 behind a wall. The car's motion during the sweep is left out of account.
+        0.1 m and 0 behind a wall.
         """
-        points = scan.points_in_base()
-        places = self._places[np.hypot(*(self._places - map_from_base[:2]).T) < _WINDOW]
-        candidates = self._coarsely(_thinned(points, _COARSE_POINTS), places, inverse(scan.base_from_laser))
+        points = stretch.end_points()
+        base_from_laser = stretch.scans[0].base_from_laser
+        candidates = self._coarsely(_thinned(points, _COARSE_POINTS), map_from_here, base_from_laser)
         points = _thinned(points, _FINE_POINTS)
-        found = [self._finely(points, pose) for pose in (map_from_base, *candidates)]
-        poses = np.array([map_from_base, *found])
-        fits = self._fits_in_sight(scan, points, poses)
+        found = [self._finely(points, pose) for pose in (map_from_here, *candidates)]
+        poses = np.array([map_from_here, *found])
+        fits = self._fits_in_sight(stretch, poses)
         best = int(np.argmax(fits))
         return poses[best], float(fits[best] - fits[0])
 
     def _coarsely(
-        self, points: NDArray[np.float64], places: NDArray[np.float64], laser_from_base: Pose
+        self, points: NDArray[np.float64], map_from_here: Pose, base_from_laser: Pose
     ) -> list[Pose]:
-        """The best poses of the base that are not beside one another, with the laser at places (P, 2)."""
-        headings = np.arange(-np.pi, np.pi, _COARSE_TURN)
+        """The best poses about one (3,) that are not beside one another, with the laser at free places."""
+        map_from_laser = compose(map_from_here, base_from_laser)
+        places = self._places[np.hypot(*(self._places - map_from_laser[:2]).T) < _WINDOW]
+        headings = map_from_laser[2] + np.arange(-_TURN_WINDOW, _TURN_WINDOW, _COARSE_TURN)
         map_from_laser = np.column_stack(
             [np.repeat(places, len(headings), axis=0), np.tile(headings, len(places))]
         )
-        map_from_base = compose(map_from_laser, laser_from_base)
-        order = np.argsort(-self._fits(points, map_from_base), kind="stable")
-        left = map_from_base[order[:_SHORTLIST]]
+        poses = compose(map_from_laser, inverse(base_from_laser))
+        order = np.argsort(-self._fits(points, poses), kind="stable")
+        left = poses[order[:_SHORTLIST]]
         chosen: list[Pose] = []
         while len(left) > 0 and len(chosen) < _CANDIDATES:
             chosen.append(left[0])
@@ -79,12 +101,20 @@ class ExhaustiveMatcher:
             pose = poses[np.argmax(self._fits(points, poses))]
         return pose
 
-    def _fits_in_sight(
-        self, scan: Scan, points: NDArray[np.float64], map_from_base: Pose
-    ) -> NDArray[np.float64]:
-        """(P,) fits of a scan's end points (N, 2) from poses (P, 3); behind a wall they fit not at all."""
-        bearings = _thinned(scan.bearings[scan.is_return], _FINE_POINTS)
-        ranges = _thinned(scan.ranges[scan.is_return], _FINE_POINTS)
+    def _fits_in_sight(self, stretch: Stretch, map_from_here: Pose) -> NDArray[np.float64]:
+        """(P,) fits of a stretch from poses (P, 3); behind a wall end points fit not at all."""
+        count = -(-_FINE_POINTS // len(stretch.scans))
+        fits, weights = [], []
+        for scan, here_from_base in zip(stretch.scans, stretch.here_from_base, strict=True):
+            fits.append(self._fits_of_scan(scan, compose(map_from_here, here_from_base), count))
+            weights.append(np.count_nonzero(scan.is_return))
+        return np.average(fits, axis=0, weights=weights)
+
+    def _fits_of_scan(self, scan: Scan, map_from_base: Pose, count: int) -> NDArray[np.float64]:
+        """(P,) fits of at most so many of a scan's end points from poses (P, 3) of its base."""
+        points = _thinned(scan.points_in_base(), count)
+        bearings = _thinned(scan.bearings[scan.is_return], count)
+        ranges = _thinned(scan.ranges[scan.is_return], count)
         map_from_laser = compose(map_from_base, scan.base_from_laser)
         walls = cast_ray_fan(self._grid, map_from_laser, bearings, scan.max_range)
         is_seen = ranges < walls + _BEHIND

@@ -1,14 +1,14 @@
-"""Real recordings, whose truth nobody knows: the localizer beside an exhaustive match of single scans.
+"""Real recordings, whose truth nobody knows: the localizer beside an exhaustive match.
 
-That one is wrong, too, where the building has changed or people stand about: a disagreement tells where to
-look, not who is right. And it searches about the localizer's pose: of one that is lost it tells that it is
-wrong, but not where the car is. Where the two disagree, the scans about that one are asked, too.
+A scan alone may fit best elsewhere where the building has changed, people stand about or beams hit the floor;
+so each is matched together with those of some seconds before and after it, laid beside one another as on the
+map of the recording. That may be wrong, too: a disagreement tells where to look, not who is right. And it
+searches about the localizer's pose: of one that is lost it tells that it is wrong, but not where the car is.
 """
 
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cache, partial
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -43,7 +43,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class Comparison:
-    """One scan, by the localizer and matched alone."""
+    """One scan, by the localizer and by an exhaustive match."""
 
     scan: int
     """Counted from 1."""
@@ -51,8 +51,6 @@ class Comparison:
     """From the localizer's pose to the best fitting one."""
     gain: float
     """By how much better a fit (0 to 1) that is."""
-    metres_by_others: float | None = None
-    """From the localizer's pose to where the scans about this one put it; told where the two disagree."""
 
     @property
     def agrees(self) -> bool:
@@ -67,7 +65,7 @@ class Comparison:
 
 @dataclass(frozen=True)
 class RecordingFigures:
-    """How far the localizer was from where single scans fit best."""
+    """How far the localizer was from where its scans fit best."""
 
     scans_compared: int
     mean_m: float
@@ -80,12 +78,6 @@ class RecordingFigures:
     """Those that fit best more than 0.15 m away, but about as well where the localizer says."""
     searches: int
     """How often the place was searched for: at the start, after gaps and when the car seemed lost."""
-
-    @property
-    def beyond_by_others(self) -> int:
-        """How many scans are beyond 0.15 m both by their own match and by where those about them put them."""
-        doubtful = [*self.beyond, *self.undecided]
-        return sum(each.metres_by_others is not None and each.metres_by_others > _AGREES for each in doubtful)
 
 
 def find_recordings(folder: Path) -> dict[str, Recording]:
@@ -116,41 +108,27 @@ def measure_recordings(
 
 
 def measure_recording(recording: Recording, settings: Config, seed: int) -> RecordingFigures:
-    """Localize a recording from anywhere on the map, and match every 50th scan alone."""
-    own = cache(partial(_mapped, recording.bag, settings))  # takes a while and is seldom asked for
-    grid = _as_read(own().grid) if recording.map is None else load_map(recording.map)
+    """Localize a recording from anywhere on the map, and match the stretch about every 50th scan."""
+    own = _mapped(recording.bag, settings)
+    grid = _as_read(own.grid) if recording.map is None else load_map(recording.map)
     localizer = Localizer(grid, settings.localization, np.random.default_rng(seed))
-    matcher = ExhaustiveMatcher(grid)
     with BagReader(recording.bag) as reader:
         localized = localize(reader, localizer)
-    comparisons = [
-        each if each.agrees else _ask_others(each, localized, own().trajectory, matcher)
-        for each in compare_scans(localized, matcher)
-    ]
+    comparisons = compare_scans(localized, own.trajectory, ExhaustiveMatcher(grid))
     return recording_figures(comparisons, localized.searches)
 
 
 def compare_scans(
-    localized: LocalizedScans, matcher: ExhaustiveMatcher, every: int = _EVERY
+    localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher, every: int = _EVERY
 ) -> list[Comparison]:
-    """Every so manieth scan by the localizer and matched alone."""
+    """Every so manieth scan by the localizer and by an exhaustive match of the stretch about it."""
     comparisons = []
     for index in range(every - 1, len(localized.scans), every):
         map_from_base = localized.map_from_base[index]
-        best, gain = matcher.match(localized.scans[index], map_from_base)
+        best, gain = matcher.match(localized.stretch_about(index, own_trajectory), map_from_base)
         metres = float(np.hypot(*(best - map_from_base)[:2]))
         comparisons.append(Comparison(index + 1, metres, gain))
     return comparisons
-
-
-def _ask_others(
-    comparison: Comparison, localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher
-) -> Comparison:
-    index = comparison.scan - 1
-    place = localized.place_by_others(index, own_trajectory, matcher)
-    return replace(
-        comparison, metres_by_others=float(np.hypot(*(place - localized.map_from_base[index][:2])))
-    )
 
 
 def _mapped(bag: Path, settings: Config) -> MappingResult:

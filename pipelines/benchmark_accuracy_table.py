@@ -47,12 +47,12 @@ def finding_table(runs: Mapping[str, FindingFigures]) -> Table:
 
 
 def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
-    """How far the localizer was from where single scans fit best; distances are of those that agree."""
+    """How far the localizer was from where scans fit best; distances are of those that agree."""
     table = new_table(
         "Recordings from an unknown start: every 50th scan beside an exhaustive match within 4 m"
     )
     distances = ("mean (m)", "largest (m)", "beyond 0.15 m", "undecided")
-    add_columns(table, "recording", "scans compared", *distances, "also by those about them", "searches")
+    add_columns(table, "recording", "scans compared", *distances, "searches")
     for name, run in runs.items():
         table.add_row(
             name,
@@ -61,7 +61,6 @@ def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
             f"{run.largest_m:.3f}",
             f"{len(run.beyond)}",
             f"{len(run.undecided)}",
-            f"{run.beyond_by_others}",
             f"{run.searches}",
         )
     return table
