@@ -2,8 +2,8 @@
 
 The settings say how much the tyres of any car may slip. Where the filter knows the place well, the way it
 went is compared with the way that odometry told, and what the estimates' own uncertainty does not account for
-is held against odometry. A cloud that believes good odometry does not follow what
-only seems explained elsewhere, as moved furniture does.
+is held against odometry. A cloud that believes good odometry does not follow what only seems explained
+elsewhere, as moved furniture does.
 
 The slip over a stretch is taken as normal, its deviation the car's own share of ``effort``; that share's
 variance is the mean of what was seen, weighed by what could have been seen, and of what the settings say.

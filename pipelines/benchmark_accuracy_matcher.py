@@ -81,10 +81,8 @@ class ExhaustiveMatcher:
         map_from_laser = compose(map_from_here, base_from_laser)
         places = self._places[np.hypot(*(self._places - map_from_laser[:2]).T) < _WINDOW]
         headings = map_from_laser[2] + np.arange(-_TURN_WINDOW, _TURN_WINDOW, _COARSE_TURN)
-        map_from_laser = np.column_stack(
-            [np.repeat(places, len(headings), axis=0), np.tile(headings, len(places))]
-        )
-        poses = compose(map_from_laser, inverse(base_from_laser))
+        tried = np.column_stack([np.repeat(places, len(headings), axis=0), np.tile(headings, len(places))])
+        poses = compose(tried, inverse(base_from_laser))
         order = np.argsort(-self._fits(points, poses), kind="stable")
         left = poses[order[:_SHORTLIST]]
         chosen: list[Pose] = []
@@ -104,11 +102,13 @@ class ExhaustiveMatcher:
     def _fits_in_sight(self, stretch: Stretch, map_from_here: Pose) -> NDArray[np.float64]:
         """(P,) fits of a stretch from poses (P, 3); behind a wall end points fit not at all."""
         count = -(-_FINE_POINTS // len(stretch.scans))
-        fits, weights = [], []
+        fits, returns = np.zeros(len(map_from_here)), 0
         for scan, here_from_base in zip(stretch.scans, stretch.here_from_base, strict=True):
-            fits.append(self._fits_of_scan(scan, compose(map_from_here, here_from_base), count))
-            weights.append(np.count_nonzero(scan.is_return))
-        return np.average(fits, axis=0, weights=weights)
+            weight = int(np.count_nonzero(scan.is_return))
+            if weight > 0:  # a covered laser tells nothing
+                fits += weight * self._fits_of_scan(scan, compose(map_from_here, here_from_base), count)
+                returns += weight
+        return fits / max(returns, 1)
 
     def _fits_of_scan(self, scan: Scan, map_from_base: Pose, count: int) -> NDArray[np.float64]:
         """(P,) fits of at most so many of a scan's end points from poses (P, 3) of its base."""

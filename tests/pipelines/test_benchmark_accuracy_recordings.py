@@ -93,6 +93,17 @@ def test_what_lies_behind_a_wall_does_not_fit() -> None:
     assert gain < 0.2
 
 
+def test_a_covered_laser_tells_nothing_of_a_stretch() -> None:
+    grid, truth = rooms(), np.array([6.3, 2.2, 0.4])
+    scan, matcher = scan_from(grid, truth), ExhaustiveMatcher(grid)
+    covered = replace(scan, ranges=np.full(len(BEARINGS), np.inf))
+    near = compose(truth, [0.5, 0.3, 0.2])
+    best, gain = matcher.match(alone(scan), near)
+    best_of_both, gain_of_both = matcher.match(Stretch([covered, scan], np.zeros((2, 3))), near)
+    np.testing.assert_allclose(best_of_both, best, atol=0.02)
+    assert gain_of_both == pytest.approx(gain, abs=0.02)
+
+
 def test_a_localizer_that_is_right_agrees(drive: Drive) -> None:
     grid = rooms()
     localizer = Localizer(grid, LocalizationConfig(), np.random.default_rng(0))
