@@ -305,8 +305,9 @@ class Localizer:
         def log_likelihood(map_from_base: Pose) -> NDArray[np.float64]:
             return share * self._sensor.log_likelihood(map_from_base, beams)
 
-        count = min(len(cloud), self._config.scattered_particles)
-        particles = temper(cloud, log_likelihood, count, self._rng)
+        most = min(len(cloud), self._config.scattered_particles)
+        fewest = min(self._config.fewest_particles, most)
+        particles = temper(cloud, log_likelihood, fewest, most, self._rng)
         best = float(self._sensor.log_likelihood(particles, beams).max())
         return ParticleFilter(particles, self._rng), best
 

@@ -17,6 +17,7 @@ from localization.lost_detector import ALIKE, ALIKE_SHARE, CLOSE, LIKENESS_QUANT
 from localization.place_search_kernels import compare_views, fill_scores
 from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
 from localization.range_table import RangeTable
+from localization.two_threads import in_two_threads
 from maps.ray_casting import cast_ray_fan
 from maps.se2 import Pose, compose, inverse
 
@@ -24,10 +25,11 @@ _SPACING = 0.2
 """Metres between the places that are tried; the sensor model forgives half of that."""
 _MOST_PLACES = 60_000
 _ROUGH_BEAMS, _BEAMS = 15, 60
+_ROUGH_HEADINGS, _HEADINGS = 80, 160
+"""At least so many are tried, or all there are."""
 _LIKELY_PLACES = 0.15
 """Share of the places, by a few beams, that are tried with more."""
 _HEADINGS_CAST = 128
-_HEADINGS_TRIED = 160
 _COMPARED = 60
 _KEPT = 4000
 """Poses that are looked at closely."""
@@ -51,7 +53,6 @@ class PlaceSearch:
         else:
             self._views = _cast_views(self._grid.resolution, free_space, self._map_from_place)
             self._view_of_place = np.arange(len(places))
-        self._step = max(1, self._views.shape[1] // _HEADINGS_TRIED)
 
     def shares_when_lost(self) -> NDArray[np.float64]:
         """(K, 4) shares of beams that agree closely, roughly, are stopped, look through: at wrong places.
@@ -70,31 +71,41 @@ class PlaceSearch:
     def find(self, beams: Beams, squash: float, count: int, rng: np.random.Generator) -> Pose:
         """(count, 3) poses of the base, spread over the places where a scan fits best."""
         everywhere = np.arange(len(self._view_of_place))
-        roughly = self._scores(everywhere, beams.thinned(_ROUGH_BEAMS), squash).max(axis=1)
+        few, many = beams.thinned(_ROUGH_BEAMS), beams.thinned(_BEAMS)
+        rough_step, step = self._step(_ROUGH_HEADINGS), self._step(_HEADINGS)
+        roughly = in_two_threads(
+            lambda part: self._scores(part, rough_step, few, squash).max(axis=1), everywhere
+        )
         likely = int(np.ceil(_LIKELY_PLACES * len(roughly)))
         places = np.argpartition(roughly, len(roughly) - likely)[-likely:]
-        scores = self._scores(places, beams.thinned(_BEAMS), squash)
+        scores = in_two_threads(lambda part: self._scores(part, step, many, squash), places)
         kept = min(_KEPT, scores.size)
         best = np.argpartition(scores.ravel(), scores.size - kept)[-kept:]
         best = best[np.argsort(scores.ravel()[best])[::-1]]
         weights = np.exp(0.5 * (scores.ravel()[best] - logsumexp(scores.ravel()[best])))
         chosen = np.concatenate([best, rng.choice(best, count - min(count, kept), p=weights / weights.sum())])
         place, heading = np.divmod(chosen[:count], scores.shape[1])
-        spacing = 2.0 * np.pi * self._step / self._views.shape[1]
+        spacing = 2.0 * np.pi / scores.shape[1]
         turned = np.column_stack([np.zeros((count, 2)), spacing * (heading + rng.uniform(-0.5, 0.5, count))])
         map_from_laser = compose(self._map_from_place[places[place]], turned)
         map_from_laser[:, :2] += rng.uniform(-0.5, 0.5, (count, 2)) * self._spacing
         return compose(map_from_laser, inverse(beams.base_from_laser))
 
-    def _scores(self, places: NDArray[np.int64], beams: Beams, squash: float) -> NDArray[np.float32]:
-        """(P, H) log-likelihood of a scan at places (P,), by number, and at every few headings."""
+    def _step(self, fewest_headings: int) -> int:
+        """Of all headings, whose number powers of two divide, every how manieth is tried."""
+        return 1 << int(np.log2(max(self._views.shape[1] / fewest_headings, 1.0)))
+
+    def _scores(
+        self, places: NDArray[np.int64], step: int, beams: Beams, squash: float
+    ) -> NDArray[np.float32]:
+        """(P, H) log-likelihood of a scan at places (P,), by number, and at every ``step``-th heading."""
         log_probabilities = beam_log_probabilities(
             beams.ranges, beams.max_range, self._grid.resolution, squash, COURSE
         )
         headings = self._views.shape[1]
         offsets = np.rint(beams.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings
-        scores = np.empty((len(places), len(range(0, headings, self._step))), dtype=np.float32)
-        fill_scores(self._views, self._view_of_place[places], self._step, offsets, log_probabilities, scores)
+        scores = np.empty((len(places), headings // step), dtype=np.float32)
+        fill_scores(self._views, self._view_of_place[places], step, offsets, log_probabilities, scores)
         return scores
 
 

@@ -16,18 +16,22 @@ def fill_scores(
 ) -> None:
     """Fill scores (places, tried): the log-likelihood of a scan at each place and every ``step``-th heading.
 
-    ``views`` (N, headings) hold codes of ranges, ``offsets`` (B,) the bearings of the beams in headings.
+    ``views`` (N, headings) hold codes of ranges, ``offsets`` (B,) the bearings of the beams in headings;
+    ``step`` divides their number.
     """
-    headings = views.shape[1]
-    around = np.empty(2 * headings, dtype=np.uint8)
+    tried = views.shape[1] // step
+    # Headings that are tried together lie together, twice round: many are then read at a time.
+    seen = np.empty((step, 2 * tried), dtype=np.uint8)
     for place in range(len(view_of_place)):
-        for heading in range(headings):
-            around[heading] = around[headings + heading] = views[view_of_place[place], heading]
-        for n in range(scores.shape[1]):
-            total = np.float32(0.0)
-            for beam in range(len(offsets)):
-                total += log_probabilities[beam, around[step * n + offsets[beam]]]
-            scores[place, n] = total
+        seen[:, :tried] = views[view_of_place[place]].reshape(tried, step).T
+        seen[:, tried:] = seen[:, :tried]
+        totals = scores[place]
+        totals[:] = 0.0
+        for beam in range(len(offsets)):
+            log_probability = log_probabilities[beam]
+            expected = seen[offsets[beam] % step, offsets[beam] // step :]
+            for n in range(tried):
+                totals[n] += log_probability[expected[n]]
 
 
 @njit(cache=True, nogil=True)

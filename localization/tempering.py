@@ -12,29 +12,37 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.special import logsumexp
 
-from localization.resampling import systematic_resample
+from localization.adaptive_count import needed_particles
+from localization.resampling import effective_sample_size, systematic_resample
 from maps.se2 import Pose
 
 LogLikelihood = Callable[[Pose], NDArray[np.float64]]
 
 _KEPT = 0.3
 """Share of the particles that stay effective in a step."""
+_EXACT = 0.01
+"""Share of itself to which a step is found."""
 _STEP = np.array([0.05, 0.05, 0.02])
 """Metres and radians that a particle tries to move at full likelihood, more before."""
 _WIDEST_STEP = 4.0
 _MOVES = 3
 
 
-def temper(map_from_base: Pose, log_likelihood: LogLikelihood, count: int, rng: np.random.Generator) -> Pose:
-    """(count, 3) particles that follow the likelihood, from (N, 3) that are spread out more widely."""
+def temper(
+    map_from_base: Pose, log_likelihood: LogLikelihood, fewest: int, most: int, rng: np.random.Generator
+) -> Pose:
+    """(M, 3) particles that follow the likelihood, from (N, 3) that are spread out more widely.
+
+    As many as their spread asks for, between the fewest and the most.
+    """
     particles, likelihood, reached = map_from_base, log_likelihood(map_from_base), 0.0
     while reached < 1.0:
-        step = _next_step(likelihood, 1.0 - reached, _KEPT * min(count, len(particles)))
+        step = _next_step(likelihood, 1.0 - reached, _KEPT * min(most, len(particles)))
         reached += step
-        weights = np.exp(step * likelihood - logsumexp(step * likelihood))
-        chosen = systematic_resample(weights / weights.sum(), count, rng)
+        weights = _weights(likelihood, step)
+        count = needed_particles(particles, weights, fewest, most)
+        chosen = systematic_resample(weights, count, rng)
         particles, likelihood = particles[chosen], likelihood[chosen]
         for _ in range(_MOVES):
             particles, likelihood = _try_moves(particles, likelihood, log_likelihood, reached, rng)
@@ -45,13 +53,18 @@ def _next_step(log_likelihood: NDArray[np.float64], longest: float, wanted_size:
     """How much more of the likelihood leaves an effective sample of the wanted size."""
 
     def surplus(step: float) -> float:
-        log_weights = step * log_likelihood
-        log_size = 2.0 * logsumexp(log_weights) - logsumexp(2.0 * log_weights)
-        return float(log_size - np.log(wanted_size))
+        return effective_sample_size(_weights(log_likelihood, step)) - wanted_size
 
     if surplus(longest) >= 0.0:
         return longest
-    return float(brentq(surplus, 0.0, longest, xtol=1e-4 * longest))
+    return float(brentq(surplus, 0.0, longest, xtol=1e-4 * longest, rtol=_EXACT))
+
+
+def _weights(log_likelihood: NDArray[np.float64], power: float) -> NDArray[np.float64]:
+    """(N,) that sum to 1, by the likelihood to a power."""
+    weights: NDArray[np.float64] = np.exp(power * (log_likelihood - log_likelihood.max()))
+    weights /= weights.sum()
+    return weights
 
 
 def _try_moves(
