@@ -67,8 +67,8 @@ def add_up_beams(
         for beam in range(0, beams // 2 * 2, 2):
             even += log_probability[at_code[beam] + seen[columns[beam]]]
             odd += log_probability[at_code[beam + 1] + seen[columns[beam + 1]]]
-        if beams % 2 == 1:
-            even += log_probability[at_code[beams - 1] + seen[columns[beams - 1]]]
+        for beam in range(beams // 2 * 2, beams):
+            even += log_probability[at_code[beam] + seen[columns[beam]]]
         totals[i] = even + odd
     return totals
 

@@ -37,9 +37,10 @@ def skip_unexplained(
     """
     asked = map_from_base[:: max(1, len(map_from_base) // _ASKED)].copy()  # strides compile anew
     fits = sensor.fits(asked, beams)
-    is_explained = fits.sum(axis=0) >= _MOST_OF_THE_CLOUD * len(asked)
+    votes = fits.sum(axis=0)
+    is_explained = votes >= _MOST_OF_THE_CLOUD * len(asked)
     better = None
-    notably_more = fits.sum() / len(asked) + _NOTABLY_MORE * len(beams)
+    notably_more = votes.sum() / len(asked) + _NOTABLY_MORE * len(beams)
     if notably_more < len(beams):
         alignment = align()
         fits_aligned = sensor.fits(alignment[0][None], beams)[0]

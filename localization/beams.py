@@ -1,7 +1,7 @@
 """The beams of a scan that are weighed: few, evenly taken, and corrected for the car's motion."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -47,7 +47,7 @@ class Beams:
 
     def only(self, chosen: NDArray[np.int64] | NDArray[np.bool_]) -> "Beams":
         """Those chosen, by number or by a mask (B,)."""
-        return replace(self, bearings=self.bearings[chosen], ranges=self.ranges[chosen])
+        return Beams(self.bearings[chosen], self.ranges[chosen], self.base_from_laser, self.max_range)
 
 
 def select_beams(scan: Scan, count: int, poses_at: PosesAt) -> Beams:
@@ -60,8 +60,8 @@ def select_beams(scan: Scan, count: int, poses_at: PosesAt) -> Beams:
     bearings, ranges = scan.bearings[chosen], scan.ranges[chosen]
     base_from_laser = np.array(scan.base_from_laser)  # one that is read-only would be compiled for anew
     offsets = scan.time_offsets[chosen]
-    if offsets.any() and (np.abs(offsets) < _LONGEST_SWEEP).all():
-        first, last = offsets.min(), offsets.max()
+    first, last = offsets.min(initial=0.0), offsets.max(initial=0.0)
+    if first < last and first > -_LONGEST_SWEEP and last < _LONGEST_SWEEP:
         knots = first + max(last - first, 1e-6) * _KNOTS
         moments = np.zeros(len(knots) + 1)  # the last is the stamp
         moments[:-1] = knots
