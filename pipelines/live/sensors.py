@@ -21,6 +21,8 @@ _REMEMBERED = "the last run"
 _LONGEST_SWEEP = 0.25  # seconds
 _MOVING_SPEED = 0.05  # m/s or rad/s
 _MOVING_MESSAGES = 40
+_NO_TRANSFORMS = bytes([0, 1, 0, 0, 0, 0, 0, 0])
+"""A serialized message without any."""
 
 
 class Sensors:
@@ -55,6 +57,7 @@ class Sensors:
         self._odometry_clock = TopicClock(shared, self._teller("odometry"))
         self._standing: Pose | None = None
         self._moving_messages = 0
+        self.take_transforms(_NO_TRANSFORMS)  # the first one takes long enough for scans to pile up
 
     @property
     def place(self) -> LaserPlace | None:
