@@ -22,6 +22,8 @@ _LEAST_SHARE = 0.01
 
 def needed_particles(map_from_base: Pose, weights: NDArray[np.float64], fewest: int, most: int) -> int:
     """The count for particles (N, 3) of weights (N,) that sum to 1, between ``fewest`` and ``most``."""
+    if fewest >= most:
+        return most
     occupied = count_occupied(map_from_base, weights, _BIN, _LEAST_SHARE / len(weights))
     if occupied <= 1:
         return fewest

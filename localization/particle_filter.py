@@ -101,7 +101,7 @@ class ParticleFilter:
         """
         if self.effective_size >= 0.5 * len(self) and len(self) <= most:
             return
-        count = most if fewest >= most else needed_particles(self.map_from_base, self.weights, fewest, most)
+        count = needed_particles(self.map_from_base, self.weights, fewest, most)
         chosen = systematic_resample(self.weights, count, self._rng)
         self.map_from_base, self._slips = take_rows(self.map_from_base, self._slips, chosen)
         self._set_even_weights()

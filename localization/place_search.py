@@ -8,7 +8,6 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from localization.beam_table import COURSE, beam_log_probabilities
 from localization.beams import Beams
@@ -17,6 +16,7 @@ from localization.lost_detector import ALIKE, ALIKE_SHARE, CLOSE, LIKENESS_QUANT
 from localization.place_search_kernels import compare_views, fill_scores
 from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
 from localization.range_table import RangeTable
+from localization.resampling import likelihood_weights
 from localization.two_threads import in_two_threads
 from maps.ray_casting import cast_ray_fan
 from maps.se2 import Pose, compose, inverse
@@ -71,19 +71,15 @@ class PlaceSearch:
     def find(self, beams: Beams, squash: float, count: int, rng: np.random.Generator) -> Pose:
         """(count, 3) poses of the base, spread over the places where a scan fits best."""
         everywhere = np.arange(len(self._view_of_place))
-        few, many = beams.thinned(_ROUGH_BEAMS), beams.thinned(_BEAMS)
-        rough_step, step = self._step(_ROUGH_HEADINGS), self._step(_HEADINGS)
-        roughly = in_two_threads(
-            lambda part: self._scores(part, rough_step, few, squash).max(axis=1), everywhere
-        )
+        roughly = self._scores(everywhere, _ROUGH_HEADINGS, beams.thinned(_ROUGH_BEAMS), squash).max(axis=1)
         likely = int(np.ceil(_LIKELY_PLACES * len(roughly)))
         places = np.argpartition(roughly, len(roughly) - likely)[-likely:]
-        scores = in_two_threads(lambda part: self._scores(part, step, many, squash), places)
+        scores = self._scores(places, _HEADINGS, beams.thinned(_BEAMS), squash)
         kept = min(_KEPT, scores.size)
         best = np.argpartition(scores.ravel(), scores.size - kept)[-kept:]
         best = best[np.argsort(scores.ravel()[best])[::-1]]
-        weights = np.exp(0.5 * (scores.ravel()[best] - logsumexp(scores.ravel()[best])))
-        chosen = np.concatenate([best, rng.choice(best, count - min(count, kept), p=weights / weights.sum())])
+        weights = likelihood_weights(scores.ravel()[best], 0.5)
+        chosen = np.concatenate([best, rng.choice(best, count - min(count, kept), p=weights)])
         place, heading = np.divmod(chosen[:count], scores.shape[1])
         spacing = 2.0 * np.pi / scores.shape[1]
         turned = np.column_stack([np.zeros((count, 2)), spacing * (heading + rng.uniform(-0.5, 0.5, count))])
@@ -91,22 +87,23 @@ class PlaceSearch:
         map_from_laser[:, :2] += rng.uniform(-0.5, 0.5, (count, 2)) * self._spacing
         return compose(map_from_laser, inverse(beams.base_from_laser))
 
-    def _step(self, fewest_headings: int) -> int:
-        """Of all headings, whose number powers of two divide, every how manieth is tried."""
-        return 1 << int(np.log2(max(self._views.shape[1] / fewest_headings, 1.0)))
-
     def _scores(
-        self, places: NDArray[np.int64], step: int, beams: Beams, squash: float
+        self, places: NDArray[np.int64], fewest_headings: int, beams: Beams, squash: float
     ) -> NDArray[np.float32]:
-        """(P, H) log-likelihood of a scan at places (P,), by number, and at every ``step``-th heading."""
+        """(P, H) log-likelihood of a scan at places (P,), by number, and at every few headings."""
         log_probabilities = beam_log_probabilities(
             beams.ranges, beams.max_range, self._grid.resolution, squash, COURSE
         )
         headings = self._views.shape[1]
         offsets = np.rint(beams.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings
-        scores = np.empty((len(places), headings // step), dtype=np.float32)
-        fill_scores(self._views, self._view_of_place[places], step, offsets, log_probabilities, scores)
-        return scores
+        step = 1 << int(np.log2(max(headings / fewest_headings, 1.0)))  # powers of two divide their number
+
+        def fill(view_of_place: NDArray[np.int64]) -> NDArray[np.float32]:
+            scores = np.empty((len(view_of_place), headings // step), dtype=np.float32)
+            fill_scores(self._views, view_of_place, step, offsets, log_probabilities, scores)
+            return scores
+
+        return in_two_threads(fill, self._view_of_place[places])
 
 
 def _lattice(free_space: FreeSpace, step: int) -> NDArray[np.int64]:

@@ -1,9 +1,20 @@
 """Drawing the likely particles again and leaving the unlikely ones out."""
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
 
 from localization.resampling_kernels import systematic_indices
+
+_Number = TypeVar("_Number", np.float32, np.float64)
+
+
+def likelihood_weights(log_likelihood: NDArray[_Number], power: float) -> NDArray[_Number]:
+    """(N,) that sum to 1, by the likelihood (N,) to a power."""
+    weights: NDArray[_Number] = np.exp(power * (log_likelihood - log_likelihood.max()))
+    weights /= weights.sum()
+    return weights
 
 
 def effective_sample_size(weights: NDArray[np.float64]) -> float:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from localization.adaptive_count import needed_particles
-from localization.resampling import effective_sample_size, systematic_resample
+from localization.resampling import effective_sample_size, likelihood_weights, systematic_resample
 from maps.se2 import Pose
 
 LogLikelihood = Callable[[Pose], NDArray[np.float64]]
@@ -40,7 +40,7 @@ def temper(
     while reached < 1.0:
         step = _next_step(likelihood, 1.0 - reached, _KEPT * min(most, len(particles)))
         reached += step
-        weights = _weights(likelihood, step)
+        weights = likelihood_weights(likelihood, step)
         count = needed_particles(particles, weights, fewest, most)
         chosen = systematic_resample(weights, count, rng)
         particles, likelihood = particles[chosen], likelihood[chosen]
@@ -53,18 +53,11 @@ def _next_step(log_likelihood: NDArray[np.float64], longest: float, wanted_size:
     """How much more of the likelihood leaves an effective sample of the wanted size."""
 
     def surplus(step: float) -> float:
-        return effective_sample_size(_weights(log_likelihood, step)) - wanted_size
+        return effective_sample_size(likelihood_weights(log_likelihood, step)) - wanted_size
 
     if surplus(longest) >= 0.0:
         return longest
     return float(brentq(surplus, 0.0, longest, xtol=1e-4 * longest, rtol=_EXACT))
-
-
-def _weights(log_likelihood: NDArray[np.float64], power: float) -> NDArray[np.float64]:
-    """(N,) that sum to 1, by the likelihood to a power."""
-    weights: NDArray[np.float64] = np.exp(power * (log_likelihood - log_likelihood.max()))
-    weights /= weights.sum()
-    return weights
 
 
 def _try_moves(
