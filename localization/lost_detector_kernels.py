@@ -12,11 +12,10 @@ from maps.se2 import Pose
 
 @njit(cache=True, nogil=True)
 def count_agreeing(
-    map_from_base: Pose,
-    base_from_laser: Pose,
-    grid_in_map: NDArray[np.float64],
+    grid_from_laser: Pose,
     cells: NDArray[np.int8],
     is_open: NDArray[np.bool_],
+    resolution: float,
     bearings: NDArray[np.float64],
     ranges: NDArray[np.float64],
     max_range: float,
@@ -26,22 +25,18 @@ def count_agreeing(
 ) -> NDArray[np.float64]:
     """(4,) how many beams agree closely, roughly, are shorter, are longer; none where the laser cannot be.
 
-    ``grid_in_map`` is x, y, cos and sin of the grid's origin and cells per metre; a reading agrees when it is
-    within ``alike`` metres and a share of the range, and closely within a share ``close`` of that.
+    ``grid_from_laser`` (3,) is row, column and heading; a reading agrees when it is within ``alike`` metres
+    and a share of the range, and closely within a share ``close`` of that.
     """
     counts = np.zeros(4)
-    x0, y0, cos0, sin0, per_metre = grid_in_map
-    cos, sin = math.cos(map_from_base[2]), math.sin(map_from_base[2])
-    x = map_from_base[0] + cos * base_from_laser[0] - sin * base_from_laser[1] - x0
-    y = map_from_base[1] + sin * base_from_laser[0] + cos * base_from_laser[1] - y0
-    column, row = (cos0 * x + sin0 * y) * per_metre, (cos0 * y - sin0 * x) * per_metre
+    row, column, heading = grid_from_laser
     if not (0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]) or not is_open[int(row), int(column)]:
         return counts
-    heading = map_from_base[2] + base_from_laser[2] - math.atan2(sin0, cos0)
+    farthest = max_range / resolution
     for beam in range(len(bearings)):
         direction = heading + bearings[beam]
-        reach = cast_one(cells, row, column, math.sin(direction), math.cos(direction), max_range * per_metre)
-        expected = min(reach / per_metre, max_range)
+        reach = cast_one(cells, row, column, math.sin(direction), math.cos(direction), farthest)
+        expected = min(reach * resolution, max_range)
         measured = min(ranges[beam], max_range)
         within = alike + alike_share * expected
         if measured < expected - within:

@@ -16,7 +16,7 @@ def cast_ray_fan(
     grid: OccupancyGrid, map_from_laser: ArrayLike, bearings: ArrayLike, max_range: float
 ) -> NDArray[np.float64]:
     """(P, B) metres: all bearings (B,) from each of the poses (P, 3); inf beyond ``max_range``."""
-    starts, bearings = _starts(grid, map_from_laser), np.ascontiguousarray(bearings, dtype=np.float64)
+    starts, bearings = in_cells(grid, map_from_laser), np.ascontiguousarray(bearings, dtype=np.float64)
     distances = np.empty((len(starts), len(bearings)))
     cast_fans(grid.cells, starts, bearings, max_range / grid.resolution, distances)
     return distances * grid.resolution
@@ -30,14 +30,14 @@ def cast_rays(
     With a pose for each bearing a sweep is cast from a moving laser.
     """
     bearings = np.ascontiguousarray(bearings, dtype=np.float64)
-    poses = np.broadcast_to(np.asarray(map_from_laser, dtype=np.float64), (len(bearings), 3))
+    starts = np.broadcast_to(in_cells(grid, map_from_laser), (len(bearings), 3))
     distances = np.empty(len(bearings))
-    cast_beams(grid.cells, _starts(grid, poses), bearings, max_range / grid.resolution, distances)
+    cast_beams(grid.cells, np.ascontiguousarray(starts), bearings, max_range / grid.resolution, distances)
     return distances * grid.resolution
 
 
-def _starts(grid: OccupancyGrid, map_from_laser: ArrayLike) -> Pose:
-    """(P, 3) row and column in cells, fractions and all, and heading over the grid."""
+def in_cells(grid: OccupancyGrid, map_from_laser: ArrayLike) -> Pose:
+    """(..., 3) row and column in cells, fractions and all, and heading over the grid of poses (..., 3)."""
     grid_from_laser = between(grid.map_from_grid, map_from_laser)
     starts = grid_from_laser[..., [1, 0, 2]] / np.array([grid.resolution, grid.resolution, 1.0])
     return np.ascontiguousarray(starts)
