@@ -16,7 +16,7 @@ from maps.trajectory import Trajectory
 from pipelines.simulator import Simulation, SimulationConfig
 from pipelines.warm_up import draw_ring
 
-ALL_HELD, HELD_FOR, EVERY = 60, 50, 25
+ALL_HELD, HELD_FOR, EVERY, SCANS_HELD = 60, 50, 25, 60
 SNAPSHOT = ("map_from_keyframe", "scans.counts", "scans.points", "rays.ends", "drive.clouds", "drive.guesses")
 
 
@@ -85,6 +85,30 @@ def test_the_scans_that_were_given_up_are_where_they_should_be(laps: Laps) -> No
     missed = between(between(true[0], true), between(found[0], found))
     assert np.hypot(missed[:, 0], missed[:, 1]).max() < 0.02
     assert np.abs(missed[:, 2]).max() < np.deg2rad(0.5)
+
+
+def test_scans_that_wait_for_the_end_are_not_many_and_lose_nothing_by_it(
+    laps: Laps, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(mapper_module, "_HELD_FOR", HELD_FOR)
+    monkeypatch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", EVERY)
+    messages = laps.messages[: len(laps.messages) // 2]
+    waiting: dict[int, list[int]] = {}
+    found = {}
+    for most in (10**6, SCANS_HELD):
+        monkeypatch.setattr(mapper_module, "_SCANS_HELD", most)
+        mapper, waiting[most] = Mapper(MappingConfig()), []
+        for message in messages:
+            feed(mapper, [message])
+            if isinstance(message, Scan) and mapper.can_be_saved:
+                waiting[most].append(np.count_nonzero(mapper.to_arrays()["drive.cloud_lengths"]))
+        found[most] = mapper.finish().trajectory.map_from_base
+    growth = np.diff(waiting[10**6]).max()  # by as many keyframes as lie between two times
+    latest = growth * (HELD_FOR + EVERY) / EVERY
+    assert waiting[10**6][-1] > 2 * max(SCANS_HELD, latest)
+    assert max(waiting[SCANS_HELD]) <= max(SCANS_HELD, latest) + growth
+    apart = np.hypot(*(found[SCANS_HELD] - found[10**6])[:, :2].T)
+    assert 0.0 < apart.mean() < 0.001
 
 
 def test_another_mapper_goes_on_from_there_to_the_same_bits(
