@@ -100,7 +100,7 @@ class Session:
         returns = arrays["rays.returns"].tolist()
         return cls(
             keyframes,
-            [Rays(*rays) for rays in zip(ends, returns, strict=True)],
+            [Rays.to(*rays) for rays in zip(ends, returns, strict=True)],
             arrays["keyframe_from_base"].astype(np.float64),
             arrays["map_from_keyframe"].astype(np.float64),
             ConstraintList.from_arrays(part_of("constraints", arrays)),

@@ -18,7 +18,7 @@ def drive() -> tuple[list[Rays], Pose]:
         x = 0.3 * min(i, 300 - i) - 7.0
         along = rng.uniform(-4.0, 4.0, 200)
         side = np.where(rng.random(200) < 0.5, 1.5, -1.5) + rng.normal(0.0, 0.01, 200)
-        rays.append(Rays(np.column_stack([along, side]).astype(np.float32), 180))
+        rays.append(Rays.to(np.column_stack([along, side]), 180))
         poses.append([x, 0.1 * np.sin(x), 0.01 * np.cos(x)])
     return rays, np.array(poses)
 

@@ -51,7 +51,7 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
     constraints += [
         Constraint(k, k + 1, step, np.diag([1e2, 1e2, 1e3]), "odometry") for k, step in enumerate(steps)
     ]
-    rays = [Rays(store.points_of(k).copy(), len(store.points_of(k))) for k in range(len(true))]
+    rays = [Rays.to(store.points_of(k), len(store.points_of(k))) for k in range(len(true))]
     laser_from_base = np.tile(inverse(base_from_laser), (len(true), 1))
     return Session(store, rays, laser_from_base, known, ConstraintList(constraints), loops)
 

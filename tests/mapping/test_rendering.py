@@ -3,6 +3,7 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 from scipy.spatial import cKDTree
 from worlds import BEARINGS, ROOM, points_at, scan_at
 
@@ -28,7 +29,14 @@ def occupancy_at(grid, points: np.ndarray) -> np.ndarray:
 
 def ray(length: float, bearing: float = 0.0) -> Rays:
     end = length * np.array([[np.cos(bearing), np.sin(bearing)]])
-    return Rays(end.astype(np.float32), 1)
+    return Rays.to(end, 1)
+
+
+@given(arrays(np.float64, (5, 2), elements=st.floats(-60.0, 60.0)))
+def test_rays_end_within_a_millimetre_and_stay_so(ends: np.ndarray) -> None:
+    rays = Rays.to(ends, 5)
+    assert np.abs(rays.ends - ends).max() < 0.00101
+    np.testing.assert_array_equal(Rays.to(rays.ends, 5).steps, rays.steps)
 
 
 @settings(max_examples=25, deadline=None)
@@ -77,7 +85,7 @@ def test_who_passes_by_leaves_no_trace_once_the_place_was_looked_through() -> No
 def test_one_scan_tells_a_cell_once() -> None:
     """However many of its beams end in a cell, and though others cross it."""
     once = render([ray(1.02)], at_origin, 0.25)
-    many = Rays(np.array([[1.02, 0.01], [1.05, 0.02], [1.1, 0.05], [2.0, 0.02]], dtype=np.float32), 4)
+    many = Rays.to(np.array([[1.02, 0.01], [1.05, 0.02], [1.1, 0.05], [2.0, 0.02]]), 4)
     often = render([many], at_origin, 0.25)
     place = np.array([[1.02, 0.01]])
     assert occupancy_at(often, place)[0] == occupancy_at(once, place)[0]
