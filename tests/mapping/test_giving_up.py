@@ -62,6 +62,7 @@ def give_up_early(patch: pytest.MonkeyPatch) -> None:
     patch.setattr(mapper_module, "ALL_HELD", ALL_HELD)
     patch.setattr(mapper_module, "_HELD_FOR", HELD_FOR)
     patch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", EVERY)
+    patch.setattr(mapper_module, "_SCANS_HELD", SCANS_HELD)
 
 
 def feed(mapper: Mapper, messages: list[Scan | Odometry]) -> None:
@@ -90,8 +91,8 @@ def test_the_scans_that_were_given_up_are_where_they_should_be(laps: Laps) -> No
 def test_scans_that_wait_for_the_end_are_not_many_and_lose_nothing_by_it(
     laps: Laps, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(mapper_module, "_HELD_FOR", HELD_FOR)
-    monkeypatch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", EVERY)
+    give_up_early(monkeypatch)
+    monkeypatch.setattr(mapper_module, "ALL_HELD", 10**6)
     messages = laps.messages[: len(laps.messages) // 2]
     waiting: dict[int, list[int]] = {}
     found = {}
