@@ -19,7 +19,7 @@ _MIN_GAP = 0.15
 _MAX_RMS = 0.04
 _BY_ROW = ("_points", "_normals", "_counts", "_tables")
 _ROOM = 256
-"""Rows to spare once scans were given up."""
+"""Rows to spare; to double them would copy less often, and take up to as much memory again."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +133,7 @@ class ScanStore:
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> "ScanStore":
         """The store that was written so."""
-        store = cls(max(len(arrays["counts"]), 64))
+        store = cls(max(int(np.count_nonzero(arrays["counts"])), 64))
         points = unpack(arrays["points"].astype(np.float32), arrays["counts"])
         normals = unpack(arrays["normals"].astype(np.float32), arrays["counts"])
         for scan in zip(points, normals, strict=True):
@@ -143,7 +143,7 @@ class ScanStore:
     def _fill_row(self, scan: PreparedScan) -> int:
         if self._rows == len(self._counts):
             for name in _BY_ROW:
-                setattr(self, name, _with_room(getattr(self, name), 2 * self._rows))
+                setattr(self, name, _with_room(getattr(self, name), self._rows + _ROOM))
         row, count = self._rows, len(scan.points)
         self._points[row, :count] = scan.points
         self._normals[row, :count] = scan.normals
@@ -154,7 +154,7 @@ class ScanStore:
 
 
 def _with_room(array: NDArray[Any], capacity: int) -> NDArray[Any]:
-    """The same with zeros after it; those that nobody has written to take no memory yet."""
+    """The same with zeros after it."""
     grown = np.zeros((capacity, *array.shape[1:]), dtype=array.dtype)
     grown[: len(array)] = array
     return grown
