@@ -2,6 +2,22 @@
 
 import ctypes
 
+_C = ctypes.CDLL(None)
+_MMAP_THRESHOLD = -3
+"""Number of glibc's parameter."""
+_LARGE = 128 * 1024
+"""Bytes, as glibc begins with."""
+
+
+def keep_large_blocks_apart() -> None:
+    """Give each large block of memory from now on pages of its own, which leave with it; nothing happens
+    where the C library cannot do it.
+
+    glibc takes larger and larger ones from its heap as such are freed, see mallopt(3). Among what is in use
+    there they leave holes, and the room that arrays have to spare takes memory before anything is written.
+    """
+    _call("mallopt", _MMAP_THRESHOLD, _LARGE)
+
 
 def give_back_free_memory() -> None:
     """Return the pages that hold nothing any more; nothing happens where the C library cannot do it.
@@ -9,6 +25,10 @@ def give_back_free_memory() -> None:
     glibc returns by itself only what lies at the end of its heap, see malloc_trim(3). It takes a few
     milliseconds.
     """
-    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
-    if trim is not None:
-        trim(0)
+    _call("malloc_trim", 0)
+
+
+def _call(name: str, *arguments: int) -> None:
+    function = getattr(_C, name, None)
+    if function is not None:
+        function(*arguments)
