@@ -30,8 +30,8 @@ _REFUTED = (0.3, 0.06)
 class PoseGraph:
     """Constraints between keyframes.
 
-    Their factors are made anew each time, which takes a seventh of the time that solving does: kept, they
-    would take twice the memory of the constraints.
+    Their factors are made anew each time, which takes at most a seventh of the time that solving does: kept,
+    they would take twice the memory of the constraints.
     """
 
     def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
@@ -81,28 +81,25 @@ class PoseGraph:
     def _anneal(self, poses: Pose, widths: tuple[float, ...], tolerance: float, first: int = 0) -> Pose:
         local, loops = gtsam.NonlinearFactorGraph(), []
         among = self._among(first, len(poses))
-        ordering = _ordering(range(first, len(poses)), [self.constraints.ends_of(k) for k in among])
-        for k in among:
-            if self.constraints.kind_of(k) == "loop_closure":
-                loops.append(self.constraints[k])
-            elif self.constraints.ends_of(k)[0] >= first:
-                local.add(_factor(self.constraints[k], _LOCAL_WIDTH))
+        ordering = _ordering(range(first, len(poses)), [(c.from_keyframe, c.to_keyframe) for c in among])
+        for constraint in among:
+            if constraint.kind == "loop_closure":
+                loops.append(constraint)
             else:
-                local.add(_factor_to_held(self.constraints[k], poses, _LOCAL_WIDTH))
+                local.add(_factor(constraint, _LOCAL_WIDTH, poses, first))
         if first == 0:
             _anchor(local, 0, poses[0])
         for width in widths if loops else widths[-1:]:
             graph = gtsam.NonlinearFactorGraph(local)
             for loop in loops:
-                is_free = loop.from_keyframe >= first
-                graph.add(_factor(loop, width) if is_free else _factor_to_held(loop, poses, width))
+                graph.add(_factor(loop, width, poses, first))
             poses = np.concatenate([poses[:first], _solve(graph, poses[first:], first, ordering, tolerance)])
         return poses
 
-    def _among(self, first: int, end: int) -> list[int]:
-        """Which constraints are of keyframes from ``first`` on and before ``end``, the latest first."""
+    def _among(self, first: int, end: int) -> list[Constraint]:
+        """The constraints of keyframes from ``first`` on and before ``end``, the latest first."""
         since = reversed(range(self._start_of(first), len(self.constraints)))
-        return [k for k in since if first <= self.constraints.ends_of(k)[1] < end]
+        return [self.constraints[k] for k in since if first <= self.constraints.ends_of(k)[1] < end]
 
     def _start_of(self, first: int) -> int:
         """Where the constraints of keyframes from ``first`` on begin.
@@ -164,19 +161,14 @@ def _noise(constraint: Constraint, width: float) -> gtsam.noiseModel.Base:
     return gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(width), noise)
 
 
-def _factor(constraint: Constraint, width: float) -> gtsam.BetweenFactorPose2:
-    return gtsam.BetweenFactorPose2(
-        constraint.from_keyframe,
-        constraint.to_keyframe,
-        gtsam.Pose2(*constraint.from_pose_to_pose),
-        _noise(constraint, width),
-    )
-
-
-def _factor_to_held(constraint: Constraint, poses: Pose, width: float) -> gtsam.PriorFactorPose2:
-    """A constraint whose first keyframe is held where it is."""
-    measured = compose(poses[constraint.from_keyframe], constraint.from_pose_to_pose)
-    return gtsam.PriorFactorPose2(constraint.to_keyframe, gtsam.Pose2(*measured), _noise(constraint, width))
+def _factor(constraint: Constraint, width: float, poses: Pose, first: int) -> gtsam.NoiseModelFactor:
+    """A constraint as a factor; keyframes before ``first`` are held where they are in the poses (K, 3)."""
+    noise = _noise(constraint, width)
+    start, end = constraint.from_keyframe, constraint.to_keyframe
+    if start >= first:
+        return gtsam.BetweenFactorPose2(start, end, gtsam.Pose2(*constraint.from_pose_to_pose), noise)
+    measured = compose(poses[start], constraint.from_pose_to_pose)
+    return gtsam.PriorFactorPose2(end, gtsam.Pose2(*measured), noise)
 
 
 def _anchor(graph: gtsam.NonlinearFactorGraph, key: int, pose: Pose) -> None:
