@@ -12,6 +12,8 @@ from maps.se2 import Pose
 
 Kind = Literal["odometry", "scan_matching", "loop_closure"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
+_ROWS, _COLUMNS = np.triu_indices(3)
+_OF_UPPER = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +30,8 @@ class Constraint:
 
 
 class ConstraintList:
-    """A growing list of constraints in a quarter of the memory that they take as objects."""
+    """A growing list of constraints in a fifth of the memory that they take as objects; of the information,
+    which is symmetric, it holds one half."""
 
     def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
         self._ends, self._kinds = array("i"), array("b")
@@ -43,15 +46,15 @@ class ConstraintList:
         return (self[k] for k in range(len(self)))
 
     def __getitem__(self, k: int) -> Constraint:
-        pose, information = self._poses[3 * k : 3 * k + 3], self._information[9 * k : 9 * k + 9]
+        pose, information = self._poses[3 * k : 3 * k + 3], self._information[6 * k : 6 * k + 6]
         first, second = self.ends_of(k)
-        return Constraint(first, second, np.array(pose), np.array(information).reshape(3, 3), self.kind_of(k))
+        return Constraint(first, second, np.array(pose), np.array(information)[_OF_UPPER], self.kind_of(k))
 
     def append(self, constraint: Constraint) -> None:
         """Add one at the end."""
         self._ends.extend((constraint.from_keyframe, constraint.to_keyframe))
         self._poses.extend(constraint.from_pose_to_pose)
-        self._information.extend(constraint.information.ravel())
+        self._information.extend(constraint.information[_ROWS, _COLUMNS])
         self._kinds.append(KINDS.index(constraint.kind))
 
     def ends_of(self, k: int) -> tuple[int, int]:
@@ -81,7 +84,7 @@ class ConstraintList:
         return {
             "keyframes": np.array(self._ends, dtype=np.int32).reshape(-1, 2),
             "poses": np.array(self._poses).reshape(-1, 3),
-            "information": np.array(self._information).reshape(-1, 3, 3),
+            "information": np.array(self._information).reshape(-1, 6)[:, _OF_UPPER],
             "kinds": np.array(self._kinds, dtype=np.int8),
         }
 
@@ -91,6 +94,7 @@ class ConstraintList:
         constraints = cls()
         constraints._ends.frombytes(arrays["keyframes"].astype(np.int32).tobytes())
         constraints._poses.frombytes(arrays["poses"].astype(np.float64).tobytes())
-        constraints._information.frombytes(arrays["information"].astype(np.float64).tobytes())
+        information = arrays["information"].astype(np.float64)[:, _ROWS, _COLUMNS]
+        constraints._information.frombytes(information.tobytes())
         constraints._kinds.frombytes(arrays["kinds"].astype(np.int8).tobytes())
         return constraints

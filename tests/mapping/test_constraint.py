@@ -12,9 +12,10 @@ from mapping.constraint import Constraint, ConstraintList, Kind
 
 def drawn(count: int, seed: int) -> list[Constraint]:
     rng = np.random.default_rng(seed)
+    roots = rng.normal(size=(count, 3, 3))
     return [
-        Constraint(*rng.integers(0, 10**6, 2).tolist(), rng.normal(size=3), rng.normal(size=(3, 3)), kind)
-        for kind in rng.choice(get_args(Kind), count)
+        Constraint(*rng.integers(0, 10**6, 2).tolist(), rng.normal(size=3), root + root.T, kind)
+        for root, kind in zip(roots, rng.choice(get_args(Kind), count), strict=True)
     ]
 
 
