@@ -9,8 +9,11 @@ from numpy.typing import NDArray
 
 from maps.symmetric_kernels import inverse_of_symmetric
 
-TABLE_SIZE = 720
+TABLE_SIZE = 360
 """Bearing bins of the look-up table; it has one entry more, so that a bin's end is the next one's start."""
+
+UNIT = 2**15 - 1
+"""The length of a normal: its numbers are 16 bits long, which is half the memory."""
 
 WIDEST_LINE = 0.05
 """Variance across a line that its points may have, as a share of that along it."""
@@ -34,6 +37,7 @@ SPARE = 0.05
 it need not be looked for again."""
 
 _FloatArray = NDArray[np.float32]
+_Normals = NDArray[np.int16]
 _Matrix = NDArray[np.float64]
 
 
@@ -185,10 +189,10 @@ def _accumulate(
     moving: _Matrix,
     forward: bool,
     source: _FloatArray,
-    source_normals: _FloatArray,
+    source_normals: _Normals,
     source_count: int,
     target: _FloatArray,
-    target_normals: _FloatArray,
+    target_normals: _Normals,
     target_count: int,
     target_table: NDArray[np.int16],
     max_distance: float,
@@ -227,12 +231,12 @@ def _accumulate(
             partners[i] = j
         if j < 0:
             continue
-        nx, ny = np.float64(target_normals[j, 0]), np.float64(target_normals[j, 1])
+        nx, ny = target_normals[j, 0] / UNIT, target_normals[j, 1] / UNIT
         if nx == 0.0 and ny == 0.0:
             continue
         # The target's normal seen from the source.
         ax, ay = c * nx + s * ny, -s * nx + c * ny
-        sx, sy = np.float64(source_normals[i, 0]), np.float64(source_normals[i, 1])
+        sx, sy = source_normals[i, 0] / UNIT, source_normals[i, 1] / UNIT
         if (sx != 0.0 or sy != 0.0) and ax * sx + ay * sy < MIN_NORMAL_DOT:
             continue
         residual = nx * (x - target[j, 0]) + ny * (y - target[j, 1])
@@ -309,8 +313,8 @@ def match_group(
     fixed_poses: _Matrix,
     moving_poses: _Matrix,
     prior_information: _Matrix,
-    targets: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
-    sources: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
+    targets: tuple[_FloatArray, _Normals, NDArray[np.int32], NDArray[np.int16]],
+    sources: tuple[_FloatArray, _Normals, NDArray[np.int32], NDArray[np.int16]],
     widest: float,
     kernel_width: float,
     both_ways: bool,
@@ -400,8 +404,8 @@ def match_groups(
     fixed_poses: _Matrix,
     moving_poses: _Matrix,
     prior_information: _Matrix,
-    targets: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
-    sources: tuple[_FloatArray, _FloatArray, NDArray[np.int32], NDArray[np.int16]],
+    targets: tuple[_FloatArray, _Normals, NDArray[np.int32], NDArray[np.int16]],
+    sources: tuple[_FloatArray, _Normals, NDArray[np.int32], NDArray[np.int16]],
     widest: float,
     kernel_width: float,
     both_ways: bool,

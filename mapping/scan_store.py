@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mapping.arrays import Arrays, unpack
-from mapping.scan_matching_kernels import TABLE_SIZE, fill_bearing_table, fit_lines
+from mapping.scan_matching_kernels import TABLE_SIZE, UNIT, fill_bearing_table, fit_lines
 
 MAX_POINTS = 361
 """Beams kept of a scan: half a degree over 180°; denser scans are thinned once the normals are known."""
@@ -62,7 +62,7 @@ class ScanStore:
         self._row_of = np.zeros(capacity, dtype=np.int32)
         self._size = 0
         self._points = np.zeros((capacity + 1, MAX_POINTS, 2), dtype=np.float32)
-        self._normals = np.zeros_like(self._points)
+        self._normals = np.zeros((capacity + 1, MAX_POINTS, 2), dtype=np.int16)
         self._counts = np.zeros(capacity + 1, dtype=np.int32)
         self._tables = np.zeros((capacity + 1, TABLE_SIZE + 1), dtype=np.int16)
         self._rows = 1
@@ -82,9 +82,10 @@ class ScanStore:
 
     def packed(
         self,
-    ) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.int32], NDArray[np.int16]]:
-        """By rows, as the matching kernels take them: points (R, MAX_POINTS, 2), normals of the same shape,
-        counts (R,) of the points that are meant, and bearing tables (R, TABLE_SIZE + 1)."""
+    ) -> tuple[NDArray[np.float32], NDArray[np.int16], NDArray[np.int32], NDArray[np.int16]]:
+        """By rows, as the matching kernels take them: points (R, MAX_POINTS, 2), normals of the same shape
+        and of length ``UNIT``, counts (R,) of the points that are meant, and bearing tables (R, TABLE_SIZE +
+        1)."""
         rows = slice(self._rows)
         return self._points[rows], self._normals[rows], self._counts[rows], self._tables[rows]
 
@@ -117,7 +118,8 @@ class ScanStore:
         """Append all scans of another store."""
         points, normals, counts, _ = other.packed()
         for row in other.row_of.tolist():
-            self.add(PreparedScan(points[row, : counts[row]], normals[row, : counts[row]]))
+            meant = slice(counts[row])
+            self.add(PreparedScan(points[row, meant], _of_unit_length(normals[row, meant])))
 
     def to_arrays(self) -> Arrays:
         """Points and normals of all scans, one after the other, and how many each has."""
@@ -126,7 +128,7 @@ class ScanStore:
         is_meant = np.arange(MAX_POINTS) < counts[held, None]
         return {
             "points": points[held][is_meant],
-            "normals": normals[held][is_meant],
+            "normals": _of_unit_length(normals[held][is_meant]),
             "counts": counts[self.row_of].astype(np.int16),
         }
 
@@ -146,11 +148,15 @@ class ScanStore:
                 setattr(self, name, _with_room(getattr(self, name), self._rows + _ROOM))
         row, count = self._rows, len(scan.points)
         self._points[row, :count] = scan.points
-        self._normals[row, :count] = scan.normals
+        self._normals[row, :count] = np.rint(scan.normals * UNIT)
         self._counts[row] = count
         fill_bearing_table(self._points[row, :count], self._tables[row])
         self._rows += 1
         return row
+
+
+def _of_unit_length(normals: NDArray[np.int16]) -> NDArray[np.float32]:
+    return (normals / UNIT).astype(np.float32)
 
 
 def _with_room(array: NDArray[Any], capacity: int) -> NDArray[Any]:

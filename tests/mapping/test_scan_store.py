@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from mapping.scan_matching_kernels import UNIT
 from mapping.scan_store import MAX_POINTS, PreparedScan, ScanStore, prepare_scan
 
 
@@ -63,11 +64,15 @@ def test_points_ascend_in_bearing_and_are_not_too_many(beams: int, noise: float,
 
 
 def scans(count: int, rng: np.random.Generator) -> list[PreparedScan]:
-    """Of up to ten points; some without any."""
-    return [
-        PreparedScan(*rng.normal(size=(2, int(rng.integers(0, 11)), 2)).astype(np.float32))
-        for _ in range(count)
-    ]
+    """Of up to ten points, some without any; every second point has a normal."""
+    drawn = []
+    for points in rng.integers(0, 11, count):
+        angles = rng.uniform(-np.pi, np.pi, points)
+        normals = (np.arange(points) % 2)[:, None] * np.column_stack([np.cos(angles), np.sin(angles)])
+        drawn.append(
+            PreparedScan(rng.normal(size=(points, 2)).astype(np.float32), normals.astype(np.float32))
+        )
+    return drawn
 
 
 def holds(store: ScanStore, expected: list[PreparedScan], is_held: NDArray[np.bool_]) -> bool:
@@ -78,7 +83,7 @@ def holds(store: ScanStore, expected: list[PreparedScan], is_held: NDArray[np.bo
     return len(store) == len(wanted) and all(
         np.array_equal(store.points_of(k), scan.points)
         and np.array_equal(points[row, : counts[row]], scan.points)
-        and np.array_equal(normals[row, : counts[row]], scan.normals)
+        and np.allclose(normals[row, : counts[row]] / UNIT, scan.normals, rtol=0.0, atol=1e-4)
         and (len(scan.points) > 0) == store.is_held[k]
         for k, (row, scan) in enumerate(zip(store.row_of, wanted, strict=True))
     )
