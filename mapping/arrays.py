@@ -39,6 +39,17 @@ def unpack(packed: NDArray[Number], lengths: NDArray[np.generic]) -> list[NDArra
     return [packed[end - n : end].copy() for n, end in zip(lengths.tolist(), ends.tolist(), strict=True)]
 
 
+def side_by_side(rows: Sequence[NDArray[Number]]) -> list[NDArray[Number]]:
+    """The same rows (N_k, ...) as parts of one block of memory.
+
+    Thousands of blocks that stay, each of a few kilobytes, lie among what comes and goes, and hold its pages
+    back from the machine.
+    """
+    if not rows:
+        return []
+    return np.split(np.concatenate(rows), np.cumsum([len(row) for row in rows])[:-1])
+
+
 def pose_or_nan(pose: Pose | None) -> Pose:
     """(3,) a pose, NaN where there is none."""
     return np.full(3, np.nan) if pose is None else np.asarray(pose, dtype=np.float64)

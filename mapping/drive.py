@@ -18,11 +18,12 @@ keyframe_from_next       (K-1, 3) float64  motion from one keyframe to the next 
 from array import array
 from copy import copy
 from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.arrays import Arrays, pack, unpack
+from mapping.arrays import Arrays, pack, side_by_side, unpack
 from mapping.refinement import guess_scans
 from mapping.scan_store import thin
 from maps.se2 import Pose, between
@@ -40,8 +41,9 @@ class Drive:
     clouds: dict[int, NDArray[np.float32]] = field(default_factory=dict)
     """(M, 2) by scan, of those between keyframes that were not given up."""
     keyframe_scans: "array[int]" = field(default_factory=lambda: array("q"))
-    _settled: "array[float]" = field(default_factory=lambda: array("d"))
-    """The guess that was right of each scan before the last keyframe, flat."""
+    _settled: "array[float]" = field(default_factory=lambda: array("f"))
+    """The guess that was right of each scan before the last keyframe, flat; it is short, so it is told to
+    a micrometre."""
     _guesses: list[Pose] = field(default_factory=list)
     """All of each scan since."""
     _keyframe_from_next: "array[float]" = field(default_factory=lambda: array("d"))
@@ -83,6 +85,10 @@ class Drive:
         steps[before] = between(map_from_keyframe[before], map_from_keyframe[before + 1])
         for scan in scans.tolist():
             del self.clouds[scan]
+
+    def pack_clouds(self) -> None:
+        """Lay what the scans saw side by side."""
+        self.clouds = dict(zip(self.clouds, side_by_side(list(self.clouds.values())), strict=True))
 
     def guess(self, scans: NDArray[np.int64], map_from_keyframe: Pose) -> Pose:
         """map_from_laser (M, 3) of some scans, by the drive's keyframes (K, 3) and the motion since each."""
@@ -128,15 +134,15 @@ class Drive:
             array("q", arrays["stamps"].tolist()),
             {scan: cloud for scan, cloud in enumerate(clouds) if len(cloud) > 0},
             array("q", arrays["keyframe_scans"].tolist()),
-            array("d", arrays["guesses"][:settled].ravel().tolist()),
+            array("f", arrays["guesses"][:settled].ravel().tolist()),
             unpack(arrays["guesses"][settled:].astype(np.float64), arrays["guess_counts"][settled:]),
             array("d", arrays["keyframe_from_next"].ravel().tolist()),
         )
 
 
-def _in_place(poses: "array[float]") -> Pose:
+def _in_place(poses: "array[float]") -> NDArray[Any]:
     """(N, 3) that share the memory of poses one after the other; while they are used, none can be added."""
-    return np.frombuffer(poses).reshape(-1, 3)
+    return np.frombuffer(poses, dtype=poses.typecode).reshape(-1, 3)
 
 
 def _same_kind(guesses: Pose, from_last: int) -> Pose:

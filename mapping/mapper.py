@@ -24,7 +24,7 @@ from mapping.odometry_calibration import calibrate
 from mapping.odometry_lag import OdometryLag
 from mapping.pose_graph import PoseGraph
 from mapping.refinement import refine_scans
-from mapping.rendering import NO_RAYS, Rays, rays_of, render, returns_of
+from mapping.rendering import NO_RAYS, Rays, pack_rays, rays_of, render, returns_of
 from mapping.scan_store import ScanStore, prepare_scan
 from mapping.session import Session
 from mapping.specks import without_specks
@@ -48,10 +48,10 @@ _CAN_BE_SAVED_EVERY = 100
 """Keyframes."""
 _HELD_FOR = 200
 """Keyframes, until when one may be given up: loops are closed by then."""
-_SCANS_HELD = 4000
-"""Scans between keyframes, at most, that wait for the end of the drive to find their places. Placed sooner,
-among keyframes that are as good as settled, they come out a tenth of a millimetre worse; without wheels,
-a whole one."""
+_SCANS_HELD = 5000
+"""Scans that are held at most, of keyframes or between them: the more keyframes there are, the fewer scans
+between them can wait for the end of the drive to find their places. Placed sooner, among keyframes that are
+as good as settled, they come out a tenth of a millimetre worse; without wheels, a whole one."""
 _LOOPS_NOT_TIED = 10
 """Loops closed since a keyframe, after which it is held where it is when the next one strains."""
 
@@ -291,6 +291,8 @@ class Mapper:
         if index > 0 and index % _CAN_BE_SAVED_EVERY == 0:
             self._give_up_known(index - _HELD_FOR)
             self._give_up_scans_before(index - _HELD_FOR)
+            self._drive.pack_clouds()
+            pack_rays(self._rays)
             self._forget_what_cannot_be_saved()
 
     def _give_up_known(self, until: int) -> None:
@@ -321,11 +323,12 @@ class Mapper:
             self._rays[keyframe] = NO_RAYS
 
     def _give_up_scans_before(self, until: int) -> None:
-        """Of the scans between keyframes, give up those that are too many, the earliest first."""
-        held = self._drive.held_scans
-        if len(held) > _SCANS_HELD:
+        """Of the scans between keyframes, give up those for which there is no room, the earliest first."""
+        held, room = self._drive.held_scans, max(_SCANS_HELD - int(np.sum(self._keyframes.is_held)), 0)
+        if len(held) > room:
             keyframes = self._drive.keyframe_of(held)
-            self._give_up_scans(held[keyframes < min(keyframes[-_SCANS_HELD], until)])
+            first_kept = np.append(keyframes, until)[len(held) - room]
+            self._give_up_scans(held[keyframes < min(first_kept, until)])
 
     def _give_up_scans(self, scans: NDArray[np.int64]) -> None:
         """Forget what some scans between keyframes saw, once they have found their places."""

@@ -4,6 +4,7 @@ Moravec and Elfes, "High resolution maps from wide angle sonar", ICRA 1985; the 
 independent looks at it.
 """
 
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -11,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from mapping.arrays import side_by_side
 from mapping.rendering_kernels import cast_scan
 from maps.occupancy_grid import UNKNOWN, OccupancyGrid
 from maps.scan import Scan
@@ -21,6 +23,7 @@ _LOG_ODDS_PASS = np.log(0.40 / 0.60)
 _CLEARED_BY_MISS = 5.0
 _LONGEST_RAY = 60.0
 _MARGIN = 1.0
+_ORIGIN = np.zeros((1, 2), dtype=np.int16)
 _STEP = np.float32(0.002)
 """Metres, finer than lasers measure; 16 bits of them reach farther than the longest ray."""
 
@@ -29,23 +32,27 @@ _STEP = np.float32(0.002)
 class Rays:
     """What one scan tells about the floor, in the laser frame at its stamp."""
 
-    steps: NDArray[np.int16]
-    """(N, 2) their ends in steps of 2 mm, which take half the memory."""
+    packed: NDArray[np.uint8]
+    """(B,) the way from each end to the next in steps of 2 mm, compressed: a quarter of the ends' memory."""
     returns: int
     """How many of the ends are returns."""
 
     @classmethod
     def to(cls, ends: NDArray[np.floating[Any]], returns: int) -> "Rays":
         """Rays to ends (N, 2) in metres, at most 65 m away, of which so many are returns."""
-        return cls(np.rint(ends / _STEP).astype(np.int16), returns)
+        steps = np.rint(ends / _STEP).astype(np.int16)
+        from_last = np.diff(steps, axis=0, prepend=_ORIGIN)
+        return cls(np.frombuffer(zlib.compress(from_last.tobytes(), level=1), dtype=np.uint8), returns)
 
     @property
     def ends(self) -> NDArray[np.float32]:
         """(N, 2) metres: end points of the returns, then of the stretch that each miss shows to be free."""
-        return self.steps * _STEP
+        from_last = np.frombuffer(zlib.decompress(self.packed.data), dtype=np.int16).reshape(-1, 2)
+        return np.cumsum(from_last, axis=0, dtype=np.int16) * _STEP
 
 
 NO_RAYS = Rays.to(np.zeros((0, 2)), 0)
+"""Of a scan that was given up."""
 
 
 def rays_of(scan: Scan, points_in_laser: NDArray[np.float64]) -> Rays:
@@ -58,6 +65,13 @@ def rays_of(scan: Scan, points_in_laser: NDArray[np.float64]) -> Rays:
     free = length * np.column_stack([np.cos(missed), np.sin(missed)])
     near = points_in_laser[np.hypot(points_in_laser[:, 0], points_in_laser[:, 1]) < _LONGEST_RAY]
     return Rays.to(np.concatenate([near, free]), len(near))
+
+
+def pack_rays(rays: list[Rays]) -> None:
+    """Lay rays side by side."""
+    held = [k for k, each in enumerate(rays) if each is not NO_RAYS]
+    for k, packed in zip(held, side_by_side([rays[k].packed for k in held]), strict=True):
+        rays[k] = Rays(packed, rays[k].returns)
 
 
 def returns_of(rays: Sequence[Rays], map_from_laser: Pose) -> list[NDArray[np.float64]]:

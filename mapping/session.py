@@ -40,7 +40,7 @@ from numpy.typing import NDArray
 from mapping.arrays import Arrays, named, pack, part_of, unpack
 from mapping.constraint import ConstraintList
 from mapping.loop_closure import LoopCloser
-from mapping.rendering import Rays
+from mapping.rendering import NO_RAYS, Rays
 from mapping.scan_store import ScanStore
 from maps.se2 import Pose, compose, inverse
 
@@ -100,7 +100,7 @@ class Session:
         returns = arrays["rays.returns"].tolist()
         return cls(
             keyframes,
-            [Rays.to(*rays) for rays in zip(ends, returns, strict=True)],
+            [Rays.to(*rays) if len(rays[0]) else NO_RAYS for rays in zip(ends, returns, strict=True)],
             arrays["keyframe_from_base"].astype(np.float64),
             arrays["map_from_keyframe"].astype(np.float64),
             ConstraintList.from_arrays(part_of("constraints", arrays)),

@@ -7,7 +7,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial import cKDTree
 from worlds import BEARINGS, ROOM, points_at, scan_at
 
-from mapping.rendering import Rays, rays_of, render, returns_of
+from mapping.rendering import NO_RAYS, Rays, pack_rays, rays_of, render, returns_of
 from maps.occupancy_grid import OCCUPIED_FROM, UNKNOWN
 from maps.scan import Scan
 from maps.se2 import IDENTITY, Pose, compose, transform_points
@@ -36,7 +36,19 @@ def ray(length: float, bearing: float = 0.0) -> Rays:
 def test_rays_end_within_a_millimetre_and_stay_so(ends: np.ndarray) -> None:
     rays = Rays.to(ends, 5)
     assert np.abs(rays.ends - ends).max() < 0.00101
-    np.testing.assert_array_equal(Rays.to(rays.ends, 5).steps, rays.steps)
+    np.testing.assert_array_equal(Rays.to(rays.ends, 5).packed, rays.packed)
+
+
+@given(st.lists(st.one_of(st.none(), st.integers(0, 5)), max_size=6), st.integers(0, 2**32))
+def test_packed_rays_are_the_same_rays(counts: list[int | None], seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    seen = [NO_RAYS if count is None else Rays.to(rng.normal(size=(count, 2)), count) for count in counts]
+    packed = list(seen)
+    pack_rays(packed)
+    for before, after in zip(seen, packed, strict=True):
+        assert (after is NO_RAYS) == (before is NO_RAYS)
+        assert after.returns == before.returns
+        np.testing.assert_array_equal(after.ends, before.ends)
 
 
 @settings(max_examples=25, deadline=None)
