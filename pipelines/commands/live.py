@@ -185,7 +185,7 @@ def map(
 
     from pipelines.config_file import load_config
     from pipelines.interrupts import stop_request
-    from pipelines.live.free_memory import keep_large_blocks_apart
+    from pipelines.live.free_memory import keep_memory_together
     from pipelines.live.map_saving import MapOutput, resume
     from pipelines.live.mapper_node import MapperNode
     from pipelines.live.run import ros_node, spin
@@ -198,7 +198,7 @@ def map(
     output = MapOutput(out, settings, {"live": True, "settings": settings.model_dump()})
     with output_folder(out):
         pass  # so that no drive is made in vain
-    keep_large_blocks_apart()
+    keep_memory_together()
     start = resume(output, anew=anew, announce=console.print)
     with (
         stop_request(signal.SIGINT, signal.SIGTERM) as stop,

@@ -36,11 +36,11 @@ import sys
 
 import numpy as np
 
-from pipelines.live.free_memory import keep_large_blocks_apart
+from pipelines.live.free_memory import keep_memory_together
 from pipelines.report import resident_memory_mb
 
 if sys.argv[1] == "apart":
-    keep_large_blocks_apart()
+    keep_memory_together()
 np.ones(20 * 2**17)  # once freed, glibc takes far smaller ones from its heap
 before = resident_memory_mb()
 large, in_use = [], []
