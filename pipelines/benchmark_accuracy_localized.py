@@ -13,7 +13,7 @@ from maps.trajectory import Trajectory
 from pipelines.benchmark_accuracy_matcher import Stretch
 from pipelines.localization_run import estimates
 
-_BEFORE_AND_AFTER, _EVERY = 160, 8
+_EVERY = 8
 """Scans."""
 
 
@@ -27,13 +27,14 @@ class LocalizedScans:
     searches: int
     """How often the place was searched for."""
 
-    def stretch_about(self, index: int, own_trajectory: Trajectory) -> Stretch:
-        """One in eight of the scans before and after one, seen from where that was taken.
+    def stretch_about(self, index: int, own_trajectory: Trajectory, reach: int) -> Stretch:
+        """One in eight of so many scans before and after one, a multiple of eight, seen from where it was
+        taken.
 
         ``own_trajectory`` lies on the map that is made of the recording.
         """
-        first = max(index % _EVERY, index - _BEFORE_AND_AFTER)
-        scans = self.scans[first : index + _BEFORE_AND_AFTER + 1 : _EVERY]
+        first = max(index % _EVERY, index - reach)
+        scans = self.scans[first : index + reach + 1 : _EVERY]
         way = dict(zip(own_trajectory.stamps.tolist(), own_trajectory.map_from_base, strict=True))
         own_from_base = np.array([way[scan.stamp] for scan in scans])
         return Stretch(scans, between(way[self.scans[index].stamp], own_from_base))

@@ -2,8 +2,10 @@
 
 A scan alone may fit best elsewhere where the building has changed, people stand about or beams hit the floor;
 so each is matched together with those of some seconds before and after it, laid beside one another as on the
-map of the recording. That may be wrong, too: a disagreement tells where to look, not who is right. And it
-searches about the localizer's pose: of one that is lost it tells that it is wrong, but not where the car is.
+map of the recording. That may be wrong, too, where the two maps differ: where it disagrees, the scan is
+matched alone and in longer and shorter stretches as well. A disagreement tells where to look, not who is
+right. And a match searches about the localizer's pose: of one that is lost it tells that it is wrong, but not
+where the car is.
 """
 
 import tempfile
@@ -26,10 +28,10 @@ from pipelines.mapping_run import build_map
 from pipelines.report import Report
 
 _EVERY = 50
+_STRETCH, _OTHER_STRETCHES = 160, (0, 40, 80, 240)
+"""Scans before and after one."""
 _AGREES = 0.15
 """Metres."""
-_AS_GOOD = 0.02
-"""Of the fit (0 to 1), that a pose may have less and still fit as well."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,8 @@ class Comparison:
     """From the localizer's pose to the best fitting one."""
     gain: float
     """By how much better a fit (0 to 1) that is."""
+    nearest: float
+    """Metres to the nearest of where it fits best in any stretch; ``metres`` where that suffices."""
 
     @property
     def agrees(self) -> bool:
@@ -58,9 +62,9 @@ class Comparison:
         return self.metres <= _AGREES
 
     @property
-    def is_clear(self) -> bool:
-        """Whether the scan clearly fits worse where the localizer says."""
-        return self.gain > _AS_GOOD
+    def is_undecided(self) -> bool:
+        """Whether the two are not, but would be for another stretch: the matches do not agree themselves."""
+        return self.nearest <= _AGREES < self.metres
 
 
 @dataclass(frozen=True)
@@ -73,9 +77,9 @@ class RecordingFigures:
     largest_m: float
     """Over the same."""
     beyond: list[Comparison]
-    """The scans that fit clearly better more than 0.15 m away."""
+    """The scans that fit best more than 0.15 m away, in whatever stretch."""
     undecided: list[Comparison]
-    """Those that fit best more than 0.15 m away, but about as well where the localizer says."""
+    """Those that do so in the usual stretch, but not alone, or not in a longer or shorter one."""
     searches: int
     """How often the place was searched for: at the start, after gaps and when the car seemed lost."""
 
@@ -122,13 +126,19 @@ def compare_scans(
     localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher, every: int = _EVERY
 ) -> list[Comparison]:
     """Every so manieth scan by the localizer and by an exhaustive match of the stretch about it."""
-    comparisons = []
-    for index in range(every - 1, len(localized.scans), every):
+
+    def miss(index: int, reach: int) -> tuple[float, float]:
         map_from_base = localized.map_from_base[index]
-        best, gain = matcher.match(localized.stretch_about(index, own_trajectory), map_from_base)
-        metres = float(np.hypot(*(best - map_from_base)[:2]))
-        comparisons.append(Comparison(index + 1, metres, gain))
-    return comparisons
+        best, gain = matcher.match(localized.stretch_about(index, own_trajectory, reach), map_from_base)
+        return float(np.hypot(*(best - map_from_base)[:2])), gain
+
+    def compare(index: int) -> Comparison:
+        metres, gain = miss(index, _STRETCH)
+        others = _OTHER_STRETCHES if metres > _AGREES else ()
+        nearest = min([metres, *(miss(index, reach)[0] for reach in others)])
+        return Comparison(index + 1, metres, gain, nearest)
+
+    return [compare(index) for index in range(every - 1, len(localized.scans), every)]
 
 
 def _mapped(bag: Path, settings: Config) -> MappingResult:
@@ -150,7 +160,7 @@ def recording_figures(comparisons: list[Comparison], searches: int) -> Recording
         scans_compared=len(comparisons),
         mean_m=float(agreeing.mean()),
         largest_m=float(agreeing.max()),
-        beyond=[each for each in comparisons if not each.agrees and each.is_clear],
-        undecided=[each for each in comparisons if not each.agrees and not each.is_clear],
+        beyond=[each for each in comparisons if not each.agrees and not each.is_undecided],
+        undecided=[each for each in comparisons if each.is_undecided],
         searches=searches,
     )

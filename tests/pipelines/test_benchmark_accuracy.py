@@ -43,7 +43,7 @@ def test_the_command_tells_every_row(
     for row in ("global_start", "kidnapped"):
         monkeypatch.setattr(AccuracyBenchmark, row, lambda *_: found)
     (tmp_path / "racecar" / "session_A").mkdir(parents=True)
-    beyond = [benchmark_accuracy_recordings.Comparison(50, 0.3, 0.1)]
+    beyond = [benchmark_accuracy_recordings.Comparison(50, 0.3, 0.1, 0.2)]
     matched = benchmark_accuracy_recordings.RecordingFigures(37, 0.0456, 0.1, beyond, [], 5)
     monkeypatch.setattr(benchmark_accuracy_recordings, "measure_recording", lambda *_, **__: matched)
     monkeypatch.setenv("RACECAR_DATA", str(tmp_path))

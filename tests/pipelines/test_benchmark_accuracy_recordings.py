@@ -125,7 +125,7 @@ def test_a_localizer_that_is_wrong_is_told(drive: Drive) -> None:
     localizer.set_pose(drive.map_from_base[0] + [2.0, 0.0, 0.0])
     localized = localize(drive.messages, localizer)
     comparisons = compare_scans(localized, own_trajectory(drive), ExhaustiveMatcher(rooms()), every=40)
-    assert all(1.9 < each.metres < 2.1 and each.gain > 0.2 for each in comparisons)
+    assert all(1.9 < each.nearest <= each.metres < 2.1 and each.gain > 0.2 for each in comparisons)
 
 
 def test_the_scans_about_one_tell_where_it_is_though_it_looks_like_elsewhere(drive: Drive) -> None:
@@ -136,14 +136,19 @@ def test_the_scans_about_one_tell_where_it_is_though_it_looks_like_elsewhere(dri
     matcher = ExhaustiveMatcher(rooms())
     alone_at, _ = matcher.match(alone(scans[40]), wrong[40])
     assert np.hypot(*(alone_at - drive.map_from_base[40])[:2]) > 0.5
-    place, _ = matcher.match(localized.stretch_about(40, own_trajectory(drive)), wrong[40])
+    place, _ = matcher.match(localized.stretch_about(40, own_trajectory(drive), 40), wrong[40])
     assert np.hypot(*(place - drive.map_from_base[40])[:2]) < 0.1
+    wrong[40] = alone_at
+    (comparison,) = compare_scans(localized, own_trajectory(drive), matcher, every=41)
+    assert comparison.metres > 0.5
+    assert comparison.nearest < 0.05
+    assert comparison.is_undecided
 
 
 def test_a_stretch_lies_as_the_scans_were_taken(drive: Drive) -> None:
     scans = [message for message in drive.messages if isinstance(message, Scan)]
     localized = LocalizedScans(scans, drive.map_from_base, searches=0)
-    stretch = localized.stretch_about(30, own_trajectory(drive))
+    stretch = localized.stretch_about(30, own_trajectory(drive), 160)
     assert [each.stamp for each in stretch.scans] == [each.stamp for each in scans[6::8]]
     np.testing.assert_allclose(
         stretch.here_from_base, between(drive.map_from_base[30], drive.map_from_base[6::8]), atol=1e-9
@@ -153,9 +158,9 @@ def test_a_stretch_lies_as_the_scans_were_taken(drive: Drive) -> None:
     np.testing.assert_allclose(stretch.end_points()[: len(first)], first)
 
 
-def test_scans_are_sorted_by_distance_and_by_fit() -> None:
-    agreeing = [Comparison(50, 0.02, 0.0), Comparison(100, 0.1, 0.3)]
-    beyond, undecided = Comparison(150, 0.2, 0.05), Comparison(200, 9.0, 0.01)
+def test_scans_are_sorted_by_how_far_the_matches_are() -> None:
+    agreeing = [Comparison(50, 0.02, 0.0, 0.02), Comparison(100, 0.1, 0.3, 0.1)]
+    beyond, undecided = Comparison(150, 0.2, 0.05, 0.16), Comparison(200, 9.0, 0.05, 0.1)
     figures = recording_figures([*agreeing, beyond, undecided], searches=2)
     assert figures.scans_compared == 4
     assert figures.mean_m == pytest.approx(0.06)
