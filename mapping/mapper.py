@@ -48,10 +48,10 @@ _CAN_BE_SAVED_EVERY = 100
 """Keyframes."""
 _HELD_FOR = 200
 """Keyframes, until when one may be given up: loops are closed by then."""
-_SCANS_HELD = 5000
-"""Scans that are held at most, of keyframes or between them: the more keyframes there are, the fewer scans
-between them can wait for the end of the drive to find their places. Placed sooner, among keyframes that are
-as good as settled, they come out a tenth of a millimetre worse; without wheels, a whole one."""
+_SCANS_HELD = 6000
+"""Scans between keyframes, at most, that wait for the end of the drive to find their places; each keyframe
+takes the room of two. Placed sooner, among keyframes that are as good as settled, they come out a tenth of a
+millimetre worse; without wheels, a whole one."""
 _LOOPS_NOT_TIED = 10
 """Loops closed since a keyframe, after which it is held where it is when the next one strains."""
 
@@ -324,7 +324,7 @@ class Mapper:
 
     def _give_up_scans_before(self, until: int) -> None:
         """Of the scans between keyframes, give up those for which there is no room, the earliest first."""
-        held, room = self._drive.held_scans, max(_SCANS_HELD - int(np.sum(self._keyframes.is_held)), 0)
+        held, room = self._drive.held_scans, max(_SCANS_HELD - 2 * int(np.sum(self._keyframes.is_held)), 0)
         if len(held) > room:
             keyframes = self._drive.keyframe_of(held)
             first_kept = np.append(keyframes, until)[len(held) - room]
