@@ -288,9 +288,10 @@ class Mapper:
                 self._map_from_keyframe = self._graph.optimize_since(self._map_from_keyframe, first)
         if self._config.close_loops:
             self._close_loops(is_tied=is_tied)
+        if index % _WINDOW_EVERY == 0:
+            self._give_up_scans_before(index - _HELD_FOR)
         if index > 0 and index % _CAN_BE_SAVED_EVERY == 0:
             self._give_up_known(index - _HELD_FOR)
-            self._give_up_scans_before(index - _HELD_FOR)
             self._drive.pack_clouds()
             pack_rays(self._rays)
             self._forget_what_cannot_be_saved()
