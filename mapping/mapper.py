@@ -333,6 +333,8 @@ class Mapper:
 
     def _give_up_scans(self, scans: NDArray[np.int64]) -> None:
         """Forget what some scans between keyframes saw, once they have found their places."""
+        if len(scans) == 0:
+            return
         guesses = self._drive.guess(scans, self._map_from_keyframe)
         placed = self._refined(scans, guesses, self.session())
         self._drive.give_up(scans, placed, self._map_from_keyframe)
