@@ -324,12 +324,17 @@ class Mapper:
             self._rays[keyframe] = NO_RAYS
 
     def _give_up_scans_before(self, until: int) -> None:
-        """Of the scans between keyframes, give up those for which there is no room, the earliest first."""
-        held, room = self._drive.held_scans, max(_SCANS_HELD - 2 * int(np.sum(self._keyframes.is_held)), 0)
-        if len(held) > room:
-            keyframes = self._drive.keyframe_of(held)
-            first_kept = np.append(keyframes, until)[len(held) - room]
-            self._give_up_scans(held[keyframes < min(first_kept, until)])
+        """Of the scans between keyframes, give up those for which there is no room, the earliest first. Where
+        keyframes are to be given up, so are those of the latest: hundreds would go with them at once."""
+        held, keyframes_held = self._drive.held_scans, int(np.sum(self._keyframes.is_held))
+        if len(held) == 0:
+            return
+        keyframes = self._drive.keyframe_of(held)
+        too_many = max(len(held) - max(_SCANS_HELD - 2 * keyframes_held, 0), 0)
+        goes = keyframes < np.append(keyframes, until)[too_many]
+        if keyframes_held > ALL_HELD:
+            goes |= keyframes >= until - _WINDOW_EVERY
+        self._give_up_scans(held[goes & (keyframes < until)])
 
     def _give_up_scans(self, scans: NDArray[np.int64]) -> None:
         """Forget what some scans between keyframes saw, once they have found their places."""
