@@ -1,7 +1,8 @@
 """The grid of a drive that is still going on, drawn again and again at little cost.
 
 Keyframes that have settled are counted once and stay; only the latest are drawn afresh each time. When the
-graph moves what was drawn, all is drawn anew.
+graph moves what was drawn, all is drawn anew: over some calls where there is much, and shown as it was until
+then.
 """
 
 from collections.abc import Sequence
@@ -9,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.rendering import Rays, occupancy
+from mapping.rendering import NO_RAYS, Rays, occupancy
 from mapping.rendering_kernels import cast_scan
 from maps.occupancy_grid import UNKNOWN, OccupancyGrid
 from maps.se2 import Pose, between, transform_points
@@ -18,6 +19,8 @@ _LATEST = 80
 """Keyframes whose poses the mapper still adjusts as a matter of course."""
 _MOVED = 0.5
 """Cells by which a settled keyframe may move, or what it sees at ten metres, before all is drawn anew."""
+_AT_ONCE = 400
+"""Keyframes that are drawn anew in one call; more would take longer than a second beside a busy mapper."""
 _GROWTH = 10.0
 """Metres of spare room when the grid must grow."""
 
@@ -28,8 +31,8 @@ class GrowingGrid:
     """Draws the grid of all keyframes so far; it belongs to one thread."""
 
     def __init__(self, resolution: float) -> None:
-        self._canvas = _Canvas(resolution)
-        self._drawn: Pose = np.zeros((0, 3))
+        self._shown = _Canvas(resolution)
+        self._anew: _Canvas | None = None
         self.redrawn = 0
         """How often all was drawn anew because the graph had moved it."""
 
@@ -38,23 +41,16 @@ class GrowingGrid:
 
         K is at least 1.
         """
-        canvas = self._canvas
-        if self._has_moved(map_from_laser):
+        until = max(len(rays) - _LATEST, len(self._shown.drawn))
+        if self._anew is None and self._shown.is_outdated(map_from_laser):
             self.redrawn += 1
-            self._canvas = canvas = _Canvas(canvas.resolution)
-            self._drawn = self._drawn[:0]
-        settled = max(len(rays) - _LATEST, len(self._drawn))
-        for index in range(len(self._drawn), len(rays)):
-            canvas.make_room(_touched(rays[index], map_from_laser[index]))
-        for index in range(len(self._drawn), settled):
-            canvas.count(rays[index], map_from_laser[index], canvas.hits, canvas.passes)
-        self._drawn = map_from_laser[:settled].copy()
-        return canvas.with_latest(rays[settled:], map_from_laser[settled:])
-
-    def _has_moved(self, map_from_laser: Pose) -> bool:
-        steps = between(self._drawn, map_from_laser[: len(self._drawn)])
-        moved = np.hypot(steps[:, 0], steps[:, 1]) + 10.0 * np.abs(steps[:, 2])
-        return bool(np.any(moved > _MOVED * self._canvas.resolution))
+            self._anew = _Canvas(self._shown.resolution)
+        if self._anew is not None:
+            self._anew.settle(rays, map_from_laser, _reached(rays, len(self._anew.drawn), until))
+            if len(self._anew.drawn) == until:
+                self._shown, self._anew = self._anew, None
+        self._shown.settle(rays, map_from_laser, until)
+        return self._shown.with_latest(rays, map_from_laser)
 
 
 class _Canvas:
@@ -62,15 +58,45 @@ class _Canvas:
 
     def __init__(self, resolution: float) -> None:
         self.resolution = resolution
-        self.hits: _Counts = np.zeros((0, 0), dtype=np.uint16)
-        self.passes: _Counts = np.zeros((0, 0), dtype=np.uint16)
+        self.drawn: Pose = np.zeros((0, 3))
+        """Of the settled keyframes, as each was drawn."""
+        self._hits: _Counts = np.zeros((0, 0), dtype=np.uint16)
+        self._passes: _Counts = np.zeros((0, 0), dtype=np.uint16)
         self._low = np.full(2, np.nan)
         self._marks = np.zeros((0, 0), dtype=np.int32)
         self._mark = 0
         self._cells = np.zeros((0, 0), dtype=np.int8)
         self._dirty = _Box()
 
-    def make_room(self, points: NDArray[np.float64]) -> None:
+    def is_outdated(self, map_from_laser: Pose) -> bool:
+        """Do the settled keyframes lie elsewhere now?"""
+        steps = between(self.drawn, map_from_laser[: len(self.drawn)])
+        moved = np.hypot(steps[:, 0], steps[:, 1]) + 10.0 * np.abs(steps[:, 2])
+        return bool(np.any(moved > _MOVED * self.resolution))
+
+    def settle(self, rays: Sequence[Rays], map_from_laser: Pose, until: int) -> None:
+        """Count the keyframes before one for good."""
+        first = len(self.drawn)
+        for k in _not_given_up(rays, first, until):
+            self._make_room(_touched(rays[k], map_from_laser[k]))
+            self._count(rays[k], map_from_laser[k], self._hits, self._passes)
+        self.drawn = np.concatenate([self.drawn, map_from_laser[first:until]])
+
+    def with_latest(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
+        """The grid with the keyframes (K) that have not settled, which are not kept."""
+        latest = range(len(self.drawn), len(rays))
+        for k in latest:
+            self._make_room(_touched(rays[k], map_from_laser[k]))
+        hits, passes = self._hits.copy(), self._passes.copy()
+        outdated, self._dirty = self._dirty, _Box()
+        for k in latest:
+            self._count(rays[k], map_from_laser[k], hits, passes)
+        outdated.include(self._dirty)
+        box = outdated.slices()
+        self._cells[box] = occupancy(hits[box], passes[box])
+        return OccupancyGrid(self._cells.copy(), self.resolution, np.append(self._low, 0.0))
+
+    def _make_room(self, points: NDArray[np.float64]) -> None:
         """Let the grid grow until it holds points (N, 2) of the map."""
         low, high = points.min(axis=0), points.max(axis=0)
         if np.isnan(self._low[0]):
@@ -81,12 +107,12 @@ class _Canvas:
             return
         self._low = self._low - before * self.resolution
         padding = list(zip(before[::-1].tolist(), after[::-1].tolist(), strict=True))
-        self.hits, self.passes = np.pad(self.hits, padding), np.pad(self.passes, padding)
+        self._hits, self._passes = np.pad(self._hits, padding), np.pad(self._passes, padding)
         self._marks = np.pad(self._marks, padding)
         self._cells = np.pad(self._cells, padding, constant_values=UNKNOWN)
         self._dirty.move(before[::-1])
 
-    def count(self, ray: Rays, pose: Pose, hits: _Counts, passes: _Counts) -> None:
+    def _count(self, ray: Rays, pose: Pose, hits: _Counts, passes: _Counts) -> None:
         """Count what a keyframe hits and passes."""
         self._mark += 1
         touched = (_touched(ray, pose) - self._low) / self.resolution
@@ -94,17 +120,6 @@ class _Canvas:
         is_hit = np.arange(len(ends)) < ray.returns
         cast_scan(column, row, ends, is_hit, self._mark, self._marks, hits, passes)
         self._dirty.add(np.floor(touched[:, ::-1]).astype(np.int64))
-
-    def with_latest(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
-        """The grid with some keyframes more, which are not kept."""
-        hits, passes = self.hits.copy(), self.passes.copy()
-        outdated, self._dirty = self._dirty, _Box()
-        for ray, pose in zip(rays, map_from_laser, strict=True):
-            self.count(ray, pose, hits, passes)
-        outdated.include(self._dirty)
-        box = outdated.slices()
-        self._cells[box] = occupancy(hits[box], passes[box])
-        return OccupancyGrid(self._cells.copy(), self.resolution, np.append(self._low, 0.0))
 
     def _spare(self, missing: NDArray[np.float64]) -> NDArray[np.int64]:
         """Cells to add on a side, from the metres that are missing there."""
@@ -135,6 +150,16 @@ class _Box:
         """What to index the grid with."""
         (first_row, first_column), (last_row, last_column) = self._low.tolist(), self._high.tolist()
         return slice(first_row, last_row), slice(first_column, last_column)
+
+
+def _reached(rays: Sequence[Rays], first: int, until: int) -> int:
+    """The keyframe before which those to be drawn in one call end, from the first on."""
+    seen = _not_given_up(rays, first, until)
+    return until if len(seen) <= _AT_ONCE else seen[_AT_ONCE]
+
+
+def _not_given_up(rays: Sequence[Rays], first: int, until: int) -> list[int]:
+    return [k for k in range(first, until) if rays[k] is not NO_RAYS]
 
 
 def _touched(ray: Rays, pose: Pose) -> NDArray[np.float64]:

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
 
+from mapping import growing_grid
 from mapping.growing_grid import GrowingGrid
-from mapping.rendering import Rays, render
+from mapping.rendering import NO_RAYS, Rays, render
 from maps.occupancy_grid import UNKNOWN, OccupancyGrid
 from maps.se2 import Pose
 
@@ -33,6 +34,12 @@ def assert_same(grown: OccupancyGrid, whole: OccupancyGrid) -> None:
     assert np.count_nonzero(grown.cells != UNKNOWN) == pytest.approx(len(rows), rel=0.001)
 
 
+def share_of_walls(walls: OccupancyGrid, grid: OccupancyGrid) -> float:
+    """How many of one grid's walls are walls on another."""
+    there = grid.cell_of(walls.center_of(np.argwhere(walls.cells > 90)))
+    return float(np.mean(grid.cells[there[:, 0], there[:, 1]] > 50))
+
+
 @pytest.mark.parametrize("step", [1, 37])
 def test_it_ends_in_the_grid_that_is_drawn_at_once(drive: tuple[list[Rays], Pose], step: int) -> None:
     rays, poses = drive
@@ -61,6 +68,43 @@ def test_all_is_drawn_anew_when_a_loop_moves_it(drive: tuple[list[Rays], Pose]) 
     growing.draw(rays, bent)
     assert_same(growing.draw(rays, poses), render(rays, poses, RESOLUTION))
     assert growing.redrawn == 1
+
+
+def test_a_large_grid_is_drawn_anew_over_some_calls(
+    drive: tuple[list[Rays], Pose], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(growing_grid, "_AT_ONCE", 100)
+    rays, poses = drive
+    growing, bent = GrowingGrid(RESOLUTION), poses.copy()
+    bent[:, 1] += np.linspace(0.0, 2.0, len(bent))
+    before = growing.draw(rays[:290], bent[:290])
+    meanwhile = [growing.draw(rays[:count], poses[:count]) for count in (290, 295)]
+    after = growing.draw(rays, poses)
+    bent_walls = render(rays[:200], bent[:200], RESOLUTION)
+    shown = [share_of_walls(bent_walls, grid) for grid in (before, *meanwhile)]
+    assert min(shown) > 0.7
+    assert share_of_walls(bent_walls, after) < 0.3
+    assert_same(after, render(rays, poses, RESOLUTION))
+    assert growing.redrawn == 1
+
+
+def test_what_creeps_is_drawn_anew_in_the_end(drive: tuple[list[Rays], Pose]) -> None:
+    rays, poses = drive
+    growing = GrowingGrid(RESOLUTION)
+    for share in np.linspace(1.0, 0.0, 21):
+        grid = growing.draw(rays, poses + share * np.array([0.0, 0.2, 0.0]))
+    assert growing.redrawn >= 4
+    assert share_of_walls(render(rays, poses, RESOLUTION), grid) > 0.6
+
+
+def test_keyframes_that_were_given_up_are_not_drawn_anew(drive: tuple[list[Rays], Pose]) -> None:
+    rays, poses = drive
+    growing, bent = GrowingGrid(RESOLUTION), poses + np.array([0.0, 0.5, 0.0])
+    growing.draw(rays, bent)
+    left = [NO_RAYS if 50 <= k < 120 else each for k, each in enumerate(rays)]
+    seen = [k for k, each in enumerate(left) if each is not NO_RAYS]
+    grid = growing.draw(left, poses)
+    assert_same(grid, render([rays[k] for k in seen], poses[seen], RESOLUTION))
 
 
 def test_a_grid_that_was_handed_out_stays_as_it_was(drive: tuple[list[Rays], Pose]) -> None:
