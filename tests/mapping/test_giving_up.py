@@ -1,17 +1,20 @@
 """A mapper that goes round and round gives up what it has seen before, and loses nothing by it."""
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from mapping import mapper as mapper_module
 from mapping.arrays import Arrays
 from mapping.config import MappingConfig
 from mapping.mapper import Mapper, MappingResult, Snapshot
+from mapping.refinement import refine_scans
 from maps.odometry import Odometry
 from maps.scan import Scan
-from maps.se2 import between
+from maps.se2 import Pose, between
 from maps.trajectory import Trajectory
 from pipelines.simulator import Simulation, SimulationConfig
 from pipelines.warm_up import draw_ring
@@ -110,6 +113,27 @@ def test_scans_that_wait_for_the_end_are_not_many_and_lose_nothing_by_it(
     assert max(waiting[SCANS_HELD]) <= max(SCANS_HELD, latest) + growth
     apart = np.hypot(*(found[SCANS_HELD] - found[10**6])[:, :2].T)
     assert 0.0 < apart.mean() < 0.001
+
+
+def test_keyframes_are_given_up_without_placing_all_their_scans_at_once(
+    laps: Laps, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    give_up_early(monkeypatch)
+    monkeypatch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", 2 * EVERY)
+    monkeypatch.setattr(mapper_module, "_SCANS_HELD", 10**6)
+    placed: list[int] = []
+
+    def counted(points: list[NDArray[np.float32]], *rest: Any) -> Pose:
+        placed.append(len(points))
+        return refine_scans(points, *rest)
+
+    monkeypatch.setattr(mapper_module, "refine_scans", counted)
+    mapper = Mapper(MappingConfig())
+    feed(mapper, laps.messages)
+    scans = sum(isinstance(message, Scan) for message in laps.messages)
+    each = scans / len(mapper.session().rays)
+    assert sum(placed) > 0.25 * scans
+    assert max(placed[1:]) < 1.5 * each * 10
 
 
 def test_another_mapper_goes_on_from_there_to_the_same_bits(
