@@ -50,8 +50,8 @@ _HELD_FOR = 200
 """Keyframes, until when one may be given up: loops are closed by then."""
 _SCANS_HELD = 6000
 """Scans between keyframes, at most, that wait for the end of the drive to find their places; each keyframe
-takes the room of two. Placed sooner, among keyframes that are as good as settled, they come out a tenth of a
-millimetre worse; without wheels, a whole one."""
+takes the room of two. Placed sooner, among keyframes that are as good as settled, they come out some tenths
+of a millimetre worse."""
 _LOOPS_NOT_TIED = 10
 """Loops closed since a keyframe, after which it is held where it is when the next one strains."""
 
