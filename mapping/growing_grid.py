@@ -19,8 +19,8 @@ _LATEST = 80
 """Keyframes whose poses the mapper still adjusts as a matter of course."""
 _MOVED = 0.5
 """Cells by which a settled keyframe may move, or what it sees at ten metres, before all is drawn anew."""
-_AT_ONCE = 400
-"""Keyframes that are drawn anew in one call; more would take longer than a second beside a busy mapper."""
+_AT_ONCE = 200
+"""Keyframes that are drawn anew in one call, so that the next map comes within a second or so."""
 _GROWTH = 10.0
 """Metres of spare room when the grid must grow."""
 
