@@ -60,11 +60,14 @@ def test_latest_keyframes_are_drawn_where_they_are_now(drive: tuple[list[Rays], 
     assert growing.redrawn == 0
 
 
-def test_all_is_drawn_anew_when_a_loop_moves_it(drive: tuple[list[Rays], Pose]) -> None:
+def test_all_is_drawn_anew_when_a_loop_moves_it(
+    drive: tuple[list[Rays], Pose], monkeypatch: pytest.MonkeyPatch
+) -> None:
     rays, poses = drive
     growing = GrowingGrid(RESOLUTION)
     bent = poses.copy()
     bent[:, 1] += np.linspace(0.0, 2.0, len(bent))
+    monkeypatch.setattr(growing_grid, "_AT_ONCE", len(rays))
     growing.draw(rays, bent)
     assert_same(growing.draw(rays, poses), render(rays, poses, RESOLUTION))
     assert growing.redrawn == 1
