@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.rendering import NO_RAYS, Rays, occupancy
+from mapping.rendering import Rays, not_given_up, occupancy
 from mapping.rendering_kernels import cast_scan
 from maps.occupancy_grid import UNKNOWN, OccupancyGrid
 from maps.se2 import Pose, between, transform_points
@@ -77,20 +77,22 @@ class _Canvas:
     def settle(self, rays: Sequence[Rays], map_from_laser: Pose, until: int) -> None:
         """Count the keyframes before one for good."""
         first = len(self.drawn)
-        for k in _not_given_up(rays, first, until):
-            self._make_room(_touched(rays[k], map_from_laser[k]))
-            self._count(rays[k], map_from_laser[k], self._hits, self._passes)
+        for k in not_given_up(rays, range(first, until)):
+            touched = _touched(rays[k], map_from_laser[k])
+            self._make_room(touched)
+            self._count(touched, rays[k].returns, self._hits, self._passes)
         self.drawn = np.concatenate([self.drawn, map_from_laser[first:until]])
 
     def with_latest(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
         """The grid with the keyframes (K) that have not settled, which are not kept."""
         latest = range(len(self.drawn), len(rays))
-        for k in latest:
-            self._make_room(_touched(rays[k], map_from_laser[k]))
+        touched = [_touched(rays[k], map_from_laser[k]) for k in latest]
+        for points in touched:
+            self._make_room(points)
         hits, passes = self._hits.copy(), self._passes.copy()
         outdated, self._dirty = self._dirty, _Box()
-        for k in latest:
-            self._count(rays[k], map_from_laser[k], hits, passes)
+        for k, points in zip(latest, touched, strict=True):
+            self._count(points, rays[k].returns, hits, passes)
         outdated.include(self._dirty)
         box = outdated.slices()
         self._cells[box] = occupancy(hits[box], passes[box])
@@ -112,12 +114,12 @@ class _Canvas:
         self._cells = np.pad(self._cells, padding, constant_values=UNKNOWN)
         self._dirty.move(before[::-1])
 
-    def _count(self, ray: Rays, pose: Pose, hits: _Counts, passes: _Counts) -> None:
-        """Count what a keyframe hits and passes."""
+    def _count(self, touched: NDArray[np.float64], returns: int, hits: _Counts, passes: _Counts) -> None:
+        """Count what a keyframe hits and passes, from the points (N + 1, 2) that it touched."""
         self._mark += 1
-        touched = (_touched(ray, pose) - self._low) / self.resolution
+        touched = (touched - self._low) / self.resolution
         ends, (column, row) = touched[:-1], touched[-1]
-        is_hit = np.arange(len(ends)) < ray.returns
+        is_hit = np.arange(len(ends)) < returns
         cast_scan(column, row, ends, is_hit, self._mark, self._marks, hits, passes)
         self._dirty.add(np.floor(touched[:, ::-1]).astype(np.int64))
 
@@ -154,12 +156,8 @@ class _Box:
 
 def _reached(rays: Sequence[Rays], first: int, until: int) -> int:
     """The keyframe before which those to be drawn in one call end, from the first on."""
-    seen = _not_given_up(rays, first, until)
+    seen = not_given_up(rays, range(first, until))
     return until if len(seen) <= _AT_ONCE else seen[_AT_ONCE]
-
-
-def _not_given_up(rays: Sequence[Rays], first: int, until: int) -> list[int]:
-    return [k for k in range(first, until) if rays[k] is not NO_RAYS]
 
 
 def _touched(ray: Rays, pose: Pose) -> NDArray[np.float64]:

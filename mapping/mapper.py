@@ -327,8 +327,6 @@ class Mapper:
         """Of the scans between keyframes, give up those for which there is no room, the earliest first. Where
         keyframes are to be given up, so are those of the latest: hundreds would go with them at once."""
         held, keyframes_held = self._drive.held_scans, int(np.sum(self._keyframes.is_held))
-        if len(held) == 0:
-            return
         keyframes = self._drive.keyframe_of(held)
         too_many = max(len(held) - max(_SCANS_HELD - 2 * keyframes_held, 0), 0)
         goes = keyframes < np.append(keyframes, until)[too_many]

@@ -67,9 +67,14 @@ def rays_of(scan: Scan, points_in_laser: NDArray[np.float64]) -> Rays:
     return Rays.to(np.concatenate([near, free]), len(near))
 
 
+def not_given_up(rays: Sequence[Rays], keyframes: range) -> list[int]:
+    """Those of some keyframes that have rays."""
+    return [k for k in keyframes if rays[k] is not NO_RAYS]
+
+
 def pack_rays(rays: list[Rays]) -> None:
     """Lay rays side by side."""
-    held = [k for k, each in enumerate(rays) if each is not NO_RAYS]
+    held = not_given_up(rays, range(len(rays)))
     for k, packed in zip(held, side_by_side([rays[k].packed for k in held]), strict=True):
         rays[k] = Rays(packed, rays[k].returns)
 
