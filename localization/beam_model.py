@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.beam_model_kernels import add_up_beams, add_up_cast_beams, aim, expected_cells
-from localization.beam_table import TRACKING, log_probability_table, readings_in
+from localization.beam_model_kernels import add_up_beams, add_up_cast_beams, aim, are_near, expected_ranges
+from localization.beam_table import MARGIN, TRACKING, log_probability_table, readings_in
 from localization.beams import Beams
 from localization.free_space import FreeSpace
 from localization.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
@@ -15,6 +15,7 @@ from maps.se2 import Pose, compose
 
 _CODES_PER_CELL = (1.0 / np.gradient(CELLS_OF_CODE))[CODE_OF_CELLS]
 """(FARTHEST + 1,) at so many cells."""
+_CELLS_OF_CODE = np.pad(CELLS_OF_CODE, MARGIN, mode="edge")
 
 
 class BeamModel:
@@ -46,6 +47,7 @@ class BeamModel:
                 log_probabilities,
                 CODE_OF_CELLS,
             )
+        places = readings * log_probabilities.shape[1]
         return add_up_beams(
             map_from_base,
             laser_on_base,
@@ -53,7 +55,7 @@ class BeamModel:
             self._table.cell_index,
             self._table.viewpoints,
             self._table.ranges,
-            *self._aim(beams, turns),
+            self._aim(beams, turns, places, self._table.headings),
             readings,
             log_probabilities,
         )
@@ -61,11 +63,8 @@ class BeamModel:
     def fits(self, map_from_base: Pose, beams: Beams) -> NDArray[np.bool_]:
         """(N, B) whether each beam reads about what the map says from each of the poses (N, 3)."""
         most = min(beams.max_range, FARTHEST * self._free_space.grid.resolution)
-        measured = np.minimum(beams.ranges, most)
-        within = FITTING + FITTING_SHARE * measured
-        longest = np.where(measured + within < most, measured + within, np.inf)
         expected = self.expected_ranges(map_from_base, beams)
-        return (measured - within <= expected) & (expected <= longest)
+        return are_near(expected, beams.ranges, most, FITTING, FITTING_SHARE)
 
     def expected_ranges(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
         """(N, B) metres that the beams would read by the map from the poses (N, 3); nan off the table.
@@ -79,17 +78,17 @@ class BeamModel:
             cast = cast_ray_fan(grid, compose(map_from_base, beams.base_from_laser), beams.bearings, most)
             return np.minimum(cast, most)
         laser_on_base, turns = self._on_grid(beams)
-        cells = expected_cells(
+        return expected_ranges(
             map_from_base,
             laser_on_base,
             self._free_space.grid_in_map,
             self._table.cell_index,
             self._table.viewpoints,
             self._table.ranges,
-            *self._aim(beams, turns),
-            CELLS_OF_CODE,
+            self._aim(beams, turns, np.zeros(len(beams), dtype=np.int64), self._table.headings),
+            len(beams),
+            np.minimum(_CELLS_OF_CODE * grid.resolution, most),
         )
-        return np.minimum(cells * grid.resolution, most)
 
     def _on_grid(self, beams: Beams) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Laser (2,) on the base, and bearings (B,) over the grid."""
@@ -98,7 +97,8 @@ class BeamModel:
         return laser_on_base, turns
 
     def _aim(
-        self, beams: Beams, turns: NDArray[np.float64]
-    ) -> tuple[NDArray[np.uint32], NDArray[np.float32]]:
-        """Bearings (B,) and parallax (4, B) of beams that end as far off as they read."""
-        return aim(turns, beams.ranges / self._free_space.grid.resolution, _CODES_PER_CELL)
+        self, beams: Beams, turns: NDArray[np.float64], places: NDArray[np.int64], columns: int
+    ) -> NDArray[np.float32]:
+        """Of beams that end as far off as they read."""
+        cells = beams.ranges / self._free_space.grid.resolution
+        return aim(turns, cells, _CODES_PER_CELL, places, columns)

@@ -13,6 +13,7 @@ from maps.ray_casting_kernels import cast_one
 from maps.se2 import Pose
 
 _PER_RADIAN = 2.0**16 / (2.0 * math.pi)
+_TURNS_AHEAD = 2.0**17
 _CACHE_BYTES = 16_000_000
 """Particles whose rows of the table together take more are spread too widely for the processor's cache."""
 _AHEAD = 4
@@ -20,9 +21,14 @@ _AHEAD = 4
 _CACHE_LINE = 64
 _NEAR = 10.0
 """Cells; beside a viewpoint, shorter beams count as so long."""
+_VECTOR = 8
+"""Numbers that the processor works on at once: aims are made up to a multiple, so that none is left over."""
+_COLUMN_BITS, _COLUMN_MASK = np.uint32(12), np.uint32(0xFFF)
+"""Of a word that holds a column of the table of ranges and a place in that of log-probabilities: so many
+instructions fewer take it from where it was worked out to where it is used."""
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def add_up_beams(
     map_from_base: Pose,
     laser_on_base: NDArray[np.float64],
@@ -30,98 +36,128 @@ def add_up_beams(
     cell_index: NDArray[np.int32],
     viewpoints: NDArray[np.float32],
     ranges: NDArray[np.uint8],
-    bearings: NDArray[np.uint32],
-    parallax: NDArray[np.float32],
+    aims: NDArray[np.float32],
     readings: NDArray[np.int64],
     log_probabilities: NDArray[np.float32],
 ) -> NDArray[np.float64]:
     """(N,) sum over beams of the log-probability of the code of the expected range, for particles (N, 3).
 
     ``laser_on_base`` is x, y; ``grid_in_map`` x, y, cos and sin of the grid's origin and cells per metre;
-    ``bearings`` (B,) and ``parallax`` (4, B) are as `aim` gives them; ``readings`` (B,) are rows of
-    ``log_probabilities``, whose columns are MARGIN, the codes and MARGIN. A particle off the table gets what
-    the least likely codes give. One particle after the other: the beams of one lie in one row of the table.
+    ``aims`` are as `aim` gives them, with their places in ``log_probabilities``, whose columns are MARGIN,
+    the codes and MARGIN, and of which ``readings`` (B,) are rows. A particle off the table gets what the
+    least likely codes give. One particle after the other: the beams of one lie in one row of the table.
     """
     rows, headings, offsets = _locate(map_from_base, laser_on_base, grid_in_map, cell_index, viewpoints)
     is_large = len(rows) * ranges.shape[1] > _CACHE_BYTES
-    beams, per_turn = len(bearings), np.uint32(ranges.shape[1])
+    beams, per_turn = len(readings), np.uint32(ranges.shape[1])
     log_probability = log_probabilities.ravel()
-    at_code_0 = (readings * log_probabilities.shape[1] + MARGIN).astype(np.int32)
-    columns, at_code = np.empty(beams, dtype=np.uint32), np.empty(beams, dtype=np.uint32)
+    words = np.empty(aims.shape[1], dtype=np.uint32)
     totals = np.empty(len(rows))
     outside = 1.0  # summed up when a particle needs it
     for i in range(len(rows)):
         if is_large and i + _AHEAD < len(rows):
-            _prefetch_row(rows[i + _AHEAD], headings[i + _AHEAD], bearings, ranges)
+            _prefetch_row(rows[i + _AHEAD], headings[i + _AHEAD], aims[0, :beams], ranges)
         if rows[i] < 0:
             if outside > 0.0:
                 outside = _least_of(readings, log_probabilities)
             totals[i] = outside
             continue
         left, ahead, seen = offsets[0, i], offsets[1, i], ranges[rows[i]]
-        for beam in range(beams):
-            columns[beam] = _column_of(headings[i], left, ahead, bearings, parallax, beam, per_turn)
-            at_code[beam] = np.uint32(at_code_0[beam] - _codes_nearer(left, ahead, parallax, beam))
+        for beam in range(len(words)):
+            words[beam] = _word_of(headings[i], left, ahead, aims, beam, per_turn)
         even = np.float32(0.0)  # two sums, for each addition waits for the one before
         odd = np.float32(0.0)
         for beam in range(0, beams // 2 * 2, 2):
-            even += log_probability[at_code[beam] + seen[columns[beam]]]
-            odd += log_probability[at_code[beam + 1] + seen[columns[beam + 1]]]
+            word, next_word = words[beam], words[beam + 1]
+            even += log_probability[(word >> _COLUMN_BITS) + seen[word & _COLUMN_MASK]]
+            odd += log_probability[(next_word >> _COLUMN_BITS) + seen[next_word & _COLUMN_MASK]]
         for beam in range(beams // 2 * 2, beams):
-            even += log_probability[at_code[beam] + seen[columns[beam]]]
+            even += log_probability[(words[beam] >> _COLUMN_BITS) + seen[words[beam] & _COLUMN_MASK]]
         totals[i] = even + odd
     return totals
 
 
-@njit(cache=True, nogil=True)
-def expected_cells(
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def expected_ranges(
     map_from_base: Pose,
     laser_on_base: NDArray[np.float64],
     grid_in_map: NDArray[np.float64],
     cell_index: NDArray[np.int32],
     viewpoints: NDArray[np.float32],
     ranges: NDArray[np.uint8],
-    bearings: NDArray[np.uint32],
-    parallax: NDArray[np.float32],
-    cells_of_code: NDArray[np.float64],
+    aims: NDArray[np.float32],
+    beams: int,
+    range_of_code: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """(N, B) cells that the codes mean whose probabilities `add_up_beams` takes; nan off the table."""
+    """(N, B) ranges that the codes mean whose probabilities `add_up_beams` takes; nan off the table.
+
+    ``aims`` of so many beams have their places all in ``range_of_code``: MARGIN, the codes and MARGIN.
+    """
     rows, headings, offsets = _locate(map_from_base, laser_on_base, grid_in_map, cell_index, viewpoints)
-    per_turn, last_code = np.uint32(ranges.shape[1]), len(cells_of_code) - 1
-    cells = np.full((len(rows), len(bearings)), np.nan)
+    per_turn = np.uint32(ranges.shape[1])
+    words = np.empty(aims.shape[1], dtype=np.uint32)
+    expected = np.full((len(rows), beams), np.nan)
     for i in range(len(rows)):
         if rows[i] < 0:
             continue
         left, ahead, seen = offsets[0, i], offsets[1, i], ranges[rows[i]]
-        for beam in range(len(bearings)):
-            column = _column_of(headings[i], left, ahead, bearings, parallax, beam, per_turn)
-            code = int(seen[column]) - int(_codes_nearer(left, ahead, parallax, beam))
-            cells[i, beam] = cells_of_code[min(max(code, 0), last_code)]
-    return cells
+        for beam in range(len(words)):
+            words[beam] = _word_of(headings[i], left, ahead, aims, beam, per_turn)
+        for beam in range(beams):
+            word = words[beam]
+            expected[i, beam] = range_of_code[(word >> _COLUMN_BITS) + seen[word & _COLUMN_MASK]]
+    return expected
+
+
+@njit(cache=True, nogil=True)
+def are_near(
+    expected: NDArray[np.float64], ranges: NDArray[np.float64], most: float, metres: float, share: float
+) -> NDArray[np.bool_]:
+    """(N, B) whether ranges (B,) are within metres and a share of themselves of those expected (N, B).
+
+    No range is taken for longer than the ``most`` that can be expected, and one near that may be any longer.
+    """
+    shortest, longest = np.empty(len(ranges)), np.empty(len(ranges))
+    for beam in range(len(ranges)):
+        measured = min(ranges[beam], most)
+        within = metres + share * measured
+        shortest[beam] = measured - within
+        longest[beam] = measured + within if measured + within < most else math.inf
+    near = np.empty(expected.shape, dtype=np.bool_)
+    for i in range(len(expected)):
+        for beam in range(len(ranges)):
+            near[i, beam] = (shortest[beam] <= expected[i, beam]) & (expected[i, beam] <= longest[beam])
+    return near
 
 
 @njit(cache=True, nogil=True)
 def aim(
-    turns: NDArray[np.float64], cells: NDArray[np.float64], codes_per_cell: NDArray[np.float64]
-) -> tuple[NDArray[np.uint32], NDArray[np.float32]]:
-    """Beams (B,) as the loops need them: bearings, with 2^16 to the turn, and their parallax (4, B).
+    turns: NDArray[np.float64],
+    cells: NDArray[np.float64],
+    codes_per_cell: NDArray[np.float64],
+    places: NDArray[np.int64],
+    columns: int,
+) -> NDArray[np.float32]:
+    """Beams (6, B) as the loops need them: bearing with 2^16 to the turn, its parallax, place, its parallax.
 
-    ``turns`` are relative to the base's yaw less the grid's, and ``cells`` what the beams read; codes change
-    by ``codes_per_cell`` at so many whole cells. For each cell that the laser is beside a viewpoint the
-    parallax tells how much farther a beam must turn to end at the same place, when it is to the left and when
-    ahead, and how many codes less it reads, likewise.
+    ``turns`` (B,) are relative to the base's yaw less the grid's, and ``cells`` (B,) what the beams read;
+    codes change by ``codes_per_cell`` at so many whole cells. ``places`` (B,) are where these readings have
+    their rows of log-probabilities, and ``columns`` are those of the table of ranges. For each cell that the
+    laser is beside a viewpoint the parallax tells how much farther a beam must turn to end at the same place,
+    when it is to the left and when ahead, and how many codes less it reads, likewise. Some zeros follow.
     """
-    bearings = np.empty(len(turns), dtype=np.uint32)
-    parallax = np.empty((4, len(turns)), dtype=np.float32)
+    aims = np.zeros((6, -(-len(turns) // _VECTOR) * _VECTOR), dtype=np.float32)
+    to_round = 2.0**15 / columns + _TURNS_AHEAD  # to the nearest column, and above zero
     for beam in range(len(turns)):
-        bearings[beam] = np.uint32(np.int64(math.floor(turns[beam] * _PER_RADIAN + 0.5)) & 0xFFFF)
         reading = min(max(cells[beam], _NEAR), len(codes_per_cell) - 1.0)
         cos, sin = math.cos(turns[beam]), math.sin(turns[beam])
-        parallax[0, beam] = cos / reading * _PER_RADIAN
-        parallax[1, beam] = -sin / reading * _PER_RADIAN
-        parallax[2, beam] = sin * codes_per_cell[int(reading)]
-        parallax[3, beam] = cos * codes_per_cell[int(reading)]
-    return bearings, parallax
+        aims[0, beam] = turns[beam] * _PER_RADIAN + to_round
+        aims[1, beam] = cos / reading * _PER_RADIAN
+        aims[2, beam] = -sin / reading * _PER_RADIAN
+        aims[3, beam] = places[beam] + MARGIN + 0.5  # is rounded with its parallax
+        aims[4, beam] = -sin * codes_per_cell[int(reading)]
+        aims[5, beam] = -cos * codes_per_cell[int(reading)]
+    return aims
 
 
 @njit(cache=True, nogil=True)
@@ -131,7 +167,7 @@ def _locate(
     grid_in_map: NDArray[np.float64],
     cell_index: NDArray[np.int32],
     viewpoints: NDArray[np.float32],
-) -> tuple[NDArray[np.int64], NDArray[np.uint32], NDArray[np.float32]]:
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
     """Of the lasers, rows of the table (N,), negative off it, and headings (N,) with 2^16 to the turn.
 
     And (2, N) cells that they are to the left of and ahead of the viewpoints, seen along the base.
@@ -139,7 +175,7 @@ def _locate(
     x0, y0, cos0, sin0, per_metre = grid_in_map
     laser_ahead, laser_left = laser_on_base
     rows = np.empty(len(map_from_base), dtype=np.int64)
-    headings = np.empty(len(map_from_base), dtype=np.uint32)
+    headings = np.empty(len(map_from_base), dtype=np.float32)
     offsets = np.zeros((2, len(map_from_base)), dtype=np.float32)
     yaw, sine, cosine = np.empty(BATCH), np.empty(BATCH), np.empty(BATCH)
     for start in range(0, len(map_from_base), BATCH):
@@ -157,34 +193,27 @@ def _locate(
                 offsets[0, start + k] = cosine[k] * up - sine[k] * right
                 offsets[1, start + k] = cosine[k] * right + sine[k] * up
             rows[start + k] = viewpoint
-            headings[start + k] = np.uint32(np.int64(math.floor(yaw[k] * _PER_RADIAN)) & 0xFFFF)
+            headings[start + k] = yaw[k] * _PER_RADIAN
     return rows, headings, offsets
 
 
 @njit(cache=True, nogil=True, inline="always")
-def _column_of(
-    heading: np.uint32,
+def _word_of(
+    heading: np.float32,
     left: np.float32,
     ahead: np.float32,
-    bearings: NDArray[np.uint32],
-    parallax: NDArray[np.float32],
+    aims: NDArray[np.float32],
     beam: int,
     per_turn: np.uint32,
 ) -> np.uint32:
-    """The table's column, of ``per_turn``, where a beam ends as it does from so far beside the viewpoint."""
-    turn = np.int32(left * parallax[0, beam] + ahead * parallax[1, beam])
-    half_a_column = np.uint32(2**15) // per_turn
-    turned = np.uint32(
-        np.uint32(heading + bearings[beam] + np.uint32(turn) + half_a_column) & np.uint32(0xFFFF)
-    )
-    return np.uint32(turned * per_turn) >> np.uint32(16)
+    """The place of the code 0 of a beam, and its column in the table of ranges, of ``per_turn``.
 
-
-@njit(cache=True, nogil=True, inline="always")
-def _codes_nearer(left: np.float32, ahead: np.float32, parallax: NDArray[np.float32], beam: int) -> np.int32:
-    """By how many codes, rounded, a beam is shorter from so far beside the viewpoint."""
-    nearer = left * parallax[2, beam] + ahead * parallax[3, beam]
-    return np.int32(nearer + np.float32(MARGIN + 0.5)) - np.int32(MARGIN)
+    So it is for one that ends as it does, from so far to the left and ahead of the viewpoint.
+    """
+    place = np.int32(aims[3, beam] + left * aims[4, beam] + ahead * aims[5, beam])
+    turned = np.int32(heading + aims[0, beam] + left * aims[1, beam] + ahead * aims[2, beam])
+    column = np.uint32((np.uint32(turned) & np.uint32(0xFFFF)) * per_turn) >> np.uint32(16)
+    return np.uint32(np.uint32(place) << _COLUMN_BITS) | column
 
 
 @njit(cache=True, nogil=True)
@@ -201,14 +230,14 @@ def _least_of(readings: NDArray[np.int64], log_probabilities: NDArray[np.float32
 
 @njit(cache=True, nogil=True)
 def _prefetch_row(
-    row: int, heading: np.uint32, bearings: NDArray[np.uint32], ranges: NDArray[np.uint8]
+    row: int, heading: np.float32, bearings: NDArray[np.float32], ranges: NDArray[np.uint8]
 ) -> None:
     """Ask for a row of the table, if it is one, from the first beam's cache line to the last one's."""
     if row < 0:
         return
     per_turn = ranges.shape[1]
-    swept = np.int64((bearings[-1] - bearings[0]) & np.uint32(0xFFFF)) * per_turn >> 16
-    first = np.int64((heading + bearings[0]) & np.uint32(0xFFFF)) * per_turn >> 16
+    swept = (np.int64(bearings[-1] - bearings[0]) & 0xFFFF) * per_turn >> 16
+    first = (np.int64(heading + bearings[0]) & 0xFFFF) * per_turn >> 16
     end = first + swept + _CACHE_LINE
     for column in range(first, min(end, per_turn), _CACHE_LINE):
         prefetch(ranges, row, column)

@@ -5,6 +5,8 @@ from typing import Any, TypeVar
 
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
-def njit(*, cache: bool = ..., nogil: bool = ..., inline: str = ...) -> Callable[[_Function], _Function]: ...
+def njit(
+    *, cache: bool = ..., nogil: bool = ..., inline: str = ..., fastmath: set[str] = ...
+) -> Callable[[_Function], _Function]: ...
 
 void: Any
