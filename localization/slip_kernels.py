@@ -4,7 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from localization.noise_kernels import deviate
+from localization.noise_kernels import noise
 from maps.se2 import Pose
 
 _GRIP = 4.0
@@ -25,11 +25,14 @@ def change_slips(
     slips: NDArray[np.float64],
     kept: NDArray[np.float64],
     spread: NDArray[np.float64],
-    words: NDArray[np.uint64],
+    seed: np.uint32,
 ) -> NDArray[np.float64]:
     """Slips (N, 3) of which shares (3,) are kept and to which noise of deviations (3,) comes."""
     changed = np.empty_like(slips)
+    drawn = changed.ravel()
+    for number in range(len(drawn)):
+        drawn[number] = noise(seed, number)
     for i in range(len(slips)):
         for axis in range(3):
-            changed[i, axis] = kept[axis] * slips[i, axis] + spread[axis] * deviate(words[i, axis])
+            changed[i, axis] = kept[axis] * slips[i, axis] + spread[axis] * changed[i, axis]
     return changed

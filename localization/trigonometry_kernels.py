@@ -10,6 +10,9 @@ from maps.se2 import Pose
 
 _TURN = 2.0 * math.pi
 _PER_RADIAN = 1.0 / _TURN
+_SINE = tuple((-1.0) ** n / math.factorial(2 * n + 1) for n in reversed(range(7)))
+_VERSINE = tuple((-1.0) ** n / math.factorial(2 * n + 2) for n in reversed(range(7)))
+"""Coefficients of the powers of a², the highest first."""
 BATCH = 256
 """Poses whose sines are taken together, by vector instructions."""
 
@@ -17,7 +20,8 @@ BATCH = 256
 @njit(cache=True, nogil=True, inline="always")
 def wrapped(angle: float) -> float:
     """The same angle in [-π, π)."""
-    return angle - _TURN * math.floor(angle * _PER_RADIAN + 0.5)
+    turns: float = np.floor(angle * _PER_RADIAN + 0.5)  # math's makes an integer, which no vector has
+    return angle - _TURN * turns
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -26,33 +30,14 @@ def sin_cos(angle: float) -> tuple[float, float]:
 
     By Taylor's series on an eighth of the turn about zero, doubled twice.
     """
-    a = 0.25 * (angle - _TURN * math.floor(angle * _PER_RADIAN + 0.5))
+    a = 0.25 * wrapped(angle)
     q = a * a
-    sine = a * (
-        1.0
-        + q
-        * (
-            -1.0 / 6.0
-            + q
-            * (
-                1.0 / 120.0
-                + q * (-1.0 / 5040.0 + q * (1.0 / 362880.0 + q * (-1.0 / 39916800.0 + q / 6227020800.0)))
-            )
-        )
-    )
-    versine = q * (
-        0.5
-        + q
-        * (
-            -1.0 / 24.0
-            + q
-            * (
-                1.0 / 720.0
-                + q * (-1.0 / 40320.0 + q * (1.0 / 3628800.0 + q * (-1.0 / 479001600.0 + q / 87178291200.0)))
-            )
-        )
-    )
-    cosine = 1.0 - versine
+    sine, versine = 0.0, 0.0
+    for coefficient in _SINE:
+        sine = sine * q + coefficient
+    for coefficient in _VERSINE:
+        versine = versine * q + coefficient
+    sine, cosine = a * sine, 1.0 - q * versine
     sine, cosine = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
     return 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
 
