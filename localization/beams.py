@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.beams_kernels import set_back
+from localization.beams_kernels import set_back, span_of_sweep, useful_beams
 from maps.scan import Scan
 from maps.se2 import Pose
 
@@ -15,7 +15,7 @@ PosesAt = Callable[[NDArray[np.int64]], Pose]
 """Where the base is (N, 3) at stamps (N,) in nanoseconds, in a frame that stands still."""
 
 _LONGEST_SWEEP = 1.0
-"""Seconds; beams that claim more, or what is no number, are taken to have been seen at the stamp."""
+"""Seconds; where beams claim more, or what is no number, all are taken to have been seen at the stamp."""
 _KNOTS = np.linspace(0.0, 1.0, 8)
 """Shares of a sweep after which the car's pose is asked for; between them it moves evenly."""
 
@@ -55,20 +55,17 @@ def select_beams(scan: Scan, count: int, poses_at: PosesAt) -> Beams:
 
     ``poses_at`` tells the motion during the sweep.
     """
-    useful = np.flatnonzero((scan.ranges >= 0.0) & np.isfinite(scan.bearings))
+    useful = useful_beams(scan.bearings, scan.ranges)
     chosen = useful[_evenly(len(useful), count)]
     bearings, ranges = scan.bearings[chosen], scan.ranges[chosen]
     base_from_laser = np.array(scan.base_from_laser)  # one that is read-only would be compiled for anew
     offsets = scan.time_offsets[chosen]
-    first, last = offsets.min(initial=0.0), offsets.max(initial=0.0)
-    if first < last and first > -_LONGEST_SWEEP and last < _LONGEST_SWEEP:
+    first, last = span_of_sweep(offsets, _LONGEST_SWEEP)
+    if first < last:
         knots = first + max(last - first, 1e-6) * _KNOTS
-        moments = np.zeros(len(knots) + 1)  # the last is the stamp
-        moments[:-1] = knots
-        fixed_from_base = poses_at(scan.stamp + np.rint(moments * 1e9).astype(np.int64))
-        bearings, ranges = set_back(
-            bearings, ranges, offsets, knots, fixed_from_base[:-1], fixed_from_base[-1], base_from_laser
-        )
+        at_knots = np.rint(1e9 * knots).astype(np.int64)
+        fixed_from_base = poses_at(scan.stamp + np.append(at_knots, 0))
+        bearings, ranges = set_back(bearings, ranges, offsets, knots, fixed_from_base, base_from_laser)
     return Beams(bearings, ranges, base_from_laser, scan.max_range)
 
 

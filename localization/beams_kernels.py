@@ -11,22 +11,43 @@ from maps.se2 import Pose
 
 
 @njit(cache=True, nogil=True)
+def useful_beams(bearings: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(U,) numbers of the beams (N,) that tell something."""
+    useful = np.empty(len(ranges), dtype=np.int64)
+    count = 0
+    for beam in range(len(ranges)):
+        useful[count] = beam
+        count += ranges[beam] >= 0.0 and math.isfinite(bearings[beam])
+    return useful[:count]
+
+
+@njit(cache=True, nogil=True)
+def span_of_sweep(offsets: NDArray[np.float64], longest: float) -> tuple[float, float]:
+    """The least and the greatest of offsets (B,) and 0; twice 0 where one is too long or no number."""
+    first, last = 0.0, 0.0
+    for offset in offsets:
+        if not -longest < offset < longest:
+            return 0.0, 0.0
+        first, last = min(first, offset), max(last, offset)
+    return first, last
+
+
+@njit(cache=True, nogil=True)
 def set_back(
     bearings: NDArray[np.float64],
     ranges: NDArray[np.float64],
     offsets: NDArray[np.float64],
     knots: NDArray[np.float64],
     odom_from_base: Pose,
-    odom_from_base_at_stamp: Pose,
     base_from_laser: Pose,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Bearings and ranges (B,) of the same end points from where the laser is at the stamp.
 
-    The base's poses (K, 3) are at ascending ``knots`` (K,), seconds from the stamp like the beams' offsets
-    (B,), and straight between. Beams that met nothing are only turned.
+    The base's poses (K + 1, 3) are at ascending ``knots`` (K,), seconds from the stamp like the beams'
+    offsets (B,), and straight between; the last is at the stamp. Beams that met nothing are only turned.
     """
     new_bearings, new_ranges = np.empty_like(bearings), np.empty_like(ranges)
-    x0, y0, yaw0 = _laser_of(odom_from_base_at_stamp, base_from_laser)
+    x0, y0, yaw0 = _laser_of(odom_from_base[-1], base_from_laser)
     cos0, sin0 = math.cos(yaw0), math.sin(yaw0)
     laser = np.empty((len(knots), 3))
     for knot in range(len(knots)):

@@ -348,5 +348,4 @@ class Localizer:
 
 
 def _is_known_within(metres: float, covariance: NDArray[np.float64], cluster_weight: float) -> bool:
-    deviation = np.sqrt(covariance[0, 0] + covariance[1, 1])
-    return bool(cluster_weight > _DOMINANT and deviation < metres)
+    return bool(cluster_weight > _DOMINANT and covariance[0, 0] + covariance[1, 1] < metres**2)

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from localization.beams import Beams
 from localization.free_space import FreeSpace
 from localization.lost_detector_kernels import count_agreeing, evidence_against
-from maps.ray_casting import in_cells
-from maps.se2 import Pose, compose
+from maps.se2 import Pose
 
 ALIKE, ALIKE_SHARE = 0.25, 0.02
 """Metres, and share of the range, within which a reading agrees with the map."""
@@ -120,12 +119,12 @@ def agreement_shares(map_from_base: Pose, beams: Beams, free_space: FreeSpace) -
 
     None when there are no beams, or where the laser cannot be.
     """
-    grid = free_space.grid
     counts = count_agreeing(
-        in_cells(grid, compose(map_from_base, beams.base_from_laser)),
-        grid.cells,
+        map_from_base,
+        beams.base_from_laser,
+        free_space.grid_in_map,
+        free_space.grid.cells,
         free_space.is_open,
-        grid.resolution,
         beams.bearings,
         beams.ranges,
         beams.max_range,

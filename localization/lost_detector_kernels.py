@@ -12,10 +12,11 @@ from maps.se2 import Pose
 
 @njit(cache=True, nogil=True)
 def count_agreeing(
-    grid_from_laser: Pose,
+    map_from_base: Pose,
+    base_from_laser: Pose,
+    grid_in_map: NDArray[np.float64],
     cells: NDArray[np.int8],
     is_open: NDArray[np.bool_],
-    resolution: float,
     bearings: NDArray[np.float64],
     ranges: NDArray[np.float64],
     max_range: float,
@@ -25,18 +26,24 @@ def count_agreeing(
 ) -> NDArray[np.float64]:
     """(4,) how many beams agree closely, roughly, are shorter, are longer; none where the laser cannot be.
 
-    ``grid_from_laser`` (3,) is row, column and heading; a reading agrees when it is within ``alike`` metres
-    and a share of the range, and closely within a share ``close`` of that.
+    ``grid_in_map`` is x, y, cos and sin of the grid's origin and cells per metre. A reading agrees when it is
+    within ``alike`` metres and a share of the range, and closely within a share ``close`` of that.
     """
     counts = np.zeros(4)
-    row, column, heading = grid_from_laser
+    x0, y0, cos0, sin0, per_metre = grid_in_map
+    x, y, yaw = map_from_base
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    x += cos * base_from_laser[0] - sin * base_from_laser[1] - x0
+    y += sin * base_from_laser[0] + cos * base_from_laser[1] - y0
+    column, row = (cos0 * x + sin0 * y) * per_metre, (cos0 * y - sin0 * x) * per_metre
     if not (0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]) or not is_open[int(row), int(column)]:
         return counts
-    farthest = max_range / resolution
+    heading = yaw + base_from_laser[2] - math.atan2(sin0, cos0)
+    farthest = max_range * per_metre
     for beam in range(len(bearings)):
         direction = heading + bearings[beam]
         reach = cast_one(cells, row, column, math.sin(direction), math.cos(direction), farthest)
-        expected = min(reach * resolution, max_range)
+        expected = min(reach / per_metre, max_range)
         measured = min(ranges[beam], max_range)
         within = alike + alike_share * expected
         if measured < expected - within:

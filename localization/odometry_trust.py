@@ -77,12 +77,13 @@ class OdometryTrust:
 
     def _go_on(self, step: MotionStep, lag: float) -> None:
         self._told = compose(self._told, step.base_from_next_base + lag * step.behind)
-        x, y, yaw = step.base_from_next_base
+        x, y, yaw = step.base_from_next_base.tolist()
+        along, across = step.effort.tolist()
         path, turn = hypot(x, y), abs(yaw)
         self._path += path
         self._turn += turn
-        self._pushed_path += step.effort[0] * path
-        self._pushed_turn += step.effort[1] * turn
+        self._pushed_path += along * path
+        self._pushed_turn += across * turn
 
     def _compare(self, begin: PoseEstimate, end: PoseEstimate, slip: float) -> None:
         x, y, turn = step_between(self._told, step_between(begin.map_from_base, end.map_from_base))

@@ -55,6 +55,7 @@ def align_to_walls(
     """
     pose = map_from_base.copy()
     turn_cos, turn_sin = math.cos(grid_from_map[2]), math.sin(grid_from_map[2])
+    per_metre, witness = 1.0 / resolution, 1.0 / (_WALL_NOISE**2 * _POINTS_PER_WITNESS)
     held = np.zeros((3, 3))
     for i in range(3):
         for j in range(3):
@@ -69,35 +70,39 @@ def align_to_walls(
             gradient[i] = 0.0
             for j in range(3):
                 gradient[i] += cloud[i, j] * (pose[j] - map_from_base[j])
-        x = grid_from_map[0] + turn_cos * pose[0] - turn_sin * pose[1]
-        y = grid_from_map[1] + turn_sin * pose[0] + turn_cos * pose[1]
+        column = (grid_from_map[0] + turn_cos * pose[0] - turn_sin * pose[1]) * per_metre - 0.5
+        row = (grid_from_map[1] + turn_sin * pose[0] + turn_cos * pose[1]) * per_metre - 0.5
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
+        grid_cos, grid_sin = math.cos(grid_from_map[2] + pose[2]), math.sin(grid_from_map[2] + pose[2])
+        g_x, g_y, g_yaw = 0.0, 0.0, 0.0  # sums in arrays would wait for each other's memory
+        i_xx, i_xy, i_xt, i_yy, i_yt, i_tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(len(points_in_base)):
-            dx = cos * points_in_base[i, 0] - sin * points_in_base[i, 1]
-            dy = sin * points_in_base[i, 0] + cos * points_in_base[i, 1]
-            distance, slope_x, slope_y = _sample(
+            x, y = points_in_base[i, 0], points_in_base[i, 1]
+            distance, slope_right, slope_up = _sample(
                 distances,
-                (x + turn_cos * dx - turn_sin * dy) / resolution - 0.5,
-                (y + turn_sin * dx + turn_cos * dy) / resolution - 0.5,
+                column + per_metre * (grid_cos * x - grid_sin * y),
+                row + per_metre * (grid_sin * x + grid_cos * y),
             )
             if distance < 0.0:
                 continue
             distance = max(distance - 0.25 * resolution, 0.0)
-            weight = 1.0 / ((1.0 + (distance / scale) ** 2) ** 2 * _WALL_NOISE**2 * _POINTS_PER_WITNESS)
-            slope_x, slope_y = (
-                (turn_cos * slope_x + turn_sin * slope_y) / resolution,
-                (turn_cos * slope_y - turn_sin * slope_x) / resolution,
-            )
-            slope_yaw = slope_y * dx - slope_x * dy
-            gradient[0] += weight * slope_x * distance
-            gradient[1] += weight * slope_y * distance
-            gradient[2] += weight * slope_yaw * distance
-            information[0, 0] += weight * slope_x * slope_x
-            information[0, 1] += weight * slope_x * slope_y
-            information[0, 2] += weight * slope_x * slope_yaw
-            information[1, 1] += weight * slope_y * slope_y
-            information[1, 2] += weight * slope_y * slope_yaw
-            information[2, 2] += weight * slope_yaw * slope_yaw
+            slope_x = (turn_cos * slope_right + turn_sin * slope_up) * per_metre
+            slope_y = (turn_cos * slope_up - turn_sin * slope_right) * per_metre
+            slope_yaw = slope_y * (cos * x - sin * y) - slope_x * (sin * x + cos * y)
+            weight = witness / (1.0 + (distance / scale) ** 2) ** 2
+            g_x += weight * slope_x * distance
+            g_y += weight * slope_y * distance
+            g_yaw += weight * slope_yaw * distance
+            i_xx += weight * slope_x * slope_x
+            i_xy += weight * slope_x * slope_y
+            i_xt += weight * slope_x * slope_yaw
+            i_yy += weight * slope_y * slope_y
+            i_yt += weight * slope_y * slope_yaw
+            i_tt += weight * slope_yaw * slope_yaw
+        gradient += np.array((g_x, g_y, g_yaw))
+        information[0] += np.array((i_xx, i_xy, i_xt))
+        information[1, 1:] += np.array((i_yy, i_yt))
+        information[2, 2] += i_tt
         uncertainty = inverse_of_symmetric(information)
         for i in range(3):
             for j in range(3):
@@ -113,7 +118,7 @@ def _sample(distances: NDArray[np.float32], column: float, row: float) -> tuple[
     if not (0 <= left < distances.shape[1] - 1 and 0 <= low < distances.shape[0] - 1):
         return -1.0, 0.0, 0.0
     u, v = column - left, row - low
-    a, b = distances[low, left], distances[low, left + 1]
-    c, d = distances[low + 1, left], distances[low + 1, left + 1]
-    distance = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d)
-    return distance, (1 - v) * (b - a) + v * (d - c), (1 - u) * (c - a) + u * (d - b)
+    a, b = np.float64(distances[low, left]), np.float64(distances[low, left + 1])
+    c, d = np.float64(distances[low + 1, left]), np.float64(distances[low + 1, left + 1])
+    lower, upper = a + u * (b - a), c + u * (d - c)
+    return lower + v * (upper - lower), (b - a) + v * ((d - c) - (b - a)), upper - lower
