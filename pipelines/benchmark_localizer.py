@@ -1,7 +1,8 @@
 """How fast the localizer is, beside the memory loads it cannot do without and a filter written plainly.
 
 All in one process and, but for the check of threads, in one thread, warmed up. What is compared takes turns,
-so that other work on the machine slows both; times are medians of this thread's time of the processor.
+so that other work on the machine slows both; times are medians of this thread's time of the processor, and
+ratios of times medians of those within a round.
 """
 
 from dataclasses import dataclass
@@ -89,21 +90,12 @@ class LocalizerFigures:
     """Of a Python loop in another thread during updates, as a share of its pace while this thread spins."""
     step_beside_thread_ms: float
     """Whenever a kernel ends, Python lets that loop run on for some milliseconds before the step goes on."""
-
-    @property
-    def loads_ratio(self) -> float:
-        """The full step over the bare loads."""
-        return self.step_ms / self.loads_ms
-
-    @property
-    def plain_ratio(self) -> float:
-        """The filter written plainly over the full step."""
-        return self.plain_step_ms / self.step_ms
-
-    @property
-    def spread_ratio(self) -> float:
-        """Time per particle spread over the whole map over that in a narrow cloud."""
-        return self.spread_ns_per_particle / self.cloud_ns_per_particle
+    loads_ratio: float
+    """The full step over the bare loads."""
+    plain_ratio: float
+    """The filter written plainly over the full step."""
+    spread_ratio: float
+    """Time per particle spread over the whole map over that in a narrow cloud."""
 
 
 def benchmark_maps() -> dict[str, OccupancyGrid]:
@@ -133,10 +125,12 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
     turns = Turns(drive, model, free_space, table, workload.spread_particles, rng)
     turns.take(workload.steps, Stopwatch())  # compiles what is compared
     for _ in range(workload.rounds):
+        watch.begin_round()
         turns.take(workload.steps, watch)
     step_ms = watch.milliseconds("step")
     pace, beside_ms = pace_of_other_thread(drive, workload.pace_rounds, workload.pace_steps, 1e-3 * step_ms)
     parts = {name: watch.milliseconds(name) for name in PARTS}
+    share = workload.particles / workload.spread_particles
     return LocalizerFigures(
         step_ms=step_ms,
         step_parts_ms={**parts, "rest": step_ms - sum(parts.values())},
@@ -154,6 +148,9 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
         log_weight_correlation=_log_weight_correlation(drive, free_space, table, workload, rng),
         other_thread_pace=pace,
         step_beside_thread_ms=beside_ms,
+        loads_ratio=watch.ratio("step", to="loads"),
+        plain_ratio=watch.ratio("plain step", to="step"),
+        spread_ratio=share * watch.ratio("spread sensor", to="sensor"),
     )
 
 

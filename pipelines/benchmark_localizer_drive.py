@@ -81,13 +81,18 @@ class Stopwatch:
     """
 
     def __init__(self) -> None:
-        self._seconds: dict[str, list[float]] = {}
+        self._rounds: list[dict[str, list[float]]] = []
+        self.begin_round()
+
+    def begin_round(self) -> None:
+        """What is timed from here on is compared with nothing before it."""
+        self._rounds.append({})
 
     def time(self, name: str, work: Callable[[], _T]) -> _T:
         """Do the work once."""
         started = time.thread_time()
         result = work()
-        self._seconds.setdefault(name, []).append(time.thread_time() - started)
+        self._rounds[-1].setdefault(name, []).append(time.thread_time() - started)
         return result
 
     def time_warm(self, name: str, work: Callable[[], object], repetitions: int) -> None:
@@ -98,7 +103,12 @@ class Stopwatch:
 
     def milliseconds(self, name: str) -> float:
         """The median."""
-        return 1e3 * float(np.median(self._seconds[name]))
+        return 1e3 * float(np.median([each for timed in self._rounds for each in timed.get(name, [])]))
+
+    def ratio(self, name: str, to: str) -> float:
+        """The median over the rounds, so that it does not matter how fast the processor was in which."""
+        rounds = [timed for timed in self._rounds if name in timed and to in timed]
+        return float(np.median([np.median(timed[name]) / np.median(timed[to]) for timed in rounds]))
 
 
 def _simulated(grid: OccupancyGrid, seconds: float, seed: int) -> Iterator[DriveStep]:
