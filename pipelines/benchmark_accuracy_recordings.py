@@ -1,11 +1,10 @@
 """Real recordings, whose truth nobody knows: the localizer beside an exhaustive match.
 
 A scan alone may fit best elsewhere where the building has changed, people stand about or beams hit the floor;
-so each is matched together with those of some seconds before and after it, laid beside one another as on the
-map of the recording. That may be wrong, too, where the two maps differ: where it disagrees, the scan is
-matched alone and in longer and shorter stretches as well. A disagreement tells where to look, not who is
-right. And a match searches about the localizer's pose: of one that is lost it tells that it is wrong, but not
-where the car is.
+together with those before and after it, laid beside one another as on the map of the recording, where the two
+maps differ. So each is matched alone and in shorter and longer stretches, and of these matches the one counts
+that the others agree with best. A disagreement tells where to look, not who is right. And a match searches
+about the localizer's pose: of one that is lost it tells that it is wrong, but not where the car is.
 """
 
 import tempfile
@@ -19,6 +18,7 @@ from localization.localizer import Localizer
 from mapping.mapper import MappingResult
 from maps.map_files import load_map, save_map
 from maps.occupancy_grid import OccupancyGrid
+from maps.se2 import Pose
 from maps.trajectory import Trajectory
 from pipelines.bag_reader import BagReader
 from pipelines.benchmark_accuracy_localized import LocalizedScans, localize
@@ -28,8 +28,8 @@ from pipelines.mapping_run import build_map
 from pipelines.report import Report
 
 _EVERY = 50
-_STRETCH, _OTHER_STRETCHES = 160, (0, 40, 80, 240)
-"""Scans before and after one, at 40 a second."""
+_REACHES = (0, 40, 80, 160, 240)
+"""So many scans before and after one, at 40 a second, are matched together with it."""
 _AGREES = 0.15
 """Metres."""
 
@@ -53,18 +53,11 @@ class Comparison:
     """From the localizer's pose to the best fitting one."""
     gain: float
     """By how much better a fit (0 to 1) that is."""
-    nearest: float
-    """Metres to the nearest of where it fits best in any stretch; ``metres`` where that suffices."""
 
     @property
     def agrees(self) -> bool:
         """Whether the two poses are the same place."""
         return self.metres <= _AGREES
-
-    @property
-    def is_undecided(self) -> bool:
-        """Whether the two are not, but would be for another stretch: the matches do not agree themselves."""
-        return self.nearest <= _AGREES < self.metres
 
 
 @dataclass(frozen=True)
@@ -77,9 +70,7 @@ class RecordingFigures:
     largest_m: float
     """Over the same."""
     beyond: list[Comparison]
-    """The scans that fit best more than 0.15 m away, in whatever stretch."""
-    undecided: list[Comparison]
-    """Those that do so in the usual stretch, but not alone, or not in a longer or shorter one."""
+    """The scans that fit best more than 0.15 m away."""
     searches: int
     """How often the place was searched for: at the start, after gaps and when the car seemed lost."""
 
@@ -112,7 +103,7 @@ def measure_recordings(
 
 
 def measure_recording(recording: Recording, settings: Config, seed: int) -> RecordingFigures:
-    """Localize a recording from anywhere on the map, and match the stretch about every 50th scan."""
+    """Localize a recording from anywhere on the map, and match every 50th scan."""
     own = _mapped(recording.bag, settings)
     grid = _as_read(own.grid) if recording.map is None else load_map(recording.map)
     localizer = Localizer(grid, settings.localization, np.random.default_rng(seed))
@@ -125,20 +116,22 @@ def measure_recording(recording: Recording, settings: Config, seed: int) -> Reco
 def compare_scans(
     localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher, every: int = _EVERY
 ) -> list[Comparison]:
-    """Every so manieth scan by the localizer and by an exhaustive match of the stretch about it."""
-
-    def miss(index: int, reach: int) -> tuple[float, float]:
-        map_from_base = localized.map_from_base[index]
-        best, gain = matcher.match(localized.stretch_about(index, own_trajectory, reach), map_from_base)
-        return float(np.hypot(*(best - map_from_base)[:2])), gain
+    """Every so manieth scan by the localizer and by an exhaustive match, alone and with those about it."""
 
     def compare(index: int) -> Comparison:
-        metres, gain = miss(index, _STRETCH)
-        others = _OTHER_STRETCHES if metres > _AGREES else ()
-        nearest = min([metres, *(miss(index, reach)[0] for reach in others)])
-        return Comparison(index + 1, metres, gain, nearest)
+        map_from_base = localized.map_from_base[index]
+        stretches = [localized.stretch_about(index, own_trajectory, reach) for reach in _REACHES]
+        matches = [matcher.match(stretch, map_from_base) for stretch in stretches]
+        best, gain = matches[_agreed([pose for pose, _ in matches])]
+        return Comparison(index + 1, float(np.hypot(*(best - map_from_base)[:2])), gain)
 
     return [compare(index) for index in range(every - 1, len(localized.scans), every)]
+
+
+def _agreed(poses: list[Pose]) -> int:
+    """Which of the poses (3,) has the others nearest: their medoid, which no outlier draws aside."""
+    places = np.array(poses)[:, :2]
+    return int(np.argmin(np.linalg.norm(places[:, None] - places, axis=2).sum(axis=1)))
 
 
 def _mapped(bag: Path, settings: Config) -> MappingResult:
@@ -160,7 +153,6 @@ def recording_figures(comparisons: list[Comparison], searches: int) -> Recording
         scans_compared=len(comparisons),
         mean_m=float(agreeing.mean()),
         largest_m=float(agreeing.max()),
-        beyond=[each for each in comparisons if not each.agrees and not each.is_undecided],
-        undecided=[each for each in comparisons if each.is_undecided],
+        beyond=[each for each in comparisons if not each.agrees],
         searches=searches,
     )

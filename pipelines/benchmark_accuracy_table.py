@@ -51,7 +51,7 @@ def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
     table = new_table(
         "Recordings from an unknown start: every 50th scan beside an exhaustive match within 4 m"
     )
-    distances = ("mean (m)", "largest (m)", "beyond 0.15 m", "undecided")
+    distances = ("mean (m)", "largest (m)", "beyond 0.15 m")
     add_columns(table, "recording", "scans compared", *distances, "searches")
     for name, run in runs.items():
         table.add_row(
@@ -60,7 +60,6 @@ def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
             f"{run.mean_m:.3f}",
             f"{run.largest_m:.3f}",
             f"{len(run.beyond)}",
-            f"{len(run.undecided)}",
             f"{run.searches}",
         )
     return table

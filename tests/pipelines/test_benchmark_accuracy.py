@@ -43,14 +43,14 @@ def test_the_command_tells_every_row(
     for row in ("global_start", "kidnapped"):
         monkeypatch.setattr(AccuracyBenchmark, row, lambda *_: found)
     (tmp_path / "racecar" / "session_A").mkdir(parents=True)
-    beyond = [benchmark_accuracy_recordings.Comparison(50, 0.3, 0.1, 0.2)]
-    matched = benchmark_accuracy_recordings.RecordingFigures(37, 0.0456, 0.1, beyond, [], 5)
+    beyond = [benchmark_accuracy_recordings.Comparison(50, 0.3, 0.1)]
+    matched = benchmark_accuracy_recordings.RecordingFigures(37, 0.0456, 0.1, beyond, 5)
     monkeypatch.setattr(benchmark_accuracy_recordings, "measure_recording", lambda *_, **__: matched)
     monkeypatch.setenv("RACECAR_DATA", str(tmp_path))
     path = tmp_path / "figures.json"
     assert run(["benchmark", "accuracy", "--seeds", "1", "--json", str(path)]) == 0
     page = capsys.readouterr().out
-    cells = ["session_A on our own map", "37", "0.046", "0.100", "1", "0", "5"]
+    cells = ["session_A on our own map", "37", "0.046", "0.100", "1", "5"]
     assert any([cell.strip() for cell in line.split("|")[1:-1]] == cells for line in page.splitlines())
     assert page.count("0.0111") == 2 * 3 + 2 + 2 + 1
     assert page.count("90.0 %") == 3
