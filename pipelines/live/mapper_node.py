@@ -39,12 +39,13 @@ from pipelines.live.messages import fill_pose, grid_message, header
 from pipelines.live.node import LATCHED, LiveNode
 from pipelines.live.parameters import declare
 from pipelines.live.run import sister_node
+from pipelines.live.worker import Worker
 
 if TYPE_CHECKING:
     from pipelines.live.viewer import LiveView
 
 _WORK = {"message": 20_000, "rest": 1, "save": 1}
-_SIDE_WORK = {"map": 1, "graph": 1, "path": 1, "checkpoint": 1, "memory": 1, "view": 1}
+_SIDE_WORK = {"graph": 1, "path": 1, "checkpoint": 1, "memory": 1, "view": 1}
 _PERIODS = {"map": 0.65, "graph": 2.0, "path": 1.0, "memory": 0.3, "view": 0.5}
 _CHECKPOINT_SHARE = 50.0
 """Times as long as writing takes: a long drive has a large checkpoint."""
@@ -82,6 +83,8 @@ class MapperNode(LiveNode):
         self._view = view
         self._checkpoint = output.checkpoint()
         self._grid = GrowingGrid(output.config.resolution)
+        self._drawer = Worker("drawer", {"map": 1}, self.faults, self.survive)
+        """Draws the map; beside other work it would wait while a checkpoint is written."""
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
         self._first = FirstMessages(self.sensors.knows_place)
@@ -104,6 +107,7 @@ class MapperNode(LiveNode):
 
     def start(self) -> None:
         """Begin to listen."""
+        self._drawer.start()
         super().start()
         saver = self._service.enter_context(sister_node(self.node, "racecar_map_saver"))
         saver.create_service(Trigger, "save_map", self._on_save)
@@ -113,6 +117,7 @@ class MapperNode(LiveNode):
         self._service.close()
         self.worker.finish()
         self._take_rest()
+        self._drawer.finish()
         self.side.finish()
 
     def save(self) -> None:
@@ -223,17 +228,16 @@ class MapperNode(LiveNode):
 
     def _show(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
         """What people look at, when it is due; another thread makes it."""
-        put = self.side.inbox.put
         if self._is_due("map"):
             session = self._mapper.session()
             poses = session.map_from_keyframe.copy()
-            put("map", partial(self._publish_map, stamp, list(session.rays), poses))
+            self._drawer.inbox.put("map", partial(self._publish_map, stamp, list(session.rays), poses))
+        put = self.side.inbox.put
         if self._is_due("graph") and self.is_heard(self._graph_topic):
             put("graph", partial(self._publish_graph, stamp, self._mapper.session().frozen()))
         if self._is_due("path") and self.is_heard(self._path_topic):
             frame = self.parameters.map_frame
             put("path", lambda: self._path_topic.publish(path_bytes(stamp, frame, self._path.poses)))
-
         if self._view is not None and self._is_due("view"):
             put("view", partial(self._show_in_browser, self._view, scan, map_from_base))
 
