@@ -7,13 +7,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from localization.beam_table import MARGIN
+from localization.laser_cell_kernels import laser_cell
 from localization.prefetch_kernels import prefetch
 from localization.trigonometry_kernels import BATCH, take_batch
 from maps.ray_casting_kernels import cast_one
 from maps.se2 import Pose
 
 _PER_RADIAN = 2.0**16 / (2.0 * math.pi)
-_TURNS_AHEAD = 2.0**17
+_TWO_TURNS = 2.0 * 2.0**16
 _CACHE_BYTES = 16_000_000
 """Particles whose rows of the table together take more are spread too widely for the processor's cache."""
 _AHEAD = 4
@@ -147,7 +148,7 @@ def aim(
     when it is to the left and when ahead, and how many codes less it reads, likewise. Some zeros follow.
     """
     aims = np.zeros((6, -(-len(turns) // _VECTOR) * _VECTOR), dtype=np.float32)
-    to_round = 2.0**15 / columns + _TURNS_AHEAD  # to the nearest column, and above zero
+    to_round = 2.0**15 / columns + _TWO_TURNS  # to the nearest column, and from above zero
     for beam in range(len(turns)):
         reading = min(max(cells[beam], _NEAR), len(codes_per_cell) - 1.0)
         cos, sin = math.cos(turns[beam]), math.sin(turns[beam])
@@ -172,8 +173,6 @@ def _locate(
 
     And (2, N) cells that they are to the left of and ahead of the viewpoints, seen along the base.
     """
-    x0, y0, cos0, sin0, per_metre = grid_in_map
-    laser_ahead, laser_left = laser_on_base
     rows = np.empty(len(map_from_base), dtype=np.int64)
     headings = np.empty(len(map_from_base), dtype=np.float32)
     offsets = np.zeros((2, len(map_from_base)), dtype=np.float32)
@@ -181,9 +180,8 @@ def _locate(
     for start in range(0, len(map_from_base), BATCH):
         count = take_batch(map_from_base, start, yaw, sine, cosine)
         for k in range(count):
-            x = map_from_base[start + k, 0] + cosine[k] * laser_ahead - sine[k] * laser_left - x0
-            y = map_from_base[start + k, 1] + sine[k] * laser_ahead + cosine[k] * laser_left - y0
-            right, up = (cos0 * x + sin0 * y) * per_metre, (cos0 * y - sin0 * x) * per_metre
+            x, y = map_from_base[start + k, 0], map_from_base[start + k, 1]
+            up, right = laser_cell(x, y, cosine[k], sine[k], laser_on_base, grid_in_map)
             row, column = math.floor(up), math.floor(right)
             is_inside = 0 <= row < cell_index.shape[0] and 0 <= column < cell_index.shape[1]
             viewpoint = cell_index[row, column] if is_inside else -1
@@ -260,16 +258,12 @@ def add_up_cast_beams(
     code_of_cells: NDArray[np.uint8],
 ) -> NDArray[np.float64]:
     """(N,) the same from rays through the grid; ``bearings`` (B,) are radians."""
-    x0, y0, cos0, sin0, per_metre = grid_in_map
     farthest = len(code_of_cells) - 1
     outside = _least_of(readings, log_probabilities)
     totals = np.empty(len(map_from_base))
     for i in range(len(map_from_base)):
-        yaw = map_from_base[i, 2]
-        cos, sin = math.cos(yaw), math.sin(yaw)
-        x = map_from_base[i, 0] + cos * laser_on_base[0] - sin * laser_on_base[1] - x0
-        y = map_from_base[i, 1] + sin * laser_on_base[0] + cos * laser_on_base[1] - y0
-        column, row = (cos0 * x + sin0 * y) * per_metre, (cos0 * y - sin0 * x) * per_metre
+        x, y, yaw = map_from_base[i]
+        row, column = laser_cell(x, y, math.cos(yaw), math.sin(yaw), laser_on_base, grid_in_map)
         totals[i] = outside
         if not (0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]):
             continue

@@ -6,6 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from localization.laser_cell_kernels import laser_cell
 from maps.ray_casting_kernels import cast_one
 from maps.se2 import Pose
 
@@ -30,14 +31,11 @@ def count_agreeing(
     within ``alike`` metres and a share of the range, and closely within a share ``close`` of that.
     """
     counts = np.zeros(4)
-    x0, y0, cos0, sin0, per_metre = grid_in_map
     x, y, yaw = map_from_base
-    cos, sin = math.cos(yaw), math.sin(yaw)
-    x += cos * base_from_laser[0] - sin * base_from_laser[1] - x0
-    y += sin * base_from_laser[0] + cos * base_from_laser[1] - y0
-    column, row = (cos0 * x + sin0 * y) * per_metre, (cos0 * y - sin0 * x) * per_metre
+    row, column = laser_cell(x, y, math.cos(yaw), math.sin(yaw), base_from_laser, grid_in_map)
     if not (0 <= row < cells.shape[0] and 0 <= column < cells.shape[1]) or not is_open[int(row), int(column)]:
         return counts
+    _, _, cos0, sin0, per_metre = grid_in_map
     heading = yaw + base_from_laser[2] - math.atan2(sin0, cos0)
     farthest = max_range * per_metre
     for beam in range(len(bearings)):
