@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from drives import BASE_FROM_LASER
 
 from localization.beams import select_beams
@@ -50,3 +51,14 @@ def test_a_sweep_on_the_move_is_set_back_to_its_stamp() -> None:
     ends = np.column_stack([beams.ranges * np.cos(beams.bearings), beams.ranges * np.sin(beams.bearings)])
     np.testing.assert_allclose(transform_points(BASE_FROM_LASER, ends), points, atol=1e-5)
     assert np.abs(scan.ranges - beams.ranges).max() > 0.05
+
+
+@pytest.mark.parametrize("offset", [np.nan, np.inf, -2.0, 1.5])
+def test_beams_whose_times_cannot_be_are_taken_as_of_the_stamp(offset: float) -> None:
+    def driving(stamps: np.ndarray) -> np.ndarray:
+        return np.outer(stamps * 1e-9, [3.0, 0.0, 1.0])
+
+    ranges, offsets = np.full(20, 4.0), np.linspace(0.0, 0.02, 20)
+    assert np.any(select_beams(make_scan(ranges, offsets), 20, driving).ranges != ranges)
+    offsets[7] = offset
+    np.testing.assert_array_equal(select_beams(make_scan(ranges, offsets), 20, driving).ranges, ranges)
