@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 _WORK = {"message": 20_000, "rest": 1, "save": 1}
 _SIDE_WORK = {"graph": 1, "path": 1, "checkpoint": 1, "memory": 1, "view": 1}
-_PERIODS = {"map": 0.65, "graph": 2.0, "path": 1.0, "memory": 0.3, "view": 0.5}
+_PERIODS = {"map": 0.5, "graph": 2.0, "path": 1.0, "memory": 0.3, "view": 0.5}
 _CHECKPOINT_SHARE = 50.0
 """Times as long as writing takes: a long drive has a large checkpoint."""
 _HELD_FOR = 0.5
