@@ -16,6 +16,8 @@ from localization.lost_detector import LostDetector, agreement_shares
 from localization.motion_model_kernels import carry
 from localization.motion_source import RESTART_SECONDS, MotionSource
 from localization.motion_step import MotionStep
+from localization.odometry_calibration import OdometryFaults
+from localization.odometry_stretch import OdometryStretches
 from localization.odometry_trust import OdometryTrust
 from localization.particle_filter import ParticleFilter
 from localization.place_search import PlaceSearch
@@ -63,6 +65,8 @@ class _Published:
     estimate: PoseEstimate
     odom_from_base: Pose | None
     """At the estimate's stamp, where odometry told it."""
+    faults: OdometryFaults
+    """Of the odometry, as known then."""
 
 
 class Localizer:
@@ -80,7 +84,7 @@ class Localizer:
         self._lock = Lock()
         self._is_settled = self._is_narrow = False
         self._rival: Rival | None = None
-        self._trust = OdometryTrust()
+        self._stretches, self._trust = OdometryStretches(), OdometryTrust()
         self._walls = find_walls(grid)
         self._survey(config)
         self._configure(config)
@@ -143,11 +147,10 @@ class Localizer:
             is_start = self._look(beams, step, scan.stamp) if len(beams) > 0 else not self._is_settled
             estimate = self._estimate(beams, step.seconds, scan.stamp, is_start)
             self._filter.resample(*self._wanted_particles(estimate))
-            is_known = _is_known_within(_TRUSTED, estimate.covariance, estimate.cluster_weight)
-            self._trust.follow(step, self._filter.lag, estimate if is_known else None, slip)
+            self._judge_odometry(step, estimate)
             self._motion.follow(scan.stamp, estimate.map_from_base)
             self._last = estimate
-            self._published = _Published(estimate, self._motion.odom_from_base)
+            self._published = _Published(estimate, self._motion.odom_from_base, self.odometry_faults)
             self._cloud = self._filter.map_from_base, self._filter.weights
             return estimate
 
@@ -157,7 +160,7 @@ class Localizer:
         if published is None:
             return None
         last = published.estimate
-        step = self._motion.step_from(published.odom_from_base, last.stamp, stamp)
+        step = self._motion.step_from(published.odom_from_base, published.faults, last.stamp, stamp)
         map_from_base, covariance = carry(
             last.map_from_base, last.covariance, step.base_from_next_base, step.deviations
         )
@@ -167,6 +170,11 @@ class Localizer:
         """Poses (N, 3) and weights (N,) that sum to 1, as they were after the last scan or start."""
         map_from_base, weights = self._cloud
         return map_from_base.copy(), weights.copy()
+
+    @property
+    def odometry_faults(self) -> OdometryFaults:
+        """What this car's odometry always gets wrong, as learned so far; all motion is corrected by it."""
+        return self._motion.calibration.faults
 
     def _survey(self, config: LocalizationConfig) -> None:
         """Learn what the sensor would see from where on the map."""
@@ -210,7 +218,7 @@ class Localizer:
     def _do_not_continue(self) -> None:
         """The estimates to come do not continue those before: the car did not move by what lies between."""
         self._motion.forget_speed()
-        self._trust.start_anew()
+        self._stretches.start_anew()
 
     def _look(self, beams: Beams, step: MotionStep, stamp: int) -> bool:
         """Take in a scan; whether the estimates to come do not continue those before."""
@@ -338,6 +346,14 @@ class Localizer:
         shares = agreement_shares(map_from_base, beams, self._free_space)
         if shares is not None:
             lost.judge(shares, seconds)
+
+    def _judge_odometry(self, step: MotionStep, estimate: PoseEstimate) -> None:
+        """Compare the way that odometry tells with that of the estimates."""
+        is_known = _is_known_within(_TRUSTED, estimate.covariance, estimate.cluster_weight)
+        stretch = self._stretches.follow(step, self._filter.lag, estimate if is_known else None)
+        if stretch is not None:
+            self._trust.learn(stretch, self._config.slip)
+            self._motion.calibration.learn(stretch, self._config.slip)
 
     def _wanted_particles(self, estimate: PoseEstimate) -> tuple[int, int]:
         """The fewest and the most."""

@@ -10,6 +10,7 @@ from localization.config import LocalizationConfig
 from localization.motion_model import drift_noise, motion_model, travel
 from localization.motion_model_kernels import step_between
 from localization.motion_step import GAP_SECONDS, MotionStep
+from localization.odometry_calibration import OdometryCalibration, OdometryFaults
 from localization.odometry_track import OdometryTrack
 from localization.speed_memory import SpeedMemory
 from maps.odometry import STALE_AFTER, Odometry
@@ -32,6 +33,8 @@ class MotionSource:
 
     def __init__(self, config: LocalizationConfig) -> None:
         self._lock = Lock()
+        self.calibration = OdometryCalibration()
+        """Of the odometry; all steps are corrected by it."""
         self._odometry = OdometryTrack()
         self._restarts = 0
         self._followed_restarts = 0
@@ -108,14 +111,17 @@ class MotionSource:
         """(3,) at the stamp of the last step; None where no odometry told it."""
         return self._odom_from_base
 
-    def step_from(self, odom_from_base: Pose | None, since: int, stamp: int) -> MotionStep:
+    def step_from(
+        self, odom_from_base: Pose | None, faults: OdometryFaults, since: int, stamp: int
+    ) -> MotionStep:
         """The motion from a stamp, at which the odometry said ``odom_from_base``, to another one.
 
         The answer is not remembered, so anyone may ask for the motion up to now.
         """
         seconds = (stamp - since) * 1e-9
         if odom_from_base is not None and self._remembers(since) and self.knows(stamp):
-            step = step_between(odom_from_base, self.poses_at(np.array([stamp]))[0])
+            told = step_between(odom_from_base, self.poses_at(np.array([stamp]))[0])
+            step = faults.corrected(told)
             return MotionStep(step, self.model.deviations(step), travel(step), seconds)
         return self._carried_on(seconds)
 
@@ -140,7 +146,7 @@ class MotionSource:
     def _measured(self, before: Pose | None, after: Pose | None, seconds: float) -> MotionStep | None:
         if before is None or after is None:
             return None
-        step = step_between(before, after)
+        step = self.calibration.faults.corrected(step_between(before, after))
         possible, effort, behind = self._memory.take(step, seconds)
         sliding = self._config.slip * (possible - np.abs(step))
         deviations = np.hypot(self.model.deviations(possible), sliding)

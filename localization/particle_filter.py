@@ -24,6 +24,7 @@ what the odometry says for where that seems explained by chance."""
 _ONE_STRAY_IN = 20
 _SLIPS_CHANGE_AFTER = 0.1
 """Seconds; in shorter ones the slips keep."""
+_FULL_DOUBT = np.ones(2)
 
 
 class ParticleFilter:
@@ -45,11 +46,14 @@ class ParticleFilter:
     def __len__(self) -> int:
         return len(self.map_from_base)
 
-    def predict(self, step: MotionStep, model: MotionModel, slip: float, doubt: float = 1.0) -> None:
+    def predict(
+        self, step: MotionStep, model: MotionModel, slip: float, doubt: NDArray[np.float64] = _FULL_DOUBT
+    ) -> None:
         """Move all particles by a step, each by its own guess of how that was measured wrongly.
 
         The guesses of the slip last for a while, so that the filter learns it. Where wheels can slip at all,
-        a few particles stray. ``doubt``, 0 to 1, is how much of either this car's odometry deserves.
+        a few particles stray. ``doubt`` (2,), 0 to 1, is how much of either way and turn of this car's
+        odometry deserve.
         """
         if step.travel == 0.0:
             return
@@ -61,7 +65,8 @@ class ParticleFilter:
         self.map_from_base = model.move(self.map_from_base, self._slips, step, self._rng)
         if slip > 0.0 and isfinite(step.travel):
             x, y, turn = step.base_from_next_base.tolist()
-            self.stray(doubt * np.array([hypot(x, y), hypot(x, y), abs(turn)]))
+            path = hypot(x, y)
+            self.stray(doubt[[0, 0, 1]] * np.array([path, path, abs(turn)]))
 
     def stray(self, deviations: Pose) -> None:
         """Let a few particles think that the odometry is all wrong by deviations (3,) in metres and radians.

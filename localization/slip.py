@@ -25,15 +25,15 @@ def changed_slips(
     slips: NDArray[np.float64],
     seconds: float,
     effort: NDArray[np.float64],
-    most: float,
+    most: NDArray[np.float64],
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
     """Slips (N, 3) of way, turn and lag after some time; after an infinite one nothing is left of these.
 
-    At full effort (2,), along and across the car, the deviation of the first two is ``most``.
+    At full effort (2,), along and across the car, the deviations of the first two are ``most`` (2,).
     """
     pushed = np.append(effort, 0.0)  # the lag does not depend on the tyres
-    usual = np.array([min(_USUAL, most), min(_USUAL, most), _LAG if most > 0.0 else 0.0])
+    usual = np.append(np.minimum(_USUAL, most), _LAG if most.any() else 0.0)
     kept = np.exp(-seconds * (1.0 / _SECONDS + pushed / _PUSHED_SECONDS))
-    deviations = np.hypot(usual, most * pushed)
+    deviations = np.hypot(usual, np.append(most, 0.0) * pushed)
     return change_slips(slips, kept, deviations * np.sqrt(1.0 - kept**2), random_seed(rng))

@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -106,7 +106,7 @@ def replay(
                 with report.stage("recording"):
                     _record(message, run, localizer, recorder)
             advance_to(reader.messages_read)
-    _describe(run, reader, report)
+    _describe(run, localizer, reader, report)
     return run
 
 
@@ -167,7 +167,7 @@ def _judge(
         run.moments.append(Moment(scan.stamp, map_from_base, points, share))
 
 
-def _describe(run: LocalizationRun, reader: BagReader, report: Report) -> None:
+def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, report: Report) -> None:
     places = run.trajectory.map_from_base[:, :2]
     report.add(
         "counts",
@@ -182,6 +182,8 @@ def _describe(run: LocalizationRun, reader: BagReader, report: Report) -> None:
     report.add("accuracy", _fit(run.shares_on_wall))
     report.add("convergence", _convergence(run.estimates))
     report.add("update_ms", _update_times(run))
+    if reader.odom_topic is not None:
+        report.add("odometry_faults", asdict(localizer.odometry_faults))
     for sentence in [*reader.warnings, *_doubts(run, reader)]:
         report.warn(sentence)
 

@@ -8,6 +8,9 @@ from pipelines.localization_run import LOCALIZATION_FILES
 from pipelines.printed_warnings import print_warnings
 from pipelines.report import Report
 
+_WORTH_MENDING = 0.02
+"""Share of the way."""
+
 
 def print_localization(report: Report, folder: Path) -> None:
     """How well the scans fit the map, how fast it went, warnings, and where the files are."""
@@ -23,6 +26,12 @@ def print_localization(report: Report, folder: Path) -> None:
     if update["mean"] is not None:
         console.print(
             f"A scan took {update['mean']:.1f} ms, 99 % of them under {update['percentile_99']:.1f} ms."
+        )
+    way = figures.get("odometry_faults", {"way": 0.0})["way"]
+    if abs(way) > _WORTH_MENDING:
+        console.print(
+            f"Odometry tells the way {abs(way):.0%} too {'short' if way > 0.0 else 'long'}; the localizer "
+            "makes up for it, but the gain from motor to speed is worth mending."
         )
     print_warnings(report.warnings)
     console.print(

@@ -114,15 +114,19 @@ class LocalizerNode(LiveNode):
 
     def figures(self) -> Mapping[str, Any]:
         """Of the last estimate."""
-        estimate = self._estimate
-        if estimate is None:
+        localizer, estimate = self._localizer, self._estimate
+        if localizer is None or estimate is None:
             return {}
+        faults = localizer.odometry_faults
         return {
             "particles": estimate.particle_count,
             "effective sample size": float(estimate.effective_sample_size),
             "lost probability": float(estimate.lost_probability),
             "weight of the place": float(estimate.cluster_weight),
             "deviation (m)": _deviation(estimate),
+            "way that odometry leaves out": faults.way,
+            "turn that odometry leaves out": faults.turn,
+            "trim of the steering (rad/m)": faults.trim,
         }
 
     def take_scan(self, message: Any, arrival: int) -> None:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from localization.config import LocalizationConfig
 from localization.localizer import Localizer
+from localization.odometry_calibration import OdometryFaults
 from localization.odometry_track import OdometryTrack
 from localization.pose_estimate import PoseEstimate
 from maps.errors import UserError
@@ -254,6 +255,16 @@ def test_the_pose_is_carried_to_now() -> None:
             assert not carried.is_start
 
 
+@pytest.mark.parametrize("scale", [0.92, 1.08])
+def test_by_what_factor_odometry_tells_the_way_is_learned(scale: float) -> None:
+    driven = drive(room(), 10.0, np.random.default_rng(0), speed=2.0, odometry_scale=scale)
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    metres, _ = errors(replay(filter, driven.messages), driven)
+    assert filter.odometry_faults.way == pytest.approx(1.0 / scale - 1.0, abs=0.02)
+    assert metres[-100:].max() < 0.06
+
+
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.integers(-400, 450), min_size=2, max_size=8))
 def test_the_carried_pose_is_the_last_one_and_what_the_odometry_told_since(milliseconds: list[int]) -> None:
@@ -267,7 +278,8 @@ def test_the_carried_pose_is_the_last_one_and_what_the_odometry_told_since(milli
         carried = filter.pose_at(last.stamp + ahead * 1_000_000)
         assert carried is not None
         before, after = told.poses_at([last.stamp, carried.stamp])
-        expected = compose(last.map_from_base, between(before, after))
+        step = filter.odometry_faults.corrected(between(before, after))
+        expected = compose(last.map_from_base, step)
         np.testing.assert_allclose(between(expected, carried.map_from_base), 0.0, atol=1e-9)
         assert np.linalg.eigvalsh(carried.covariance).min() > 0.0
         assert carried.lost_probability == last.lost_probability
@@ -469,6 +481,7 @@ def test_readers_beside_the_scans_see_no_two_of_them_mixed() -> None:
             told.add(message)
     clouds, clouds_read = {cloud_of(filter)}, set()
     estimates: list[PoseEstimate] = []
+    faults: list[OdometryFaults] = []
     carried: list[PoseEstimate] = []
     done = threading.Event()
 
@@ -477,6 +490,7 @@ def test_readers_beside_the_scans_see_no_two_of_them_mixed() -> None:
             for message in driven.messages:
                 if isinstance(message, Scan):
                     estimates.append(filter.add_scan(message))
+                    faults.append(filter.odometry_faults)
                     clouds.add(cloud_of(filter))
                     time.sleep(0.001)  # readers get a turn however busy the machine is
         finally:
@@ -507,9 +521,10 @@ def test_readers_beside_the_scans_see_no_two_of_them_mixed() -> None:
     assert len(clouds_read) > 3
     assert clouds_read <= clouds
     odom_from_base = told.poses_at([estimate.stamp for estimate in estimates])
+    steps = between(odom_from_base, told.poses_at([SECOND]))
     possible = compose(
         np.array([estimate.map_from_base for estimate in estimates]),
-        between(odom_from_base, told.poses_at([SECOND])),
+        np.array([each.corrected(step) for each, step in zip(faults, steps, strict=True)]),
     )
     read = np.unique([estimate.map_from_base for estimate in carried], axis=0)
     assert len(read) > 3

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from localization.config import LocalizationConfig
 from localization.motion_source import MotionSource
 from localization.motion_step import MotionStep
+from localization.odometry_calibration import OdometryFaults
 from maps.odometry import Odometry
 from maps.se2 import IDENTITY, Pose, between, compose
 
@@ -71,7 +72,8 @@ def test_however_messages_interleave_no_motion_is_lost_or_counted_twice(
             fed += 1
         steps.append(motion.step_to(stamp))
         if i < len(questions):
-            motion.step_from(motion.odom_from_base, stamp, stamp + questions[i] * MILLISECOND)
+            asked = stamp + questions[i] * MILLISECOND
+            motion.step_from(motion.odom_from_base, OdometryFaults(), stamp, asked)
     told = motion.odom_from_base
     assert told is not None
     assert all(np.isfinite(step.travel) for step in steps[1:])
@@ -98,7 +100,7 @@ def test_the_motion_between_two_stamps_is_that_of_the_odometry(since: int, until
     motion = source()
     feed(motion, 0, SECOND + 1, MILLISECOND * 2)
     before, after = motion.poses_at(np.array([since, until]) * MILLISECOND)
-    step = motion.step_from(before, since * MILLISECOND, until * MILLISECOND)
+    step = motion.step_from(before, OdometryFaults(), since * MILLISECOND, until * MILLISECOND)
     assert_same_poses(step.base_from_next_base, between(before, after))
     assert_same_poses(before, true_pose(since * MILLISECOND), atol=1e-5)
     assert step.seconds == pytest.approx((until - since) * 1e-3)
@@ -148,7 +150,7 @@ def test_nobody_is_carried_over_a_jump() -> None:
     before, since = motion.odom_from_base, 49 * 20 * MILLISECOND
     for k in (50, 51):
         motion.add(Odometry(k * 20 * MILLISECOND, np.array([0.02 * k, 4.0, 1.0]), IDENTITY))
-    step = motion.step_from(before, since, 51 * 20 * MILLISECOND)
+    step = motion.step_from(before, OdometryFaults(), since, 51 * 20 * MILLISECOND)
     assert_same_poses(step.base_from_next_base, np.array([0.04, 0.0, 0.0]), atol=2e-3)
 
 
@@ -210,7 +212,7 @@ def test_without_odometry_the_speed_of_the_estimates_is_carried_on() -> None:
         motion.follow(k * 20 * MILLISECOND, np.array([0.04 * k, 3.0, 0.0]))
     assert_same_poses(step.base_from_next_base, np.array([0.04, 0.0, 0.0]), atol=1e-3)
     np.testing.assert_allclose(step.deviations, 0.3 * np.sqrt(0.02))
-    far = motion.step_from(None, 99 * 20 * MILLISECOND, 20 * SECOND)
+    far = motion.step_from(None, OdometryFaults(), 99 * 20 * MILLISECOND, 20 * SECOND)
     assert_same_poses(far.base_from_next_base, np.array([1.0, 0.0, 0.0]), atol=0.02)
     motion.forget_speed()
     assert_same_poses(motion.step_to(2 * SECOND).base_from_next_base, IDENTITY)

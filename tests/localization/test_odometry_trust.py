@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from localization.motion_step import MotionStep
+from localization.odometry_stretch import OdometryStretches
 from localization.odometry_trust import OdometryTrust
 from localization.pose_estimate import PoseEstimate
 from localization.speed_memory import SpeedMemory
@@ -24,12 +25,12 @@ class Car:
     """Its trust in its odometry, and where it is."""
 
     def __init__(self) -> None:
-        self.trust = OdometryTrust()
+        self.trust, self._stretches = OdometryTrust(), OdometryStretches()
         self.map_from_base: Pose = np.array([3.0, -1.0, 2.0])
 
     @property
     def doubt(self) -> float:
-        return self.trust.doubt(SLIP)
+        return float(self.trust.doubt(SLIP).max())
 
     def drive(
         self,
@@ -44,7 +45,7 @@ class Car:
         for _ in range(round(metres / STEP[0])):
             self.map_from_base = compose(self.map_from_base, STEP / (1.0 + wrong))
             estimate = estimate_at(self.map_from_base, deviation) if is_known else None
-            self.trust.follow(stepped(effort), 0.0, estimate, SLIP)
+            self.follow(stepped(effort), 0.0, estimate)
         return self
 
     def weave(self, seconds: float, believed_lag: float) -> "Car":
@@ -55,8 +56,16 @@ class Car:
             possible, effort, behind = memory.take(told, 0.05)
             step = MotionStep(told, np.zeros(3), float(possible.sum()), 0.05, effort, behind)
             self.map_from_base = compose(self.map_from_base, told + lag * behind)
-            self.trust.follow(step, believed_lag, estimate_at(self.map_from_base), SLIP)
+            self.follow(step, believed_lag, estimate_at(self.map_from_base))
         return self
+
+    def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate | None) -> None:
+        stretch = self._stretches.follow(step, lag, estimate)
+        if stretch is not None:
+            self.trust.learn(stretch, SLIP)
+
+    def start_anew(self) -> None:
+        self._stretches.start_anew()
 
     def put_elsewhere(self) -> "Car":
         self.map_from_base = np.array([20.0, 20.0, 1.0])
@@ -107,7 +116,7 @@ def test_where_the_place_is_not_known_nothing_is_learned() -> None:
 def test_a_car_found_elsewhere_was_not_carried_there_by_its_wheels() -> None:
     car = Car().drive(40.0)
     trusted = car.doubt
-    car.trust.start_anew()
+    car.start_anew()
     assert car.put_elsewhere().drive(3.0).doubt < trusted
 
 
@@ -115,7 +124,7 @@ def test_a_stretch_ends_where_nothing_measures_the_way() -> None:
     car = Car().drive(40.0)
     trusted = car.doubt
     unmeasured = MotionStep(STEP, np.zeros(3), np.inf, 0.05)
-    car.trust.follow(unmeasured, 0.0, estimate_at(car.map_from_base), SLIP)
+    car.follow(unmeasured, 0.0, estimate_at(car.map_from_base))
     assert car.put_elsewhere().drive(3.0).doubt < trusted
 
 
@@ -132,4 +141,4 @@ def test_what_the_estimates_leave_open_is_not_held_against_odometry() -> None:
 
 
 def test_tyres_that_cannot_slip_are_not_doubted() -> None:
-    assert OdometryTrust().doubt(0.0) == 0.0
+    assert OdometryTrust().doubt(0.0).tolist() == [0.0, 0.0]
