@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.se2 import Pose
+from maps.se2 import Pose, interpolate
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,3 +19,13 @@ class Trajectory:
 
     def __len__(self) -> int:
         return len(self.stamps)
+
+    def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
+        """``map_from_base`` (M, 3) at stamps (M,) in nanoseconds, drawn straight between two poses and held
+        beyond the ends."""
+        last = len(self) - 1
+        after = np.clip(np.searchsorted(self.stamps, stamps), min(1, last), last)
+        before = np.maximum(after - 1, 0)
+        seconds = np.maximum(self.stamps[after] - self.stamps[before], 1)
+        fraction = np.clip((stamps - self.stamps[before]) / seconds, 0.0, 1.0)
+        return interpolate(self.map_from_base[before], self.map_from_base[after], fraction)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from localization.beams import select_beams
 from localization.localizer import Localizer
 from maps.odometry import Odometry
 from maps.scan import Scan
@@ -31,13 +32,15 @@ class LocalizedScans:
         """One in eight of so many scans before and after one, a multiple of eight, seen from where it was
         taken.
 
-        ``own_trajectory`` lies on the map that is made of the recording.
+        ``own_trajectory`` lies on the map that is made of the recording; it also tells how the car moved
+        during each sweep.
         """
         first = max(index % _EVERY, index - reach)
         scans = self.scans[first : index + reach + 1 : _EVERY]
         way = dict(zip(own_trajectory.stamps.tolist(), own_trajectory.map_from_base, strict=True))
         own_from_base = np.array([way[scan.stamp] for scan in scans])
-        return Stretch(scans, between(way[self.scans[index].stamp], own_from_base))
+        beams = [select_beams(scan, len(scan.bearings), own_trajectory.poses_at) for scan in scans]
+        return Stretch(beams, between(way[self.scans[index].stamp], own_from_base))
 
 
 def localize(messages: Iterable[Scan | Odometry], localizer: Localizer) -> LocalizedScans:

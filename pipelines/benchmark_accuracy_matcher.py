@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from localization.beams import Beams
 from maps.distance_field import distance_to_occupied
 from maps.occupancy_grid import FREE, OccupancyGrid
 from maps.ray_casting import cast_ray_fan
-from maps.scan import Scan
 from maps.se2 import Pose, between, compose, inverse, transform_points
 from pipelines.benchmark_accuracy_kernels import mean_fits
 
@@ -35,14 +35,14 @@ _BEHIND = 0.3
 class Stretch:
     """Scans taken on some way, and where each was taken, seen from one place on it."""
 
-    scans: list[Scan]
+    scans: list[Beams]
     here_from_base: Pose
     """(S, 3)"""
 
     def end_points(self) -> NDArray[np.float64]:
-        """(N, 2) of all scans, seen from here; the car's motion during a sweep is left out of account."""
+        """(N, 2) of all scans, seen from here."""
         clouds = [
-            transform_points(pose, scan.points_in_base())
+            transform_points(pose, _points_in_base(scan))
             for scan, pose in zip(self.scans, self.here_from_base, strict=True)
         ]
         return np.concatenate(clouds)
@@ -104,17 +104,18 @@ class ExhaustiveMatcher:
         count = -(-_FINE_POINTS // len(stretch.scans))
         fits, returns = np.zeros(len(map_from_here)), 0
         for scan, here_from_base in zip(stretch.scans, stretch.here_from_base, strict=True):
-            weight = int(np.count_nonzero(scan.is_return))
+            weight = int(np.count_nonzero(np.isfinite(scan.ranges)))
             if weight > 0:  # a covered laser tells nothing
                 fits += weight * self._fits_of_scan(scan, compose(map_from_here, here_from_base), count)
                 returns += weight
         return fits / max(returns, 1)
 
-    def _fits_of_scan(self, scan: Scan, map_from_base: Pose, count: int) -> NDArray[np.float64]:
+    def _fits_of_scan(self, scan: Beams, map_from_base: Pose, count: int) -> NDArray[np.float64]:
         """(P,) fits of at most so many of a scan's end points from poses (P, 3) of its base."""
-        points = _thinned(scan.points_in_base(), count)
-        bearings = _thinned(scan.bearings[scan.is_return], count)
-        ranges = _thinned(scan.ranges[scan.is_return], count)
+        is_return = np.isfinite(scan.ranges)
+        points = _thinned(_points_in_base(scan), count)
+        bearings = _thinned(scan.bearings[is_return], count)
+        ranges = _thinned(scan.ranges[is_return], count)
         map_from_laser = compose(map_from_base, scan.base_from_laser)
         walls = cast_ray_fan(self._grid, map_from_laser, bearings, scan.max_range)
         is_seen = ranges < walls + _BEHIND
@@ -126,6 +127,10 @@ class ExhaustiveMatcher:
     def _fits(self, points: NDArray[np.float64], map_from_base: Pose) -> NDArray[np.float64]:
         grid_from_base = between(self._grid.map_from_grid, map_from_base)
         return mean_fits(grid_from_base, points, self._distances, self._grid.resolution)
+
+
+def _points_in_base(scan: Beams) -> NDArray[np.float64]:
+    return transform_points(scan.base_from_laser, scan.end_points)
 
 
 def _thinned(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:

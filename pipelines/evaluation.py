@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from maps.errors import UserError
-from maps.se2 import Pose, compose, interpolate, mean_angle, wrap_angle
+from maps.se2 import Pose, compose, mean_angle, wrap_angle
 from maps.trajectory import Trajectory
 
 _LONGEST_BRIDGE = 100_000_000
@@ -110,9 +110,7 @@ def _reference_at(stamps: NDArray[np.int64], reference: Trajectory) -> tuple[NDA
     inside = (times[left] <= stamps) & (stamps <= times[right]) & (span <= _LONGEST_BRIDGE)
     beside = np.minimum(np.abs(stamps - times[left]), np.abs(stamps - times[right])) <= _SAME_TIME
     rows = np.flatnonzero(inside | beside)
-    fraction = np.clip((stamps - times[left]) / span, 0.0, 1.0)[rows]
-    poses = reference.map_from_base
-    return rows, interpolate(poses[left[rows]], poses[right[rows]], fraction)
+    return rows, reference.poses_at(stamps[rows])
 
 
 def _absolute_errors(

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from localization.beams import Beams
 from localization.config import LocalizationConfig
 from localization.localizer import Localizer
 from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -25,7 +26,7 @@ from pipelines.benchmark_accuracy_recordings import (
     recording_figures,
 )
 from pipelines.config_file import Config
-from pipelines.simulator_config import SimulationConfig
+from pipelines.simulator_config import NoiseLevel, SimulationConfig
 
 BEARINGS = np.linspace(-2.3, 2.3, 271)
 BASE_FROM_LASER = np.array([0.3, 0.1, 0.2])
@@ -48,8 +49,13 @@ def scan_from(grid: OccupancyGrid, map_from_base: Pose) -> Scan:
     return Scan(0, BEARINGS, ranges, np.zeros(len(BEARINGS)), BASE_FROM_LASER, 30.0)
 
 
+def beams_of(scan: Scan) -> Beams:
+    """Of a car that stands."""
+    return Beams(scan.bearings, scan.ranges, scan.base_from_laser, scan.max_range)
+
+
 def alone(scan: Scan) -> Stretch:
-    return Stretch([scan], IDENTITY[None])
+    return Stretch([beams_of(scan)], IDENTITY[None])
 
 
 def own_trajectory(drive: Drive) -> Trajectory:
@@ -99,7 +105,9 @@ def test_a_covered_laser_tells_nothing_of_a_stretch() -> None:
     covered = replace(scan, ranges=np.full(len(BEARINGS), np.inf))
     near = compose(truth, [0.5, 0.3, 0.2])
     best, gain = matcher.match(alone(scan), near)
-    best_of_both, gain_of_both = matcher.match(Stretch([covered, scan], np.zeros((2, 3))), near)
+    best_of_both, gain_of_both = matcher.match(
+        Stretch([beams_of(covered), beams_of(scan)], np.zeros((2, 3))), near
+    )
     np.testing.assert_allclose(best_of_both, best, atol=0.02)
     assert gain_of_both == pytest.approx(gain, abs=0.02)
 
@@ -126,6 +134,23 @@ def test_a_localizer_that_is_wrong_is_told(drive: Drive) -> None:
     localized = localize(drive.messages, localizer)
     comparisons = compare_scans(localized, own_trajectory(drive), ExhaustiveMatcher(rooms()), every=40)
     assert all(1.9 < each.metres < 2.1 and each.gain > 0.2 for each in comparisons)
+
+
+def test_the_motion_during_a_sweep_is_undone() -> None:
+    settings = SimulationConfig(
+        duration=1.5, seed=3, start=(3.0, 4.0, 0.3), max_speed=5.0, noise=NoiseLevel.NONE
+    )
+    drive = simulate(rooms(), settings)
+    localized = LocalizedScans([m for m in drive.messages if isinstance(m, Scan)], drive.map_from_base, 0)
+    last = len(localized.scans) - 2
+
+    def error(scan: Beams) -> float:
+        map_from_laser = compose(drive.map_from_base[last], scan.base_from_laser)
+        ranges = cast_ray_fan(rooms(), map_from_laser[None], scan.bearings, 30.0)[0]
+        return float(np.median(np.abs(ranges - scan.ranges)))
+
+    undone = localized.stretch_about(last, own_trajectory(drive), 0).scans[0]
+    assert error(undone) < 0.5 * error(beams_of(localized.scans[last]))
 
 
 def test_the_scans_about_one_tell_where_it_is_though_it_looks_like_elsewhere(drive: Drive) -> None:
@@ -163,13 +188,15 @@ def test_a_stretch_lies_as_the_scans_were_taken(drive: Drive) -> None:
     scans = [message for message in drive.messages if isinstance(message, Scan)]
     localized = LocalizedScans(scans, drive.map_from_base, searches=0)
     stretch = localized.stretch_about(30, own_trajectory(drive), 160)
-    assert [each.stamp for each in stretch.scans] == [each.stamp for each in scans[6::8]]
+    assert len(stretch.scans) == len(scans[6::8])
     np.testing.assert_allclose(
         stretch.here_from_base, between(drive.map_from_base[30], drive.map_from_base[6::8]), atol=1e-9
     )
     np.testing.assert_allclose(stretch.here_from_base[3], IDENTITY, atol=1e-9)
     first = transform_points(stretch.here_from_base[0], scans[6].points_in_base())
-    np.testing.assert_allclose(stretch.end_points()[: len(first)], first)
+    np.testing.assert_allclose(
+        stretch.end_points()[: len(first)], first, atol=0.05
+    )  # but for the sweep's motion
 
 
 def test_scans_are_sorted_by_how_far_the_matches_are() -> None:
