@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from localization.motion_model_kernels import step_between
 from localization.motion_step import MotionStep
+from localization.odometry_stretch_kernels import go_on
 from localization.pose_estimate import PoseEstimate
-from maps.se2 import Pose, compose
+from maps.se2 import Pose
 
 _SHORTEST, _LONGEST = 1.0, 3.0
 """Metres plus radians."""
@@ -76,10 +77,7 @@ class OdometryStretches:
         return stretch
 
     def _go_on(self, step: MotionStep, lag: float) -> None:
-        x, y, turn = (step.base_from_next_base + lag * step.behind).tolist()
-        more = 1.0 + _LITTLE
-        steps = [[x, y, turn], [more * x, more * y, turn], [x, y, more * turn], [x, y, turn + _LITTLE * x]]
-        self._told = compose(self._told, np.array(steps))
+        go_on(self._told, step.base_from_next_base + lag * step.behind, _LITTLE)
         x, y, turn = step.base_from_next_base.tolist()
         along, across = step.effort.tolist()
         path, turn = hypot(x, y), abs(turn)
