@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.beams import Beams
+from localization.beams import Beams, select_beams
 from localization.config import LocalizationConfig
 from localization.localizer import Localizer
 from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -187,16 +187,18 @@ def test_the_match_counts_that_the_others_agree_with(drive: Drive) -> None:
 def test_a_stretch_lies_as_the_scans_were_taken(drive: Drive) -> None:
     scans = [message for message in drive.messages if isinstance(message, Scan)]
     localized = LocalizedScans(scans, drive.map_from_base, searches=0)
-    stretch = localized.stretch_about(30, own_trajectory(drive), 160)
-    assert len(stretch.scans) == len(scans[6::8])
+    own = own_trajectory(drive)
+    stretch = localized.stretch_about(30, own, 160)
+    expected = [select_beams(scan, len(scan.bearings), own.poses_at) for scan in scans[6::8]]
+    for beams, wanted in zip(stretch.scans, expected, strict=True):
+        np.testing.assert_array_equal(beams.ranges, wanted.ranges)
     np.testing.assert_allclose(
         stretch.here_from_base, between(drive.map_from_base[30], drive.map_from_base[6::8]), atol=1e-9
     )
     np.testing.assert_allclose(stretch.here_from_base[3], IDENTITY, atol=1e-9)
-    first = transform_points(stretch.here_from_base[0], scans[6].points_in_base())
-    np.testing.assert_allclose(
-        stretch.end_points()[: len(first)], first, atol=0.05
-    )  # but for the sweep's motion
+    first_in_base = transform_points(scans[6].base_from_laser, expected[0].end_points)
+    first = transform_points(stretch.here_from_base[0], first_in_base)
+    np.testing.assert_allclose(stretch.end_points()[: len(first)], first)
 
 
 def test_scans_are_sorted_by_how_far_the_matches_are() -> None:
