@@ -6,9 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from localization.column_view import MOVABLE, OPEN, WALL, view_columns
 from localization.free_space import FreeSpace
 from localization.range_codes import CODE_OF_CELLS, FARTHEST
-from localization.range_table_kernels import MOVABLE, OPEN, WALL, sweep, transpose_block
+from localization.range_table_kernels import sweep
 from localization.viewpoints import choose_viewpoints
 from maps.occupancy_grid import OCCUPIED_FROM
 
@@ -17,8 +18,8 @@ _log = logging.getLogger(__name__)
 HEADINGS = 832
 """Of rays at random, 2 to 5 % are then off by over 3 cells; of 640 it would be half a hundredth more."""
 _FEWEST_HEADINGS = 128
-_BLOCK = 32
-"""Headings filled one after the other before they are sorted in by viewpoint, half a cache line at a time."""
+_FEWER_BY = 32
+"""Headings: an eighth of a circle has whole ones, and a row of the table whole halves of cache lines."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,7 +51,7 @@ def build_range_table(free_space: FreeSpace, max_megabytes: int) -> RangeTable |
     """The table of a map, with 832 headings or, to stay within the limit, fewer; None when it has too few."""
     cell_index, viewpoints = choose_viewpoints(free_space)
     affordable = max_megabytes * 10**6 // len(viewpoints)
-    headings = min(HEADINGS, affordable - affordable % _BLOCK)
+    headings = min(HEADINGS, affordable - affordable % _FEWER_BY)
     if headings < _FEWEST_HEADINGS:
         needed = -(-len(viewpoints) * _FEWEST_HEADINGS // 10**6)
         _log.warning(
@@ -71,34 +72,6 @@ def build_range_table(free_space: FreeSpace, max_megabytes: int) -> RangeTable |
     return RangeTable(_fill(_kinds(free_space), viewpoints, headings), cell_index, viewpoints)
 
 
-@dataclass(frozen=True, eq=False)
-class _View:
-    """The grid as the sweeps along its columns need it."""
-
-    kinds: NDArray[np.uint8]
-    """(columns, rows)"""
-    has_movable: NDArray[np.bool_]
-    """(columns,)"""
-    first: NDArray[np.int64]
-    """(columns + 1,) into the next three, for the viewpoints of each column."""
-    rows: NDArray[np.int64]
-    """(R,) of the viewpoints' cells."""
-    is_corner: NDArray[np.int64]
-    """(R,) 1 where a viewpoint is on the far corner of its cell, 0 in the middle."""
-    numbers: NDArray[np.int64]
-    """(R,)"""
-
-
-def _view(kinds: NDArray[np.uint8], viewpoints: NDArray[np.float32]) -> _View:
-    """From kinds of cells (columns, rows) and viewpoints (R, 2) of column and row."""
-    cells = np.ceil(viewpoints).astype(np.int64) - 1
-    numbers = np.argsort(cells[:, 0], kind="stable")
-    first = np.searchsorted(cells[numbers, 0], np.arange(len(kinds) + 1))
-    is_corner = (viewpoints[numbers, 0] % 1.0 == 0.0).astype(np.int64)
-    has_movable = (kinds == MOVABLE).any(axis=1)
-    return _View(np.ascontiguousarray(kinds), has_movable, first, cells[numbers, 1], is_corner, numbers)
-
-
 def _kinds(free_space: FreeSpace) -> NDArray[np.uint8]:
     """(rows, columns) of cells."""
     kinds = np.where(free_space.grid.cells >= OCCUPIED_FROM, WALL, OPEN).astype(np.uint8)
@@ -107,28 +80,18 @@ def _kinds(free_space: FreeSpace) -> NDArray[np.uint8]:
 
 
 def _fill(kinds: NDArray[np.uint8], viewpoints: NDArray[np.float32], headings: int) -> NDArray[np.uint8]:
-    """Sweep the grid along each direction and back."""
-    by_row, by_column = _view(kinds, viewpoints), _view(kinds.T, viewpoints[:, ::-1])
+    """(R, headings): sweep the grid along each direction, by columns or, where they are steeper, by rows."""
+    by_column, by_row = view_columns(kinds.T, viewpoints[:, ::-1]), view_columns(kinds, viewpoints)
     ranges = np.empty((len(viewpoints), headings), dtype=np.uint8)
-    block = np.empty((_BLOCK, len(viewpoints)), dtype=np.uint8)
-    for first in range(0, headings, _BLOCK):
-        for i in range(_BLOCK):
-            angle = 2.0 * np.pi * (first + i) / headings
-            cos, sin = np.cos(angle), np.sin(angle)
-            view, along, across = (by_row, sin, cos) if abs(sin) > abs(cos) else (by_column, cos, sin)
-            sweep(
-                view.kinds,
-                view.has_movable,
-                view.first,
-                view.rows,
-                view.is_corner,
-                view.numbers,
-                across / along,
-                along < 0,  # what lies ahead is what a line has passed that comes from there
-                _codes_of_half_columns(np.hypot(1.0, across / along)),
-                block[i],
-            )
-        transpose_block(block, ranges, first)
+    for octant, angles in enumerate(2.0 * np.pi * np.arange(headings).reshape(8, -1) / headings):
+        is_steep = octant % 4 in (1, 2)
+        view = by_row if is_steep else by_column
+        seen = np.empty((len(angles), len(viewpoints)), dtype=np.uint8)
+        for i, (cos, sin) in enumerate(zip(np.cos(angles), np.sin(angles), strict=True)):
+            along, across = (sin, cos) if is_steep else (cos, sin)
+            is_forward = along < 0  # what lies ahead is what a line has passed that comes from there
+            sweep(view, across / along, is_forward, _codes_of_half_columns(1.0 / abs(along)), seen[i])
+        ranges[view.numbers, octant * len(angles) : (octant + 1) * len(angles)] = seen.T
     return ranges
 
 
