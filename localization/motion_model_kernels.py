@@ -11,7 +11,7 @@ from localization.trigonometry_kernels import BATCH, take_batch, wrapped
 from maps.se2 import Pose
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath={"contract"})
 def move_particles(
     map_from_base: Pose,
     slips: NDArray[np.float64],
@@ -24,6 +24,10 @@ def move_particles(
 
     To this comes noise of deviations (3,).
     """
+    # taken out of their arrays here, which might be the one that is written to for all that a compiler knows
+    told_forward, told_left, told_turn = base_from_next_base
+    behind_forward, behind_left, behind_turn = behind
+    noise_forward, noise_left, noise_turn = deviations
     moved = np.empty_like(map_from_base)
     yaw, sine, cosine = np.empty(BATCH), np.empty(BATCH), np.empty(BATCH)
     drawn = np.empty(3 * BATCH)
@@ -34,9 +38,9 @@ def move_particles(
         for k in range(count):
             i = start + k
             way, turning, lag = 1.0 + slips[i, 0], 1.0 + slips[i, 1], slips[i, 2]
-            forward = way * base_from_next_base[0] + lag * behind[0] + deviations[0] * drawn[3 * k]
-            left = way * base_from_next_base[1] + lag * behind[1] + deviations[1] * drawn[3 * k + 1]
-            turn = turning * base_from_next_base[2] + lag * behind[2] + deviations[2] * drawn[3 * k + 2]
+            forward = way * told_forward + lag * behind_forward + noise_forward * drawn[3 * k]
+            left = way * told_left + lag * behind_left + noise_left * drawn[3 * k + 1]
+            turn = turning * told_turn + lag * behind_turn + noise_turn * drawn[3 * k + 2]
             moved[i, 0] = map_from_base[i, 0] + cosine[k] * forward - sine[k] * left
             moved[i, 1] = map_from_base[i, 1] + sine[k] * forward + cosine[k] * left
             moved[i, 2] = wrapped(yaw[k] + turn)

@@ -55,8 +55,7 @@ class MotionSource:
 
         Where its clock is set back or its poses jump, odometry begins anew.
         """
-        x, y, yaw = odometry.odom_from_base
-        if not isfinite(x + y + yaw):
+        if not isfinite(sum(odometry.odom_from_base.tolist())):
             return
         with self._lock:
             latest = self._odometry.latest_stamp

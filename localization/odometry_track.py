@@ -3,9 +3,8 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from localization.motion_model_kernels import step_between
 from localization.odometry_track_kernels import poses_at
-from maps.odometry import FASTEST, STALE_AFTER, Odometry, is_jump
+from maps.odometry import Odometry, is_jump
 from maps.se2 import Pose
 
 _KEPT = 4096
@@ -20,7 +19,6 @@ class OdometryTrack:
         self._stamps = np.empty(2 * _KEPT, dtype=np.int64)
         self._poses = np.empty((2 * _KEPT, 3))
         self._count = 0
-        self._speed: Pose = np.zeros(3)
 
     @property
     def latest_stamp(self) -> int | None:
@@ -41,18 +39,11 @@ class OdometryTrack:
 
     def add(self, odometry: Odometry) -> None:
         """Take a sample; one that is not newer than the last is left out."""
-        last = self._count - 1
-        if self._count and odometry.stamp <= self._stamps[last]:
+        if self._count and odometry.stamp <= self._stamps[self._count - 1]:
             return
         if self._count == len(self._stamps):
             self._stamps[:_KEPT], self._poses[:_KEPT] = self._stamps[_KEPT:], self._poses[_KEPT:]
-            self._count, last = _KEPT, _KEPT - 1
-        if self._count:
-            nanoseconds = odometry.stamp - int(self._stamps[last])
-            odom_from_base = np.array(odometry.odom_from_base, dtype=np.float64)
-            speed = step_between(self._poses[last], odom_from_base) / (nanoseconds * 1e-9)
-            is_sound = nanoseconds < STALE_AFTER and speed.min() > -FASTEST and speed.max() < FASTEST
-            self._speed = speed if is_sound else np.zeros(3)
+            self._count = _KEPT
         self._stamps[self._count], self._poses[self._count] = odometry.stamp, odometry.odom_from_base
         self._count += 1
 
@@ -67,7 +58,6 @@ class OdometryTrack:
         return poses_at(
             self._stamps[: self._count],
             self._poses[: self._count],
-            self._speed,
             np.atleast_1d(np.asarray(stamps, dtype=np.int64)),
             _LONGEST_EXTRAPOLATION,
         )

@@ -6,17 +6,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from localization.motion_model_kernels import step_between
 from localization.trigonometry_kernels import wrapped
+from maps.odometry import FASTEST, STALE_AFTER
 from maps.se2 import Pose
 
 
 @njit(cache=True, nogil=True)
 def poses_at(
-    stamps: NDArray[np.int64], poses: Pose, speed: Pose, wanted: NDArray[np.int64], longest_ahead: float
+    stamps: NDArray[np.int64], poses: Pose, wanted: NDArray[np.int64], longest_ahead: float
 ) -> Pose:
     """Poses (W, 3) at wanted stamps (W,), from those (N, 3) at ascending stamps (N,) in nanoseconds.
 
-    Past the last one it goes on at a speed (3,) for so many seconds at most.
+    Past the last one it goes on at the latest speed, for so many seconds at most.
     """
     told = np.empty((len(wanted), 3))
     last = len(stamps) - 1
@@ -24,6 +26,7 @@ def poses_at(
         right = np.searchsorted(stamps, wanted[i])
         if right > last:
             ahead = min((wanted[i] - stamps[last]) * 1e-9, longest_ahead)
+            speed = _latest_speed(stamps, poses)
             cos, sin = math.cos(poses[last, 2]), math.sin(poses[last, 2])
             told[i, 0] = poses[last, 0] + ahead * (cos * speed[0] - sin * speed[1])
             told[i, 1] = poses[last, 1] + ahead * (sin * speed[0] + cos * speed[1])
@@ -37,3 +40,13 @@ def poses_at(
             told[i, 1] = poses[left, 1] + share * (poses[right, 1] - poses[left, 1])
             told[i, 2] = wrapped(poses[left, 2] + share * wrapped(poses[right, 2] - poses[left, 2]))
     return told
+
+
+@njit(cache=True, nogil=True)
+def _latest_speed(stamps: NDArray[np.int64], poses: Pose) -> Pose:
+    """(3,) per second, between the last two; none where these are far apart or show that it was no motion."""
+    last = len(stamps) - 1
+    if last < 1 or stamps[last] - stamps[last - 1] >= STALE_AFTER:
+        return np.zeros(3)
+    speed = step_between(poses[last - 1], poses[last]) / ((stamps[last] - stamps[last - 1]) * 1e-9)
+    return speed if np.abs(speed).max() < FASTEST else np.zeros(3)

@@ -65,8 +65,9 @@ class ParticleFilter:
         self.map_from_base = model.move(self.map_from_base, self._slips, step, self._rng)
         if slip > 0.0 and isfinite(step.travel):
             x, y, turn = step.base_from_next_base.tolist()
-            path = hypot(x, y)
-            self.stray(doubt[[0, 0, 1]] * np.array([path, path, abs(turn)]))
+            way_doubt, turn_doubt = doubt.tolist()
+            path = way_doubt * hypot(x, y)
+            self.stray(np.array([path, path, turn_doubt * abs(turn)]))
 
     def stray(self, deviations: Pose) -> None:
         """Let a few particles think that the odometry is all wrong by deviations (3,) in metres and radians.

@@ -13,7 +13,7 @@ _LEAST_LOG = -50.0
 """What is less counts as so much, which is nothing beside the best."""
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
 def take_evidence(
     log_weights: NDArray[np.float64], log_likelihood: NDArray[np.float64], most: float
 ) -> tuple[NDArray[np.float64], float]:

@@ -41,7 +41,7 @@ def is_jump(odom_from_before: Pose, odom_from_after: Pose, seconds: float) -> bo
     Drivers that start anew count from zero, and some filters set their pose when they are told one.
     """
     most = FASTEST * seconds + _LEAST_JUMP
-    x, y, turn = (float(each) for each in odom_from_after - odom_from_before)
+    x, y, turn = (odom_from_after - odom_from_before).tolist()
     return math.hypot(x, y) > most or abs(math.remainder(turn, math.tau)) > most
 
 
