@@ -32,17 +32,16 @@ class BeamModel:
         grid = self._free_space.grid
         log_probabilities = log_probability_table(beams.max_range, grid.resolution, self._squash, TRACKING)
         readings = readings_in(log_probabilities, beams.ranges, grid.resolution)
-        laser_on_base, turns = self._on_grid(beams)
         if self._table is None:
             return add_up_cast_beams(
                 map_from_base,
-                laser_on_base,
+                _laser_on_base(beams),
                 self._free_space.grid_in_map,
                 self._free_space.is_standable,
                 grid.cells,
                 self._free_space.is_movable,
                 self._free_space.cells_without_movable,
-                turns,
+                beams.bearings + self._turn(beams),
                 readings,
                 log_probabilities,
                 CODE_OF_CELLS,
@@ -50,12 +49,12 @@ class BeamModel:
         places = readings * log_probabilities.shape[1]
         return add_up_beams(
             map_from_base,
-            laser_on_base,
+            _laser_on_base(beams),
             self._free_space.grid_in_map,
             self._table.cell_index,
             self._table.viewpoints,
             self._table.ranges,
-            self._aim(beams, turns, places, self._table.headings),
+            self._aim(beams, places, self._table.headings),
             readings,
             log_probabilities,
         )
@@ -77,28 +76,29 @@ class BeamModel:
         if self._table is None:
             cast = cast_ray_fan(grid, compose(map_from_base, beams.base_from_laser), beams.bearings, most)
             return np.minimum(cast, most)
-        laser_on_base, turns = self._on_grid(beams)
         return expected_ranges(
             map_from_base,
-            laser_on_base,
+            _laser_on_base(beams),
             self._free_space.grid_in_map,
             self._table.cell_index,
             self._table.viewpoints,
             self._table.ranges,
-            self._aim(beams, turns, np.zeros(len(beams), dtype=np.int64), self._table.headings),
+            self._aim(beams, np.zeros(len(beams), dtype=np.int64), self._table.headings),
             len(beams),
             np.minimum(_CELLS_OF_CODE * grid.resolution, most),
         )
 
-    def _on_grid(self, beams: Beams) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Laser (2,) on the base, and bearings (B,) over the grid."""
-        laser_on_base = beams.base_from_laser[:2].copy()  # one that is read-only would be compiled for anew
-        turns = beams.bearings + (beams.base_from_laser[2] - self._free_space.grid.map_from_grid[2])
-        return laser_on_base, turns
-
-    def _aim(
-        self, beams: Beams, turns: NDArray[np.float64], places: NDArray[np.int64], columns: int
-    ) -> NDArray[np.float32]:
+    def _aim(self, beams: Beams, places: NDArray[np.int64], columns: int) -> NDArray[np.float32]:
         """Of beams that end as far off as they read."""
-        cells = beams.ranges / self._free_space.grid.resolution
-        return aim(turns, cells, _CODES_PER_CELL, places, columns)
+        resolution = self._free_space.grid.resolution
+        turn = self._turn(beams)
+        return aim(beams.bearings, turn, beams.ranges, resolution, _CODES_PER_CELL, places, columns)
+
+    def _turn(self, beams: Beams) -> float:
+        """Of the laser on the base, less the grid's yaw."""
+        return float(beams.base_from_laser[2] - self._free_space.grid.map_from_grid[2])
+
+
+def _laser_on_base(beams: Beams) -> NDArray[np.float64]:
+    """(2,) x and y."""
+    return beams.base_from_laser[:2].copy()  # one that is read-only would be compiled for anew

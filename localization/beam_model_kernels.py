@@ -133,26 +133,29 @@ def are_near(
 
 @njit(cache=True, nogil=True)
 def aim(
-    turns: NDArray[np.float64],
-    cells: NDArray[np.float64],
+    bearings: NDArray[np.float64],
+    turn: float,
+    ranges: NDArray[np.float64],
+    resolution: float,
     codes_per_cell: NDArray[np.float64],
     places: NDArray[np.int64],
     columns: int,
 ) -> NDArray[np.float32]:
     """Beams (6, B) as the loops need them: bearing with 2^16 to the turn, its parallax, place, its parallax.
 
-    ``turns`` (B,) are relative to the base's yaw less the grid's, and ``cells`` (B,) what the beams read;
-    codes change by ``codes_per_cell`` at so many whole cells. ``places`` (B,) are where these readings have
-    their rows of log-probabilities, and ``columns`` are those of the table of ranges. For each cell that the
+    The laser is turned by ``turn`` on the base, less the grid's yaw; codes change by ``codes_per_cell`` at so
+    many whole cells. ``places`` (B,) are where the readings have their rows of log-probabilities, and
+    ``columns`` are those of the table of ranges. For each cell that the
     laser is beside a viewpoint the parallax tells how much farther a beam must turn to end at the same place,
     when it is to the left and when ahead, and how many codes less it reads, likewise. Some zeros follow.
     """
-    aims = np.zeros((6, -(-len(turns) // _VECTOR) * _VECTOR), dtype=np.float32)
+    aims = np.zeros((6, -(-len(bearings) // _VECTOR) * _VECTOR), dtype=np.float32)
     to_round = 2.0**15 / columns + _TWO_TURNS  # to the nearest column, and from above zero
-    for beam in range(len(turns)):
-        reading = min(max(cells[beam], _NEAR), len(codes_per_cell) - 1.0)
-        cos, sin = math.cos(turns[beam]), math.sin(turns[beam])
-        aims[0, beam] = turns[beam] * _PER_RADIAN + to_round
+    for beam in range(len(bearings)):
+        reading = min(max(ranges[beam] / resolution, _NEAR), len(codes_per_cell) - 1.0)
+        direction = turn + bearings[beam]
+        cos, sin = math.cos(direction), math.sin(direction)
+        aims[0, beam] = direction * _PER_RADIAN + to_round
         aims[1, beam] = cos / reading * _PER_RADIAN
         aims[2, beam] = -sin / reading * _PER_RADIAN
         aims[3, beam] = places[beam] + MARGIN + 0.5  # is rounded with its parallax

@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.beams_kernels import set_back, span_of_sweep, useful_beams
+from localization.beams_kernels import knots_of_sweep, set_back, useful_beams
 from maps.scan import Scan
 from maps.se2 import Pose
 
@@ -16,8 +16,6 @@ PosesAt = Callable[[NDArray[np.int64]], Pose]
 
 _LONGEST_SWEEP = 1.0
 """Seconds; where beams claim more, or what is no number, all are taken to have been seen at the stamp."""
-_KNOTS = np.linspace(0.0, 1.0, 8)
-"""Shares of a sweep after which the car's pose is asked for; between them it moves evenly."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +55,11 @@ def select_beams(scan: Scan, count: int, poses_at: PosesAt) -> Beams:
     """
     useful = useful_beams(scan.bearings, scan.ranges)
     chosen = useful[_evenly(len(useful), count)]
-    bearings, ranges = scan.bearings[chosen], scan.ranges[chosen]
+    bearings, ranges, offsets = scan.bearings[chosen], scan.ranges[chosen], scan.time_offsets[chosen]
     base_from_laser = np.array(scan.base_from_laser)  # one that is read-only would be compiled for anew
-    offsets = scan.time_offsets[chosen]
-    first, last = span_of_sweep(offsets, _LONGEST_SWEEP)
-    if first < last:
-        knots = first + max(last - first, 1e-6) * _KNOTS
-        at_knots = np.rint(1e9 * knots).astype(np.int64)
-        fixed_from_base = poses_at(scan.stamp + np.append(at_knots, 0))
+    knots, stamps = knots_of_sweep(offsets, _LONGEST_SWEEP, scan.stamp)
+    if len(knots) > 0:
+        fixed_from_base = poses_at(stamps)
         bearings, ranges = set_back(bearings, ranges, offsets, knots, fixed_from_base, base_from_laser)
     return Beams(bearings, ranges, base_from_laser, scan.max_range)
 

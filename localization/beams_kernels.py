@@ -9,6 +9,11 @@ from numpy.typing import NDArray
 from localization.trigonometry_kernels import wrapped
 from maps.se2 import Pose
 
+_KNOTS = 8
+"""Moments of a sweep for which the car's pose is asked for."""
+_SHORTEST_SWEEP = 1e-6
+"""Seconds, so that no two of them are the same."""
+
 
 @njit(cache=True, nogil=True)
 def useful_beams(bearings: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -22,14 +27,26 @@ def useful_beams(bearings: NDArray[np.float64], ranges: NDArray[np.float64]) -> 
 
 
 @njit(cache=True, nogil=True)
-def span_of_sweep(offsets: NDArray[np.float64], longest: float) -> tuple[float, float]:
-    """The least and the greatest of offsets (B,) and 0; twice 0 where one is too long or no number."""
+def knots_of_sweep(
+    offsets: NDArray[np.float64], longest: float, stamp: int
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """(K,) seconds from a scan's stamp, even over its beams' offsets (B,), between which a car moves evenly.
+
+    And (K + 1,) nanoseconds: their stamps, and the scan's. None where no beam has an offset, or one has that
+    is too long or no number.
+    """
     first, last = 0.0, 0.0
     for offset in offsets:
         if not -longest < offset < longest:
-            return 0.0, 0.0
+            return np.empty(0), np.empty(0, dtype=np.int64)
         first, last = min(first, offset), max(last, offset)
-    return first, last
+    if first == last:
+        return np.empty(0), np.empty(0, dtype=np.int64)
+    knots, stamps = np.empty(_KNOTS), np.full(_KNOTS + 1, stamp)
+    for knot in range(_KNOTS):
+        knots[knot] = first + max(last - first, _SHORTEST_SWEEP) * knot / (_KNOTS - 1)
+        stamps[knot] += int(np.rint(1e9 * knots[knot]))
+    return knots, stamps
 
 
 @njit(cache=True, nogil=True)

@@ -8,6 +8,7 @@ learned, scans also tell what kind of map it is: one that is as the world is, or
 """
 
 from copy import copy
+from math import exp
 
 import numpy as np
 from numpy.typing import NDArray
@@ -64,13 +65,13 @@ class LostDetector:
     @property
     def probability(self) -> float:
         """How likely the car is elsewhere, 0 to 1."""
-        return float(1.0 / (1.0 + np.exp(-self._log_odds)))
+        return 1.0 / (1.0 + exp(-self._log_odds))
 
     @property
     def clarity(self) -> float:
         """How much a scan counts, 0 to 1: less where many beams disagree at the right place too."""
-        disagreeing = float(self._when_tracked[2:].sum())
-        return max(1.0 - _CLOUDING * disagreeing, _LEAST_CLARITY)
+        _, _, stopped, looking_through = self._when_tracked.tolist()
+        return max(1.0 - _CLOUDING * float(stopped + looking_through), _LEAST_CLARITY)
 
     def for_another_place(self) -> "LostDetector":
         """One that knows what this has learned of the sensor, but nothing yet of the place."""

@@ -13,9 +13,7 @@ from maps.se2 import Pose
 
 
 @njit(cache=True, nogil=True)
-def poses_at(
-    stamps: NDArray[np.int64], poses: Pose, wanted: NDArray[np.int64], longest_ahead: float
-) -> Pose:
+def poses_at(stamps: NDArray[np.int64], poses: Pose, wanted: NDArray[np.int64], longest_ahead: float) -> Pose:
     """Poses (W, 3) at wanted stamps (W,), from those (N, 3) at ascending stamps (N,) in nanoseconds.
 
     Past the last one it goes on at the latest speed, for so many seconds at most.

@@ -10,7 +10,7 @@ The slip over a stretch is taken as normal, its deviation the car's own share of
 variance is the mean of what was seen, weighed by what could have been seen, and of what the settings say.
 """
 
-from math import exp
+from math import exp, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,8 +39,11 @@ class OdometryTrust:
         """(2,) by what share of the slip that the settings say way and turn are to be doubted, 0 to 1."""
         if slip == 0.0:
             return np.zeros(2)
-        variance = (_SETTINGS_COUNT * slip**2 + self._seen) / (_SETTINGS_COUNT + self._possible)
-        return np.asarray(np.minimum(np.sqrt(variance) / slip, 1.0), dtype=np.float64)
+        squares = zip(self._seen.tolist(), self._possible.tolist(), strict=True)
+        variances = [
+            (_SETTINGS_COUNT * slip**2 + seen) / (_SETTINGS_COUNT + possible) for seen, possible in squares
+        ]
+        return np.array([min(sqrt(variance) / slip, 1.0) for variance in variances])
 
     def learn(self, stretch: OdometryStretch, slip: float) -> None:
         """Take in how a stretch was off."""
