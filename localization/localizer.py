@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from localization.beam_model import BeamModel
-from localization.beam_skipping import Alignment, skip_unexplained
+from localization.beam_skipping import Alignment, Explanation, explain
 from localization.beams import Beams, select_beams
 from localization.config import LocalizationConfig
 from localization.free_space import find_free_space
@@ -53,7 +53,7 @@ _FIRST_SCAN_COUNTS = 0.25
 better, which only driving refutes."""
 _DOMINANT = 0.9
 """Weight of a cluster beside which the others do not matter."""
-_TRACKED, _NARROW, _TRUSTED = 0.5, 0.15, 0.1
+_TRACKED, _NARROW, _TRUSTED = 0.5, 0.25, 0.1
 """Metres of standard deviation within which the place counts as known, as known well, and well enough to hold
 it against the odometry."""
 
@@ -233,28 +233,28 @@ class Localizer:
             is_news = True
         if is_news:
             explained = self._explained(beams)
-            log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, explained)
-            self._filter.weigh(log_likelihood, self._travel_since_weighing)
+            log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, explained.beams)
+            self._filter.weigh(explained.evidence * log_likelihood, self._travel_since_weighing)
         is_start = self._race(beams, is_news, step.seconds, stamp)
         if is_news:
             self._travel_since_weighing = self._seconds_since_weighing = 0.0
         return is_start
 
-    def _explained(self, beams: Beams) -> Beams:
-        """The beams to weigh: while the cloud is narrow, only those that the map explains.
+    def _explained(self, beams: Beams) -> Explanation:
+        """What to weigh: while the cloud is narrow, only what the map explains.
 
-        Where they fit better beside the cloud, a few particles go there.
+        Where beams fit better beside the cloud, a few particles go there.
         """
         if not self._is_narrow:
-            return beams
+            return Explanation(beams, 1.0, None)
 
         def align() -> Alignment:
             mean, covariance, _ = self._filter.moments()
             return refine(mean, covariance, beams, self._walls)
 
-        explained, better = skip_unexplained(beams, self._filter.map_from_base, align, self._sensor)
-        if better is not None:
-            self._filter.propose(*better)
+        explained = explain(beams, self._filter.map_from_base, align, self._sensor)
+        if explained.better is not None:
+            self._filter.propose(*explained.better)
         return explained
 
     def _settle(self, beams: Beams, stamp: int) -> None:
