@@ -3,7 +3,7 @@ import pytest
 from drives import BASE_FROM_LASER, BEARINGS, room
 
 from localization.beam_model import BeamModel
-from localization.beam_skipping import Alignment, skip_unexplained
+from localization.beam_skipping import Alignment, explain
 from localization.beams import Beams
 from localization.free_space import find_free_space
 from localization.likelihood_field import LikelihoodField
@@ -50,7 +50,7 @@ def beams_of(ranges: np.ndarray) -> Beams:
 
 
 def kept_of(beams: Beams, cloud: np.ndarray, aligned: np.ndarray, sensor: SensorModel) -> Beams:
-    return skip_unexplained(beams, cloud, lambda: (aligned, np.eye(3)), sensor)[0]
+    return explain(beams, cloud, lambda: (aligned, np.eye(3)), sensor).beams
 
 
 def is_left(kept: Beams) -> np.ndarray:
@@ -139,16 +139,35 @@ def test_the_scan_is_not_laid_on_walls_where_that_cannot_tell_more(sensor: Senso
         raise AssertionError
 
     beams = beams_of(seen_in(room()))
-    kept, better = skip_unexplained(beams, cloud_about(truth()), never, sensor)
-    assert len(kept) >= 0.9 * len(beams)
-    assert better is None
+    explained = explain(beams, cloud_about(truth()), never, sensor)
+    assert len(explained.beams) >= 0.9 * len(beams)
+    assert explained.better is None
 
 
 def test_where_the_scan_fits_notably_better_is_told(sensor: SensorModel) -> None:
     beams, covariance = beams_of(seen_in(room())), 0.01 * np.eye(3)
     beside = cloud_about(compose(truth(), [0.45, -0.35, 0.12]))
-    _, better = skip_unexplained(beams, beside, lambda: (truth(), covariance), sensor)
+    better = explain(beams, beside, lambda: (truth(), covariance), sensor).better
     assert better is not None
     np.testing.assert_array_equal(better[0], truth())
     assert better[1] is covariance
-    assert skip_unexplained(beams, beside, lambda: (beside[0], covariance), sensor)[1] is None
+    assert explain(beams, beside, lambda: (beside[0], covariance), sensor).better is None
+
+
+def evidence_of(share_of_people: float, cloud: Pose, sensor: SensorModel) -> float:
+    ranges = seen_in(room())
+    ranges[: round(share_of_people * len(ranges))] = 0.8
+    return explain(beams_of(ranges), cloud, lambda: (truth(), np.eye(3)), sensor).evidence
+
+
+def test_a_scan_of_which_little_fits_counts_less(sensor: SensorModel) -> None:
+    evidence = [evidence_of(people, cloud_about(truth()), sensor) for people in (0.0, 0.2, 0.4, 0.6, 0.8)]
+    assert evidence[:2] == [1.0, 1.0]
+    assert np.all(np.diff(evidence[1:]) < 0.0)
+    assert evidence[3] < 0.2
+    assert 0.0 < evidence[4] < 0.02
+
+
+def test_a_scan_that_fits_beside_the_cloud_counts_by_how_it_fits_there(sensor: SensorModel) -> None:
+    beside = cloud_about(compose(truth(), [0.45, -0.35, 0.12]))
+    assert evidence_of(0.2, beside, sensor) == 1.0
