@@ -145,9 +145,9 @@ def aim(
 
     The laser is turned by ``turn`` on the base, less the grid's yaw; codes change by ``codes_per_cell`` at so
     many whole cells. ``places`` (B,) are where the readings have their rows of log-probabilities, and
-    ``columns`` are those of the table of ranges. For each cell that the
-    laser is beside a viewpoint the parallax tells how much farther a beam must turn to end at the same place,
-    when it is to the left and when ahead, and how many codes less it reads, likewise. Some zeros follow.
+    ``columns`` are those of the table of ranges. For each cell that the laser is beside a viewpoint the
+    parallax tells how much farther a beam must turn to end at the same place, when it is to the left and when
+    ahead, and how many codes less it reads, likewise. Some zeros follow.
     """
     aims = np.zeros((6, -(-len(bearings) // _VECTOR) * _VECTOR), dtype=np.float32)
     to_round = 2.0**15 / columns + _TWO_TURNS  # to the nearest column, and from above zero

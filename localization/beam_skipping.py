@@ -56,11 +56,12 @@ def explain(
     is_explained = votes >= _MOST_OF_THE_CLOUD * len(asked)
     better = None
     fitting = votes.sum() / len(asked)
-    if fitting + _NOTABLY_MORE * len(beams) < len(beams):
+    notably_more = fitting + _NOTABLY_MORE * len(beams)
+    if notably_more < len(beams):
         alignment = align()
         fits_aligned = sensor.fits(alignment[0][None], beams)[0]
         fitting_aligned = np.count_nonzero(fits_aligned)
-        if fitting_aligned > fitting + _NOTABLY_MORE * len(beams):
+        if fitting_aligned > notably_more:
             is_explained, fitting, better = fits_aligned, fitting_aligned, alignment
     is_enough = np.count_nonzero(is_explained) >= _FEWEST_LEFT * len(beams)
     evidence = min(fitting / (_USUAL_SHARE * len(beams)), 1.0) ** _STEEPNESS

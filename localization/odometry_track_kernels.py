@@ -20,11 +20,11 @@ def poses_at(stamps: NDArray[np.int64], poses: Pose, wanted: NDArray[np.int64], 
     """
     told = np.empty((len(wanted), 3))
     last = len(stamps) - 1
+    speed = _latest_speed(stamps, poses)
     for i in range(len(wanted)):
         right = np.searchsorted(stamps, wanted[i])
         if right > last:
             ahead = min((wanted[i] - stamps[last]) * 1e-9, longest_ahead)
-            speed = _latest_speed(stamps, poses)
             cos, sin = math.cos(poses[last, 2]), math.sin(poses[last, 2])
             told[i, 0] = poses[last, 0] + ahead * (cos * speed[0] - sin * speed[1])
             told[i, 1] = poses[last, 1] + ahead * (sin * speed[0] + cos * speed[1])

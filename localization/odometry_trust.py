@@ -40,10 +40,9 @@ class OdometryTrust:
         if slip == 0.0:
             return np.zeros(2)
         squares = zip(self._seen.tolist(), self._possible.tolist(), strict=True)
-        variances = [
-            (_SETTINGS_COUNT * slip**2 + seen) / (_SETTINGS_COUNT + possible) for seen, possible in squares
-        ]
-        return np.array([min(sqrt(variance) / slip, 1.0) for variance in variances])
+        usual = _SETTINGS_COUNT * slip**2
+        shares = [sqrt((usual + seen) / (_SETTINGS_COUNT + possible)) / slip for seen, possible in squares]
+        return np.minimum(shares, 1.0)
 
     def learn(self, stretch: OdometryStretch, slip: float) -> None:
         """Take in how a stretch was off."""

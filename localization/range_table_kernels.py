@@ -36,7 +36,8 @@ def sweep(
         column = step if is_forward else columns - 1 - step
         line = highest - climbs[column]
         if step > 0:
-            left = min(column, column - onward)
+            before = column - onward
+            left = min(column, before)
             _pass_corners(
                 kinds[left],
                 kinds[left + 1],
@@ -46,7 +47,6 @@ def sweep(
                 0.5 + slope * left - climbs[left],
                 passed[highest - climbs[left] :],
             )
-            before = column - onward
             _enter_movable(
                 view.movable_rows[view.first_movable[column] : view.first_movable[column + 1]],
                 kinds[before],
