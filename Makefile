@@ -27,7 +27,7 @@ slow: .venv/installed-dev
 	@echo "Installing into .venv; the first time this takes a few minutes."
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
-	$(BIN)/python -m pipelines.warm_up
+	$(BIN)/python -m racecar.pipelines.warm_up
 	touch $@
 
 .venv/installed-dev: .venv/installed

@@ -6,33 +6,33 @@ from threading import Lock
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.beam_model import BeamModel
-from localization.beam_skipping import Alignment, Explanation, explain
-from localization.beams import Beams, select_beams
-from localization.config import LocalizationConfig
-from localization.free_space import find_free_space
-from localization.likelihood_field import LikelihoodField
-from localization.lost_detector import LostDetector, agreement_shares
-from localization.motion_model_kernels import carry
-from localization.motion_source import RESTART_SECONDS, MotionSource
-from localization.motion_step import MotionStep
-from localization.odometry_calibration import OdometryFaults
-from localization.odometry_stretch import OdometryStretches
-from localization.odometry_trust import OdometryTrust
-from localization.particle_filter import ParticleFilter
-from localization.place_search import PlaceSearch
-from localization.pose_estimate import PoseEstimate
-from localization.range_table import affordable_cells, build_range_table
-from localization.refinement import refine
-from localization.rival import Rival
-from localization.sensor_model import SensorModel
-from localization.start_poses import draw_about, draw_anywhere, draw_start, draw_within
-from localization.tempering import temper
-from localization.walls import find_walls
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import Pose, compose
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.filter.particle_filter import ParticleFilter
+from racecar.localization.filter.start_poses import draw_about, draw_anywhere, draw_start, draw_within
+from racecar.localization.filter.tempering import temper
+from racecar.localization.floor.free_space import find_free_space
+from racecar.localization.floor.range_table.range_table import affordable_cells, build_range_table
+from racecar.localization.floor.walls import find_walls
+from racecar.localization.odometry.calibration import OdometryFaults
+from racecar.localization.odometry.motion_model_kernels import carry
+from racecar.localization.odometry.motion_source import RESTART_SECONDS, MotionSource
+from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.segments import OdometryStretches
+from racecar.localization.odometry.trust import OdometryTrust
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.recovery.hypothesis import Rival
+from racecar.localization.recovery.lost_detector import LostDetector, agreement_shares
+from racecar.localization.recovery.place_search import PlaceSearch
+from racecar.localization.refinement.refinement import refine
+from racecar.localization.sensor.beam_model import BeamModel
+from racecar.localization.sensor.beam_skipping import Alignment, Explanation, explain
+from racecar.localization.sensor.beams import Beams, select_beams
+from racecar.localization.sensor.likelihood_field import LikelihoodField
+from racecar.localization.sensor.sensor_model import SensorModel
+from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
 
 _NEWS_AFTER = 0.02
 """Metres plus radians of motion after which a scan tells something new. Scans of a car that stands repeat

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.se2 import Pose
+from racecar.maps.geometry.se2 import Pose
 
 
 @dataclass(frozen=True, eq=False)

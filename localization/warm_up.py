@@ -1,24 +1,76 @@
-"""Compiling everything before the first scan."""
+"""Compiling the localizer's kernels, or loading them from numba's cache, before the first scan comes."""
 
 import numpy as np
+from numpy.typing import NDArray
 
-from localization.config import LocalizationConfig
-from localization.localizer import Localizer
-from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import IDENTITY
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.filter.particle_filter import ParticleFilter
+from racecar.localization.floor.walls import find_walls
+from racecar.localization.localizer import Localizer
+from racecar.localization.odometry.motion_model_kernels import carry
+from racecar.localization.odometry.motion_source import MotionSource
+from racecar.localization.recovery.lost_detector import LostDetector
+from racecar.localization.refinement.refinement import refine
+from racecar.localization.sensor.beams import select_beams
+from racecar.maps.geometry.se2 import IDENTITY
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.grid.ray_casting import cast_rays
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+
+_STEPS, _SCATTER_AT = 20, 10
+_START = np.array([2.0, 3.0, 0.0])
+_BEARINGS = np.linspace(-2.3, 2.3, 1081)
+_PARTICLES = 1000
+_PERIOD = 25_000_000
+"""Nanoseconds."""
 
 
-def warm_up() -> None:
-    """Compile the kernels, or load them from numba's cache, so that the first scan is as fast as the rest."""
-    cells = np.full((30, 30), OCCUPIED, dtype=np.int8)
+def warm_up(config: LocalizationConfig) -> None:
+    """Track a car through a room, and search for it, so that the first scan is as fast as the rest."""
+    room = _room()
+    localizer = Localizer(room, config, np.random.default_rng(0))
+    localizer.set_pose(_START)
+    for step in range(_STEPS):
+        if step == _SCATTER_AT:
+            localizer.scatter()
+        odometry = _odometry(step)
+        localizer.add_odometry(odometry)
+        ranges = cast_rays(room, _START + odometry.odom_from_base, _BEARINGS, 30.0)
+        localizer.add_scan(_scan(odometry.stamp, ranges))
+        localizer.pose_at(odometry.stamp)
+
+
+def warm_up_filter(config: LocalizationConfig) -> None:
+    """Compile what needs no range table, which a second process can do while the first builds that."""
+    rng, motion = np.random.default_rng(0), MotionSource(config)
+    particles = ParticleFilter(np.tile(_START, (_PARTICLES, 1)), rng)
+    for step in range(_STEPS):
+        odometry = _odometry(step)
+        motion.add(odometry)
+        moved = motion.step_to(odometry.stamp)
+        particles.predict(moved, motion.model, config.slip)
+        particles.weigh(rng.normal(0.0, 3.0, len(particles)), moved.travel)
+        mean, covariance, _ = particles.moments()
+        particles.resample(_PARTICLES // 10, _PARTICLES // 2)
+        motion.follow(odometry.stamp, mean)
+    scan = _scan(odometry.stamp, np.ones(len(_BEARINGS)))
+    beams = select_beams(scan, config.beams, motion.poses_at)
+    mean, covariance = refine(mean, covariance, beams, find_walls(_room()))
+    carry(mean, covariance, moved.base_from_next_base, moved.deviations)
+    LostDetector(np.ones((1, 4))).evidence(np.ones(4))
+
+
+def _room() -> OccupancyGrid:
+    cells = np.full((160, 240), OCCUPIED, dtype=np.int8)
     cells[1:-1, 1:-1] = FREE
-    grid = OccupancyGrid(cells, 0.1, IDENTITY)
-    config = LocalizationConfig(particles=10, scattered_particles=10)
-    localizer = Localizer(grid, config, np.random.default_rng(0))
-    localizer.set_pose(np.array([1.5, 1.5, 0.0]))
-    bearings = np.array([-0.5, 0.5])
-    for stamp, x in ((0, 0.0), (10**8, 0.1)):
-        localizer.add_odometry(Odometry(stamp, np.array([x, 0.0, 0.0]), IDENTITY))
-        localizer.add_scan(Scan(stamp, bearings, np.ones(2), np.zeros(2), IDENTITY, 10.0))
+    cells[60:90, 150:180] = OCCUPIED
+    return OccupancyGrid(cells, 0.05, IDENTITY)
+
+
+def _odometry(step: int) -> Odometry:
+    return Odometry(step * _PERIOD, np.array([0.05 * step, 0.0, 0.0]), np.array([2.0, 0.0, 0.0]))
+
+
+def _scan(stamp: int, ranges: NDArray[np.float64]) -> Scan:
+    return Scan(stamp, _BEARINGS, ranges, np.linspace(0.0, 0.02, len(_BEARINGS)), IDENTITY, 30.0)

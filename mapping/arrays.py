@@ -6,7 +6,7 @@ from typing import TypeAlias, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.se2 import Pose
+from racecar.maps.geometry.se2 import Pose
 
 Arrays: TypeAlias = dict[str, NDArray[np.generic]]
 """Arrays by name; names of parts are joined by a dot."""

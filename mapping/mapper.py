@@ -10,30 +10,30 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from mapping.arrays import Arrays, named, part_of, pose_or_nan
-from mapping.config import MappingConfig
-from mapping.constraint import Constraint
-from mapping.dead_reckoning import DeadReckoning
-from mapping.drive import Drive
-from mapping.first_pass import pairs_with_first_pass
-from mapping.joining import join
-from mapping.keyframe_tracking import TIED_TO, constrain, place, place_far, place_left_alone
-from mapping.known_places import ALL_HELD, ties_to_known
-from mapping.loop_closure import LoopCloser
-from mapping.odometry_calibration import calibrate
-from mapping.odometry_lag import OdometryLag
-from mapping.pose_graph import PoseGraph
-from mapping.refinement import refine_scans
-from mapping.rendering import NO_RAYS, Rays, pack_rays, rays_of, render, returns_of
-from mapping.scan_store import ScanStore, prepare_scan
-from mapping.session import Session
-from mapping.specks import without_specks
-from maps.errors import UserError
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import IDENTITY, Pose, between, compose, inverse
-from maps.trajectory import Trajectory
+from racecar.mapping.arrays import Arrays, named, part_of, pose_or_nan
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.graph.pose_graph import PoseGraph
+from racecar.mapping.grid.despeckling import without_specks
+from racecar.mapping.grid.rendering import NO_RAYS, Rays, pack_rays, rays_of, render, returns_of
+from racecar.mapping.keyframes.drive import Drive
+from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
+from racecar.mapping.keyframes.keyframe_tracking import TIED_TO, constrain, place, place_far, place_left_alone
+from racecar.mapping.keyframes.known_places import ALL_HELD, ties_to_known
+from racecar.mapping.keyframes.refinement import refine_scans
+from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
+from racecar.mapping.odometry.calibration import calibrate
+from racecar.mapping.odometry.dead_reckoning import DeadReckoning
+from racecar.mapping.odometry.lag import OdometryLag
+from racecar.mapping.session.merging import join
+from racecar.mapping.session.session import Session
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.trajectory import Trajectory
 
 _WINDOW = 40
 _WINDOW_EVERY = 10

@@ -1,1 +1,5 @@
 """The common ground: poses, scans, odometry, occupancy grids and their files, ray casting."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

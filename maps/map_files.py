@@ -17,10 +17,10 @@ import yaml
 from numpy.typing import NDArray
 from PIL import Image
 
-from maps.errors import UserError
-from maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from maps.shipped import shipped_map, shipped_names
-from maps.whole_files import write_atomically
+from racecar.maps.errors import UserError
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from racecar.maps.shipped import shipped_map, shipped_names
+from racecar.maps.whole_files import write_atomically
 
 MODES = ("trinary", "scale", "raw")
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.se2 import Pose, interpolate
+from racecar.maps.geometry.se2 import Pose, interpolate
 
 
 @dataclass(frozen=True, eq=False)

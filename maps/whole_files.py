@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from maps.errors import UserError
+from racecar.maps.errors import UserError
 
 
 @contextmanager

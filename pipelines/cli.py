@@ -7,19 +7,19 @@ import sys
 
 import typer
 
-from maps.errors import UserError
-from pipelines.commands.benchmark import benchmark
-from pipelines.commands.check import check
-from pipelines.commands.demo import demo
-from pipelines.commands.evaluate import evaluate
-from pipelines.commands.experiment import experiment
-from pipelines.commands.live import live
-from pipelines.commands.localize import localize
-from pipelines.commands.map import map
-from pipelines.commands.play import play
-from pipelines.commands.simulate import simulate
-from pipelines.commands.view import view
-from pipelines.live.ros_arguments import RosCommand
+from racecar.maps.errors import UserError
+from racecar.pipelines.commands.benchmark import benchmark
+from racecar.pipelines.commands.check import check
+from racecar.pipelines.commands.demo import demo
+from racecar.pipelines.commands.evaluate import evaluate
+from racecar.pipelines.commands.experiment import experiment
+from racecar.pipelines.commands.live import live
+from racecar.pipelines.commands.localize import localize
+from racecar.pipelines.commands.map import map
+from racecar.pipelines.commands.play import play
+from racecar.pipelines.commands.simulate import simulate
+from racecar.pipelines.commands.view import view
+from racecar.pipelines.live.ros.arguments import RosCommand
 
 _USER_ERROR = 2
 _INTERRUPTED = 130

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pipelines.options import ConfigOption, JsonOption, QuietOption, SeedOption
+from racecar.pipelines.commands.options import ConfigOption, JsonOption, QuietOption, SeedOption
 
 _PAGE_WIDTH = 200
 
@@ -48,8 +48,8 @@ def slam(
 
     Example: racecar benchmark slam --json slam.json
     """
-    from pipelines.benchmark_logs import find_logs, recordings_folder
-    from pipelines.config_file import load_config
+    from racecar.pipelines.benchmarks.slam.logs import find_logs, recordings_folder
+    from racecar.pipelines.files.config_file import load_config
 
     settings = load_config(config).mapping
     folder = recordings_folder() if data is None else data
@@ -57,14 +57,19 @@ def slam(
 
     from rich.console import Console
 
-    from pipelines.benchmark_ablation import ablate
-    from pipelines.benchmark_mapping import measure_all
-    from pipelines.benchmark_published import PUBLISHED
-    from pipelines.benchmark_tables import ablation_table, accuracy_table, false_loops_table, stages_table
-    from pipelines.other_process import in_fresh_process
-    from pipelines.printed_warnings import print_warnings
-    from pipelines.report import Report
-    from pipelines.warm_up import warm_up
+    from racecar.pipelines.benchmarks.slam.ablation import ablate
+    from racecar.pipelines.benchmarks.slam.mapped_logs import measure_all
+    from racecar.pipelines.benchmarks.slam.published import PUBLISHED
+    from racecar.pipelines.benchmarks.slam.tables import (
+        ablation_table,
+        accuracy_table,
+        false_loops_table,
+        stages_table,
+    )
+    from racecar.pipelines.commands.printed_warnings import print_warnings
+    from racecar.pipelines.files.report import Report
+    from racecar.pipelines.runs.other_process import in_fresh_process
+    from racecar.pipelines.warm_up import warm_up
 
     announce = Console(stderr=True, quiet=quiet, highlight=False).print
     page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
@@ -112,17 +117,17 @@ def growth(
 
     Example: racecar benchmark growth --minutes 20
     """
-    from pipelines.config_file import load_config
+    from racecar.pipelines.files.config_file import load_config
 
     settings = load_config(config).mapping
 
     from rich.console import Console
 
-    from pipelines.benchmark_growth import measure_growth
-    from pipelines.benchmark_tables import growth_table
-    from pipelines.other_process import in_fresh_process
-    from pipelines.report import Report
-    from pipelines.warm_up import warm_up
+    from racecar.pipelines.benchmarks.slam.growth import measure_growth
+    from racecar.pipelines.benchmarks.slam.tables import growth_table
+    from racecar.pipelines.files.report import Report
+    from racecar.pipelines.runs.other_process import in_fresh_process
+    from racecar.pipelines.warm_up import warm_up
 
     announce = Console(stderr=True, quiet=quiet, highlight=False).print
     page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
@@ -154,9 +159,9 @@ def localizer(
     """
     from rich.console import Console
 
-    from pipelines.benchmark_localizer import FULL, benchmark_maps, measure_localizer
-    from pipelines.benchmark_localizer_table import CHECKS, checks_table, times_table
-    from pipelines.report import Report
+    from racecar.pipelines.benchmarks.localizer.figures import FULL, benchmark_maps, measure_localizer
+    from racecar.pipelines.benchmarks.localizer.tables import CHECKS, checks_table, times_table
+    from racecar.pipelines.files.report import Report
 
     announce = Console(stderr=True, quiet=quiet, highlight=False).print
     page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
@@ -192,17 +197,17 @@ def accuracy(
     Where there are recordings, these too, beside an exhaustive match of single scans.
     Example: racecar benchmark accuracy --seeds 2 --minutes 5
     """
-    from pipelines.config_file import load_config
+    from racecar.pipelines.files.config_file import load_config
 
     settings = load_config(config)
 
     from rich.console import Console
 
-    from pipelines.benchmark_accuracy import AccuracyBenchmark, measure_accuracy
-    from pipelines.benchmark_accuracy_recordings import measure_recordings
-    from pipelines.benchmark_accuracy_table import finding_table, recordings_table, tracking_table
-    from pipelines.benchmark_logs import recordings_folder
-    from pipelines.report import Report
+    from racecar.pipelines.benchmarks.accuracy.figures import AccuracyBenchmark, measure_accuracy
+    from racecar.pipelines.benchmarks.accuracy.tables import finding_table, recordings_table, tracking_table
+    from racecar.pipelines.benchmarks.recordings.figures import measure_recordings
+    from racecar.pipelines.benchmarks.slam.logs import recordings_folder
+    from racecar.pipelines.files.report import Report
 
     announce = Console(stderr=True, quiet=quiet, highlight=False).print
     page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
@@ -248,7 +253,7 @@ def live(
 
     Example: racecar benchmark live --seconds 60
     """
-    from pipelines.live.benchmark_command import run_live_benchmark
+    from racecar.pipelines.benchmarks.live.command import run_live_benchmark
 
     run_live_benchmark(
         seconds,

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from pipelines.options import (
+from racecar.pipelines.commands.options import (
     BagArgument,
     JsonOption,
     LaserPoseOption,
@@ -16,7 +16,7 @@ from pipelines.options import (
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from pipelines.bag_check import BagCheck
+    from racecar.pipelines.bags.check import BagCheck
 
 
 def check(
@@ -34,9 +34,9 @@ def check(
     """
     from rich.console import Console
 
-    from pipelines.bag_check import check_bag
-    from pipelines.progress import progress_bar
-    from pipelines.report import write_json
+    from racecar.pipelines.bags.check import check_bag
+    from racecar.pipelines.files.report import write_json
+    from racecar.pipelines.runs.progress import progress_bar
 
     with (
         open_bag(

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pipelines.options import JsonOption, QuietOption, SeedOption
+from racecar.pipelines.commands.options import JsonOption, QuietOption, SeedOption
 
 
 def demo(
@@ -22,11 +22,11 @@ def demo(
     """
     from rich.console import Console
 
-    from maps.map_files import load_map
-    from pipelines.demo_run import run_demo
-    from pipelines.outputs import output_folder
-    from pipelines.report import Report
-    from pipelines.tables import demo_table
+    from racecar.maps.map_files import load_map
+    from racecar.pipelines.commands.tables import demo_table
+    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.report import Report
+    from racecar.pipelines.runs.demo_run import run_demo
 
     console = Console(quiet=quiet, highlight=False, soft_wrap=True)
     report = Report("racecar demo")

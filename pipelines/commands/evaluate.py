@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from maps.errors import UserError
-from pipelines.options import JsonOption, QuietOption
+from racecar.maps.errors import UserError
+from racecar.pipelines.commands.options import JsonOption, QuietOption
 
 
 def evaluate(
@@ -38,11 +38,11 @@ def evaluate(
 
     from rich.console import Console
 
-    from pipelines.evaluation import compare
-    from pipelines.relations import load_relations, relation_errors
-    from pipelines.report import write_json
-    from pipelines.tables import relations_table, trajectory_table
-    from pipelines.tum import load_tum
+    from racecar.pipelines.commands.tables import relations_table, trajectory_table
+    from racecar.pipelines.evaluation.evaluation import compare
+    from racecar.pipelines.evaluation.relations import load_relations, relation_errors
+    from racecar.pipelines.files.report import write_json
+    from racecar.pipelines.files.tum import load_tum
 
     estimated = load_tum(trajectory)
     if reference is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pipelines.options import (
+from racecar.pipelines.commands.options import (
     ConfigOption,
     JsonOption,
     LaserPoseOption,
@@ -19,7 +19,7 @@ from pipelines.options import (
 )
 
 if TYPE_CHECKING:
-    from pipelines.experiments.recording import BagRecording
+    from racecar.pipelines.experiments.recording import BagRecording
 
 _PAGE_WIDTH = 200
 
@@ -247,8 +247,8 @@ def _recording(
     odom_topic: str | None,
     laser_pose: tuple[float, float, float] | None,
 ) -> "BagRecording | None":
-    from maps.errors import UserError
-    from pipelines.experiments.recording import BagRecording
+    from racecar.maps.errors import UserError
+    from racecar.pipelines.experiments.recording import BagRecording
 
     if bag is None and map is None:
         return None
@@ -261,7 +261,7 @@ def _numbers(text: str | None) -> tuple[float, ...] | None:
     """Two or three numbers, from '3.2 -0.5' or '3.2,-0.5,1.57'."""
     from math import isfinite
 
-    from maps.errors import UserError
+    from racecar.maps.errors import UserError
 
     if text is None:
         return None
@@ -288,16 +288,16 @@ def _run(
     """Run experiments by name, or with None all of them and the page about them."""
     from rich.console import Console
 
-    from maps.whole_files import write_atomically
-    from pipelines.config_file import load_config
-    from pipelines.experiments.catalogue import catalogue
-    from pipelines.experiments.html_report import html_report
-    from pipelines.experiments.recording import known_start
-    from pipelines.experiments.result import Finished, Settings
-    from pipelines.experiments.result_files import as_rich, save_result
-    from pipelines.experiments.sweep import Sweep
-    from pipelines.outputs import output_folder
-    from pipelines.report import Report
+    from racecar.maps.whole_files import write_atomically
+    from racecar.pipelines.experiments.catalogue import catalogue
+    from racecar.pipelines.experiments.html_report import html_report
+    from racecar.pipelines.experiments.recording import known_start
+    from racecar.pipelines.experiments.result import Finished, Settings
+    from racecar.pipelines.experiments.result_files import as_rich, save_result
+    from racecar.pipelines.experiments.sweep import Sweep
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.report import Report
 
     settings, sweep = Settings(load_config(config).localization, seed, quick), Sweep(scheduler, quiet)
     report = Report(f"racecar experiment {'all' if names is None else names[0]}")

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from pipelines.live.ros_arguments import RosCommand
-from pipelines.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
+from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
+from racecar.pipelines.live.ros.arguments import RosCommand
 
 if TYPE_CHECKING:
-    from pipelines.live.viewer import LiveView
+    from racecar.pipelines.live.viewer import LiveView
 
 ViewOption = Annotated[
     bool, typer.Option("--view", help="Show everything in the browser, on this machine only.")
@@ -49,7 +49,7 @@ def _page(is_wanted: bool, title: str, port: int | None) -> "Iterator[LiveView |
     """The page in the browser, if it is wanted. Raises UserError when it cannot be shown."""
     from importlib.util import find_spec
 
-    from maps.errors import UserError
+    from racecar.maps.errors import UserError
 
     if not is_wanted:
         yield None
@@ -59,7 +59,7 @@ def _page(is_wanted: bool, title: str, port: int | None) -> "Iterator[LiveView |
 
     from rich.console import Console
 
-    from pipelines.live.viewer import live_view
+    from racecar.pipelines.live.viewer import live_view
 
     with live_view(title, port) as page:
         Console(highlight=False, soft_wrap=True).print(f"Look at {page.page}", markup=False)
@@ -115,21 +115,21 @@ def localize(
 
     With other topics: racecar live localize --map runs/drive --ros-args -r odom:=/vesc/odom
     """
-    from pipelines.live.ros_start import start_ros
+    from racecar.pipelines.live.ros.start import start_ros
 
     start_ros()
 
     import numpy as np
 
-    from maps.errors import UserError
-    from maps.map_files import load_map
-    from pipelines.config_file import load_config
-    from pipelines.interrupts import stop_request
-    from pipelines.live.localizer_node import LocalizerNode, Start
-    from pipelines.live.run import ros_node, spin
-    from pipelines.live.warm_up_localizer import warm_up_filter, warm_up_localizer
-    from pipelines.other_process import start_beside
-    from pipelines.report import write_json
+    from racecar.localization.warm_up import warm_up, warm_up_filter
+    from racecar.maps.errors import UserError
+    from racecar.maps.map_files import load_map
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.files.report import write_json
+    from racecar.pipelines.live.localizer_node import LocalizerNode, Start
+    from racecar.pipelines.live.ros.run import ros_node, spin
+    from racecar.pipelines.runs.interrupts import stop_request
+    from racecar.pipelines.runs.other_process import start_beside
 
     if initial_pose is not None and anywhere:
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
@@ -148,7 +148,7 @@ def localize(
         ros_node("racecar_localizer", context.obj) as node,
     ):
         localizer = LocalizerNode(node, settings, start, page)
-        warm_up_localizer(settings)
+        warm_up(settings)
         localizer.start()
         try:
             spin(node, localizer.survive, stop)
@@ -177,21 +177,21 @@ def map(
 
     Example: racecar live map --out runs/drive
     """
-    from pipelines.live.ros_start import start_ros
+    from racecar.pipelines.live.ros.start import start_ros
 
     start_ros()
 
     from rich.console import Console
 
-    from pipelines.config_file import load_config
-    from pipelines.interrupts import stop_request
-    from pipelines.live.free_memory import keep_memory_together
-    from pipelines.live.map_saving import MapOutput, resume
-    from pipelines.live.mapper_node import MapperNode
-    from pipelines.live.run import ros_node, spin
-    from pipelines.live.warm_up import warm_up_mapper
-    from pipelines.outputs import output_folder
-    from pipelines.report import write_json
+    from racecar.mapping.warm_up import warm_up
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.report import write_json
+    from racecar.pipelines.live.free_memory import keep_memory_together
+    from racecar.pipelines.live.map_saving import MapOutput, resume
+    from racecar.pipelines.live.mapper_node import MapperNode
+    from racecar.pipelines.live.ros.run import ros_node, spin
+    from racecar.pipelines.runs.interrupts import stop_request
 
     settings = load_config(config).mapping
     console = Console(highlight=False, soft_wrap=True)
@@ -206,7 +206,7 @@ def map(
         ros_node("racecar_mapper", context.obj) as node,
     ):
         drive = MapperNode(node, output, start, page)
-        warm_up_mapper()
+        warm_up()
         drive.start()
         try:
             spin(node, drive.survive, stop)
@@ -227,4 +227,4 @@ def files() -> None:
     """
     from importlib.resources import files as resources
 
-    print(resources("pipelines.live") / "share")
+    print(resources("racecar.pipelines.live") / "share")

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pipelines.options import (
+from racecar.pipelines.commands.options import (
     BagArgument,
     ConfigOption,
     JsonOption,
@@ -15,11 +15,11 @@ from pipelines.options import (
     OdomTopicOption,
     OutputFolderOption,
     QuietOption,
+    RecordOption,
     ScanTopicOption,
     SeedOption,
     open_bag,
 )
-from pipelines.view.record_option import RecordOption
 
 
 def localize(
@@ -55,11 +55,11 @@ def localize(
 
     Example: racecar localize drive.bag --map runs/drive --out runs/localized
     """
-    from maps.errors import UserError
-    from maps.map_files import load_map
-    from pipelines.config_file import load_config
-    from pipelines.outputs import output_folder
-    from pipelines.report import Report
+    from racecar.maps.errors import UserError
+    from racecar.maps.map_files import load_map
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.report import Report
 
     if initial_pose is not None and anywhere:
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
@@ -78,13 +78,13 @@ def localize(
         with report.stage("loading"):  # after bag and map were opened, so that their faults are told at once
             import numpy as np
 
-            from localization.localizer import Localizer
-            from localization.warm_up import warm_up
-            from pipelines.localization_run import mapping_trajectory, replay, save_localization
-            from pipelines.localization_summary import print_localization
-            from pipelines.view.recorder import Recorder
+            from racecar.localization.localizer import Localizer
+            from racecar.localization.warm_up import warm_up
+            from racecar.pipelines.commands.localization_summary import print_localization
+            from racecar.pipelines.runs.localization_run import mapping_trajectory, replay, save_localization
+            from racecar.pipelines.view.recorder import Recorder
 
-            warm_up()
+            warm_up(settings)
         driven = mapping_trajectory(map)
         with report.stage("preparing the map"):
             localizer = Localizer(grid, settings, np.random.default_rng(seed))

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pipelines.options import (
+from racecar.pipelines.commands.options import (
     BagArgument,
     ConfigOption,
     JsonOption,
@@ -14,11 +14,11 @@ from pipelines.options import (
     OdomTopicOption,
     OutputFolderOption,
     QuietOption,
+    RecordOption,
     ScanTopicOption,
     SeedOption,
     open_bag,
 )
-from pipelines.view.record_option import RecordOption
 
 _INTERRUPTED = 130
 
@@ -63,9 +63,9 @@ def map(
     """
     from rich.console import Console
 
-    from pipelines.config_file import load_config
-    from pipelines.outputs import output_folder
-    from pipelines.report import Report
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.report import Report
 
     report = Report("racecar map")
     settings = load_config(config).mapping
@@ -79,12 +79,12 @@ def map(
         ) as reader,
     ):
         with report.stage("loading"):  # after the bag was opened, so that its faults are told at once
-            from pipelines.checkpoint import Checkpoint, describe_run
-            from pipelines.mapping_run import build_map, save_mapping
-            from pipelines.point_map import save_point_map
-            from pipelines.run_summary import print_mapping
-            from pipelines.session_file import load_session
-            from pipelines.view.mapping_record import record_mapping
+            from racecar.pipelines.commands.mapping_summary import print_mapping
+            from racecar.pipelines.files.point_map import save_point_map
+            from racecar.pipelines.files.session_file import load_session
+            from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
+            from racecar.pipelines.runs.mapping_run import build_map, save_mapping
+            from racecar.pipelines.view.mapping_record import record_mapping
         earlier = load_session(continue_, verify_loops=settings.verify_loops) if continue_ else None
         checkpoint = Checkpoint(out, describe_run(reader, settings))
         console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)

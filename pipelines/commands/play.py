@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from pipelines.options import BagArgument, QuietOption
+from racecar.pipelines.commands.options import BagArgument, QuietOption
 
 
 def play(
@@ -47,15 +47,15 @@ def play(
 
     With other topics: racecar play drive.bag --ros-args -r /vesc/odom:=/odom
     """
-    from pipelines.live.ros_start import start_ros
+    from racecar.pipelines.live.ros.start import start_ros
 
     start_ros()
 
     from rich.console import Console
 
-    from pipelines.live.player import Player
-    from pipelines.live.run import ros_node
-    from pipelines.progress import progress_bar
+    from racecar.pipelines.live.player import Player
+    from racecar.pipelines.live.ros.run import ros_node
+    from racecar.pipelines.runs.progress import progress_bar
 
     console = Console(quiet=quiet, highlight=False, soft_wrap=True)
     with ros_node("racecar_player", context.obj) as node:

@@ -5,8 +5,8 @@ from typing import Annotated
 
 import typer
 
-from pipelines.options import MapOption, QuietOption, SeedOption
-from pipelines.simulator_config import NoiseLevel
+from racecar.pipelines.commands.options import MapOption, QuietOption, SeedOption
+from racecar.pipelines.simulation.simulator_config import NoiseLevel
 
 
 def simulate(
@@ -53,11 +53,11 @@ def simulate(
     """
     from rich.console import Console
 
-    from pipelines.floor_plan import load_or_draw
-    from pipelines.progress import progress_bar
-    from pipelines.simulator import Simulation, write_bag
-    from pipelines.simulator_config import SimulationConfig
-    from pipelines.tum import save_tum
+    from racecar.pipelines.files.tum import save_tum
+    from racecar.pipelines.runs.progress import progress_bar
+    from racecar.pipelines.simulation.plans.catalogue import load_or_draw
+    from racecar.pipelines.simulation.simulator import Simulation, write_bag
+    from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
     config = SimulationConfig(
         noise=noise, seed=seed, duration=duration, max_speed=speed, walkers=walkers, slip=slip

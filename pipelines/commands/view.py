@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pipelines.options import QuietOption
+from racecar.pipelines.commands.options import QuietOption
 
 
 def view(
@@ -50,8 +50,8 @@ def view(
 
     from rich.console import Console
 
-    from maps.errors import UserError
-    from maps.whole_files import write_atomically
+    from racecar.maps.errors import UserError
+    from racecar.maps.whole_files import write_atomically
 
     if find_spec("rerun") is None:
         raise UserError(
@@ -62,9 +62,9 @@ def view(
             f"There is no folder {folder}; name one that `racecar map` or `racecar localize` wrote."
         )
 
-    from pipelines.view.rerun_log import save_recording
-    from pipelines.view.run_folder import load_run
-    from pipelines.view.viewer_server import serve_viewer
+    from racecar.pipelines.view.rerun_log import save_recording
+    from racecar.pipelines.view.run_folder import load_run
+    from racecar.pipelines.view.viewer_server import serve_viewer
 
     console = Console(quiet=quiet, highlight=False, soft_wrap=True)
     scene = load_run(folder)

@@ -8,12 +8,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from localization.config import LocalizationConfig
-from maps.occupancy_grid import OccupancyGrid
-from maps.se2 import Pose
-from maps.trajectory import Trajectory
-from pipelines.experiments.course_filter import CourseSettings
-from pipelines.experiments.figure_style import (
+from racecar.localization.config import LocalizationConfig
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.experiments.figure_style import (
     COURSE_NAME,
     MAP_OF_NUMBERS,
     OURS_NAME,
@@ -22,13 +22,13 @@ from pipelines.experiments.figure_style import (
     finish,
     legend_below,
 )
-from pipelines.experiments.filters import COLORS, start_filter
-from pipelines.experiments.result import FigureTable, Settings
-from pipelines.experiments.simulated import simulated_drive
-from pipelines.experiments.sweep import Sweep
-from pipelines.experiments.tracking import heading_errors, place_errors, track
-from pipelines.map_picture import draw_grid
-from pipelines.simulator_config import NoiseLevel, SimulationConfig
+from racecar.pipelines.experiments.filters import COLORS, start_filter
+from racecar.pipelines.experiments.result import FigureTable, Settings
+from racecar.pipelines.experiments.simulated import simulated_drive
+from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.tracking import heading_errors, place_errors, track
+from racecar.pipelines.pictures.map_picture import draw_grid
+from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 SCENARIOS: Mapping[str, SimulationConfig] = {
     "no noise": SimulationConfig(noise=NoiseLevel.NONE, range_noise=0.0, dropouts=0.0),

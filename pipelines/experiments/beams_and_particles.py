@@ -8,15 +8,21 @@ from matplotlib.axes import Axes
 from matplotlib.colors import LogNorm, Normalize
 from numpy.typing import NDArray
 
-from localization.config import LocalizationConfig
-from localization.warm_up import warm_up
-from pipelines.experiments.figure_style import MAP_OF_NUMBERS, Picture, drawing, finish, show_plain_ticks
-from pipelines.experiments.filters import start_filter
-from pipelines.experiments.result import FigureTable, Settings
-from pipelines.experiments.simulated import SimulatedDrive, simulated_drive
-from pipelines.experiments.sweep import Sweep
-from pipelines.experiments.tracking import Track, place_errors, track
-from pipelines.simulator_config import NoiseLevel, SimulationConfig
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.warm_up import warm_up
+from racecar.pipelines.experiments.figure_style import (
+    MAP_OF_NUMBERS,
+    Picture,
+    drawing,
+    finish,
+    show_plain_ticks,
+)
+from racecar.pipelines.experiments.filters import start_filter
+from racecar.pipelines.experiments.result import FigureTable, Settings
+from racecar.pipelines.experiments.simulated import SimulatedDrive, simulated_drive
+from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.tracking import Track, place_errors, track
+from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 _BEAMS = (25, 50, 100, 200, 400)
 _PARTICLES = (200, 500, 1000, 2000, 5000, 10_000, 20_000)
@@ -139,7 +145,7 @@ def beams_and_particles(settings: Settings, sweep: Sweep) -> BeamsAndParticles:
     errors = sweep.run(
         "Beams and particles", error, [(config, drive) for config in configs for drive in drives]
     )
-    warm_up()
+    warm_up(LocalizationConfig())
     times = sweep.here("Timing", milliseconds, [(config, drives[0]) for config in configs])
     shape = (len(beams), len(particles))
     return BeamsAndParticles(

@@ -3,15 +3,15 @@
 from collections.abc import Mapping
 from functools import partial
 
-from pipelines.experiments.autograde import autograde
-from pipelines.experiments.beams_and_particles import beams_and_particles
-from pipelines.experiments.convergence import convergence
-from pipelines.experiments.motion_model import motion_model
-from pipelines.experiments.noise_sweep import noise_sweep
-from pipelines.experiments.real_run import real_run
-from pipelines.experiments.recording import BagRecording, StandIn
-from pipelines.experiments.result import Experiment, Settings
-from pipelines.experiments.sensor_model import sensor_model
+from racecar.pipelines.experiments.autograde import autograde
+from racecar.pipelines.experiments.beams_and_particles import beams_and_particles
+from racecar.pipelines.experiments.convergence import convergence
+from racecar.pipelines.experiments.motion_model import motion_model
+from racecar.pipelines.experiments.noise_sweep import noise_sweep
+from racecar.pipelines.experiments.real_run import real_run
+from racecar.pipelines.experiments.recording import BagRecording, StandIn
+from racecar.pipelines.experiments.result import Experiment, Settings
+from racecar.pipelines.experiments.sensor_model import sensor_model
 
 _STAND_IN_SECONDS, _QUICK_SECONDS = 40.0, 15.0
 

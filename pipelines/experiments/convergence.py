@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.config import LocalizationConfig
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import Pose
-from pipelines.experiments.course_filter import CourseSettings
-from pipelines.experiments.figure_style import (
+from racecar.localization.config import LocalizationConfig
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.experiments.figure_style import (
     COURSE_NAME,
     OURS_NAME,
     Picture,
@@ -22,12 +22,12 @@ from pipelines.experiments.figure_style import (
     legend_below,
     show_plain_ticks,
 )
-from pipelines.experiments.filters import COLORS, start_filter
-from pipelines.experiments.lab_room import CircleDrive, draw_lab_room
-from pipelines.experiments.recording import Recording, first_seconds, known_start
-from pipelines.experiments.result import FigureTable, Settings
-from pipelines.experiments.sweep import Sweep
-from pipelines.experiments.tracking import Track, track
+from racecar.pipelines.experiments.filters import COLORS, start_filter
+from racecar.pipelines.experiments.lab_room import CircleDrive, draw_lab_room
+from racecar.pipelines.experiments.recording import Recording, first_seconds, known_start
+from racecar.pipelines.experiments.result import FigureTable, Settings
+from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.tracking import Track, track
 
 _SPREAD = (0.5, 0.5, 0.25)
 """Standard deviations of the start: metres, metres, radians."""

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.ray_casting import cast_ray_fan
-from maps.scan import Scan
-from maps.se2 import IDENTITY, Pose, between, compose, mean_angle
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, mean_angle
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.ray_casting import cast_ray_fan
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
 
 TABLE_WIDTH = 201
 """Distances 0 to 200, in pixels of the map."""

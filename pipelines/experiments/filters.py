@@ -5,13 +5,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.config import LocalizationConfig
-from localization.localizer import Localizer
-from maps.occupancy_grid import OccupancyGrid
-from maps.se2 import Pose
-from pipelines.experiments.course_filter import CourseFilter, CourseSettings
-from pipelines.experiments.figure_style import COURSE, COURSE_NAME, OURS, OURS_NAME
-from pipelines.experiments.tracking import Filter
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.localizer import Localizer
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.experiments.course_filter import CourseFilter, CourseSettings
+from racecar.pipelines.experiments.figure_style import COURSE, COURSE_NAME, OURS, OURS_NAME
+from racecar.pipelines.experiments.tracking import Filter
 
 COLORS: Mapping[str, str] = {OURS_NAME: OURS, COURSE_NAME: COURSE}
 """By name of the filter."""

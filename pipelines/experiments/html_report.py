@@ -4,8 +4,8 @@ from base64 import b64encode
 from collections.abc import Iterator, Mapping
 from html import escape
 
-from pipelines.experiments.figure_style import Picture
-from pipelines.experiments.result import FigureTable, Finished, Settings
+from racecar.pipelines.experiments.figure_style import Picture
+from racecar.pipelines.experiments.result import FigureTable, Finished, Settings
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 46rem; margin: 2rem auto;

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.ray_casting import cast_ray_fan
-from maps.scan import Scan
-from maps.se2 import Pose
-from maps.trajectory import Trajectory
-from pipelines.floor_canvas import FloorCanvas
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.ray_casting import cast_ray_fan
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.simulation.plans.canvas import FloorCanvas
 
 SCAN_PERIOD = 50_000_000
 """Nanoseconds: 20 Hz, the rate that the course asks for."""

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.config import LocalizationConfig
-from localization.localizer import Localizer
-from maps.occupancy_grid import FREE, OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import Pose, compose
-from pipelines.experiments.figure_style import (
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.localizer import Localizer
+from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.experiments.figure_style import (
     BLUE,
     GREEN,
     ORANGE,
@@ -24,9 +24,9 @@ from pipelines.experiments.figure_style import (
     finish,
     legend_below,
 )
-from pipelines.experiments.filters import with_motion_noise
-from pipelines.experiments.result import FigureTable, Settings
-from pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.filters import with_motion_noise
+from racecar.pipelines.experiments.result import FigureTable, Settings
+from racecar.pipelines.experiments.sweep import Sweep
 
 _SPEED, _RADIUS, _PERIOD = 2.0, 2.0, 0.05
 """Metres per second, metres, seconds."""

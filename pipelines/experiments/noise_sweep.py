@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.config import LocalizationConfig
-from pipelines.experiments.course_filter import CourseSettings
-from pipelines.experiments.figure_style import (
+from racecar.localization.config import LocalizationConfig
+from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.experiments.figure_style import (
     COURSE_NAME,
     OURS_NAME,
     TRUTH,
@@ -19,11 +19,11 @@ from pipelines.experiments.figure_style import (
     legend_below,
     show_plain_ticks,
 )
-from pipelines.experiments.filters import COLORS, start_filter, with_motion_noise
-from pipelines.experiments.lab_room import SCAN_PERIOD, CircleDrive, draw_lab_room
-from pipelines.experiments.result import FigureTable, Settings
-from pipelines.experiments.sweep import Sweep
-from pipelines.experiments.tracking import track
+from racecar.pipelines.experiments.filters import COLORS, start_filter, with_motion_noise
+from racecar.pipelines.experiments.lab_room import SCAN_PERIOD, CircleDrive, draw_lab_room
+from racecar.pipelines.experiments.result import FigureTable, Settings
+from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.tracking import track
 
 NOISES = (0.02, 0.10, 0.25, 0.5, 0.75, 1.0)
 """Standard deviations, metres and radians: after a metre or radian for ours, per update for the course."""

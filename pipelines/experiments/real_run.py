@@ -8,13 +8,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from localization.localizer import Localizer
-from localization.warm_up import warm_up
-from maps.distance_field import distance_to_occupied, sample_field
-from maps.occupancy_grid import OccupancyGrid
-from maps.scan import Scan
-from maps.se2 import Pose, transform_points
-from pipelines.experiments.figure_style import (
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.localizer import Localizer
+from racecar.localization.warm_up import warm_up
+from racecar.maps.geometry.se2 import Pose, transform_points
+from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.experiments.figure_style import (
     BLUE,
     GREEN,
     PURPLE,
@@ -25,11 +26,11 @@ from pipelines.experiments.figure_style import (
     legend_below,
     show_plain_ticks,
 )
-from pipelines.experiments.recording import Recording
-from pipelines.experiments.result import FigureTable, Settings
-from pipelines.experiments.sweep import Sweep
-from pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
-from pipelines.map_picture import draw_grid
+from racecar.pipelines.experiments.recording import Recording
+from racecar.pipelines.experiments.result import FigureTable, Settings
+from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
+from racecar.pipelines.pictures.map_picture import draw_grid
 
 _ON_WALL = 0.10
 """Metres from a wall within which a scan's end point counts as on it."""
@@ -239,7 +240,7 @@ def real_run(settings: Settings, sweep: Sweep, recording: Recording) -> RealRun:
 
     Raises UserError when the recording cannot be read.
     """
-    warm_up()
+    warm_up(LocalizationConfig())
     grid, end = recording.load_map(), recording.end()
     localizer = Localizer(grid, settings.localization, np.random.default_rng([settings.seed, 7]))
     start = recording.start()

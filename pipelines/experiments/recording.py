@@ -8,16 +8,16 @@ from typing import Protocol
 
 import numpy as np
 
-from maps.errors import UserError
-from maps.map_files import find_map, load_map
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import Pose
-from pipelines.bag_reader import BagReader
-from pipelines.experiments.simulated import simulated_drive
-from pipelines.simulator_config import NoiseLevel, SimulationConfig
-from pipelines.tum import load_tum
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import find_map, load_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.experiments.simulated import simulated_drive
+from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 _SAME_SESSION = 1_000_000_000
 """Nanoseconds around the mapping trajectory's time within which its poses tell where a bag starts."""

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from localization.config import LocalizationConfig
-from pipelines.experiments.figure_style import Picture
-from pipelines.experiments.sweep import Sweep
+from racecar.localization.config import LocalizationConfig
+from racecar.pipelines.experiments.figure_style import Picture
+from racecar.pipelines.experiments.sweep import Sweep
 
 
 @dataclass(frozen=True)

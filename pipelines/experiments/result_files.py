@@ -5,8 +5,8 @@ from pathlib import Path
 from rich import box
 from rich.table import Table
 
-from maps.whole_files import write_atomically
-from pipelines.experiments.result import FigureTable, Finished
+from racecar.maps.whole_files import write_atomically
+from racecar.pipelines.experiments.result import FigureTable, Finished
 
 
 def save_result(name: str, finished: Finished, folder: Path) -> None:

@@ -9,8 +9,8 @@ from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from pipelines.experiments.course_filter import TABLE_WIDTH, mixture_parts, sensor_table
-from pipelines.experiments.figure_style import (
+from racecar.pipelines.experiments.course_filter import TABLE_WIDTH, mixture_parts, sensor_table
+from racecar.pipelines.experiments.figure_style import (
     BLUE,
     GREEN,
     MAP_OF_NUMBERS,
@@ -22,8 +22,8 @@ from pipelines.experiments.figure_style import (
     finish,
     legend_below,
 )
-from pipelines.experiments.result import FigureTable, Settings
-from pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.result import FigureTable, Settings
+from racecar.pipelines.experiments.sweep import Sweep
 
 _SLICE = 100
 """Pixels that the map says in the slice."""

@@ -4,13 +4,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from maps.map_files import load_map
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.trajectory import Trajectory
-from pipelines.simulator import Simulation
-from pipelines.simulator_config import SimulationConfig
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.simulation.simulator import Simulation
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 _EVERY = 2
 """Of 40 scans a second, 20 are used: the rate that the course asks for."""

@@ -7,8 +7,8 @@ from typing import Any, TypeVar
 
 import joblib
 
-from maps.errors import UserError
-from pipelines.progress import progress_bar
+from racecar.maps.errors import UserError
+from racecar.pipelines.runs.progress import progress_bar
 
 _Result = TypeVar("_Result")
 

@@ -8,9 +8,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import Pose, wrap_angle
+from racecar.maps.geometry.se2 import Pose, wrap_angle
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
 
 
 class Estimate(Protocol):

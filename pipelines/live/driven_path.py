@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from maps.se2 import Pose
+from racecar.maps.geometry.se2 import Pose
 
 _SPACING = 0.05  # metres
 _MOST = 4000

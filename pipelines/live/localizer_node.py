@@ -16,19 +16,21 @@ from numpy.typing import NDArray
 from sensor_msgs.msg import PointCloud2
 from std_srvs.srv import Empty
 
-from localization.config import LocalizationConfig
-from localization.localizer import Localizer
-from localization.pose_estimate import PoseEstimate
-from maps.errors import UserError
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import IDENTITY, Pose, transform_points
-from pipelines.bag_messages import frame_name, nanoseconds
-from pipelines.bag_odometry import planar_pose, planar_twist
-from pipelines.live.bulk_messages import path_bytes, pose_array_bytes
-from pipelines.live.driven_path import DrivenPath
-from pipelines.live.messages import (
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.localizer import Localizer
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import IDENTITY, Pose, transform_points
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
+from racecar.pipelines.bags.messages import frame_name, nanoseconds
+from racecar.pipelines.live.driven_path import DrivenPath
+from racecar.pipelines.live.node import LATCHED, LiveNode
+from racecar.pipelines.live.remembered_pose import PoseMemory, RememberedPose
+from racecar.pipelines.live.ros.bulk_messages import path_bytes, pose_array_bytes
+from racecar.pipelines.live.ros.messages import (
     cloud_message,
     grid_message,
     grid_of,
@@ -36,12 +38,10 @@ from pipelines.live.messages import (
     pose_message,
     start_pose,
 )
-from pipelines.live.node import LATCHED, LiveNode
-from pipelines.live.parameters import declare, declare_localization, watch_localization
-from pipelines.live.remembered_pose import PoseMemory, RememberedPose
+from racecar.pipelines.live.ros.parameters import declare, declare_localization, watch_localization
 
 if TYPE_CHECKING:
-    from pipelines.live.viewer import LiveView
+    from racecar.pipelines.live.viewer import LiveView
 
 _WORK = {"scan": 80, "place": 4, "map": 1, "settings": 4}
 _SIDE_WORK = {"map": 1, "cloud": 1, "particles": 1, "path": 1, "memory": 1, "view": 1}

@@ -7,15 +7,15 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from mapping.arrays import Arrays
-from mapping.config import MappingConfig
-from mapping.mapper import Mapper
-from maps.errors import UserError
-from pipelines.checkpoint import Checkpoint, Start
-from pipelines.mapping_run import save_mapping
-from pipelines.other_process import in_fresh_process
-from pipelines.outputs import output_folder
-from pipelines.report import Report
+from racecar.mapping.arrays import Arrays
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
+from racecar.maps.errors import UserError
+from racecar.pipelines.files.outputs import output_folder
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.checkpoint import Checkpoint, Start
+from racecar.pipelines.runs.mapping_run import save_mapping
+from racecar.pipelines.runs.other_process import in_fresh_process
 
 _RESUMED_WITHIN = 3600.0
 """Seconds after which a checkpoint is no longer of the drive that goes on now."""

@@ -15,34 +15,34 @@ from nav_msgs.msg import Path as PathMessage
 from std_srvs.srv import Trigger
 from visualization_msgs.msg import MarkerArray
 
-from mapping.arrays import Arrays
-from mapping.growing_grid import GrowingGrid
-from mapping.mapper import Snapshot
-from mapping.rendering import Rays
-from mapping.session import Session
-from maps.errors import UserError
-from maps.odometry import Odometry, OdometryBuffer
-from maps.scan import Scan
-from maps.se2 import Pose, transform_points
-from pipelines.bag_messages import frame_name
-from pipelines.bag_odometry import planar_pose
-from pipelines.bag_order import HeldScans
-from pipelines.checkpoint import Start
-from pipelines.live.bulk_messages import path_bytes
-from pipelines.live.driven_path import DrivenPath
-from pipelines.live.first_messages import FirstMessages
-from pipelines.live.free_memory import give_back_free_memory
-from pipelines.live.graph_markers import graph_markers
-from pipelines.live.laser_place import LaserPlace
-from pipelines.live.map_saving import MapOutput
-from pipelines.live.messages import fill_pose, grid_message, header
-from pipelines.live.node import LATCHED, LiveNode
-from pipelines.live.parameters import declare
-from pipelines.live.run import sister_node
-from pipelines.live.worker import Worker
+from racecar.mapping.arrays import Arrays
+from racecar.mapping.grid.growing_grid import GrowingGrid
+from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.mapper import Snapshot
+from racecar.mapping.session.session import Session
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose, transform_points
+from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.odometry import planar_pose
+from racecar.pipelines.bags.messages import frame_name
+from racecar.pipelines.bags.order import HeldScans
+from racecar.pipelines.live.driven_path import DrivenPath
+from racecar.pipelines.live.free_memory import give_back_free_memory
+from racecar.pipelines.live.intake.first_messages import FirstMessages
+from racecar.pipelines.live.intake.laser_place import LaserPlace
+from racecar.pipelines.live.map_saving import MapOutput
+from racecar.pipelines.live.node import LATCHED, LiveNode
+from racecar.pipelines.live.ros.bulk_messages import path_bytes
+from racecar.pipelines.live.ros.graph_markers import graph_markers
+from racecar.pipelines.live.ros.messages import fill_pose, grid_message, header
+from racecar.pipelines.live.ros.parameters import declare
+from racecar.pipelines.live.ros.run import sister_node
+from racecar.pipelines.live.worker import Worker
+from racecar.pipelines.runs.checkpoint import Start
 
 if TYPE_CHECKING:
-    from pipelines.live.viewer import LiveView
+    from racecar.pipelines.live.viewer import LiveView
 
 _WORK = {"message": 20_000, "rest": 1, "save": 1}
 _SIDE_WORK = {"graph": 1, "path": 1, "checkpoint": 1, "memory": 1, "view": 1}

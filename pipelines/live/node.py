@@ -9,15 +9,15 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from sensor_msgs.msg import LaserScan
 
-from pipelines.live.diagnostics import Diagnostics
-from pipelines.live.faults import Faults
-from pipelines.live.fixed_transforms import FixedTransforms
-from pipelines.live.health import Health
-from pipelines.live.parameters import car_parameters
-from pipelines.live.sensors import Sensors
-from pipelines.live.transforms import TransformBroadcaster
-from pipelines.live.worker import Worker
-from pipelines.report import peak_memory_mb
+from racecar.pipelines.files.report import peak_memory_mb
+from racecar.pipelines.live.diagnostics import Diagnostics
+from racecar.pipelines.live.faults import Faults
+from racecar.pipelines.live.health import Health
+from racecar.pipelines.live.intake.fixed_transforms import FixedTransforms
+from racecar.pipelines.live.intake.sensors import Sensors
+from racecar.pipelines.live.ros.parameters import car_parameters
+from racecar.pipelines.live.ros.transforms import TransformBroadcaster
+from racecar.pipelines.live.worker import Worker
 
 LATCHED = QoSProfile(
     depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL

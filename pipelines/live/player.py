@@ -10,13 +10,13 @@ from rclpy.duration import Duration
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
-from maps.errors import UserError
-from pipelines.bag_chunks import BagTopic
-from pipelines.bag_messages import LASER_SCAN, POINT_CLOUD, ros2_types
-from pipelines.bag_store import BagStore
-from pipelines.bag_topics import list_topics
-from pipelines.live.message_types import message_class
-from pipelines.live.messages import time_message
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.messages import LASER_SCAN, POINT_CLOUD, ros2_types
+from racecar.pipelines.bags.storage.chunks import BagTopic
+from racecar.pipelines.bags.storage.store import BagStore
+from racecar.pipelines.bags.topics import list_topics
+from racecar.pipelines.live.ros.message_types import message_class
+from racecar.pipelines.live.ros.messages import time_message
 
 _LATCHED = ("/tf_static", "/map", "/robot_description")
 _SETTLED = 3.2

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from localization.pose_estimate import PoseEstimate
-from maps.errors import UserError
-from maps.occupancy_grid import OccupancyGrid
-from maps.se2 import Pose, between, compose
-from pipelines.live.laser_place import LaserPlace
-from pipelines.pose_memory import load_pose
-from pipelines.report import write_json
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose, between, compose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.files.pose_memory import load_pose
+from racecar.pipelines.files.report import write_json
+from racecar.pipelines.live.intake.laser_place import LaserPlace
 
 _LONGEST_BRIDGE = 3600.0
 """Seconds over which the odometry is believed to have gone on counting."""

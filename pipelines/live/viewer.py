@@ -11,10 +11,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from maps.occupancy_grid import OccupancyGrid
-from maps.se2 import Pose
-from pipelines.view.rerun_log import as_grid_map
-from pipelines.view.viewer_server import serve_viewer
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.view.rerun_log import as_grid_map
+from racecar.pipelines.view.viewer_server import serve_viewer
 
 _PATH, _SCAN, _PARTICLE, _CAR = [0, 114, 178], [230, 159, 0], [204, 121, 167], [0, 158, 115]
 _HEIGHTS = {"path": 0.05, "scan": 0.15, "particles": 0.2, "car": 0.25}

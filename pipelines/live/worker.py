@@ -4,9 +4,9 @@ import logging
 from collections.abc import Callable, Mapping
 from threading import Thread
 
-from maps.errors import UserError
-from pipelines.live.faults import Faults
-from pipelines.live.inbox import Inbox, Work
+from racecar.maps.errors import UserError
+from racecar.pipelines.live.faults import Faults
+from racecar.pipelines.live.intake.inbox import Inbox, Work
 
 _log = logging.getLogger(__name__)
 

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from mapping.mapper import MappingResult
-from maps.odometry import Odometry
-from pipelines.bag_reader import BagReader
-from pipelines.view.recorder import Recorder
+from racecar.mapping.mapper import MappingResult
+from racecar.maps.sensing.odometry import Odometry
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.view.recorder import Recorder
 
 
 def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> None:

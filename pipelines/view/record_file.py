@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.errors import UserError
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.se2 import Pose
-from maps.trajectory import Trajectory
-from pipelines.bag_messages import decode, nanoseconds, rotation_matrix
-from pipelines.bag_reader import BagReader
-from pipelines.bag_store import BagStore
-from pipelines.view.recorder import MAP_TOPIC, PARTICLES_TOPIC, POSE_TOPIC, SCAN_TOPIC
-from pipelines.view.scene import Cloud, Scene, Sight
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.messages import decode, nanoseconds, rotation_matrix
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.bags.storage.store import BagStore
+from racecar.pipelines.view.recorder import MAP_TOPIC, PARTICLES_TOPIC, POSE_TOPIC, SCAN_TOPIC
+from racecar.pipelines.view.scene import Cloud, Scene, Sight
 
 _MOST_SIGHTS = 4000
 """Of longer runs every so manieth scan is shown, so that a browser can hold them."""

@@ -6,11 +6,11 @@ from types import TracebackType
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import IDENTITY, Pose
-from pipelines.bag_writer import BagWriter
+from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.writer import BagWriter
 
 RECORD_FOLDER = "record"
 """In a run's folder; ``record/record.mcap`` is the file in it."""

@@ -7,8 +7,8 @@ import rerun as rr
 import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
-from maps.occupancy_grid import OccupancyGrid
-from pipelines.view.scene import Scene
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.view.scene import Scene
 
 _TIME = "drive"
 _PATH, _LOOP, _SCAN, _PARTICLE, _CAR, _SKY = (

@@ -8,18 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from mapping.arrays import Arrays
-from mapping.constraint import KINDS
-from maps.errors import UserError
-from maps.map_files import load_map
-from maps.occupancy_grid import OccupancyGrid
-from maps.se2 import compose, inverse, transform_points
-from maps.trajectory import Trajectory
-from pipelines.session_file import SESSION_FILE, load_arrays
-from pipelines.tum import load_tum
-from pipelines.view.record_file import read_record
-from pipelines.view.recorder import RECORD_FOLDER
-from pipelines.view.scene import Scene, Sight
+from racecar.mapping.arrays import Arrays
+from racecar.mapping.graph.constraint import KINDS
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import compose, inverse, transform_points
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.session_file import SESSION_FILE, load_arrays
+from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.view.record_file import read_record
+from racecar.pipelines.view.recorder import RECORD_FOLDER
+from racecar.pipelines.view.scene import Scene, Sight
 
 _LOOP_CLOSURE = KINDS.index("loop_closure")
 _SAME_PLACE = 1e-6

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.occupancy_grid import OccupancyGrid
-from maps.se2 import Pose
-from maps.trajectory import Trajectory
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.trajectory import Trajectory
 
 
 @dataclass(frozen=True, eq=False)

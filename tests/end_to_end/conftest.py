@@ -17,7 +17,7 @@ def racecar() -> Racecar:
     """Run ``racecar`` with some arguments in a process of its own."""
 
     def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
-        command = [sys.executable, "-m", "pipelines.cli", *map(str, arguments)]
+        command = [sys.executable, "-m", "racecar.pipelines.cli", *map(str, arguments)]
         return subprocess.run(command, capture_output=True, text=True, check=False)
 
     return run

@@ -6,17 +6,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.map_files import load_map
-from maps.occupancy_grid import OccupancyGrid
-from maps.ray_casting import cast_rays
-from maps.se2 import compose, interpolate
-from maps.shipped import shipped_map
-from maps.trajectory import Trajectory
-from pipelines.bag_messages import POINT_CLOUD, TRANSFORMS, ros2_types
-from pipelines.bag_writer import BagWriter
-from pipelines.driver import TICK, Drive
-from pipelines.simulator import START_NS, Simulation
-from pipelines.simulator_config import SimulationConfig
+from racecar.maps.geometry.se2 import compose, interpolate
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.ray_casting import cast_rays
+from racecar.maps.map_files import load_map
+from racecar.maps.shipped import shipped_map
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.messages import POINT_CLOUD, TRANSFORMS, ros2_types
+from racecar.pipelines.bags.writer import BagWriter
+from racecar.pipelines.simulation.driver import TICK, Drive
+from racecar.pipelines.simulation.simulator import START_NS, Simulation
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 SENSOR_HEIGHT, CEILING = 0.4, 2.5
 BASE_FROM_SENSOR = np.array([0.2, 0.0, 0.0])

@@ -8,22 +8,24 @@ from pathlib import Path
 
 import numpy as np
 
-from maps.map_files import load_map
-from maps.se2 import between
-from maps.shipped import shipped_map
-from maps.trajectory import Trajectory
-from pipelines.mapping_run import MAP_FILES
-from pipelines.simulator import Simulation, write_bag
-from pipelines.simulator_config import SimulationConfig
-from pipelines.tum import load_tum
+from racecar.maps.geometry.se2 import between
+from racecar.maps.map_files import load_map
+from racecar.maps.shipped import shipped_map
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.mapping_run import MAP_FILES
+from racecar.pipelines.simulation.simulator import Simulation, write_bag
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 
 DIES = """
 import os, signal
 from pathlib import Path
-from mapping import mapper
-from pipelines import checkpoint, cli, mapping_run
+from racecar.mapping import mapper
+from racecar.pipelines.runs import checkpoint
+from racecar.pipelines import cli
+from racecar.pipelines.runs import mapping_run
 
 save, written = checkpoint.save_arrays, []
 

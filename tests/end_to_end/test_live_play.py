@@ -12,12 +12,12 @@ from pathlib import Path
 
 import pytest
 
-from pipelines.bag_reader import BagReader
-from pipelines.cli import run
-from pipelines.evaluation import compare
-from pipelines.live.processes import private_environment, racecar_process
-from pipelines.report import resident_memory_mb
-from pipelines.tum import load_tum
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.cli import run
+from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.files.report import resident_memory_mb
+from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.live.ros.processes import private_environment, racecar_process
 
 DOMAIN = 1 + (os.getpid() + 50) % 100
 Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -45,7 +45,7 @@ def wait_until(condition: Callable[[], bool], within: float, log: Path) -> None:
 
 def play_to(node: list[str], bag: Path, environment: dict[str, str], folder: Path, *flags: str) -> dict:
     """Play a bag to a node; the node's figures."""
-    from pipelines.live.run import ros_node
+    from racecar.pipelines.live.ros.run import ros_node
 
     summary, log = folder / "summary.json", folder / "log"
     cut = node.index("--ros-args") if "--ros-args" in node else len(node)
@@ -100,7 +100,7 @@ def test_a_ros_from_pypi_is_found_without_any_setup(drive: Path, tmp_path: Path)
     """The command starts itself anew where neither the wheels nor the shell have set the paths."""
     bare = {name: value for name, value in os.environ.items() if name != "LD_LIBRARY_PATH"}
     bare["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"  # as in a process that was started by another environment's
-    command = [sys.executable, "-m", "pipelines.cli", "play", str(tmp_path / "none.bag")]
+    command = [sys.executable, "-m", "racecar.pipelines.cli", "play", str(tmp_path / "none.bag")]
     done = subprocess.run(command, env=bare, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 2
     assert "does not exist" in done.stderr
@@ -186,7 +186,7 @@ def test_no_scan_of_the_race_car_is_lost(
 @pytest.mark.slow
 def test_memory_does_not_grow_with_the_drive(racecar: Racecar, ros: dict[str, str], tmp_path: Path) -> None:
     """Ten minutes of driving, played five times as fast."""
-    from pipelines.live.run import ros_node
+    from racecar.pipelines.live.ros.run import ros_node
 
     bag, log, summary = tmp_path / "drive", tmp_path / "log", tmp_path / "summary.json"
     simulated = racecar(

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from many_rows import BASE_FROM_SENSOR, write_drive
 
-from maps.distance_field import distance_to_occupied, sample_field
-from maps.map_files import load_map
-from maps.occupancy_grid import OCCUPIED_FROM
-from maps.ray_casting import cast_ray_fan
-from maps.se2 import Pose, compose, inverse, transform_points
-from maps.shipped import shipped_map
-from maps.trajectory import Trajectory
-from pipelines.evaluation import compare
-from pipelines.simulator_config import SimulationConfig
-from pipelines.tum import load_tum
+from racecar.maps.geometry.se2 import Pose, compose, inverse, transform_points
+from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
+from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM
+from racecar.maps.grid.ray_casting import cast_ray_fan
+from racecar.maps.map_files import load_map
+from racecar.maps.shipped import shipped_map
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 BEARINGS = np.radians(np.arange(-180.0, 180.0))

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 LOCALIZER = """
-from localization.config import LocalizationConfig
-from pipelines.live.warm_up_localizer import warm_up_filter, warm_up_localizer
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.warm_up import warm_up, warm_up_filter
 """
 
 
@@ -23,7 +23,7 @@ def compiled_by(cache: Path, *arguments: object) -> set[str]:
 @pytest.mark.slow
 def test_what_a_second_process_compiles_is_what_the_localizer_needs(tmp_path: Path) -> None:
     filters = compiled_by(tmp_path / "filter", "-c", LOCALIZER + "warm_up_filter(LocalizationConfig())")
-    whole = compiled_by(tmp_path / "all", "-c", LOCALIZER + "warm_up_localizer(LocalizationConfig())")
+    whole = compiled_by(tmp_path / "all", "-c", LOCALIZER + "warm_up(LocalizationConfig())")
     assert len(filters) > 0.4 * len(whole)
     assert filters < whole
 
@@ -31,8 +31,9 @@ def test_what_a_second_process_compiles_is_what_the_localizer_needs(tmp_path: Pa
 @pytest.mark.slow
 def test_after_the_warm_up_a_demo_compiles_nothing(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
-    beforehand = compiled_by(cache, "-m", "pipelines.warm_up")
+    beforehand = compiled_by(cache, "-m", "racecar.pipelines.warm_up")
     assert beforehand
     assert (
-        compiled_by(cache, "-m", "pipelines.cli", "demo", "--out", tmp_path / "demo", "--quiet") == beforehand
+        compiled_by(cache, "-m", "racecar.pipelines.cli", "demo", "--out", tmp_path / "demo", "--quiet")
+        == beforehand
     )

@@ -51,7 +51,7 @@ def pixels_of(browser: Browser, path: Path) -> Seen:
 @contextmanager
 def viewed(run: Path) -> Iterator[str]:
     """The address of a ``racecar view`` that runs meanwhile."""
-    command = [sys.executable, "-m", "pipelines.cli", "view", str(run), "--no-browser"]
+    command = [sys.executable, "-m", "racecar.pipelines.cli", "view", str(run), "--no-browser"]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     try:

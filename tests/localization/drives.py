@@ -5,11 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from maps.odometry import Odometry
-from maps.ray_casting import cast_rays
-from maps.scan import Scan
-from maps.se2 import IDENTITY, Pose, between, compose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.grid.ray_casting import cast_rays
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
 
 SCAN_PERIOD, ODOMETRY_PERIOD, SWEEP = 50_000_000, 20_000_000, 18_000_000
 BASE_FROM_LASER = np.array([0.25, 0.0, 0.0])

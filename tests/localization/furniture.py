@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 
 Mask = NDArray[np.bool_]
 MIDDLE = np.array([5.0, 4.0])

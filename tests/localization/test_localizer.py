@@ -11,17 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from localization.config import LocalizationConfig
-from localization.localizer import Localizer
-from localization.odometry_calibration import OdometryFaults
-from localization.odometry_track import OdometryTrack
-from localization.pose_estimate import PoseEstimate
-from maps.errors import UserError
-from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from maps.odometry import Odometry
-from maps.ray_casting import cast_ray_fan
-from maps.scan import Scan
-from maps.se2 import IDENTITY, between, compose, wrap_angle
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.localizer import Localizer
+from racecar.localization.odometry.calibration import OdometryFaults
+from racecar.localization.odometry.track import OdometryTrack
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import IDENTITY, between, compose, wrap_angle
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.grid.ray_casting import cast_ray_fan
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
 
 SECOND = 1_000_000_000
 

@@ -1,7 +1,7 @@
 import numpy as np
 
-from localization.particle_filter import ParticleFilter
-from localization.pose_estimate_kernels import cluster_moments
+from racecar.localization.filter.cluster_kernels import cluster_moments
+from racecar.localization.filter.particle_filter import ParticleFilter
 
 
 def test_mean_heading_across_the_seam() -> None:

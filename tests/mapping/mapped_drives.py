@@ -6,15 +6,15 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
-from mapping.config import MappingConfig
-from mapping.constraint import Constraint
-from mapping.mapper import Mapper, MappingResult
-from maps.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
-from maps.scan import Scan
-from maps.se2 import Pose, between, compose, inverse, transform_points
-from pipelines.floor_plan import load_or_draw
-from pipelines.simulator import Simulation
-from pipelines.simulator_config import SimulationConfig
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.mapper import Mapper, MappingResult
+from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform_points
+from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.simulation.plans.catalogue import load_or_draw
+from racecar.pipelines.simulation.simulator import Simulation
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 
 @dataclass(frozen=True, eq=False)

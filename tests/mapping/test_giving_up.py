@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mapping import mapper as mapper_module
-from mapping.arrays import Arrays
-from mapping.config import MappingConfig
-from mapping.mapper import Mapper, MappingResult, Snapshot
-from mapping.refinement import refine_scans
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import Pose, between
-from maps.trajectory import Trajectory
-from pipelines.simulator import Simulation, SimulationConfig
-from pipelines.warm_up import draw_ring
+from racecar.mapping import mapper as mapper_module
+from racecar.mapping.arrays import Arrays
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.keyframes.refinement import refine_scans
+from racecar.mapping.mapper import Mapper, MappingResult, Snapshot
+from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.simulation.plans.ring import draw_ring
+from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
 
 ALL_HELD, HELD_FOR, EVERY, SCANS_HELD = 60, 50, 25, 60
 SNAPSHOT = ("map_from_keyframe", "scans.counts", "scans.points", "rays.ends", "drive.clouds", "drive.guesses")

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from mapping.config import MappingConfig
-from mapping.mapper import Mapper, MappingResult
-from maps.errors import UserError
-from maps.map_files import load_map
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import IDENTITY, Pose, between, compose, inverse
-from maps.shipped import shipped_map
-from pipelines.laser_sensor import BASE_FROM_LASER
-from pipelines.simulator import Simulation, SimulationConfig
-from pipelines.warm_up import draw_ring
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper, MappingResult
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+from racecar.maps.map_files import load_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.shipped import shipped_map
+from racecar.pipelines.simulation.laser_sensor import BASE_FROM_LASER
+from racecar.pipelines.simulation.plans.ring import draw_ring
+from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
 
 
 def drive(*, odometry: bool = True, resets: bool = False) -> tuple[MappingResult, Simulation]:
@@ -93,7 +93,7 @@ def test_where_no_two_scans_tie_it_a_car_that_was_moved_by_hand_stays_where_it_w
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     """Its wheels, which tell of nothing, do not turn it back."""
-    monkeypatch.setattr("mapping.mapper.constrain", lambda *_, **__: [])
+    monkeypatch.setattr("racecar.mapping.mapper.constrain", lambda *_, **__: [])
     assert error_of_a_car_moved_by_hand(120) < 0.05
 
 

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from mapping.scan_store import ScanStore, prepare_scan
-from maps.scan import Scan
-from maps.se2 import IDENTITY, Pose
+from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
+from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.sensing.scan import Scan
 
 BEARINGS = np.radians(np.arange(-135.0, 135.0, 0.75))
 MAX_RANGE = 30.0

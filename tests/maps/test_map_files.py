@@ -12,10 +12,10 @@ from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.typing import NDArray
 from PIL import Image
 
-from maps.errors import UserError
-from maps.map_files import find_map, load_map, save_map
-from maps.occupancy_grid import OccupancyGrid
-from maps.shipped import shipped_names
+from racecar.maps.errors import UserError
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import find_map, load_map, save_map
+from racecar.maps.shipped import shipped_names
 
 DATA = Path(os.environ.get("RACECAR_DATA", Path(__file__).parents[2].parent / "shared" / "data"))
 

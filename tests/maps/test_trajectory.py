@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from maps.trajectory import Trajectory
+from racecar.maps.trajectory import Trajectory
 
 STAMPS = np.array([1_000, 2_000, 4_000])
 POSES = np.array([[0.0, 0.0, 3.0], [1.0, 2.0, -3.0], [1.0, 0.0, -2.0]])

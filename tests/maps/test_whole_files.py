@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from maps.errors import UserError
-from maps.whole_files import write_atomically
+from racecar.maps.errors import UserError
+from racecar.maps.whole_files import write_atomically
 
 
 def test_file_is_replaced_on_success_only(tmp_path: Path) -> None:

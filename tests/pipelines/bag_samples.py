@@ -9,10 +9,10 @@ import numpy as np
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 
-from maps.odometry import Odometry
-from maps.scan import Scan
-from pipelines.bag_reader import BagReader
-from pipelines.bag_writer import BagWriter
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.bags.writer import BagWriter
 
 START = 1_700_000_000_000_000_000
 STEP = 25_000_000

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from maps.errors import UserError
-from pipelines import cli
+from racecar.maps.errors import UserError
+from racecar.pipelines import cli
 
 COMMANDS = ("map", "localize", "evaluate", "simulate", "check", "demo")
 

@@ -6,19 +6,19 @@ from functools import cache
 import numpy as np
 import pytest
 
-from localization.config import LocalizationConfig
-from localization.localizer import Localizer
-from mapping.config import MappingConfig
-from mapping.mapper import Mapper
-from maps.map_files import load_map
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from maps.se2 import Pose, between, compose
-from maps.shipped import shipped_map
-from pipelines.localization_run import estimates
-from pipelines.simulator import Simulation
-from pipelines.simulator_config import SimulationConfig
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.localizer import Localizer
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
+from racecar.maps.geometry.se2 import Pose, between, compose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.shipped import shipped_map
+from racecar.pipelines.runs.localization_run import estimates
+from racecar.pipelines.simulation.simulator import Simulation
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 
 @dataclass(frozen=True)

@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from localization.config import LocalizationConfig
-from maps.occupancy_grid import OccupancyGrid
-from maps.se2 import IDENTITY
-from maps.trajectory import Trajectory
-from pipelines.experiments.autograde import Autograde, GradedDrive, grade_drive
-from pipelines.experiments.course_filter import CourseSettings
-from pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
-from pipelines.simulator_config import NoiseLevel, SimulationConfig
+from racecar.localization.config import LocalizationConfig
+from racecar.maps.geometry.se2 import IDENTITY
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.experiments.autograde import Autograde, GradedDrive, grade_drive
+from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
+from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 
 def graded(ours: float, reference: float) -> Autograde:

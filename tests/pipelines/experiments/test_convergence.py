@@ -5,13 +5,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.config import LocalizationConfig
-from maps.errors import UserError
-from pipelines.experiments.convergence import Convergence, converge, seconds_until_small
-from pipelines.experiments.course_filter import CourseSettings
-from pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
-from pipelines.experiments.recording import BagRecording, StandIn, first_seconds, known_start
-from pipelines.experiments.tracking import Track
+from racecar.localization.config import LocalizationConfig
+from racecar.maps.errors import UserError
+from racecar.pipelines.experiments.convergence import Convergence, converge, seconds_until_small
+from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
+from racecar.pipelines.experiments.recording import BagRecording, StandIn, first_seconds, known_start
+from racecar.pipelines.experiments.tracking import Track
 
 
 def run_of(extents: list[float]) -> Track:

@@ -3,11 +3,16 @@
 import numpy as np
 import pytest
 
-from maps.odometry import Odometry
-from maps.se2 import IDENTITY
-from pipelines.experiments.course_filter import CourseFilter, CourseSettings, mixture_parts, sensor_table
-from pipelines.experiments.lab_room import CircleDrive, draw_lab_room
-from pipelines.experiments.tracking import place_errors, track
+from racecar.maps.geometry.se2 import IDENTITY
+from racecar.maps.sensing.odometry import Odometry
+from racecar.pipelines.experiments.course_filter import (
+    CourseFilter,
+    CourseSettings,
+    mixture_parts,
+    sensor_table,
+)
+from racecar.pipelines.experiments.lab_room import CircleDrive, draw_lab_room
+from racecar.pipelines.experiments.tracking import place_errors, track
 
 
 def test_every_column_of_the_table_is_a_distribution() -> None:

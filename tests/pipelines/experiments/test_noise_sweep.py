@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from localization.config import LocalizationConfig
-from pipelines.experiments.course_filter import CourseSettings
-from pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
-from pipelines.experiments.filters import with_motion_noise
-from pipelines.experiments.noise_sweep import (
+from racecar.localization.config import LocalizationConfig
+from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
+from racecar.pipelines.experiments.filters import with_motion_noise
+from racecar.pipelines.experiments.noise_sweep import (
     NOISES,
     NoiseSweep,
     StepResponse,

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from localization.beam_table import beam_probabilities
-from localization.config import LocalizationConfig
-from pipelines.experiments.beams_and_particles import BeamsAndParticles
-from pipelines.experiments.course_filter import sensor_table
-from pipelines.experiments.figure_style import drawing, finish, legend_below
-from pipelines.experiments.motion_model import motion_model
-from pipelines.experiments.result import ExperimentResult, Settings
-from pipelines.experiments.sensor_model import sensor_model
-from pipelines.experiments.sweep import Sweep
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.sensor.beam_table import beam_probabilities
+from racecar.pipelines.experiments.beams_and_particles import BeamsAndParticles
+from racecar.pipelines.experiments.course_filter import sensor_table
+from racecar.pipelines.experiments.figure_style import drawing, finish, legend_below
+from racecar.pipelines.experiments.motion_model import motion_model
+from racecar.pipelines.experiments.result import ExperimentResult, Settings
+from racecar.pipelines.experiments.sensor_model import sensor_model
+from racecar.pipelines.experiments.sweep import Sweep
 
 SETTINGS, SWEEP = Settings(LocalizationConfig(), 0, quick=True), Sweep(quiet=True)
 MILLIMETRE = 300 / 25.4

@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.config import LocalizationConfig
-from pipelines.experiments.html_report import html_report
-from pipelines.experiments.real_run import RealRun, real_run
-from pipelines.experiments.recording import StandIn
-from pipelines.experiments.result import Finished, Settings
-from pipelines.experiments.result_files import save_result
-from pipelines.experiments.sweep import Sweep
+from racecar.localization.config import LocalizationConfig
+from racecar.pipelines.experiments.html_report import html_report
+from racecar.pipelines.experiments.real_run import RealRun, real_run
+from racecar.pipelines.experiments.recording import StandIn
+from racecar.pipelines.experiments.result import Finished, Settings
+from racecar.pipelines.experiments.result_files import save_result
+from racecar.pipelines.experiments.sweep import Sweep
 
 SETTINGS = Settings(LocalizationConfig(particles=1000), 0, quick=True)
 

@@ -4,8 +4,8 @@ import os
 
 import pytest
 
-from maps.errors import UserError
-from pipelines.experiments.sweep import Sweep
+from racecar.maps.errors import UserError
+from racecar.pipelines.experiments.sweep import Sweep
 
 
 def test_results_come_in_the_order_of_the_arguments() -> None:

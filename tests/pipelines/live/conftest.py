@@ -19,6 +19,6 @@ def ros() -> None:
         import rclpy  # noqa: F401
     except ImportError as error:
         pytest.skip(f"no ROS 2 here, so no live tests: {error}")
-    from pipelines.live.ros_start import start_ros
+    from racecar.pipelines.live.ros.start import start_ros
 
     start_ros()

@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
-from maps.occupancy_grid import OccupancyGrid
-from maps.odometry import Odometry
-from maps.se2 import Pose, between
-from pipelines import laser_sensor
-from pipelines.bag_messages import TRANSFORMS, nanoseconds, ros2_types
-from pipelines.bag_odometry import planar_pose
-from pipelines.simulator import Simulation, Sweep
-from pipelines.simulator_config import SimulationConfig
-from pipelines.warm_up import draw_ring
+from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.pipelines.bags.converters.odometry import planar_pose
+from racecar.pipelines.bags.messages import TRANSFORMS, nanoseconds, ros2_types
+from racecar.pipelines.simulation import laser_sensor
+from racecar.pipelines.simulation.plans.ring import draw_ring
+from racecar.pipelines.simulation.simulator import Simulation, Sweep
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 SECONDS = 110.0
 
@@ -58,8 +58,8 @@ class LiveCar:
         from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import LaserScan
 
-        from pipelines.live.node import LATCHED
-        from pipelines.live.transform_type import transform_message_type
+        from racecar.pipelines.live.node import LATCHED
+        from racecar.pipelines.live.ros.transform_type import transform_message_type
 
         self.scans_on = self.odometry_on = True
         self.shift = 0
@@ -115,7 +115,7 @@ class LiveCar:
     def _send_scan(self, sweep: Sweep, stamp: int, truth: Pose) -> None:
         from sensor_msgs.msg import LaserScan
 
-        from pipelines.live.messages import header, time_message
+        from racecar.pipelines.live.ros.messages import header, time_message
 
         if not self.scans_on:
             return
@@ -137,7 +137,7 @@ class LiveCar:
         self.scans_sent += 1
 
     def _send_odometry(self, sample: Odometry, stamp: int, truth: Pose) -> None:
-        from pipelines.live.messages import odometry_message, time_message
+        from racecar.pipelines.live.ros.messages import odometry_message, time_message
 
         if not self.odometry_on:
             return
@@ -156,7 +156,7 @@ class LiveCar:
 
 
 def _place() -> bytes:
-    from pipelines.live.messages import transform_bytes
+    from racecar.pipelines.live.ros.messages import transform_bytes
 
     return transform_bytes(0, "base_link", "laser", laser_sensor.BASE_FROM_LASER)
 
@@ -186,7 +186,7 @@ class Witness:
         from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
         from nav_msgs.msg import Odometry as OdometryMessage
 
-        from pipelines.live.transform_type import transform_message_type
+        from racecar.pipelines.live.ros.transform_type import transform_message_type
 
         node.create_subscription(OdometryMessage, "/pf/pose/odom", self._hear(self.odometry), 100)
         node.create_subscription(PoseWithCovarianceStamped, "/amcl_pose", self._hear(self.poses), 100)

@@ -7,8 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from pipelines.live.free_memory import give_back_free_memory
-from pipelines.report import resident_memory_mb
+from racecar.pipelines.files.report import resident_memory_mb
+from racecar.pipelines.live.free_memory import give_back_free_memory
 
 BLOCKS = 2000
 NUMBERS = 8000
@@ -36,8 +36,8 @@ import sys
 
 import numpy as np
 
-from pipelines.live.free_memory import keep_memory_together
-from pipelines.report import resident_memory_mb
+from racecar.pipelines.live.free_memory import keep_memory_together
+from racecar.pipelines.files.report import resident_memory_mb
 
 if sys.argv[1] == "apart":
     keep_memory_together()

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 from live_car import LiveCar, Witness, recorded, ring, wait_for
 
-from maps.occupancy_grid import OccupancyGrid
-from maps.se2 import Pose, compose, inverse
-from pipelines.bag_messages import nanoseconds
+from racecar.maps.geometry.se2 import Pose, compose, inverse
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.bags.messages import nanoseconds
 
 RIGHT_AGAIN = 2.0
 """Seconds of good input."""
@@ -48,9 +48,9 @@ class Stage:
 def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
     from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-    from pipelines.live.node import LATCHED
-    from pipelines.live.processes import private_environment, racecar_process
-    from pipelines.live.run import ros_node, served
+    from racecar.pipelines.live.node import LATCHED
+    from racecar.pipelines.live.ros.processes import private_environment, racecar_process
+    from racecar.pipelines.live.ros.run import ros_node, served
 
     folder = tmp_path_factory.mktemp("live")
     log, memory = folder / "log", folder / "memory"
@@ -78,13 +78,13 @@ def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
 
 
 def map_message(grid: OccupancyGrid) -> Any:
-    from pipelines.live.messages import grid_message, time_message
+    from racecar.pipelines.live.ros.messages import grid_message, time_message
 
     return grid_message(time_message(time.time_ns()), "map", grid)
 
 
 def initial_pose(pose: Pose) -> Any:
-    from pipelines.live.messages import pose_message, time_message
+    from racecar.pipelines.live.ros.messages import pose_message, time_message
 
     return pose_message(time_message(time.time_ns()), "map", pose, np.diag([0.04, 0.04, 0.01]))
 
@@ -219,7 +219,7 @@ def test_a_clicked_point_and_a_global_search_find_the_car(stage: Stage) -> None:
     from geometry_msgs.msg import Point, PointStamped
     from std_srvs.srv import Empty
 
-    from pipelines.live.messages import header, time_message
+    from racecar.pipelines.live.ros.messages import header, time_message
 
     topic = stage.publisher(PointStamped, "/clicked_point")
     x, y, _ = stage.car.place
@@ -241,7 +241,7 @@ def test_what_people_look_at_comes_when_they_listen(stage: Stage) -> None:
     from rclpy.qos import qos_profile_sensor_data
     from sensor_msgs.msg import PointCloud2
 
-    from pipelines.live.node import LATCHED
+    from racecar.pipelines.live.node import LATCHED
 
     heard: dict[str, list[Any]] = {"particle_cloud": [], "scan_on_map": [], "path": []}
     for (topic, messages), (kind, qos) in zip(
@@ -294,7 +294,7 @@ def test_settings_change_while_running(stage: Stage) -> None:
 def test_a_map_of_another_size_is_taken_while_driving(stage: Stage) -> None:
     from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-    from pipelines.live.node import LATCHED
+    from racecar.pipelines.live.node import LATCHED
 
     topic = stage.publisher(OccupancyGridMessage, "/map", LATCHED)
     wider = OccupancyGrid(

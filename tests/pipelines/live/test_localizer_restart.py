@@ -5,12 +5,12 @@ from pathlib import Path
 
 from live_car import LiveCar, Witness, recorded, ring, wait_for
 
-from maps.map_files import save_map
+from racecar.maps.map_files import save_map
 
 
 def test_a_node_killed_mid_drive_is_right_two_seconds_after_its_first_scan(tmp_path: Path) -> None:
-    from pipelines.live.processes import private_environment, racecar_process
-    from pipelines.live.run import ros_node, served
+    from racecar.pipelines.live.ros.processes import private_environment, racecar_process
+    from racecar.pipelines.live.ros.run import ros_node, served
 
     log = tmp_path / "log"
     log.touch()

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from live_car import LiveCar, Witness, recorded, ring, wait_for
 
-from maps.map_files import load_map
-from maps.occupancy_grid import OCCUPIED_FROM
-from maps.se2 import Pose, between, compose
-from maps.trajectory import Trajectory
-from pipelines.evaluation import compare
-from pipelines.tum import load_tum
+from racecar.maps.geometry.se2 import Pose, between, compose
+from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM
+from racecar.maps.map_files import load_map
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.files.tum import load_tum
 
 
 @dataclass
@@ -34,7 +34,7 @@ class Stage:
     process: Any = None
 
     def start_node(self) -> None:
-        from pipelines.live.processes import private_environment, racecar_process
+        from racecar.pipelines.live.ros.processes import private_environment, racecar_process
 
         command = ["live", "map", "--out", str(self.out), "--ros-args", "-p", "checkpoint_every:=1.0"]
         environment = private_environment(int(os.environ["ROS_DOMAIN_ID"]))
@@ -87,8 +87,8 @@ class Stage:
 def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
     from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-    from pipelines.live.node import LATCHED
-    from pipelines.live.run import ros_node, served
+    from racecar.pipelines.live.node import LATCHED
+    from racecar.pipelines.live.ros.run import ros_node, served
 
     folder = tmp_path_factory.mktemp("mapping")
     log = folder / "log"
@@ -118,7 +118,7 @@ def test_the_car_is_placed_from_its_first_scan_on(stage: Stage) -> None:
 
 
 def test_the_map_comes_every_second_and_shows_the_walls(stage: Stage) -> None:
-    from pipelines.live.messages import grid_of
+    from racecar.pipelines.live.ros.messages import grid_of
 
     time.sleep(2.0)
     times = [at for at, _ in stage.maps]
@@ -144,7 +144,7 @@ def nearest(points: np.ndarray, others: np.ndarray) -> np.ndarray:
 def test_map_to_odometry_and_the_graph_are_published(stage: Stage) -> None:
     from visualization_msgs.msg import MarkerArray
 
-    from pipelines.live.node import LATCHED
+    from racecar.pipelines.live.node import LATCHED
 
     heard: list[Any] = []
     stage.node.create_subscription(MarkerArray, "/pose_graph", heard.append, LATCHED)

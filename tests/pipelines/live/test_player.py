@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from live_car import wait_for
 
-from maps.errors import UserError
-from maps.odometry import Odometry
-from pipelines.bag_messages import nanoseconds
-from pipelines.bag_writer import BagWriter
+from racecar.maps.errors import UserError
+from racecar.maps.sensing.odometry import Odometry
+from racecar.pipelines.bags.messages import nanoseconds
+from racecar.pipelines.bags.writer import BagWriter
 
 SCANS, PERIOD = 20, 50_000_000
 
@@ -36,8 +36,8 @@ def test_messages_come_in_order_and_in_time(bag: Path) -> None:
     from rosgraph_msgs.msg import Clock
     from sensor_msgs.msg import LaserScan
 
-    from pipelines.live.player import Player
-    from pipelines.live.run import ros_node, served
+    from racecar.pipelines.live.player import Player
+    from racecar.pipelines.live.ros.run import ros_node, served
 
     scans: list[tuple[float, Any]] = []
     samples: list[Any] = []
@@ -68,8 +68,8 @@ def test_messages_come_in_order_and_in_time(bag: Path) -> None:
 def test_a_listener_who_is_found_a_little_later_is_waited_for(bag: Path, listeners: int | None) -> None:
     from sensor_msgs.msg import LaserScan
 
-    from pipelines.live.player import Player
-    from pipelines.live.run import ros_node
+    from racecar.pipelines.live.player import Player
+    from racecar.pipelines.live.ros.run import ros_node
 
     with ros_node("test_listener", []) as node, ros_node_of_player() as player_node:
         node.create_subscription(LaserScan, "/scan", lambda message: None, 100)
@@ -84,8 +84,8 @@ def test_a_listener_who_is_found_a_little_later_is_waited_for(bag: Path, listene
 
 @pytest.mark.parametrize("listeners", [None, 1])
 def test_nobody_is_waited_for_in_vain(bag: Path, listeners: int | None) -> None:
-    from pipelines.live.player import Player
-    from pipelines.live.run import ros_node
+    from racecar.pipelines.live.player import Player
+    from racecar.pipelines.live.ros.run import ros_node
 
     with ros_node("test_player", []) as node:
         player = Player(node, bag)
@@ -108,8 +108,8 @@ def ros_node_of_player() -> Any:
 
 
 def test_a_topic_that_is_not_there_is_named(bag: Path) -> None:
-    from pipelines.live.player import Player
-    from pipelines.live.run import ros_node
+    from racecar.pipelines.live.player import Player
+    from racecar.pipelines.live.ros.run import ros_node
 
     with ros_node("test_player", []) as node, pytest.raises(UserError, match="no topic /skan"):
         Player(node, bag, ["/skan"])
@@ -118,7 +118,7 @@ def test_a_topic_that_is_not_there_is_named(bag: Path) -> None:
 def test_no_module_is_imported_because_a_bag_names_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from pipelines.live.message_types import message_class
+    from racecar.pipelines.live.ros.message_types import message_class
 
     (tmp_path / "evil").mkdir()
     (tmp_path / "evil" / "__init__.py").write_text("raise SystemExit('imported')")

@@ -4,12 +4,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from localization.pose_estimate import PoseEstimate
-from maps.errors import UserError
-from maps.occupancy_grid import OccupancyGrid
-from maps.se2 import compose
-from pipelines.live.laser_place import LaserPlace
-from pipelines.live.remembered_pose import PoseMemory, RememberedPose
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import compose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.live.intake.laser_place import LaserPlace
+from racecar.pipelines.live.remembered_pose import PoseMemory, RememberedPose
 
 GRID = OccupancyGrid(np.zeros((5, 5), np.int8), 0.1, np.zeros(3))
 SECOND = 1_000_000_000

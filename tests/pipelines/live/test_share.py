@@ -7,10 +7,10 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
-import pipelines.live
-from pipelines.cli import app
+import racecar.pipelines.live
+from racecar.pipelines.cli import app
 
-SHARE = Path(pipelines.live.__file__).parent / "share"
+SHARE = Path(racecar.pipelines.live.__file__).parent / "share"
 
 
 def test_the_command_names_the_folder() -> None:
@@ -37,21 +37,21 @@ def test_a_launch_file_starts_a_command_that_there_is(name: str) -> None:
 
 @pytest.mark.parametrize("kind", ["localizer", "mapper"])
 def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
-    from localization.config import LocalizationConfig
-    from pipelines.live.run import ros_node
+    from racecar.localization.config import LocalizationConfig
+    from racecar.pipelines.live.ros.run import ros_node
 
     told = yaml.safe_load((SHARE / f"{kind}.yaml").read_text())["/**"]["ros__parameters"]
     with ros_node("test_parameters", ["--ros-args", "--params-file", str(SHARE / f"{kind}.yaml")]) as node:
         if kind == "localizer":
-            from pipelines.live.localizer_node import LocalizerNode, Start
+            from racecar.pipelines.live.localizer_node import LocalizerNode, Start
 
             LocalizerNode(node, LocalizationConfig(), Start(None))
         else:
-            from mapping.config import MappingConfig
-            from mapping.mapper import Mapper
-            from pipelines.checkpoint import Start
-            from pipelines.live.map_saving import MapOutput
-            from pipelines.live.mapper_node import MapperNode
+            from racecar.mapping.config import MappingConfig
+            from racecar.mapping.mapper import Mapper
+            from racecar.pipelines.live.map_saving import MapOutput
+            from racecar.pipelines.live.mapper_node import MapperNode
+            from racecar.pipelines.runs.checkpoint import Start
 
             MapperNode(node, MapOutput(Path("nowhere"), MappingConfig(), {}), Start(Mapper(MappingConfig())))
         declared = {name: parameter.value for name, parameter in node._parameters.items()}

@@ -7,10 +7,10 @@ import pytest
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from maps.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from maps.odometry import Odometry
-from maps.scan import Scan
-from pipelines.view.recorder import RECORD_FOLDER, Recorder, as_even_beams
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.view.recorder import RECORD_FOLDER, Recorder, as_even_beams
 
 PERIOD = 50_000_000
 START = 1_700_000_000_000_000_000

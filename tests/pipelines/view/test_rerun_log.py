@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from maps.trajectory import Trajectory
-from pipelines.cli import run
-from pipelines.tum import save_tum
-from pipelines.view.scene import Cloud, Scene, Sight
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.cli import run
+from racecar.pipelines.files.tum import save_tum
+from racecar.pipelines.view.scene import Cloud, Scene, Sight
 
 pytest.importorskip("rerun")
 
@@ -42,7 +42,7 @@ def entities(path: Path) -> str:
 
 
 def test_everything_of_a_scene_is_in_the_recording(tmp_path: Path) -> None:
-    from pipelines.view.rerun_log import save_recording
+    from racecar.pipelines.view.rerun_log import save_recording
 
     save_recording(whole_scene(), tmp_path / "run.rrd")
     printed = entities(tmp_path / "run.rrd")
@@ -53,7 +53,7 @@ def test_everything_of_a_scene_is_in_the_recording(tmp_path: Path) -> None:
 
 
 def test_a_bare_trajectory_can_be_shown(tmp_path: Path) -> None:
-    from pipelines.view.rerun_log import save_recording
+    from racecar.pipelines.view.rerun_log import save_recording
 
     save_recording(Scene("run", "words", Trajectory(STAMPS, PATH)), tmp_path / "run.rrd")
     printed = entities(tmp_path / "run.rrd")

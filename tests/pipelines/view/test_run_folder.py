@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from maps.errors import UserError
-from maps.map_files import save_map
-from maps.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from maps.scan import Scan
-from maps.se2 import compose
-from maps.trajectory import Trajectory
-from pipelines.session_file import SESSION_FILE, save_arrays
-from pipelines.tum import save_tum
-from pipelines.view.recorder import Recorder
-from pipelines.view.run_folder import load_run
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import compose
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.map_files import save_map
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.session_file import SESSION_FILE, save_arrays
+from racecar.pipelines.files.tum import save_tum
+from racecar.pipelines.view.recorder import Recorder
+from racecar.pipelines.view.run_folder import load_run
 
 STAMPS = 10**9 + 10**8 * np.arange(20)
 PATH = np.column_stack([np.linspace(0.0, 2.0, 20), np.zeros(20), np.linspace(0.0, 0.4, 20)])

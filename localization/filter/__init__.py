@@ -1,0 +1,1 @@
+"""The particle filter: particles drawn, weighed, clustered and resampled."""

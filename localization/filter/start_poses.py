@@ -1,0 +1,92 @@
+"""Where the particles are before any scan: about a pose, or anywhere."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.floor.free_space import FreeSpace
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose
+
+_PARTICLES_PER_SQUARE_METRE = 400
+_MOST_PARTICLES = 1_000_000
+_BEYOND_ANY_MAP = 1e9
+
+
+def draw_start(
+    map_from_base: Pose,
+    covariance: NDArray[np.float64] | None,
+    free_space: FreeSpace,
+    config: LocalizationConfig,
+    rng: np.random.Generator,
+) -> Pose:
+    """(N, 3) particles about a start pose (3,), on free space only, spread by its covariance (3, 3).
+
+    Without a covariance the settings tell the spread. Raises UserError when the pose is not finite, off the
+    map or far from free space, or the covariance is none.
+    """
+    pose = np.asarray(map_from_base, dtype=np.float64)
+    if pose.shape != (3,) or not np.all(np.abs(pose) < _BEYOND_ANY_MAP):
+        raise UserError(
+            "The initial pose is not three finite numbers; give x and y in metres and yaw in radians."
+        )
+    if covariance is None:
+        drawn = draw_about(pose, config.particles, config, rng)
+    else:
+        drawn = pose + rng.standard_normal((config.particles, 3)) @ _root_of(covariance).T
+    possible = drawn[free_space.contains(drawn[:, :2])]
+    is_on_map = free_space.grid.contains(free_space.grid.cell_of(pose[None, :2]))[0]
+    if len(possible) == 0 or not is_on_map:
+        raise UserError(
+            f"The initial pose ({pose[0]:.2f}, {pose[1]:.2f}) is not on the map's free space; "
+            "give a pose where the car can stand, or search the whole map."
+        )
+    return np.resize(possible, drawn.shape)
+
+
+def draw_within(
+    radius: float,
+    point_in_map: NDArray[np.float64],
+    free_space: FreeSpace,
+    config: LocalizationConfig,
+    rng: np.random.Generator,
+) -> Pose:
+    """(N, 3) particles facing any way, no farther than a radius from a point (2,).
+
+    Raises UserError when the car cannot stand there or these are not finite numbers.
+    """
+    point = np.asarray(point_in_map, dtype=np.float64)
+    if point.shape != (2,) or not np.all(np.abs(point) < _BEYOND_ANY_MAP) or not 0 < radius < _BEYOND_ANY_MAP:
+        raise UserError("The position is not two finite numbers and a radius; give them in metres.")
+    place = free_space.within(radius, point)
+    if place.cell_count == 0:
+        raise UserError(
+            f"Within {radius:.2f} m of ({point[0]:.2f}, {point[1]:.2f}) is no free space of the map; "
+            "give a place where the car can stand, or a larger radius."
+        )
+    return draw_anywhere(place, config, rng)
+
+
+def draw_about(map_from_base: Pose, count: int, config: LocalizationConfig, rng: np.random.Generator) -> Pose:
+    """(count, 3) particles spread normally about a pose (3,)."""
+    spread = [config.start_spread, config.start_spread, config.start_heading_spread]
+    drawn: Pose = map_from_base + spread * rng.standard_normal((count, 3))
+    return drawn
+
+
+def draw_anywhere(free_space: FreeSpace, config: LocalizationConfig, rng: np.random.Generator) -> Pose:
+    """(N, 3) particles over the whole map, as many as it takes for one to be near the car."""
+    area = free_space.cell_count * free_space.grid.resolution**2
+    wanted = min(int(area * _PARTICLES_PER_SQUARE_METRE), _MOST_PARTICLES)
+    return free_space.draw_poses(max(wanted, config.scattered_particles), rng)
+
+
+def _root_of(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) that times its transpose is the covariance (3, 3); of one axis it may say nothing (0)."""
+    matrix = np.asarray(covariance, dtype=np.float64)
+    if matrix.shape == (3, 3) and np.all(np.abs(matrix) < _BEYOND_ANY_MAP):
+        variances, axes = np.linalg.eigh(0.5 * (matrix + matrix.T))
+        if variances.min() >= -1e-9 * max(variances.max(), 1.0):
+            root: NDArray[np.float64] = axes * np.sqrt(np.maximum(variances, 0.0))
+            return root
+    raise UserError("The covariance of the initial pose is none: give 3 x 3 finite numbers of x, y and yaw.")

@@ -1,0 +1,1 @@
+"""Expected ranges for every free cell and heading, computed beforehand."""

@@ -1,0 +1,1 @@
+"""Fast random numbers, trigonometry and prefetching for the loops over particles."""

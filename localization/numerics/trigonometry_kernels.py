@@ -1,0 +1,62 @@
+"""Sine and cosine that a compiler turns into vector instructions; the library's take one number at a time."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
+
+_TURN = 2.0 * math.pi
+_PER_RADIAN = 1.0 / _TURN
+_SINE = tuple((-1.0) ** n / math.factorial(2 * n + 1) for n in reversed(range(7)))
+_VERSINE = tuple((-1.0) ** n / math.factorial(2 * n + 2) for n in reversed(range(7)))
+"""Coefficients of the powers of a², the highest first."""
+BATCH = 256
+"""Poses whose sines are taken together, by vector instructions."""
+
+
+@njit(cache=True, nogil=True, inline="always")
+def wrapped(angle: float) -> float:
+    """The same angle in [-π, π)."""
+    turns: float = np.floor(angle * _PER_RADIAN + 0.5)  # math's makes an integer, which no vector has
+    return angle - _TURN * turns
+
+
+@njit(cache=True, nogil=True, inline="always")
+def sin_cos(angle: float) -> tuple[float, float]:
+    """Sine and cosine to 1e-14, of angles up to some thousand turns.
+
+    By Taylor's series on an eighth of the turn about zero, doubled twice.
+    """
+    a = 0.25 * wrapped(angle)
+    q = a * a
+    sine, versine = 0.0, 0.0
+    for coefficient in _SINE:
+        sine = sine * q + coefficient
+    for coefficient in _VERSINE:
+        versine = versine * q + coefficient
+    sine, cosine = a * sine, 1.0 - q * versine
+    sine, cosine = 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
+    return 2.0 * sine * cosine, 1.0 - 2.0 * sine * sine
+
+
+@njit(cache=True, nogil=True)
+def take_batch(
+    poses: Pose,
+    start: int,
+    yaw: NDArray[np.float64],
+    sine: NDArray[np.float64],
+    cosine: NDArray[np.float64],
+) -> int:
+    """Fill the yaws of poses (N, 3) from ``start`` on, and their sines and cosines, into arrays (BATCH,).
+
+    Tells how many there were.
+    """
+    count = min(BATCH, len(poses) - start)
+    for k in range(count):
+        yaw[k] = poses[start + k, 2]
+    for k in range(count):
+        sine[k], cosine[k] = sin_cos(yaw[k])
+    return count

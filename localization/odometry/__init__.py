@@ -1,0 +1,1 @@
+"""The car's motion between scans: odometry, its faults and its noise."""

@@ -1,0 +1,129 @@
+"""The loops over the particles of the motion models."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from racecar.localization.numerics.noise_kernels import noise
+from racecar.localization.numerics.trigonometry_kernels import BATCH, take_batch, wrapped
+from racecar.maps.geometry.se2 import Pose
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def move_particles(
+    map_from_base: Pose,
+    slips: NDArray[np.float64],
+    base_from_next_base: Pose,
+    behind: Pose,
+    deviations: Pose,
+    seed: np.uint32,
+) -> Pose:
+    """Particles (N, 3) moved by an increment (3,), by slips (N, 3) of way, turn and lag.
+
+    To this comes noise of deviations (3,).
+    """
+    # taken out of their arrays here, which might be the one that is written to for all that a compiler knows
+    told_forward, told_left, told_turn = base_from_next_base
+    behind_forward, behind_left, behind_turn = behind
+    noise_forward, noise_left, noise_turn = deviations
+    moved = np.empty_like(map_from_base)
+    yaw, sine, cosine = np.empty(BATCH), np.empty(BATCH), np.empty(BATCH)
+    drawn = np.empty(3 * BATCH)
+    for start in range(0, len(map_from_base), BATCH):
+        count = take_batch(map_from_base, start, yaw, sine, cosine)
+        for k in range(3 * count):
+            drawn[k] = noise(seed, 3 * start + k)
+        for k in range(count):
+            i = start + k
+            way, turning, lag = 1.0 + slips[i, 0], 1.0 + slips[i, 1], slips[i, 2]
+            forward = way * told_forward + lag * behind_forward + noise_forward * drawn[3 * k]
+            left = way * told_left + lag * behind_left + noise_left * drawn[3 * k + 1]
+            turn = turning * told_turn + lag * behind_turn + noise_turn * drawn[3 * k + 2]
+            moved[i, 0] = map_from_base[i, 0] + cosine[k] * forward - sine[k] * left
+            moved[i, 1] = map_from_base[i, 1] + sine[k] * forward + cosine[k] * left
+            moved[i, 2] = wrapped(yaw[k] + turn)
+    return moved
+
+
+@njit(cache=True, nogil=True)
+def drive_particles(
+    map_from_base: Pose,
+    slips: NDArray[np.float64],
+    base_from_next_base: Pose,
+    behind: Pose,
+    deviations: Pose,
+    seed: np.uint32,
+) -> Pose:
+    """Particles (N, 3) moved along arcs, by slips (N, 3) of way, turn and lag.
+
+    To this comes noise of deviations (3,), of the way and of its turn.
+    """
+    turn, chord = base_from_next_base[2], math.hypot(base_from_next_base[0], base_from_next_base[1])
+    way = math.copysign(chord / _chord_share(turn), base_from_next_base[0])
+    moved = np.empty_like(map_from_base)
+    for i in range(len(map_from_base)):
+        own_way, own_turn = way + slips[i, 2] * behind[0], turn + slips[i, 2] * behind[2]
+        driven = (1.0 + slips[i, 0]) * own_way + deviations[0] * noise(seed, 2 * i)
+        turned = (1.0 + slips[i, 1]) * own_turn * driven / own_way if own_way != 0.0 else 0.0
+        turned += deviations[2] * noise(seed, 2 * i + 1)
+        yaw = map_from_base[i, 2]
+        direction, straight = yaw + 0.5 * turned, driven * _chord_share(turned)
+        moved[i, 0] = map_from_base[i, 0] + straight * math.cos(direction)
+        moved[i, 1] = map_from_base[i, 1] + straight * math.sin(direction)
+        moved[i, 2] = wrapped(yaw + turned)
+    return moved
+
+
+@njit(cache=True, nogil=True)
+def disturb_particles(map_from_base: Pose, first: int, every: int, deviations: Pose, seed: np.uint32) -> None:
+    """Give every so manieth of the particles (N, 3) noise of deviations (3,) in the map."""
+    for i in range(first, len(map_from_base), every):
+        for axis in range(3):
+            map_from_base[i, axis] += deviations[axis] * noise(seed, 3 * (i // every) + axis)
+
+
+@njit(cache=True, nogil=True)
+def _chord_share(turn: float) -> float:
+    """The chord of an arc that turns by so much, over its length."""
+    return math.sin(0.5 * turn) / (0.5 * turn) if abs(turn) > 1e-6 else 1.0
+
+
+@njit(cache=True, nogil=True)
+def carry(
+    map_from_base: Pose,
+    covariance: NDArray[np.float64],
+    base_from_next_base: Pose,
+    deviations: Pose,
+) -> tuple[Pose, NDArray[np.float64]]:
+    """A pose (3,) and its covariance (3, 3) in the map, after an increment (3,) with deviations (3,)."""
+    yaw = map_from_base[2]
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    forward, left, turn = base_from_next_base
+    shift_x, shift_y = cos * forward - sin * left, sin * forward + cos * left
+    carried = np.empty(3)
+    carried[0], carried[1] = map_from_base[0] + shift_x, map_from_base[1] + shift_y
+    carried[2] = math.pi - (math.pi - yaw - turn) % (2.0 * math.pi)
+    turned, axes = np.zeros((3, 3)), np.zeros((3, 3))
+    turned[0, 0] = turned[1, 1] = turned[2, 2] = 1.0
+    turned[0, 2], turned[1, 2] = -shift_y, shift_x
+    axes[0, 0], axes[0, 1] = cos * deviations[0], -sin * deviations[1]
+    axes[1, 0], axes[1, 1] = sin * deviations[0], cos * deviations[1]
+    axes[2, 2] = deviations[2]
+    grown = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                grown[i, j] += axes[i, k] * axes[j, k]
+                for m in range(3):
+                    grown[i, j] += turned[i, k] * covariance[k, m] * turned[j, m]
+    return carried, grown
+
+
+@njit(cache=True, nogil=True)
+def step_between(world_from_a: Pose, world_from_b: Pose) -> Pose:
+    """``a_from_b`` (3,) of two poses (3,), without the ado that many poses at once would be worth."""
+    dx, dy = world_from_b[0] - world_from_a[0], world_from_b[1] - world_from_a[1]
+    cos, sin = math.cos(world_from_a[2]), math.sin(world_from_a[2])
+    return np.array([cos * dx + sin * dy, cos * dy - sin * dx, wrapped(world_from_b[2] - world_from_a[2])])

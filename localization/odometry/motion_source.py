@@ -1,0 +1,157 @@
+"""The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
+
+from math import isfinite
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.odometry.calibration import OdometryCalibration, OdometryFaults
+from racecar.localization.odometry.motion_model import drift_noise, motion_model, travel
+from racecar.localization.odometry.motion_model_kernels import step_between
+from racecar.localization.odometry.motion_step import GAP_SECONDS, MotionStep
+from racecar.localization.odometry.speed_memory import SpeedMemory
+from racecar.localization.odometry.track import OdometryTrack
+from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.sensing.odometry import STALE_AFTER, Odometry
+
+RESTART_SECONDS = 1.0
+"""A clock that goes back by more has been set anew; by less, messages came out of order."""
+_LONGEST_CARRY = 0.5
+"""Seconds for which a speed is believed to last."""
+_SPEED_MEMORY = 0.15
+"""Seconds over which the speed of the estimates is averaged."""
+
+
+class MotionSource:
+    """Gathers odometry, and tells the motion since the last scan; none of it is counted twice or lost.
+
+    Odometry may come in from another thread at any time; the other methods belong to the thread that has
+    the scan, but for `step_from`, which anyone may ask.
+    """
+
+    def __init__(self, config: LocalizationConfig) -> None:
+        self._lock = Lock()
+        self.calibration = OdometryCalibration()
+        """Of the odometry; all steps are corrected by it."""
+        self._odometry = OdometryTrack()
+        self._restarts = 0
+        self._followed_restarts = 0
+        self._odom_from_base: Pose | None = None
+        self._stamp: int | None = None
+        self._memory = SpeedMemory()
+        self._speed: Pose = IDENTITY
+        self._last_estimate: tuple[int, Pose] | None = None
+        self.reconfigure(config)
+
+    def reconfigure(self, config: LocalizationConfig) -> None:
+        """Take other settings from here on."""
+        self._config = config
+        self.model = motion_model(config)
+
+    def add(self, odometry: Odometry) -> None:
+        """Take a sample; one that is not finite or comes out of order is left out.
+
+        Where its clock is set back or its poses jump, odometry begins anew.
+        """
+        if not isfinite(sum(odometry.odom_from_base.tolist())):
+            return
+        with self._lock:
+            latest = self._odometry.latest_stamp
+            is_set_back = latest is not None and latest - odometry.stamp > RESTART_SECONDS * 1e9
+            if is_set_back or self._odometry.jumps_to(odometry):
+                self._odometry = OdometryTrack()
+                self._restarts += 1
+            self._odometry.add(odometry)
+
+    def knows(self, stamp: int) -> bool:
+        """Whether the odometry reaches to a stamp, or nearly."""
+        latest = self._odometry.latest_stamp
+        return latest is not None and stamp - latest <= STALE_AFTER
+
+    def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
+        """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.
+
+        Raises LookupError while there is no odometry.
+        """
+        with self._lock:
+            return self._odometry.poses_at(stamps)
+
+    def poses_in_sweep(self, stamps: NDArray[np.int64]) -> Pose:
+        """Where the base is (N, 3) at stamps (N,) in the sweep of the last step, in a frame that stands
+        still: by odometry, or where that is silent by the speed of the estimates."""
+        if self._odom_from_base is not None:
+            return self.poses_at(stamps)
+        seconds = (stamps - self._stamp) * 1e-9 if self._stamp is not None else np.zeros(len(stamps))
+        return seconds[:, None] * self._speed
+
+    def step_to(self, stamp: int) -> MotionStep:
+        """The motion since the last call."""
+        with self._lock:
+            is_restarted = self._followed_restarts != self._restarts
+            self._followed_restarts = self._restarts
+        if is_restarted:
+            self._odom_from_base = None
+        if self._stamp is None:
+            seconds = 0.0
+        elif self._stamp - stamp > RESTART_SECONDS * 1e9:
+            seconds = np.inf
+            self._odom_from_base = None
+        else:
+            seconds = max(stamp - self._stamp, 0) * 1e-9
+        self._stamp = stamp
+        before = self._odom_from_base
+        self._odom_from_base = self.poses_at(np.array([stamp]))[0] if self.knows(stamp) else None
+        return self._measured(before, self._odom_from_base, seconds) or self._carried_on(seconds)
+
+    @property
+    def odom_from_base(self) -> Pose | None:
+        """(3,) at the stamp of the last step; None where no odometry told it."""
+        return self._odom_from_base
+
+    def step_from(
+        self, odom_from_base: Pose | None, faults: OdometryFaults, since: int, stamp: int
+    ) -> MotionStep:
+        """The motion from a stamp, at which the odometry said ``odom_from_base``, to another one.
+
+        The answer is not remembered, so anyone may ask for the motion up to now.
+        """
+        seconds = (stamp - since) * 1e-9
+        if odom_from_base is not None and self._remembers(since) and self.knows(stamp):
+            told = step_between(odom_from_base, self.poses_at(np.array([stamp]))[0])
+            step = faults.corrected(told)
+            return MotionStep(step, self.model.deviations(step), travel(step), seconds)
+        return self._carried_on(seconds)
+
+    def follow(self, stamp: int, map_from_base: Pose) -> None:
+        """Learn the car's speed from an estimate, for when odometry fails."""
+        if self._last_estimate is not None:
+            seconds = (stamp - self._last_estimate[0]) * 1e-9
+            if 0.0 < seconds < _LONGEST_CARRY:
+                speed = step_between(self._last_estimate[1], map_from_base) / seconds
+                self._speed = self._speed + seconds / (seconds + _SPEED_MEMORY) * (speed - self._speed)
+        self._last_estimate = (stamp, map_from_base)
+
+    def forget_speed(self) -> None:
+        """The estimates to come do not continue those before."""
+        self._speed, self._last_estimate = IDENTITY, None
+
+    def _remembers(self, stamp: int) -> bool:
+        """Whether the odometry has not begun anew since a stamp."""
+        first = self._odometry.first_stamp
+        return first is not None and first <= stamp
+
+    def _measured(self, before: Pose | None, after: Pose | None, seconds: float) -> MotionStep | None:
+        if before is None or after is None:
+            return None
+        step = self.calibration.faults.corrected(step_between(before, after))
+        possible, effort, behind = self._memory.take(step, seconds)
+        sliding = self._config.slip * (possible - np.abs(step))
+        deviations = np.hypot(self.model.deviations(possible), sliding)
+        return MotionStep(step, deviations, travel(possible), seconds, effort, behind)
+
+    def _carried_on(self, seconds: float) -> MotionStep:
+        step = self._speed * float(np.clip(seconds, -_LONGEST_CARRY, _LONGEST_CARRY))
+        noise = drift_noise(min(abs(seconds), GAP_SECONDS), self._config.drift_noise)
+        return MotionStep(step, noise, np.inf, seconds)

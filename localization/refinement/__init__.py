@@ -1,0 +1,1 @@
+"""The estimate aligned with the walls."""

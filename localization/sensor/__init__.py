@@ -1,0 +1,1 @@
+"""Sensor models: how well a scan fits what the map says from a pose."""

@@ -1,0 +1,1 @@
+"""The pose graph: constraints between keyframes, and their solution."""

@@ -1,0 +1,100 @@
+"""What the pose graph is made of: a measured pose of one keyframe seen from another."""
+
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
+
+Kind = Literal["odometry", "scan_matching", "loop_closure"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+_ROWS, _COLUMNS = np.triu_indices(3)
+_OF_UPPER = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+
+
+@dataclass(frozen=True, eq=False)
+class Constraint:
+    """An edge of the pose graph."""
+
+    from_keyframe: int
+    to_keyframe: int
+    from_pose_to_pose: Pose
+    """(3,) the second keyframe's pose in the frame of the first."""
+    information: NDArray[np.float64]
+    """(3, 3) in the tangent frame of the second pose, as gtsam's BetweenFactorPose2 has it."""
+    kind: Kind
+
+
+class ConstraintList:
+    """A growing list of constraints in a fifth of the memory that they take as objects; of the information,
+    which is symmetric, it holds one half."""
+
+    def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
+        self._ends, self._kinds = array("i"), array("b")
+        self._poses, self._information = array("d"), array("d")
+        for constraint in constraints:
+            self.append(constraint)
+
+    def __len__(self) -> int:
+        return len(self._kinds)
+
+    def __iter__(self) -> Iterator[Constraint]:
+        return (self[k] for k in range(len(self)))
+
+    def __getitem__(self, k: int) -> Constraint:
+        pose, information = self._poses[3 * k : 3 * k + 3], self._information[6 * k : 6 * k + 6]
+        first, second = self.ends_of(k)
+        return Constraint(first, second, np.array(pose), np.array(information)[_OF_UPPER], self.kind_of(k))
+
+    def append(self, constraint: Constraint) -> None:
+        """Add one at the end."""
+        self._ends.extend((constraint.from_keyframe, constraint.to_keyframe))
+        self._poses.extend(constraint.from_pose_to_pose)
+        self._information.extend(constraint.information[_ROWS, _COLUMNS])
+        self._kinds.append(KINDS.index(constraint.kind))
+
+    def ends_of(self, k: int) -> tuple[int, int]:
+        """The keyframes that one connects, without making more of it."""
+        return self._ends[2 * k], self._ends[2 * k + 1]
+
+    def kind_of(self, k: int) -> Kind:
+        """Likewise its kind."""
+        return KINDS[self._kinds[k]]
+
+    def are(self, kind: Kind) -> NDArray[np.bool_]:
+        """(C,) whether each is of a kind."""
+        are: NDArray[np.bool_] = np.array(self._kinds, dtype=np.int8) == KINDS.index(kind)
+        return are
+
+    def chosen(self, indices: Sequence[int] | NDArray[np.int64]) -> "ConstraintList":
+        """Some of them, in that order."""
+        return ConstraintList.from_arrays({name: rows[indices] for name, rows in self.to_arrays().items()})
+
+    def copy(self) -> "ConstraintList":
+        """The same in memory of its own."""
+        return ConstraintList.from_arrays(self.to_arrays())
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """``keyframes`` (C, 2) int32, ``poses`` (C, 3), ``information`` (C, 3, 3) and ``kinds`` (C,) int8, by
+        their places in ``KINDS``."""
+        return {
+            "keyframes": np.array(self._ends, dtype=np.int32).reshape(-1, 2),
+            "poses": np.array(self._poses).reshape(-1, 3),
+            "information": np.array(self._information).reshape(-1, 6)[:, _OF_UPPER],
+            "kinds": np.array(self._kinds, dtype=np.int8),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "ConstraintList":
+        """The constraints that were written so."""
+        constraints = cls()
+        constraints._ends.frombytes(arrays["keyframes"].astype(np.int32).tobytes())
+        constraints._poses.frombytes(arrays["poses"].astype(np.float64).tobytes())
+        information = arrays["information"].astype(np.float64)[:, _ROWS, _COLUMNS]
+        constraints._information.frombytes(information.tobytes())
+        constraints._kinds.frombytes(arrays["kinds"].astype(np.int8).tobytes())
+        return constraints

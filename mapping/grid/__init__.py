@@ -1,0 +1,1 @@
+"""The occupancy grid rendered from keyframes and their poses."""

@@ -1,0 +1,1 @@
+"""Keyframes and the scans between them: chosen, placed, tied together."""

@@ -1,0 +1,1 @@
+"""Loop closure over submaps."""

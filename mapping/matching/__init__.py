@@ -1,0 +1,1 @@
+"""Scan matching: point-to-line, correlative, and the tests of a match."""

@@ -1,0 +1,107 @@
+"""Correlative scan matching by branch and bound: where in a window does one submap fit another?
+
+Olson, "Real-time correlative scan matching", ICRA 2009; Hess et al., "Real-time loop closure in 2D LIDAR
+SLAM", ICRA 2016. The search is exact on its grid: nothing in the window fits better than what it returns.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from racecar.mapping.matching.correlative_search_kernels import branch_and_bound, sliding_maximum
+from racecar.maps.geometry.se2 import Pose, compose
+
+CELL = 0.1
+ANGLE_STEP = np.deg2rad(0.75)
+_LEVELS = 6
+_BLUR = 0.12
+_NO_EXCLUSION = np.array([-1, 0, 0])
+_RIVAL_DISTANCE = 1.0
+_RIVAL_ANGLE = np.deg2rad(10.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Window:
+    """Where to look, about a guess."""
+
+    reach: float
+    """Metres to each side."""
+    turn: float
+    """Radians to each side."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """The best place in a window."""
+
+    pose: Pose
+    """(3,) fixed_from_moving."""
+    score: float
+    """Mean likelihood of the moved points, 0 to 1."""
+    rival: float = 0.0
+    """Score of a second place, over a metre or ten degrees away, as a share of the best; 0 when all
+    others stay below the share that was asked for, or none was."""
+
+
+class LikelihoodPyramid:
+    """How likely a point of another scan falls on each cell, and the maxima over ever larger blocks."""
+
+    def __init__(self, points: NDArray[np.float64], radius: float) -> None:
+        """``points`` (N, 2) in the submap's frame; those beyond ``radius`` metres are left out."""
+        near = points[np.abs(points).max(axis=1) < radius]
+        margin = 1 << (_LEVELS - 1)
+        low = np.floor(near.min(axis=0) / CELL).astype(np.int64) - 4
+        cells = np.floor(near / CELL).astype(np.int64) - low
+        size = cells.max(axis=0) + 5
+        empty = np.ones((size[1], size[0]), dtype=np.bool_)
+        empty[cells[:, 1], cells[:, 0]] = False
+        distance = distance_transform_edt(empty) * CELL
+        likelihood = np.rint(255.0 * np.exp(-0.5 * (distance / _BLUR) ** 2)).astype(np.uint8)
+        level = np.pad(likelihood, ((margin, 0), (margin, 0)))
+        self.levels = np.empty((_LEVELS, *level.shape), dtype=np.uint8)
+        self.levels[0] = level
+        for h in range(1, _LEVELS):
+            sliding_maximum(self.levels[h - 1], 1 << (h - 1), self.levels[h])
+        self._origin = low - margin
+
+    def cells_of(self, points: NDArray[np.float64]) -> NDArray[np.int32]:
+        """(..., 2) row and column of points (..., 2) of the submap's frame."""
+        cells: NDArray[np.int64] = np.floor(points[..., ::-1] / CELL).astype(np.int64) - self._origin[::-1]
+        return cells.astype(np.int32)
+
+
+def search(
+    fixed: LikelihoodPyramid,
+    moving_points: NDArray[np.float64],
+    guess: Pose,
+    window: Window,
+    min_score: float,
+    rival_share: float | None = None,
+) -> Fit | None:
+    """The pose (3,) near ``guess`` at which ``moving_points`` (N, 2) lie best on ``fixed``.
+
+    None when the best score lies below ``min_score``; a rival is sought above ``rival_share`` of the best, or
+    not at all.
+    """
+    half_turns = int(np.ceil(window.turn / ANGLE_STEP))
+    turns = np.arange(-half_turns, half_turns + 1) * ANGLE_STEP
+    cos, sin = np.cos(guess[2] + turns), np.sin(guess[2] + turns)
+    x, y = moving_points[:, 0], moving_points[:, 1]
+    rotated = np.stack([np.outer(cos, x) - np.outer(sin, y), np.outer(sin, x) + np.outer(cos, y)], axis=-1)
+    cells = fixed.cells_of(rotated + guess[:2])
+    reach = max(int(np.ceil(window.reach / CELL)), 1)
+    full = 255 * len(moving_points)
+    score, a, dr, dc = branch_and_bound(
+        fixed.levels, cells, reach, int(min_score * full), _NO_EXCLUSION, 0, 0, False
+    )
+    if score < 0:
+        return None
+    pose = compose(np.array([guess[0] + dc * CELL, guess[1] + dr * CELL, guess[2]]), [0.0, 0.0, turns[a]])
+    if rival_share is None:
+        return Fit(pose, score / full)
+    apart = int(_RIVAL_DISTANCE / CELL), int(_RIVAL_ANGLE / ANGLE_STEP)
+    least, best = int(rival_share * score), np.array([a, dr, dc])
+    second, *_ = branch_and_bound(fixed.levels, cells, reach, least, best, *apart, True)
+    return Fit(pose, score / full, max(second, 0) / score)

@@ -1,0 +1,1 @@
+"""The laser's motion from scan to scan: wheels, scan odometry, deskewing."""

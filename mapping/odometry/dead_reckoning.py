@@ -1,0 +1,207 @@
+"""Dead reckoning: how far the laser has moved since the last keyframe, as wheels, scans and habit tell it."""
+
+from dataclasses import astuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
+from racecar.mapping.matching.scan_store import PreparedScan
+from racecar.mapping.odometry.calibration import OdometryCalibration
+from racecar.mapping.odometry.deskew import by_odometry, by_velocity, deskew, deskew_cloud
+from racecar.mapping.odometry.lag import OdometryLag
+from racecar.mapping.odometry.scan_odometry import ScanOdometry
+from racecar.mapping.odometry.turn_search import turned_as_seen
+from racecar.mapping.odometry.velocity_filter import VelocityFilter
+from racecar.maps.geometry.se2 import IDENTITY, Pose, are_apart, between, compose
+from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
+from racecar.maps.sensing.scan import Scan
+
+_LOST = (1.0, 0.5)
+"""Metres and radians by which scan odometry may miss a step between keyframes."""
+_SELDOM = 0.075
+"""Seconds between two scans, from which on scan odometry is asked along bare corridors too; between scans
+that come more often the laser moves too little for it."""
+
+
+class DeadReckoning:
+    """Follows the laser from scan to scan; none of its guesses is to be trusted alone.
+
+    Wheels slip, and some logs count backwards; scan odometry sticks along bare corridors and arcs; and a car
+    does not always go on as before. Which guess is right shows when a keyframe is matched from each.
+    """
+
+    def __init__(self, odometry_lag: int = 0) -> None:
+        """``odometry_lag`` in nanoseconds, as far as it is known beforehand."""
+        self.calibration = OdometryCalibration()
+        self.scans_without_odometry = 0
+        self.base_from_laser: Pose = IDENTITY
+        """As it was told last."""
+        self.odometry_lag = OdometryLag(odometry_lag)
+        """As it was learned last."""
+        self._odometry = OdometryBuffer(lag=odometry_lag)
+        self._scan_odometry = ScanOdometry()
+        self._filter = VelocityFilter()
+        self._points: NDArray[np.float64] = np.zeros((0, 2))
+        self._sweep: NDArray[np.float64] = np.zeros((0, 2))
+        self._stamp = 0
+        self._by_scans: Pose = IDENTITY
+        self._last_motion: Pose = IDENTITY
+        self._by_wheels: Pose | None = None
+        self._keyframe_stamp = 0
+        self._keyframe_by_scans: Pose = IDENTITY
+        self._keyframe_by_wheels: Pose | None = None
+        self._velocity: Pose = IDENTITY
+
+    def add_odometry(self, odometry: Odometry) -> None:
+        """Take a sample of wheel odometry; one that does not continue the last begins it anew."""
+        if self._odometry.jumps_to(odometry):
+            self._odometry = OdometryBuffer(lag=self.odometry_lag.nanoseconds)
+            self._by_wheels = self._keyframe_by_wheels = None
+        self._odometry.add(odometry)
+
+    def advance(self, scan: Scan) -> NDArray[np.float64]:
+        """Move on to the next scan; returns its end points (M, 2), corrected for motion, in its frame."""
+        self._place_laser(scan.base_from_laser)
+        last_by_wheels, self._by_wheels = self._by_wheels, self._wheels_at(scan)
+        keyframe_from_last = self._filter.keyframe_from_laser
+        is_followed = self.wheel_step() is None and self._filter.advance(scan)
+        is_trusted = is_followed and self._filter.is_trusted
+        within = by_velocity(self._filter.velocity) if is_trusted else by_odometry(scan, self._odometry)
+        points, cloud = deskew(scan, within), deskew_cloud(scan, within)
+        if last_by_wheels is not None and self._by_wheels is not None:
+            motion = self.calibration.correct(between(last_by_wheels, self._by_wheels))
+        elif is_trusted:
+            motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
+        else:
+            motion = turned_as_seen(self._points, points, self._last_motion)
+        self._points, self._sweep = points, points if cloud is None else cloud
+        by_scans = self._scan_odometry.register(self._sweep, motion)
+        self._last_motion, self._by_scans = between(self._by_scans, by_scans), by_scans
+        seconds, self._stamp = (scan.stamp - self._stamp) * 1e-9, scan.stamp
+        if not is_followed:
+            self._filter.begin(scan.stamp, self.motions()[0], self._last_motion / max(seconds, 1e-3))
+        elif seconds > _SELDOM:
+            self._filter.observe(between(self._keyframe_by_scans, by_scans))
+        return points
+
+    def motions(self) -> Pose:
+        """(H, 3) guesses of keyframe_from_laser, the most trusted first: by the wheels or, where they are
+        silent, by the filter; by scan odometry; and by going on with the velocity of the last keyframe."""
+        by_scans = between(self._keyframe_by_scans, self._by_scans)
+        guesses = [by_scans, self._velocity * (self._stamp - self._keyframe_stamp)]
+        step = self.wheel_step()
+        if step is not None:
+            guesses.insert(0, self.calibration.correct(step))
+        elif self._filter.is_trusted:
+            guesses.insert(0, self._filter.keyframe_from_laser)
+        return np.array(guesses)
+
+    def wheel_step(self) -> Pose | None:
+        """(3,) keyframe_from_laser as the wheels measured it, not corrected; None where they did not."""
+        if self._by_wheels is None or self._keyframe_by_wheels is None:
+            return None
+        return between(self._keyframe_by_wheels, self._by_wheels)
+
+    def start_keyframe(self, step: Pose, keyframe: PreparedScan) -> None:
+        """From here on the current scan is the keyframe; it lies ``step`` (3,) from the last one."""
+        self._filter.start_keyframe(keyframe)
+        if are_apart(step, between(self._keyframe_by_scans, self._by_scans), _LOST):
+            self._begin_scan_odometry()
+        self.odometry_lag.add_turn(self._stamp, float(step[2]))
+        self._velocity = step / max(self._stamp - self._keyframe_stamp, 1)
+        self._keyframe_stamp = self._stamp
+        self._keyframe_by_scans, self._keyframe_by_wheels = self._by_scans, self._by_wheels
+
+    def learn_lag(self) -> None:
+        """Set the clock of the wheels by that of the scans; the current scan must be the keyframe."""
+        if self.odometry_lag.learn(self._odometry):
+            self._odometry.lag = self.odometry_lag.nanoseconds
+            if self._by_wheels is not None:
+                odom_from_base = self._odometry.pose_at(self._stamp)
+                self._by_wheels = self._keyframe_by_wheels = compose(odom_from_base, self.base_from_laser)
+
+    def _begin_scan_odometry(self) -> None:
+        """Begin anew with the current scan.
+
+        Lost once, scan odometry goes on with the motion that misled it, to where its local map is empty and
+        nothing stops it.
+        """
+        self._scan_odometry = ScanOdometry()
+        self._by_scans, self._last_motion = self._scan_odometry.register(self._sweep, IDENTITY), IDENTITY
+
+    def restart_scan_odometry(self) -> None:
+        """Forget of scan odometry what `to_arrays` does not tell."""
+        self._points = np.zeros((0, 2))
+        self._scan_odometry = ScanOdometry.from_arrays(self._scan_odometry.to_arrays())
+
+    def to_arrays(self) -> Arrays:
+        """All there is to know; right after a restart of scan odometry another goes on from it exactly.
+
+        Poses (3,) are float64, metres and radians; stamps int64, nanoseconds. ``calibration`` (5,) holds the
+        fields of `OdometryCalibration`, ``base_from_laser`` is where the laser sits, ``odometry_stamps`` (M,)
+        and ``odometry_poses`` (M, 3) are the latest odom_from_base. ``by_scans`` and ``by_wheels`` are the
+        laser now, in the frames of scan odometry and of the wheels, ``keyframe_by_...`` the same at the last
+        keyframe; NaN where wheels tell nothing. ``last_motion`` leads from the last scan to this one;
+        ``velocity`` is per nanosecond.
+        """
+        stamps, poses = self._odometry.samples
+        return {
+            "calibration": np.array(astuple(self.calibration)),
+            "scans_without_odometry": np.array(self.scans_without_odometry),
+            "base_from_laser": self.base_from_laser,
+            "odometry_stamps": stamps,
+            "odometry_poses": poses,
+            "stamp": np.array(self._stamp),
+            "by_scans": self._by_scans,
+            "last_motion": self._last_motion,
+            "by_wheels": pose_or_nan(self._by_wheels),
+            "keyframe_stamp": np.array(self._keyframe_stamp),
+            "keyframe_by_scans": self._keyframe_by_scans,
+            "keyframe_by_wheels": pose_or_nan(self._keyframe_by_wheels),
+            "velocity": self._velocity,
+            **named("odometry_lag", self.odometry_lag.to_arrays()),
+            **named("scan_odometry", self._scan_odometry.to_arrays()),
+            **named("velocity_filter", self._filter.to_arrays()),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays) -> "DeadReckoning":
+        """Dead reckoning that goes on from where another was."""
+        reckoning = cls()
+        reckoning.calibration = OdometryCalibration(*arrays["calibration"].tolist())
+        reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
+        reckoning.base_from_laser = arrays["base_from_laser"].astype(np.float64)
+        reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays))
+        reckoning._odometry.lag = reckoning.odometry_lag.nanoseconds
+        for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
+            reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
+        reckoning._stamp = int(arrays["stamp"])
+        reckoning._by_scans = arrays["by_scans"].astype(np.float64)
+        reckoning._last_motion = arrays["last_motion"].astype(np.float64)
+        reckoning._by_wheels = pose_or_none(arrays["by_wheels"])
+        reckoning._keyframe_stamp = int(arrays["keyframe_stamp"])
+        reckoning._keyframe_by_scans = arrays["keyframe_by_scans"].astype(np.float64)
+        reckoning._keyframe_by_wheels = pose_or_none(arrays["keyframe_by_wheels"])
+        reckoning._velocity = arrays["velocity"].astype(np.float64)
+        reckoning._scan_odometry = ScanOdometry.from_arrays(part_of("scan_odometry", arrays))
+        reckoning._filter = VelocityFilter.from_arrays(part_of("velocity_filter", arrays))
+        return reckoning
+
+    def _place_laser(self, base_from_laser: Pose) -> None:
+        """Where the laser sits may be told late; what the wheels said until then is of another place."""
+        if np.array_equal(base_from_laser, self.base_from_laser):
+            return
+        moved = between(self.base_from_laser, base_from_laser)
+        if self._by_wheels is not None:
+            self._by_wheels = compose(self._by_wheels, moved)
+        if self._keyframe_by_wheels is not None:
+            self._keyframe_by_wheels = compose(self._keyframe_by_wheels, moved)
+        self.base_from_laser = base_from_laser
+
+    def _wheels_at(self, scan: Scan) -> Pose | None:
+        """odom_from_laser (3,), None where odometry has a gap."""
+        if not self._odometry.tells_of(scan.stamp):
+            self.scans_without_odometry += 1
+            return None
+        return compose(self._odometry.pose_at(scan.stamp), scan.base_from_laser)

@@ -1,0 +1,148 @@
+"""Scan odometry: KISS-ICP's registration against a rolling local map, seeded by a prediction.
+
+Vizzo et al., "KISS-ICP: In Defense of Point-to-Point ICP", RA-L 2023. Used by its parts rather than
+through its pipeline class, so that wheel odometry can be the initial guess and the local map grows
+only at keyframes: a car that stands still then does not smear it.
+"""
+
+from collections import deque
+
+import numpy as np
+from kiss_icp.config import KISSConfig
+from kiss_icp.mapping import VoxelHashMap, get_voxel_hash_map
+from kiss_icp.registration import Registration, get_registration
+from kiss_icp.threshold import AdaptiveThreshold, get_threshold_estimator
+from kiss_icp.voxelization import voxel_down_sample
+from numpy.typing import NDArray
+
+from racecar.mapping.arrays import Arrays, pack, unpack
+from racecar.mapping.odometry.upright import upright_points
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+
+_VOXEL_SIZE = 0.25
+_POINTS_PER_VOXEL = 6
+"""KISS-ICP's 20 are for volumes; along a wall they only cost time."""
+_LOCAL_MAP_RADIUS = 100.0
+_UPDATE_DISTANCE = 0.2
+_UPDATE_ANGLE = 0.1
+_INITIAL_THRESHOLD = 0.5
+_REMEMBERED = 60
+"""Updates of the local map that outlast a restart: the last twelve metres of path, or more."""
+
+
+class ScanOdometry:
+    """Poses in an odometry frame of its own, from one scan to the next.
+
+    In the local map a sensor with many rows is free in height, roll and pitch too, and drifts there; what
+    is told is its motion in its own level plane, which that drift does not touch.
+    """
+
+    def __init__(self, threshold: float = _INITIAL_THRESHOLD) -> None:
+        """``threshold`` in metres: how far a prediction is off, to begin with."""
+        config = KISSConfig()
+        config.data.max_range = _LOCAL_MAP_RADIUS
+        config.mapping.voxel_size = _VOXEL_SIZE
+        config.mapping.max_points_per_voxel = _POINTS_PER_VOXEL
+        config.adaptive_threshold.initial_threshold = threshold
+        config.adaptive_threshold.min_motion_th = 0.01
+        config.registration.max_num_threads = 1
+        self._threshold: AdaptiveThreshold = get_threshold_estimator(config)
+        self._registration: Registration = get_registration(config)
+        self._local_map: VoxelHashMap = get_voxel_hash_map(config)
+        self._local_from_sensor: NDArray[np.float64] = np.eye(4)
+        self._local_from_updated: NDArray[np.float64] | None = None
+        self._updates: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque(maxlen=_REMEMBERED)
+        self._pose: Pose = IDENTITY
+
+    def to_arrays(self) -> Arrays:
+        """What is needed to go on: not all of the local map, which cannot be had, but its latest updates.
+
+        ``pose`` (3,) and ``local_from_sensor`` (4, 4), metres and radians, in frames of its own;
+        ``threshold`` () in metres; of each of U updates the sensor's place ``updates`` (U, 4, 4) and its
+        points, in metres in the sensor's frame, ``update_lengths`` (U,) of the ``update_points`` (sum, 3).
+        """
+        points, lengths = pack([cloud for cloud, _ in self._updates], np.zeros((0, 3)))
+        return {
+            "pose": self._pose,
+            "local_from_sensor": self._local_from_sensor,
+            "threshold": np.array(self._threshold.get_threshold()),
+            "updates": np.array([pose for _, pose in self._updates]).reshape(-1, 4, 4),
+            "update_points": points,
+            "update_lengths": lengths,
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays) -> "ScanOdometry":
+        """Scan odometry that goes on from where another was."""
+        odometry = cls(float(arrays["threshold"]))
+        odometry._pose = arrays["pose"].astype(np.float64)
+        clouds = unpack(arrays["update_points"].astype(np.float64), arrays["update_lengths"])
+        for cloud, local_from_sensor in zip(clouds, arrays["updates"].astype(np.float64), strict=True):
+            odometry._update(cloud, local_from_sensor)
+        odometry._local_from_sensor = arrays["local_from_sensor"].astype(np.float64)
+        return odometry
+
+    def register(self, points: NDArray[np.float64], last_from_now: Pose) -> Pose:
+        """Pose (3,) of the sensor in the odometry frame.
+
+        ``points`` (N, 2), or (N, 3) with z up, in metres in the sensor frame, corrected for motion; all of
+        one kind. ``last_from_now`` (3,) is the motion since the last scan, as predicted.
+        """
+        last, guess = self._local_from_sensor, self._local_from_sensor @ _to_matrix(last_from_now)
+        in_space = upright_points(points) if points.shape[1] == 3 else _at_height_zero(points)
+        self._local_from_sensor = self._align(in_space, guess) if len(in_space) else guess
+        self._pose = compose(self._pose, _motion(last, self._local_from_sensor))
+        return self._pose
+
+    def _align(self, points: NDArray[np.float64], guess: NDArray[np.float64]) -> NDArray[np.float64]:
+        cloud = voxel_down_sample(points, 0.5 * _VOXEL_SIZE)
+        sigma = self._threshold.get_threshold()
+        aligned: NDArray[np.float64] = self._registration.align_points_to_map(
+            points=voxel_down_sample(cloud, 1.5 * _VOXEL_SIZE),
+            voxel_map=self._local_map,
+            initial_guess=guess,
+            max_correspondance_distance=3.0 * sigma,
+            kernel=sigma,
+        )
+        self._threshold.update_model_deviation(_between(guess, aligned))
+        if self._local_from_updated is None or _is_far(_motion(self._local_from_updated, aligned)):
+            self._update(cloud, aligned)
+        return aligned
+
+    def _update(self, cloud: NDArray[np.float64], local_from_sensor: NDArray[np.float64]) -> None:
+        self._local_map.update(cloud, local_from_sensor)
+        self._local_from_updated = local_from_sensor
+        self._updates.append((cloud, local_from_sensor))
+
+
+def _at_height_zero(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.column_stack([points, np.zeros(len(points))])
+
+
+def _is_far(motion: Pose) -> bool:
+    return bool(np.hypot(motion[0], motion[1]) >= _UPDATE_DISTANCE or abs(motion[2]) >= _UPDATE_ANGLE)
+
+
+def _motion(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> Pose:
+    """``a_from_b`` (3,), seen from above, of two poses (4, 4) in space."""
+    return _from_matrix(_between(world_from_a, world_from_b))
+
+
+def _between(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> NDArray[np.float64]:
+    a_from_world = world_from_a[:3, :3].T
+    a_from_b = np.eye(4)
+    a_from_b[:3, :3] = a_from_world @ world_from_b[:3, :3]
+    a_from_b[:3, 3] = a_from_world @ (world_from_b[:3, 3] - world_from_a[:3, 3])
+    return a_from_b
+
+
+def _to_matrix(pose: Pose) -> NDArray[np.float64]:
+    matrix = np.eye(4)
+    cos, sin = np.cos(pose[2]), np.sin(pose[2])
+    matrix[:2, :2] = [[cos, -sin], [sin, cos]]
+    matrix[:2, 3] = pose[:2]
+    return matrix
+
+
+def _from_matrix(matrix: NDArray[np.float64]) -> Pose:
+    return np.array([matrix[0, 3], matrix[1, 3], np.arctan2(matrix[1, 0], matrix[0, 0])])

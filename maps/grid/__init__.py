@@ -1,0 +1,1 @@
+"""Occupancy grids: distances to walls and ray casting."""

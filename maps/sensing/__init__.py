@@ -1,0 +1,1 @@
+"""What sensors tell: scans, clouds, odometry."""

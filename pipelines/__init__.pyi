@@ -1,0 +1,2 @@
+from .bags.reader import BagReader as BagReader
+from .bags.writer import BagWriter as BagWriter

@@ -1,0 +1,1 @@
+"""ROS messages to scans, odometry and sensor poses."""

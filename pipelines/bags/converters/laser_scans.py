@@ -1,0 +1,119 @@
+"""LaserScan messages, as drivers really send them, to scans."""
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import wrap_angle
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.transforms import SensorPlace
+
+if TYPE_CHECKING:
+    from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan
+
+RANGE_LIMIT = 60.0
+"""Metres; readings beyond count as misses where the message does not tell the sensor's range."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Layout:
+    """What is the same in every sweep: which beam looks where, and when."""
+
+    key: tuple[float, float, float, float, int]
+    bearings: NDArray[np.float64]
+    time_offsets: NDArray[np.float64]
+    order: NDArray[np.intp] | None
+    """The message's beams in ascending bearing; None where they already are."""
+
+
+class LaserScanConverter:
+    """Makes scans of messages and counts what it mended."""
+
+    def __init__(self, place: SensorPlace, longest_sweep: float, counts: Counter[str]) -> None:
+        """``longest_sweep`` in seconds: a ``time_increment`` that makes a sweep longer is not believed."""
+        self._place = place.pose
+        self._is_mirrored = place.is_upside_down
+        self._longest_sweep = longest_sweep
+        self._counts = counts
+        self._layout: _Layout | None = None
+
+    def convert(self, message: "sensor_msgs__msg__LaserScan", stamp: int) -> Scan | None:
+        """The scan; None where the message holds no usable beams."""
+        layout = self._layout_of(message)
+        if layout is None:
+            self._counts["empty_scans"] += 1
+            return None
+        if not abs(message.time_increment) * (len(message.ranges) - 1) <= self._longest_sweep:
+            self._counts["time_increments_ignored"] += 1
+        ranges, max_range = self._clean_ranges(message)
+        if layout.order is not None:
+            ranges = ranges[layout.order]
+        return Scan(stamp, layout.bearings, ranges, layout.time_offsets, self._place, max_range)
+
+    def _layout_of(self, message: "sensor_msgs__msg__LaserScan") -> _Layout | None:
+        key = (
+            message.angle_min,
+            message.angle_max,
+            message.angle_increment,
+            message.time_increment,
+            len(message.ranges),
+        )
+        if self._layout is None or self._layout.key != key:
+            layout = self._new_layout(key)
+            if layout is not None and self._layout is not None and self._layout.key[4] != key[4]:
+                self._counts["changed_beam_counts"] += 1
+            if layout is None:
+                return None
+            self._layout = layout
+        return self._layout
+
+    def _new_layout(self, key: tuple[float, float, float, float, int]) -> _Layout | None:
+        angle_min, angle_max, increment, time_increment, count = key
+        if increment == 0 or not np.isfinite(increment):
+            increment = (angle_max - angle_min) / max(count - 1, 1)
+        if count < 2 or not np.isfinite(angle_min) or not 0 < abs(increment) < np.pi:
+            return None
+        bearings = angle_min + increment * np.arange(count)
+        bearings = wrap_angle(-bearings if self._is_mirrored else bearings)
+        sweep = abs(time_increment) * (count - 1)
+        if not sweep <= self._longest_sweep:
+            time_increment = 0.0
+        time_offsets = time_increment * np.arange(count, dtype=np.float64)
+        order = np.argsort(bearings, kind="stable")
+        # A full circle may end on the bearing with which it began.
+        order = order[np.diff(bearings[order], prepend=-np.inf) > 1e-9]
+        if np.array_equal(order, np.arange(count)):
+            return _Layout(key, _frozen(bearings), _frozen(time_offsets), None)
+        return _Layout(key, _frozen(bearings[order]), _frozen(time_offsets[order]), order)
+
+    def _clean_ranges(self, message: "sensor_msgs__msg__LaserScan") -> tuple[NDArray[np.float64], float]:
+        """Ranges with misses as inf and what tells nothing as nan, and the range at which misses begin."""
+        max_range = message.range_max
+        if not 0 < max_range < np.inf:
+            max_range = RANGE_LIMIT
+            self._counts["scans_without_range_max"] += 1
+        min_range = message.range_min if 0 < message.range_min < max_range else 1e-6
+        ranges = np.array(message.ranges, dtype=np.float64)
+        is_miss = ranges >= max_range
+        tells_something = ranges >= min_range
+        self._counts["beams"] += len(ranges)
+        self._counts["beams_missed"] += int(np.count_nonzero(is_miss))
+        if not tells_something.all():
+            is_nan, is_zero = np.isnan(ranges), ranges == 0
+            mute = len(ranges) - int(np.count_nonzero(tells_something))
+            nan, zero = int(np.count_nonzero(is_nan)), int(np.count_nonzero(is_zero))
+            self._counts["beams_nan"] += nan
+            self._counts["beams_zero"] += zero
+            self._counts["beams_below_range_min"] += mute - nan - zero
+            ranges[~tells_something] = np.nan
+        ranges[is_miss] = np.inf
+        return ranges, max_range
+
+
+def _frozen(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Not writeable, because many scans share it."""
+    values.flags.writeable = False
+    return values

@@ -1,0 +1,85 @@
+"""Odometry messages to samples, also where only their twist tells anything."""
+
+import math
+from collections import Counter
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+from racecar.maps.sensing.odometry import Odometry
+
+if TYPE_CHECKING:
+    from rosbags.typesys.stores.ros2_jazzy import nav_msgs__msg__Odometry
+
+_MOVING_SPEED = 0.05  # m/s or rad/s
+_MOVING_MESSAGES = 20
+_LONGEST_STEP = 1.0  # seconds; over a longer gap the speed is not carried on
+
+
+def planar_pose(message: "nav_msgs__msg__Odometry") -> Pose | None:
+    """``odom_from_base`` (3,); None where the message holds no valid pose."""
+    position, q = message.pose.pose.position, message.pose.pose.orientation
+    square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
+    if not 1e-12 < square < math.inf or not math.isfinite(position.x + position.y):
+        return None
+    yaw = math.atan2(2 * (q.w * q.z + q.x * q.y), square - 2 * (q.y * q.y + q.z * q.z))
+    return np.array([position.x, position.y, yaw])
+
+
+def planar_twist(message: "nav_msgs__msg__Odometry") -> Pose:
+    """Forward, sideways and turning speed (3,); zero where the message holds none."""
+    twist = message.twist.twist
+    if not math.isfinite(twist.linear.x + twist.linear.y + twist.angular.z):
+        return np.zeros(3)
+    return np.array([twist.linear.x, twist.linear.y, twist.angular.z])
+
+
+def only_twist_is_set(messages: Iterable["nav_msgs__msg__Odometry"]) -> bool:
+    """Whether the car moves by its twist while its pose stays where it was; reads on until it is clear."""
+    first: Pose | None = None
+    moving = 0
+    for message in messages:
+        pose = planar_pose(message)
+        pose = IDENTITY if pose is None else pose
+        first = pose if first is None else first
+        if not np.array_equal(pose, first):
+            return False
+        moving += bool(np.abs(planar_twist(message)).max() > _MOVING_SPEED)
+        if moving >= _MOVING_MESSAGES:
+            return True
+    return False
+
+
+class OdometryConverter:
+    """Makes samples of messages and counts what it dropped."""
+
+    def __init__(self, integrate_twist: bool, counts: Counter[str]) -> None:
+        self._integrate_twist = integrate_twist
+        self._counts = counts
+        self._integrated: Pose = np.zeros(3)
+        self._last_stamp: int | None = None
+
+    def convert(self, message: "nav_msgs__msg__Odometry", stamp: int) -> Odometry | None:
+        """The sample; None where the message holds no valid pose."""
+        twist = planar_twist(message)
+        pose = self._integrate(twist, stamp) if self._integrate_twist else planar_pose(message)
+        if pose is None:
+            self._counts["invalid_odometry"] += 1
+            return None
+        return Odometry(stamp, pose, twist)
+
+    def _integrate(self, twist: Pose, stamp: int) -> Pose:
+        """Along an arc of constant speed since the last message."""
+        step = 0.0 if self._last_stamp is None else (stamp - self._last_stamp) * 1e-9
+        if 0 < step <= _LONGEST_STEP:
+            forward, sideways, turn = twist * step
+            half = turn / 2
+            chord = np.sinc(half / np.pi)
+            cos, sin = np.cos(half) * chord, np.sin(half) * chord
+            moved = [cos * forward - sin * sideways, sin * forward + cos * sideways, turn]
+            self._integrated = compose(self._integrated, moved)
+        if step >= 0:
+            self._last_stamp = stamp
+        return self._integrated

@@ -1,0 +1,106 @@
+"""PointCloud2 messages to scans: a planar section, and of a sensor with many rows all points as well."""
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import inverse, transform_points
+from racecar.maps.sensing.cloud import Cloud
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.point_fields import positions, time_offsets
+from racecar.pipelines.bags.converters.transforms import SensorPlace
+
+if TYPE_CHECKING:
+    from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointCloud2
+
+MAX_RANGE = 100.0
+"""Metres; a cloud does not tell the sensor's range, and what lies beyond is left out."""
+_MIN_RANGE = 0.05
+_FLAT = 0.01  # metres of height within which a cloud is that of a planar sensor
+_THICK = 0.1  # metres of deviation from the best plane, which a planar sensor has not even when tilted
+_MOST_BEAMS = 2048  # more than a planar sensor has
+_BEARING_BUCKET = np.radians(0.25)
+
+
+class PointCloudConverter:
+    """Makes scans of clouds; the points within a band of heights are the beams."""
+
+    def __init__(
+        self,
+        points_place: NDArray[np.float64],
+        place: SensorPlace,
+        heights: tuple[float, float],
+        counts: Counter[str],
+    ) -> None:
+        """``points_place`` is ``base_from_points`` (4, 4), ``place`` whence the points are looked at,
+        ``heights`` lowest and highest in metres in the base frame; a planar sensor's cloud is taken whole."""
+        self._base_from_points = points_place
+        self._base_from_laser = place.pose
+        self._laser_from_base = inverse(place.pose)
+        self._min_height, self._max_height = heights
+        self._counts = counts
+        self._has_many_rows: bool | None = None
+
+    def convert(self, message: "sensor_msgs__msg__PointCloud2", stamp: int) -> Scan | None:
+        """The scan; None where no point is usable. The first cloud tells whether there are many rows."""
+        points, offsets = self._finite_points(message)
+        is_flat = len(points) > 0 and bool(np.ptp(points[:, 2]) < _FLAT)
+        points = points @ self._base_from_points[:3, :3].T + self._base_from_points[:3, 3]
+        points[:, :2] = transform_points(self._laser_from_base, points[:, :2])
+        ranges, bearings = np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
+        is_in_reach = (ranges >= _MIN_RANGE) & (ranges < MAX_RANGE)
+        is_in_band = (points[:, 2] >= self._min_height) & (points[:, 2] <= self._max_height)
+        candidates = np.flatnonzero(is_in_reach & (is_in_band | is_flat))
+        if self._has_many_rows is None and len(candidates):
+            self._has_many_rows = _thickness(points[is_in_reach]) > _THICK
+        beams = candidates[self._nearest_per_bearing(bearings[candidates], ranges[candidates])]
+        if len(beams) < 2:
+            self._counts["empty_scans"] += 1
+            return None
+        self._counts["beams"] += len(beams)
+        return Scan(
+            stamp,
+            bearings[beams],
+            ranges[beams],
+            offsets[beams],
+            self._base_from_laser,
+            MAX_RANGE,
+            _cloud(points[is_in_reach], offsets[is_in_reach]) if self._has_many_rows else None,
+        )
+
+    def _finite_points(
+        self, message: "sensor_msgs__msg__PointCloud2"
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Positions (N, 3) in the frame of the message, and seconds (N,) from its stamp, zero if not told."""
+        points = positions(message)
+        if points is None:
+            return np.empty((0, 3)), np.empty(0)
+        offsets = time_offsets(message)
+        if offsets is None or np.isnan(offsets).any():
+            self._counts["point_times_ignored"] += offsets is not None
+            offsets = np.zeros(len(points))
+        is_finite = np.isfinite(points).all(axis=1)
+        self._counts["beams_nan"] += int(len(points) - np.count_nonzero(is_finite))
+        return points[is_finite], offsets[is_finite]
+
+    def _nearest_per_bearing(
+        self, bearings: NDArray[np.float64], ranges: NDArray[np.float64]
+    ) -> NDArray[np.intp]:
+        """Indices of one beam per bearing, ascending; of a dense cloud one per quarter of a degree."""
+        is_dense = self._has_many_rows or len(bearings) > _MOST_BEAMS
+        buckets = np.floor(bearings / _BEARING_BUCKET) if is_dense else bearings
+        order = np.lexsort((ranges, buckets))
+        return order[np.diff(buckets[order], prepend=-np.inf) > 0]
+
+
+def _thickness(points: NDArray[np.float64]) -> float:
+    """Standard deviation in metres of points (N, 3) from the plane that fits them best."""
+    if len(points) < 4:
+        return 0.0
+    return float(np.sqrt(max(np.linalg.eigvalsh(np.cov(points.T))[0], 0.0)))
+
+
+def _cloud(points: NDArray[np.float64], offsets: NDArray[np.float64]) -> Cloud:
+    return Cloud(points.astype(np.float32), offsets.astype(np.float32))

@@ -1,0 +1,72 @@
+"""ROS messages from their serialized form, and the small pieces of them."""
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
+
+from racecar.pipelines.bags.storage.chunks import BagTopic
+
+if TYPE_CHECKING:
+    from rosbags.typesys.stores.ros2_jazzy import (
+        builtin_interfaces__msg__Time,
+        geometry_msgs__msg__Quaternion,
+    )
+
+LASER_SCAN = "sensor_msgs/msg/LaserScan"
+POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
+ODOMETRY = "nav_msgs/msg/Odometry"
+TRANSFORMS = "tf2_msgs/msg/TFMessage"
+OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
+PATH = "nav_msgs/msg/Path"
+POSE_ARRAY = "geometry_msgs/msg/PoseArray"
+
+
+@cache
+def ros1_types() -> Typestore:
+    """The message types of ROS 1, with the one of ``/tf`` that its store lacks."""
+    store = get_typestore(Stores.ROS1_NOETIC)
+    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
+    return store
+
+
+@cache
+def ros2_types() -> Typestore:
+    """The message types of ROS 2; those used here are the same in every distribution."""
+    return get_typestore(Stores.ROS2_JAZZY)
+
+
+def decode(topic: BagTopic, data: bytes) -> Any:
+    """The message; raises what ``rosbags`` raises when the bytes are damaged."""
+    if topic.encoding == "ros1":
+        return ros1_types().deserialize_ros1(data, topic.message_type)
+    return ros2_types().deserialize_cdr(data, topic.message_type)
+
+
+def nanoseconds(stamp: "builtin_interfaces__msg__Time") -> int:
+    """A time stamp as one number."""
+    return stamp.sec * 1_000_000_000 + stamp.nanosec
+
+
+def frame_name(name: str) -> str:
+    """Frame names of ROS 1 may begin with a slash."""
+    return name.lstrip("/")
+
+
+def rotation_matrix(quaternion: "geometry_msgs__msg__Quaternion") -> NDArray[np.float64] | None:
+    """(3, 3); None where the quaternion is zero or not a number."""
+    values = np.array([quaternion.w, quaternion.x, quaternion.y, quaternion.z])
+    norm = float(np.linalg.norm(values))
+    if not 1e-6 < norm < np.inf:
+        return None
+    w, x, y, z = values / norm
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )

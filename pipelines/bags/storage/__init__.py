@@ -1,0 +1,1 @@
+"""The bag formats, whole or damaged, as topics and raw messages."""

@@ -1,0 +1,170 @@
+"""ROS 1 bags (format 2.0), whole or cut off.
+
+``rosbags`` keeps an index entry for every message in memory and refuses a bag without its index; this
+reader keeps one entry per chunk and finds them by passing over the file. The format:
+http://wiki.ros.org/Bags/Format/2.0
+"""
+
+import struct
+from collections.abc import Collection, Iterator
+from pathlib import Path
+
+import numpy as np
+from rosbags.typesys.msg import normalize_msgtype
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
+from racecar.pipelines.bags.storage.compression import decompress_what_is_there
+
+MAGIC = b"#ROSBAG V2.0\n"
+
+_MESSAGE, _BAG_HEADER, _INDEX, _CHUNK, _CONNECTION = 0x02, 0x03, 0x04, 0x05, 0x07
+_MESSAGE_OPERATION, _CONNECTION_OPERATION = bytes([_MESSAGE]), bytes([_CONNECTION])
+_LONGEST_HEADER = 1 << 20  # bytes; more is garbage
+_GARBAGE = (KeyError, struct.error, UnicodeDecodeError, ValueError)
+"""What parsing damaged bytes raises."""
+
+_uint32 = struct.Struct("<I")
+_uint64 = struct.Struct("<Q")
+_time = struct.Struct("<II")
+
+
+def _header_fields(header: bytes) -> dict[bytes, bytes]:
+    fields, position = {}, 0
+    while position + 4 <= len(header):
+        end = position + 4 + _uint32.unpack_from(header, position)[0]
+        name, _, value = header[position + 4 : end].partition(b"=")
+        fields[name] = value
+        position = end
+    return fields
+
+
+def _records(data: bytes) -> Iterator[tuple[dict[bytes, bytes], bytes]]:
+    """The whole records within a chunk's content: header fields and data."""
+    position = 0
+    while position + 4 <= len(data):
+        data_at = position + 4 + _uint32.unpack_from(data, position)[0]
+        if data_at + 4 > len(data):
+            return
+        end = data_at + 4 + _uint32.unpack_from(data, data_at)[0]
+        if end > len(data):
+            return
+        yield _header_fields(data[position + 4 : data_at]), data[data_at + 4 : end]
+        position = end
+
+
+def _messages(data: bytes) -> Iterator[tuple[int, int, bytes]]:
+    """Time, channel and content of the messages in a chunk's content, up to the first that is damaged."""
+    try:
+        for fields, content in _records(data):
+            if fields[b"op"] == _MESSAGE_OPERATION:
+                seconds, nanoseconds = _time.unpack(fields[b"time"])
+                channel = _uint32.unpack(fields[b"conn"])[0]
+                yield seconds * 1_000_000_000 + nanoseconds, channel, content
+    except _GARBAGE:
+        return
+
+
+class Ros1File(ChunkedFile):
+    """A ``.bag`` file. Raises UserError when it is not one of format 2.0."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._index_position = 0
+        self._expected_chunks = 0
+        if self._read_at(0, len(MAGIC)) != MAGIC:
+            raise UserError(f"{path} is not a ROS 1 bag of format 2.0; `rosbag migrate` converts older ones.")
+        end = self._scan(len(MAGIC))
+        self._complete_last_chunk()
+        self.damage = self._find_damage(end)
+
+    def _scan(self, position: int) -> int:
+        """Find chunks and connections; returns where the readable part ends."""
+        while (record := self._record_at(position)) is not None:
+            fields, data_at, size = record
+            try:
+                self._take(fields, data_at, size)
+            except _GARBAGE:
+                return position
+            position = data_at + size
+        return min(position, self._file_size)
+
+    def _take(self, fields: dict[bytes, bytes], data_at: int, size: int) -> None:
+        operation = fields[b"op"][0]
+        available = min(size, self._file_size - data_at)
+        if operation == _CHUNK:
+            if self.chunks:
+                self._learn_channels(self.chunks[-1])
+            self.chunks.append(Chunk(data_at, available, fields[b"compression"].decode()))
+        elif operation == _BAG_HEADER:
+            self._index_position = _uint64.unpack(fields[b"index_pos"])[0]
+            self._expected_chunks = _uint32.unpack(fields[b"chunk_count"])[0]
+        elif available < size:
+            return
+        elif operation == _INDEX and self.chunks:
+            self._take_index(fields, self._read_at(data_at, size))
+        elif operation == _CONNECTION:
+            self._take_connection(fields, self._read_at(data_at, size))
+
+    def _record_at(self, position: int) -> tuple[dict[bytes, bytes], int, int] | None:
+        """Header fields of a record, where its data begins and how long it is; None where no record is."""
+        start = self._read_at(position, 4)
+        if len(start) < 4 or (length := _uint32.unpack(start)[0]) > _LONGEST_HEADER:
+            return None
+        header = self._file.read(length)
+        data_length = self._file.read(4)
+        if len(data_length) < 4:
+            return None
+        try:
+            fields = _header_fields(header)
+        except struct.error:
+            return None
+        if len(fields.get(b"op", b"")) != 1:
+            return None
+        return fields, position + 8 + length, _uint32.unpack(data_length)[0]
+
+    def _take_index(self, fields: dict[bytes, bytes], entries: bytes) -> None:
+        table = np.frombuffer(entries, dtype="<u4").reshape(-1, 3)
+        if len(table):
+            times = table[:, 0].astype(np.int64) * 1_000_000_000 + table[:, 1]
+            channel = _uint32.unpack(fields[b"conn"])[0]
+            self.chunks[-1].note(channel, int(times.min()), int(times.max()), len(times))
+
+    def _take_connection(self, fields: dict[bytes, bytes], content: bytes) -> None:
+        details = _header_fields(content)
+        topic = "/" + "/".join(part for part in fields[b"topic"].decode().split("/") if part)
+        message_type = normalize_msgtype(details[b"type"].decode())
+        self.channels[_uint32.unpack(fields[b"conn"])[0]] = BagTopic(topic, message_type, "ros1")
+
+    def _learn_channels(self, chunk: Chunk) -> None:
+        """Connections stand in the chunk of their first message, and again at the end that may be lost."""
+        if chunk.counts and all(channel in self.channels for channel in chunk.counts):
+            return
+        for fields, content in _records(self._content(chunk)):
+            if fields.get(b"op") == _CONNECTION_OPERATION:
+                self._take_connection(fields, content)
+
+    def _complete_last_chunk(self) -> None:
+        """The cut may have taken a part of the last chunk, or of the index records that follow it."""
+        if not self.chunks:
+            return
+        last = self.chunks[-1]
+        self._learn_channels(last)
+        last.counts.clear()
+        for time, channel, _ in _messages(self._content(last)):
+            last.note(channel, time, time)
+
+    def _find_damage(self, end: int) -> Damage | None:
+        if self._index_position == 0:
+            return Damage(self.path.name, "was never closed by its recorder", end, None)
+        if end < self._file_size:
+            return Damage(self.path.name, "is damaged", end, self._file_size)
+        if self._file_size < self._index_position or len(self.chunks) < self._expected_chunks:
+            return Damage(self.path.name, "is cut off", end, max(self._index_position, self._file_size))
+        return None
+
+    def _content(self, chunk: Chunk) -> bytes:
+        return decompress_what_is_there(self._read_at(chunk.begin, chunk.size), chunk.compression)
+
+    def _load(self, chunk: Chunk, wanted: Collection[int]) -> list[tuple[int, int, bytes]]:
+        return [message for message in _messages(self._content(chunk)) if message[1] in wanted]

@@ -1,0 +1,251 @@
+"""How right the localizer is: every row of the README's table, measured."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.localizer import Localizer
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
+from racecar.maps.shipped import shipped_map
+from racecar.pipelines.benchmarks.accuracy.drives import (
+    Drive,
+    Run,
+    carried_away,
+    move_furniture,
+    random_start,
+    run,
+    simulate,
+)
+from racecar.pipelines.benchmarks.accuracy.lookalikes import Lookalikes
+from racecar.pipelines.simulation import laser_sensor
+from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
+
+MAPS = ("building", "track")
+_SCANS_PER_SECOND = round(1.0 / laser_sensor.SCAN_TIME)
+_TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
+"""m/s, m/s and a share."""
+_DRIVE_SECONDS = 30.0
+_CROWD = 0.15
+_LOST = 0.5
+"""Metres off, or probability of being lost, from which on the car counts as lost."""
+_RIGHT = 0.25
+"""Metres."""
+_FIND_SECONDS, _NOTICE_SECONDS, _FIND_AGAIN_SECONDS = 3.0, 1.0, 3.0
+_BETWEEN_KIDNAPPINGS = 6.0
+_FAR = 2.0
+"""Metres that a kidnapped car is carried at least."""
+
+
+@dataclass(frozen=True)
+class TrackingFigures:
+    """Errors of all scans of some drives, the start known."""
+
+    drives: int
+    scans: int
+    mean_m: float
+    percentile_95_m: float
+    largest_m: float
+    mean_deg: float
+    share_inside_95: float
+    """Of the errors, that lie inside the reported covariance's ellipsoid of 95 %."""
+    scans_lost: int
+    """With an error of half a metre or more."""
+    false_alarms: int
+    """How often the map was searched anew, or the localizer said that it is more likely lost than not."""
+
+
+@dataclass(frozen=True)
+class FindingFigures:
+    """How often a place was found."""
+
+    places: int
+    lookalikes_left_out: int
+    found: int
+    noticed: int | None
+    """Kidnapped only: how often it was noticed in time."""
+    median_seconds: float
+    """Until the estimate was right and stayed so."""
+
+    @property
+    def share_found(self) -> float:
+        """Of the places."""
+        return self.found / self.places
+
+
+class AccuracyBenchmark:
+    """Tries one configuration on the shipped maps."""
+
+    def __init__(self, settings: LocalizationConfig, seeds: int, announce: Callable[[str], None]) -> None:
+        self._settings = settings
+        self.seeds = seeds
+        self._announce = announce
+        self._grids = {name: load_map(shipped_map(name)) for name in MAPS}
+
+    def tracking(self, map_name: str, noise: NoiseLevel, seconds: float) -> TrackingFigures:
+        """At up to 3 m/s."""
+        self._announce(f"Tracking: {map_name}, noise {noise.value}")
+        return self._track(map_name, seconds, noise=noise, max_speed=_TRACKING_SPEED)
+
+    def racing(self, map_name: str, seconds: float) -> TrackingFigures:
+        """At up to 7 m/s, with wheels that slip."""
+        self._announce(f"Racing: {map_name}")
+        return self._track(
+            map_name, seconds, noise=NoiseLevel.SLIGHT, max_speed=_RACING_SPEED, slip=_RACING_SLIP
+        )
+
+    def changed_map(self, map_name: str, seconds: float) -> TrackingFigures:
+        """Furniture was moved, and people stand about."""
+        self._announce(f"Furniture moved, people about: {map_name}")
+        runs = []
+        for seed in range(self.seeds):
+            rng = np.random.default_rng([seed, 11])
+            world = move_furniture(self._grids[map_name], rng)
+            settings = SimulationConfig(
+                noise=NoiseLevel.SLIGHT,
+                seed=seed,
+                max_speed=_TRACKING_SPEED,
+                duration=seconds,
+                start=random_start(world, rng),
+            )
+            drive = simulate(world, settings, _CROWD)
+            runs.append(self._run(self._grids[map_name], drive, seed))
+        return _tracking_figures(runs)
+
+    def long_drive(self, map_name: str, seconds: float) -> TrackingFigures:
+        """One drive, for false alarms."""
+        self._announce(f"Long drive: {map_name}")
+        settings = SimulationConfig(
+            noise=NoiseLevel.SLIGHT, seed=99, max_speed=_TRACKING_SPEED, duration=seconds
+        )
+        drive = simulate(self._grids[map_name], settings)
+        return _tracking_figures([self._run(self._grids[map_name], drive, 0)])
+
+    def global_start(self, places: dict[str, int]) -> FindingFigures:
+        """From nothing, at places all over the maps."""
+        results, left_out = [], 0
+        for map_name, wanted in places.items():
+            self._announce(f"Global start: {wanted} places, {map_name}")
+            localizer = self._localizer(self._grids[map_name], 0)
+            starts = self._distinct_drives(map_name, wanted, _FIND_SECONDS)
+            for drive, lookalikes in starts:
+                left_out += lookalikes
+                localizer.scatter()
+                results.append(run(localizer, drive))
+        seconds = np.array([_right_after(result) for result in results])
+        found = sum(bool(result.metres[-1] < _RIGHT) for result in results)
+        return FindingFigures(len(results), left_out, found, None, float(np.median(seconds)))
+
+    def kidnapped(self, map_name: str, times: int) -> FindingFigures:
+        """Carried elsewhere between two scans, with nothing else to tell."""
+        self._announce(f"Kidnapped {times} times: {map_name}")
+        starts = list(self._distinct_drives(map_name, times + 1, _BETWEEN_KIDNAPPINGS))
+        drives = [drive for drive, _ in starts]
+        whole, kidnappings = carried_away(drives)
+        localizer = self._localizer(self._grids[map_name], 0)
+        localizer.set_pose(whole.map_from_base[0])
+        result = run(localizer, whole)
+        found = noticed = 0
+        seconds = []
+        for first, last in zip(kidnappings, [*kidnappings[1:], len(whole.stamps)], strict=True):
+            soon = slice(first, first + round(_NOTICE_SECONDS * _SCANS_PER_SECOND))
+            part = Run(result.estimates[first:last], result.errors[first:last])
+            noticed += any(
+                estimate.lost_probability > _LOST or estimate.is_start for estimate in result.estimates[soon]
+            )
+            seconds.append(_right_after(part))
+            found += seconds[-1] <= _FIND_AGAIN_SECONDS
+        left_out = sum(lookalikes for _, lookalikes in starts)
+        return FindingFigures(len(kidnappings), left_out, found, noticed, float(np.median(seconds)))
+
+    def _track(self, map_name: str, seconds: float, **settings: object) -> TrackingFigures:
+        grid = self._grids[map_name]
+        runs = []
+        for seed in range(self.seeds):
+            start = random_start(grid, np.random.default_rng([seed, 5]))
+            drive = simulate(grid, SimulationConfig(seed=seed, duration=seconds, start=start, **settings))
+            runs.append(self._run(grid, drive, seed))
+        return _tracking_figures(runs)
+
+    def _run(self, grid: OccupancyGrid, drive: Drive, seed: int) -> Run:
+        localizer = self._localizer(grid, seed)
+        localizer.set_pose(drive.map_from_base[0])
+        return run(localizer, drive)
+
+    def _localizer(self, grid: OccupancyGrid, seed: int) -> Localizer:
+        return Localizer(grid, self._settings, np.random.default_rng(seed))
+
+    def _distinct_drives(self, map_name: str, count: int, seconds: float) -> Iterator[tuple[Drive, int]]:
+        """Drives of some seconds from random places, each with how many look-alikes were passed over for it.
+
+        No two in a row are near each other.
+        """
+        grid, rng = self._grids[map_name], np.random.default_rng(17)
+        lookalikes = Lookalikes(grid)
+        settings = SimulationConfig(noise=NoiseLevel.SLIGHT, max_speed=_TRACKING_SPEED, duration=600.0)
+        long_drive = simulate(grid, settings)
+        length = round(seconds * _SCANS_PER_SECOND)
+        before: Pose | None = None
+        passed = 0
+        while count > 0:
+            first = int(rng.integers(len(long_drive.stamps) - length))
+            pose = long_drive.map_from_base[first]
+            if before is not None and np.hypot(*(pose - before)[:2]) < _FAR:
+                continue
+            if lookalikes.has(pose, laser_sensor.BASE_FROM_LASER, laser_sensor.BEARINGS):
+                passed += 1
+                continue
+            yield long_drive.between(first, first + length), passed
+            before = long_drive.map_from_base[first + length - 1]
+            count, passed = count - 1, 0
+
+
+def measure_accuracy(
+    benchmark: AccuracyBenchmark, minutes: float
+) -> tuple[dict[str, TrackingFigures], dict[str, FindingFigures]]:
+    """All rows: tracking, the last of them over so many minutes, and finding."""
+    tracking = {
+        f"{name}, up to 3 m/s, noise {noise.value}": benchmark.tracking(name, noise, _DRIVE_SECONDS)
+        for name in MAPS
+        for noise in NoiseLevel
+    }
+    for name in MAPS:
+        tracking[f"{name}, up to 7 m/s, 25 % slip"] = benchmark.racing(name, _DRIVE_SECONDS)
+    for name in MAPS:
+        tracking[f"{name}, furniture moved, people"] = benchmark.changed_map(name, _DRIVE_SECONDS)
+    tracking[f"{MAPS[0]}, {minutes:g} minutes"] = benchmark.long_drive(MAPS[0], 60.0 * minutes)
+    places = 10 * benchmark.seeds
+    finding = {"anywhere": benchmark.global_start(dict.fromkeys(MAPS, places))}
+    for name in MAPS:
+        finding[f"kidnapped, {name}"] = benchmark.kidnapped(name, places // len(MAPS))
+    return tracking, finding
+
+
+def _tracking_figures(runs: Sequence[Run]) -> TrackingFigures:
+    metres = np.concatenate([result.metres for result in runs])
+    alarms = 0
+    for result in runs:
+        doubts = np.array([estimate.lost_probability > _LOST for estimate in result.estimates])
+        alarms += int(np.count_nonzero(doubts[1:] & ~doubts[:-1]))
+        alarms += sum(estimate.is_start for estimate in result.estimates[1:])
+    return TrackingFigures(
+        drives=len(runs),
+        scans=len(metres),
+        mean_m=float(metres.mean()),
+        percentile_95_m=float(np.quantile(metres, 0.95)),
+        largest_m=float(metres.max()),
+        mean_deg=float(np.concatenate([result.degrees for result in runs]).mean()),
+        share_inside_95=float(np.concatenate([result.is_inside for result in runs]).mean()),
+        scans_lost=int(np.count_nonzero(metres >= _LOST)),
+        false_alarms=alarms,
+    )
+
+
+def _right_after(result: Run) -> float:
+    """Seconds after which the estimate was right and stayed so; inf when it was not in the end."""
+    wrong = np.flatnonzero(result.metres >= _RIGHT)
+    first_right = int(wrong[-1]) + 1 if len(wrong) else 0
+    return first_right / _SCANS_PER_SECOND if first_right < len(result.metres) else np.inf

@@ -1,0 +1,63 @@
+"""Comparing a scan with a map from many places, at every heading."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
+
+_HALF_FIT = 0.1
+"""Metres from a wall at which a point fits half."""
+_ALIKE, _ALIKE_SHARE = 0.2, 0.03
+"""Ranges agree within so many metres, and so much of the range: places lie apart, and so do headings."""
+
+
+@njit(cache=True, nogil=True)
+def best_agreement(
+    views: NDArray[np.float32], scan: NDArray[np.float32], offsets: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(P, 2) the largest share of a scan's beams that agree with each view (headings,), and at which heading.
+
+    ``offsets`` (B,) are the bearings of the beams, counted in headings.
+    """
+    places, headings = views.shape
+    whole = np.floor(offsets + 0.5).astype(np.int64) % headings
+    around = np.empty(2 * headings, dtype=np.float32)
+    best = np.zeros((places, 2))
+    for place in range(places):
+        around[:headings] = views[place]
+        around[headings:] = views[place]
+        for heading in range(headings):
+            agreeing = 0
+            for beam in range(len(scan)):
+                seen = around[heading + whole[beam]]
+                if abs(seen - scan[beam]) < _ALIKE + _ALIKE_SHARE * scan[beam]:
+                    agreeing += 1
+            if agreeing > best[place, 0]:
+                best[place, 0], best[place, 1] = agreeing, heading
+    best[:, 0] /= len(scan)
+    return best
+
+
+@njit(cache=True, nogil=True)
+def mean_fits(
+    grid_from_base: Pose, points: NDArray[np.float64], distances: NDArray[np.float32], resolution: float
+) -> NDArray[np.float64]:
+    """(P,) how well points (N, 2) of a base lie on walls from poses (P, 3): 1 on them, 0 far off, on average.
+
+    ``distances`` (rows, columns) are metres to the nearest wall; off the grid a point fits not at all.
+    """
+    rows, columns = distances.shape
+    fits = np.zeros(len(grid_from_base))
+    for pose in range(len(grid_from_base)):
+        x, y = grid_from_base[pose, 0] / resolution, grid_from_base[pose, 1] / resolution
+        cos = math.cos(grid_from_base[pose, 2]) / resolution
+        sin = math.sin(grid_from_base[pose, 2]) / resolution
+        for point in range(len(points)):
+            column = math.floor(x + cos * points[point, 0] - sin * points[point, 1])
+            row = math.floor(y + sin * points[point, 0] + cos * points[point, 1])
+            if 0 <= row < rows and 0 <= column < columns:
+                fits[pose] += 1.0 / (1.0 + (distances[row, column] / _HALF_FIT) ** 2)
+    return fits / max(len(points), 1)

@@ -1,0 +1,65 @@
+"""What the localizer's accuracy came to, as tables."""
+
+from collections.abc import Mapping
+
+from rich.table import Table
+
+from racecar.pipelines.benchmarks.accuracy.figures import FindingFigures, TrackingFigures
+from racecar.pipelines.benchmarks.recordings.figures import RecordingFigures
+from racecar.pipelines.benchmarks.slam.tables import add_columns, new_table
+
+
+def tracking_table(runs: Mapping[str, TrackingFigures]) -> Table:
+    """Errors of all scans, row by row of the benchmark."""
+    table = new_table("Tracking from a known start: errors of all scans")
+    errors = ("mean (m)", "95 % (m)", "largest (m)", "mean (°)", "inside the covariance's 95 %")
+    add_columns(table, "drive", "drives", "scans", *errors, "scans lost", "false alarms")
+    for name, run in runs.items():
+        table.add_row(
+            name,
+            f"{run.drives}",
+            f"{run.scans}",
+            f"{run.mean_m:.4f}",
+            f"{run.percentile_95_m:.3f}",
+            f"{run.largest_m:.3f}",
+            f"{run.mean_deg:.3f}",
+            f"{100 * run.share_inside_95:.1f} %",
+            f"{run.scans_lost}",
+            f"{run.false_alarms}",
+        )
+    return table
+
+
+def finding_table(runs: Mapping[str, FindingFigures]) -> Table:
+    """How often a place was found that was not known."""
+    table = new_table("Finding a place: within 0.25 m after 3 s of driving")
+    add_columns(table, "start", "places", "look-alikes left out", "noticed within 1 s", "found", "median (s)")
+    for name, run in runs.items():
+        table.add_row(
+            name,
+            f"{run.places}",
+            f"{run.lookalikes_left_out}",
+            "" if run.noticed is None else f"{100 * run.noticed / run.places:.1f} %",
+            f"{100 * run.share_found:.1f} %",
+            f"{run.median_seconds:.2f}",
+        )
+    return table
+
+
+def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
+    """How far the localizer was from where scans fit best; distances are of those that agree."""
+    table = new_table(
+        "Recordings from an unknown start: every 50th scan beside an exhaustive match within 4 m"
+    )
+    distances = ("mean (m)", "largest (m)", "beyond 0.15 m")
+    add_columns(table, "recording", "scans compared", *distances, "searches")
+    for name, run in runs.items():
+        table.add_row(
+            name,
+            f"{run.scans_compared}",
+            f"{run.mean_m:.3f}",
+            f"{run.largest_m:.3f}",
+            f"{len(run.beyond)}",
+            f"{run.searches}",
+        )
+    return table

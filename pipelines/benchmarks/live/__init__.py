@@ -1,0 +1,1 @@
+"""How well the nodes keep up while a bag is played."""

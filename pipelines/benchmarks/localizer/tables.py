@@ -1,0 +1,89 @@
+"""The checks of the localizer's benchmark as a table in Markdown."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from rich import box
+from rich.table import Table
+
+from racecar.pipelines.benchmarks.localizer.figures import LocalizerFigures
+
+_Figure = Callable[[LocalizerFigures], float]
+
+
+@dataclass(frozen=True)
+class Check:
+    """A figure that has to reach a bar."""
+
+    name: str
+    figure: _Figure
+    bar: float
+    is_upper: bool
+    shape: str = ".2f"
+
+    def holds(self, figures: LocalizerFigures) -> bool:
+        """Whether it does."""
+        value = self.figure(figures)
+        return value <= self.bar if self.is_upper else value >= self.bar
+
+    def as_dict(self, maps: Mapping[str, LocalizerFigures]) -> dict[str, Any]:
+        """The bar, and for each map the value and whether it holds."""
+        values = {
+            name: {"value": self.figure(figures), "holds": self.holds(figures)}
+            for name, figures in maps.items()
+        }
+        return {"bar": self.bar, "at_most": self.is_upper, **values}
+
+
+CHECKS = (
+    Check("full step / bare loads", lambda f: f.loads_ratio, 2.5, True),
+    Check("plain filter / full step", lambda f: f.plain_ratio, 40.0, False, ".1f"),
+    Check("a spread particle / one of a cloud", lambda f: f.spread_ratio, 3.0, True),
+    Check("range table built (s)", lambda f: f.table_seconds, 2.0, True),
+    Check("range table (MB)", lambda f: f.table_megabytes, 130.0, True, ".1f"),
+    Check("rays off by over 3 cells", lambda f: f.rays_off, 0.05, True, ".2%"),
+    Check("log-weight correlation", lambda f: f.log_weight_correlation, 0.997, False, ".4f"),
+    Check("pace of another thread", lambda f: f.other_thread_pace, 0.8, False),
+)
+
+_TIMES: dict[str, _Figure] = {
+    "full step (ms)": lambda f: f.step_ms,
+    "bare loads (ms)": lambda f: f.loads_ms,
+    "bare loads all over the table (ms)": lambda f: f.scattered_loads_ms,
+    "plain filter's step (ms)": lambda f: f.plain_step_ms,
+    "step beside a busy Python thread (ms)": lambda f: f.step_beside_thread_ms,
+    "mean error, this filter (m)": lambda f: f.error_m,
+    "mean error, plain filter (m)": lambda f: f.plain_error_m,
+}
+
+
+def checks_table(maps: Mapping[str, LocalizerFigures]) -> Table:
+    """Each check's value on each map, its bar, and whether it holds."""
+    table = _table("Speed of the localizer", "check", "bar", *maps, "holds")
+    for check in CHECKS:
+        bar = f"{'≤' if check.is_upper else '≥'} {check.bar:{'.0%' if check.shape == '.2%' else 'g'}}"
+        values = (f"{check.figure(figures):{check.shape}}" for figures in maps.values())
+        missed = [name for name, figures in maps.items() if not check.holds(figures)]
+        table.add_row(check.name, bar, *values, f"no: {', '.join(missed)}" if missed else "yes")
+    return table
+
+
+def times_table(maps: Mapping[str, LocalizerFigures]) -> Table:
+    """What the ratios were made from, and where the time of a step goes."""
+    table = _table("Behind it", "figure", *maps)
+    for name, figure in _TIMES.items():
+        table.add_row(name, *(f"{figure(figures):.3f}" for figures in maps.values()))
+    for part in next(iter(maps.values())).step_parts_ms:
+        values = (f"{figures.step_parts_ms[part]:.3f}" for figures in maps.values())
+        table.add_row(f"of the step: {part} (ms)", *values)
+    table.add_row("steps that resampled", *(f"{figures.resampled:.0%}" for figures in maps.values()))
+    return table
+
+
+def _table(title: str, name: str, *columns: str) -> Table:
+    table = Table(title=title, title_justify="left", box=box.MARKDOWN)
+    table.add_column(name)
+    for column in columns:
+        table.add_column(column, justify="right")
+    return table

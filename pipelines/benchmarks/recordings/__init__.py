@@ -1,0 +1,1 @@
+"""How accurate the localizer is on real recordings."""

@@ -1,0 +1,53 @@
+"""A recording's scans where the localizer put them, and the stretches of way about them."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from racecar.localization.localizer import Localizer
+from racecar.localization.sensor.beams import select_beams
+from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.benchmarks.accuracy.matcher import Stretch
+from racecar.pipelines.runs.localization_run import estimates
+
+_EVERY = 8
+"""Scans."""
+
+
+@dataclass(frozen=True, eq=False)
+class LocalizedScans:
+    """What a localizer made of a recording."""
+
+    scans: list[Scan]
+    map_from_base: Pose
+    """(S, 3)"""
+    searches: int
+    """How often the place was searched for."""
+
+    def stretch_about(self, index: int, own_trajectory: Trajectory, reach: int) -> Stretch:
+        """One in eight of so many scans before and after one, a multiple of eight, seen from where it was
+        taken.
+
+        ``own_trajectory`` lies on the map that is made of the recording; it also tells how the car moved
+        during each sweep.
+        """
+        first = max(index % _EVERY, index - reach)
+        scans = self.scans[first : index + reach + 1 : _EVERY]
+        way = dict(zip(own_trajectory.stamps.tolist(), own_trajectory.map_from_base, strict=True))
+        own_from_base = np.array([way[scan.stamp] for scan in scans])
+        beams = [select_beams(scan, len(scan.bearings), own_trajectory.poses_at) for scan in scans]
+        return Stretch(beams, between(way[self.scans[index].stamp], own_from_base))
+
+
+def localize(messages: Iterable[Scan | Odometry], localizer: Localizer) -> LocalizedScans:
+    """Feed all messages to a localizer."""
+    scans, poses, searches = [], [], 0
+    for scan, estimate in estimates(messages, localizer):
+        searches += estimate.is_start
+        scans.append(scan)
+        poses.append(estimate.map_from_base)
+    return LocalizedScans(scans, np.array(poses), searches)

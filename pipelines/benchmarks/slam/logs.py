@@ -1,0 +1,54 @@
+"""Where the logs of the SLAM benchmark lie: bags, each with its true relations beside it."""
+
+import os
+from collections.abc import Collection
+from dataclasses import dataclass
+from pathlib import Path
+
+import racecar
+from racecar.maps.errors import UserError
+
+_SUBFOLDER = "slam_benchmark"
+_BAG_ENDINGS = (".bag", "", ".mcap", ".db3")
+
+
+@dataclass(frozen=True)
+class BenchmarkLog:
+    """A bag and the true relations of its poses."""
+
+    name: str
+    bag: Path
+    relations: Path
+
+
+def recordings_folder() -> Path:
+    """Where recordings are looked for: named by RACECAR_DATA, else ``shared/data`` beside the project."""
+    beside_project = Path(racecar.__file__).parents[2] / "shared" / "data"
+    return Path(os.environ.get("RACECAR_DATA", beside_project))
+
+
+def find_logs(folder: Path, names: Collection[str] = ()) -> list[BenchmarkLog]:
+    """The logs in a folder, or in its ``slam_benchmark``, by name; only those named, if any are.
+
+    Raises UserError when there is none, or not one of those named.
+    """
+    home = folder / _SUBFOLDER if (folder / _SUBFOLDER).is_dir() else folder
+    logs = {path.stem: _log_of(path) for path in sorted(home.glob("*.relations"))}
+    found = {name: log for name, log in logs.items() if log is not None}
+    if not found:
+        raise UserError(
+            f"There is no benchmark log in {home}: a bag with a .relations file of the same name; "
+            "name their folder with --data."
+        )
+    for name in names:
+        if name not in found:
+            raise UserError(f"There is no log '{name}' in {home}; there are: {', '.join(found)}.")
+    return [log for name, log in found.items() if not names or name in names]
+
+
+def _log_of(relations: Path) -> BenchmarkLog | None:
+    for ending in _BAG_ENDINGS:
+        bag = relations.with_name(relations.stem + ending)
+        if bag.exists():
+            return BenchmarkLog(relations.stem, bag, relations)
+    return None

@@ -1,0 +1,40 @@
+"""What a person is told at the end of a localization run."""
+
+from pathlib import Path
+
+from rich.console import Console
+
+from racecar.pipelines.commands.printed_warnings import print_warnings
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.localization_run import LOCALIZATION_FILES
+
+_WORTH_MENDING = 0.02
+"""Share of the way."""
+
+
+def print_localization(report: Report, folder: Path) -> None:
+    """How well the scans fit the map, how fast it went, warnings, and where the files are."""
+    figures = report.as_dict()
+    counts, accuracy, update = figures["counts"], figures["accuracy"], figures["update_ms"]
+    share = accuracy["share_of_end_points_within_0.10_m_of_a_wall"] or 0.0
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(f"Localized {counts['scans']} scans over {counts['path_metres']:.1f} m of path.")
+    console.print(f"{share:.0%} of the scans' end points lie within 0.10 m of a wall.")
+    if "against_mapping_trajectory" in accuracy:
+        error = accuracy["against_mapping_trajectory"]["absolute_position_m"]["mean"]
+        console.print(f"The mapping trajectory is {error:.3f} m away on average.")
+    if update["mean"] is not None:
+        console.print(
+            f"A scan took {update['mean']:.1f} ms, 99 % of them under {update['percentile_99']:.1f} ms."
+        )
+    way = figures.get("odometry_faults", {"way": 0.0})["way"]
+    if abs(way) > _WORTH_MENDING:
+        console.print(
+            f"Odometry tells the way {abs(way):.0%} too {'short' if way > 0.0 else 'long'}; the localizer "
+            "makes up for it, but the gain from motor to speed is worth mending."
+        )
+    print_warnings(report.warnings)
+    console.print(
+        f"Look at {folder / LOCALIZATION_FILES[0]}; also in {folder}: {', '.join(LOCALIZATION_FILES[1:])}.",
+        markup=False,
+    )

@@ -1,0 +1,25 @@
+"""What a person is told at the end of a run."""
+
+from pathlib import Path
+
+from rich.console import Console
+
+from racecar.pipelines.commands.printed_warnings import print_warnings
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.mapping_run import MAP_FILES
+
+
+def print_mapping(report: Report, folder: Path) -> None:
+    """The size of the work, warnings, and where the files are."""
+    figures = report.as_dict()
+    result, seconds = figures["result"], figures["stages"]["total"]["wall_seconds"]
+    width, height = result["map_metres"]
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(
+        f"Mapped {figures['counts']['scans']} scans over {result['path_metres']:.1f} m of path "
+        f"into a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s."
+    )
+    print_warnings(report.warnings)
+    console.print(
+        f"Look at {folder / 'map.png'}; also in {folder}: {', '.join(MAP_FILES[1:])}.", markup=False
+    )

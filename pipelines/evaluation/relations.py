@@ -1,0 +1,96 @@
+"""The metric of the SLAM benchmark: errors of relative poses (Kümmerle et al., Autonomous Robots 27, 2009).
+
+A relation is the true pose of the car at a time t2 seen from where it was at t1. Its error is
+``inverse(true) ∘ estimated``, so that the map's frame does not matter and no alignment is needed.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.number_lines import read_number_lines
+
+_LAYOUT = "t1 t2 x y z roll pitch yaw"
+_STAMP_TOLERANCE = 1_000_000
+"""Nanoseconds; the files round to a microsecond, scans are at least 10 milliseconds apart."""
+
+
+@dataclass(frozen=True, eq=False)
+class Relations:
+    """True relative poses."""
+
+    stamps: NDArray[np.int64]
+    """(N, 2) nanoseconds, t1 and t2."""
+    first_from_second: Pose
+    """(N, 3) the car at t2 seen from the car at t1."""
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+
+@dataclass(frozen=True, eq=False)
+class RelationErrors:
+    """The error of each relation that a trajectory covers."""
+
+    translations: NDArray[np.float64]
+    """(M,) metres."""
+    rotations: NDArray[np.float64]
+    """(M,) radians, not negative."""
+    lost: int
+    """Relations without a pose at t1 or t2."""
+
+    def summary(self) -> dict[str, float]:
+        """Mean, standard deviation and mean square, in metres and degrees."""
+        degrees = np.rad2deg(self.rotations)
+        return {
+            "relations": len(self.translations) + self.lost,
+            "lost": self.lost,
+            "translation_mean_m": float(np.mean(self.translations)),
+            "translation_std_m": float(np.std(self.translations)),
+            "translation_mean_square_m2": float(np.mean(self.translations**2)),
+            "rotation_mean_deg": float(np.mean(degrees)),
+            "rotation_std_deg": float(np.std(degrees)),
+            "rotation_mean_square_deg2": float(np.mean(degrees**2)),
+        }
+
+
+def load_relations(path: Path) -> Relations:
+    """Read a relations file. Raises UserError that names the line at fault."""
+    lines = list(read_number_lines(path, _LAYOUT, stamps=2))
+    if not lines:
+        raise UserError(f"{path} holds no relations; it should hold lines '{_LAYOUT}'.")
+    numbers = np.array([line.numbers for line in lines])
+    stamps = np.array([line.stamps for line in lines], dtype=np.int64)
+    return Relations(stamps, numbers[:, [0, 1, 5]])
+
+
+def relation_errors(trajectory: Trajectory, relations: Relations) -> RelationErrors:
+    """Compare a trajectory's relative poses, between its poses nearest to t1 and t2, to the true ones.
+
+    Raises UserError when the trajectory covers none of the relations.
+    """
+    nearest = _nearest(trajectory.stamps, relations.stamps)
+    found = np.all(np.abs(trajectory.stamps[nearest] - relations.stamps) <= _STAMP_TOLERANCE, axis=1)
+    if not np.any(found):
+        raise UserError(f"None of the {len(relations)} relations lies in the time of the trajectory.")
+    first, second = nearest[found].T
+    estimated = between(trajectory.map_from_base[first], trajectory.map_from_base[second])
+    error = between(relations.first_from_second[found], estimated)
+    return RelationErrors(
+        translations=np.hypot(error[:, 0], error[:, 1]),
+        rotations=np.abs(error[:, 2]),
+        lost=int(np.sum(~found)),
+    )
+
+
+def _nearest(sorted_stamps: NDArray[np.int64], wanted: NDArray[np.int64]) -> NDArray[np.int64]:
+    right = np.clip(np.searchsorted(sorted_stamps, wanted), 1, max(len(sorted_stamps) - 1, 1))
+    right = np.minimum(right, len(sorted_stamps) - 1)
+    left = np.maximum(right - 1, 0)
+    is_left = wanted - sorted_stamps[left] < sorted_stamps[right] - wanted
+    return np.where(is_left, left, right)

@@ -1,0 +1,63 @@
+"""Lines of numbers, time first: the common form of trajectory and relation files."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
+from pathlib import Path
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.files.text_file import read_text
+
+_LATEST_SECONDS = 2**63 // 10**9
+
+
+@dataclass(frozen=True)
+class NumberLine:
+    """One line, and where it stands."""
+
+    place: str
+    """For messages: line and file."""
+    stamps: list[int]
+    """The leading times, in nanoseconds."""
+    numbers: list[float]
+    """The rest."""
+
+
+def read_number_lines(path: Path, layout: str, *, stamps: int) -> Iterator[NumberLine]:
+    """The lines of a text file, but for empty ones and comments (#).
+
+    `layout` names the columns, the first `stamps` of them are seconds. Raises UserError that names the line
+    when it does not hold as many finite numbers.
+    """
+    columns = len(layout.split())
+    for number, line in enumerate(read_text(path).splitlines(), start=1):
+        fields = line.split()
+        if not fields or fields[0].startswith("#"):
+            continue
+        place = f"line {number} of {path}"
+        if len(fields) != columns:
+            raise UserError(f"There are {len(fields)} values in {place}; it should hold '{layout}'.")
+        try:
+            yield NumberLine(
+                place,
+                [_nanoseconds(field) for field in fields[:stamps]],
+                [_finite(field) for field in fields[stamps:]],
+            )
+        except (InvalidOperation, ValueError) as error:
+            raise UserError(
+                f"Not every value is a usable number in {place}; it should hold '{layout}'."
+            ) from error
+
+
+def _nanoseconds(field: str) -> int:
+    seconds = Decimal(field)
+    if not abs(seconds) < _LATEST_SECONDS:
+        raise ValueError(field)
+    return int((seconds * 10**9).to_integral_value())
+
+
+def _finite(field: str) -> float:
+    number = float(field)
+    if not abs(number) < float("inf"):
+        raise ValueError(field)
+    return number

@@ -1,0 +1,43 @@
+"""Folders of results appear whole or not at all: written beside their place and moved at the end."""
+
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from racecar.maps.errors import UserError
+from racecar.maps.whole_files import cannot_write
+
+
+@contextmanager
+def output_folder(path: Path) -> Iterator[Path]:
+    """Yield an empty folder to write into; on success its files move into `path`, replacing their namesakes.
+
+    Other files in `path` stay. On an error, or Ctrl-C, `path` is as it was. Raises UserError at once when
+    `path` cannot be written to, so that no work is done in vain.
+    """
+    if path.exists() and not path.is_dir():
+        raise UserError(f"{path} is a file; name a folder to write to.")
+    home = next(folder for folder in [path, *path.absolute().parents] if folder.is_dir())
+    try:
+        staging = Path(tempfile.mkdtemp(prefix=".racecar-", dir=home))
+    except OSError as error:
+        raise cannot_write(path, error) from error
+    try:
+        yield staging
+        _move_files(staging, path)
+    finally:
+        shutil.rmtree(staging, ignore_errors=True)
+
+
+def _move_files(source: Path, destination: Path) -> None:
+    try:
+        for folder, _, names in os.walk(source):
+            target = destination / Path(folder).relative_to(source)
+            target.mkdir(parents=True, exist_ok=True)
+            for name in names:
+                Path(folder, name).replace(target / name)
+    except OSError as error:
+        raise cannot_write(destination, error) from error

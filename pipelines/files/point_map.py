@@ -1,0 +1,35 @@
+"""The map as a cloud of points, for programs that show or process point clouds."""
+
+import ctypes
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.whole_files import write_atomically
+
+
+def save_point_map(points: NDArray[np.float32], spacing: float, path: Path) -> None:
+    """Write points (N, 2), in metres, as a PLY in the plane z = 0, one point per cube of edge ``spacing``.
+
+    Raises UserError when the place cannot be written to.
+    """
+    open3d = _import_open3d()
+    in_space = np.column_stack([points, np.zeros(len(points))])
+    cloud = open3d.geometry.PointCloud(open3d.utility.Vector3dVector(in_space)).voxel_down_sample(spacing)
+    with write_atomically(path) as partial:
+        if not open3d.io.write_point_cloud(str(partial), cloud):
+            raise OSError(f"open3d could not write {partial}")
+
+
+def _import_open3d() -> ModuleType:
+    """Large and slow to load, hence only where it is used."""
+    import libusb_package
+
+    # It links against libusb, which a bare machine lacks; once loaded, this one is found.
+    ctypes.CDLL(str(libusb_package.get_library_path()), mode=ctypes.RTLD_GLOBAL)
+    import open3d
+
+    module: ModuleType = open3d
+    return module

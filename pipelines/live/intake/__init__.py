@@ -1,0 +1,1 @@
+"""Messages of the sensors on their way to the mapper or the localizer."""

@@ -1,0 +1,199 @@
+"""Messages of the car's sensors to scans and odometry, by the same converters that read bags."""
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
+from racecar.pipelines.bags.converters.odometry import OdometryConverter, planar_pose, planar_twist
+from racecar.pipelines.bags.converters.transforms import SensorPlace, TransformTree
+from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, nanoseconds, ros2_types
+from racecar.pipelines.live.faults import Faults
+from racecar.pipelines.live.intake.laser_place import LaserPlace
+from racecar.pipelines.live.intake.steady_clock import SteadyClock, TopicClock
+
+_REMEMBERED = "the last run"
+_LONGEST_SWEEP = 0.25  # seconds
+_MOVING_SPEED = 0.05  # m/s or rad/s
+_MOVING_MESSAGES = 40
+_NO_TRANSFORMS = bytes([0, 1, 0, 0, 0, 0, 0, 0])
+"""A serialized message without any."""
+
+
+class Sensors:
+    """Scans and odometry with steady stamps; what is wrong with them is told and lived with."""
+
+    def __init__(
+        self,
+        *,
+        base_frame: str,
+        laser_pose: Pose | None,
+        integrate_twist: bool,
+        after: int | None,
+        faults: Faults,
+    ) -> None:
+        """``laser_pose`` (3,) overrides ``/tf_static``; ``integrate_twist``: only odometry's speeds count;
+        ``after``: the last stamp of a drive that is carried on."""
+        self._base_frame = base_frame
+        self._laser_pose = laser_pose
+        self._faults = faults
+        self._tree = TransformTree()
+        self._place: LaserPlace | None = None
+        self._remembered: LaserPlace | None = None
+        self._misses_place = False
+        self._scan_frame = ""
+        self._converter: LaserScanConverter | None = None
+        self._scan_counts: Counter[str] = Counter()
+        self._odometry_counts: Counter[str] = Counter()
+        self._integrate_twist = integrate_twist
+        self._odometry_converter = OdometryConverter(integrate_twist, self._odometry_counts)
+        shared = SteadyClock(after)
+        self._scan_clock = TopicClock(shared, self._teller("scans"))
+        self._odometry_clock = TopicClock(shared, self._teller("odometry"))
+        self._standing: Pose | None = None
+        self._moving_messages = 0
+        self.take_transforms(_NO_TRANSFORMS)  # the first one takes long enough for scans to pile up
+
+    @property
+    def place(self) -> LaserPlace | None:
+        """Where the laser sits, once that is known."""
+        return self._place
+
+    @property
+    def misses_place(self) -> bool:
+        """Whether scans come of a laser of which nothing has told in this run where it sits."""
+        return self._misses_place
+
+    def remember_place(self, place: LaserPlace) -> None:
+        """Where a laser sat when another run ended; it is there until ``/tf_static`` tells, which may take
+        seconds to come."""
+        self._remembered = place
+        self._converter = None
+
+    def knows_place(self, scan_message: Any) -> bool:
+        """Whether it is known where the laser of a message sits, so that its scans need no assumption."""
+        return self._known_place(frame_name(scan_message.header.frame_id)) is not None
+
+    def take_transforms(self, serialized: bytes) -> None:
+        """Fixed transforms, from ``/tf_static``."""
+        message = ros2_types().deserialize_cdr(serialized, TRANSFORMS)
+        for transform in message.transforms:  # type: ignore[attr-defined]
+            self._tree.add(transform)
+        self._converter = None
+
+    def scan(self, message: Any, arrival: int) -> Scan | None:
+        """The scan of a LaserScan that arrived at so many nanoseconds; None where it is to be left out."""
+        stamp = self._scan_clock.steady(nanoseconds(message.header.stamp), arrival)
+        if stamp is None:
+            self._tell_lone_stamp("scan")
+            return None
+        frame = frame_name(message.header.frame_id)
+        if self._converter is None or frame != self._scan_frame:
+            self._converter = self._new_converter(frame)
+        beams_changed = self._scan_counts["changed_beam_counts"]
+        scan = self._converter.convert(message, stamp)
+        if self._scan_counts["changed_beam_counts"] > beams_changed:
+            self._faults.tell(
+                "beams",
+                f"The scans' number of beams changed to {len(message.ranges)}; they are taken as they come.",
+                lasting=False,
+            )
+        if scan is None or np.isnan(scan.ranges).all():
+            self._faults.tell(
+                "blind",
+                "The scans hold no readings (NaN, zero or below range_min): the laser is covered or broken.",
+            )
+        else:
+            self._faults.end("blind", "The scans hold readings again.")
+        return scan
+
+    def odometry(self, message: Any, arrival: int) -> Odometry | None:
+        """The sample of an Odometry message that arrived at so many nanoseconds; None where it tells none."""
+        stamp = self._odometry_clock.steady(nanoseconds(message.header.stamp), arrival)
+        if stamp is None:
+            self._tell_lone_stamp("odometry message")
+            return None
+        sample = self._odometry_converter.convert(message, stamp)
+        if sample is None:
+            self._faults.tell(
+                "odometry_invalid", "The odometry holds poses that are not numbers; they are left out."
+            )
+            return None
+        self._faults.end("odometry_invalid", "The odometry holds poses again.")
+        if not self._integrate_twist:
+            self._watch_poses(message)
+        return sample
+
+    def _new_converter(self, frame: str) -> LaserScanConverter:
+        place = self._known_place(frame)
+        self._place = None if place is None else LaserPlace(self._base_frame, frame, place.base_from_sensor)
+        self._scan_frame = frame
+        self._misses_place = place is None or place.source == _REMEMBERED
+        if place is None:
+            self._faults.tell(
+                "laser_place",
+                f"/tf_static does not tell where {frame or 'the laser'} sits on {self._base_frame}: it is "
+                "taken to be there; publish the transform, or set the parameter laser_pose.",
+            )
+            place = SensorPlace.from_pose(IDENTITY, "assumed identity")
+        elif place.source == _REMEMBERED:
+            self._faults.tell(
+                "laser_place",
+                f"/tf_static does not tell yet where {frame} sits on {self._base_frame}: it is taken to be "
+                "where it was in the last run.",
+            )
+        else:
+            self._faults.end("laser_place", f"The laser's place is known now, from {place.source}.")
+        return LaserScanConverter(place, _LONGEST_SWEEP, self._scan_counts)
+
+    def _known_place(self, frame: str) -> SensorPlace | None:
+        if self._laser_pose is not None:
+            return SensorPlace.from_pose(self._laser_pose, "the parameter laser_pose")
+        if frame == self._base_frame:
+            return SensorPlace.from_pose(IDENTITY, "base frame")
+        matrix = self._tree.between(self._base_frame, frame)
+        if matrix is not None:
+            return SensorPlace(matrix, "tf_static")
+        last = self._remembered
+        if last is not None and (last.base_frame, last.laser_frame) == (self._base_frame, frame):
+            return SensorPlace(last.base_from_laser, _REMEMBERED)
+        return None
+
+    def _watch_poses(self, message: Any) -> None:
+        """Some drivers fill the speeds only."""
+        pose = planar_pose(message)
+        if pose is None:
+            return
+        if self._standing is None or not np.array_equal(pose, self._standing):
+            self._standing, self._moving_messages = pose, 0
+            self._faults.end("odometry_stands", "The odometry's poses move again.")
+        elif np.abs(planar_twist(message)).max() > _MOVING_SPEED:
+            self._moving_messages += 1
+            if self._moving_messages == _MOVING_MESSAGES:
+                self._faults.tell(
+                    "odometry_stands",
+                    "The odometry's poses stand still while its speeds do not; set the parameter odometry "
+                    "to twist.",
+                )
+
+    def _teller(self, what: str) -> Callable[[float], None]:
+        def tell(seconds: float) -> None:
+            self._faults.tell(
+                f"{what}_clock",
+                f"The stamps of the {what} jumped by {seconds:+.1f} s: a clock was set. The drive goes on.",
+                lasting=False,
+            )
+
+        return tell
+
+    def _tell_lone_stamp(self, what: str) -> None:
+        self._faults.tell(
+            "lone_stamp",
+            f"The stamp of a {what} was far from those before; it was left out.",
+            lasting=False,
+        )

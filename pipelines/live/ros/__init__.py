@@ -1,0 +1,1 @@
+"""What speaks ROS: messages, transforms, parameters, processes."""

@@ -1,0 +1,54 @@
+"""Messages of thousands of poses, serialized at once: made one by one they would hold up everything else."""
+
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseArray
+from nav_msgs.msg import Path
+from numpy.typing import NDArray
+from rclpy.serialization import serialize_message
+
+from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.live.ros.messages import header
+
+_ENCAPSULATION = 4
+"""Bytes before the message proper; alignment counts from behind them."""
+
+
+def pose_array_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
+    """A serialized geometry_msgs/PoseArray of poses (N, 3)."""
+    opening = _with_count(serialize_message(PoseArray(header=header(stamp, frame))), len(poses))
+    return opening + _padding(len(opening)) + _in_space(poses).tobytes()
+
+
+def path_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
+    """A serialized nav_msgs/Path of poses (N, 3), all bearing the path's stamp."""
+    opening = _with_count(serialize_message(Path(header=header(stamp, frame))), len(poses))
+    name = frame.encode() + b"\0"
+    inner = np.array([stamp.sec, stamp.nanosec, len(name)], dtype="<u4").tobytes() + name
+    parts = [opening]
+    length = len(opening)
+    for pose in _in_space(poses):
+        head = bytes(-(length - _ENCAPSULATION) % 4) + inner
+        head += _padding(length + len(head))
+        parts += [head, pose.tobytes()]
+        length += len(head) + pose.nbytes
+    return b"".join(parts)
+
+
+def _with_count(serialized: bytes, count: int) -> bytes:
+    """A message that ends in an empty sequence, now announcing so many elements."""
+    return serialized[:-4] + np.array(count, dtype="<u4").tobytes()
+
+
+def _padding(length: int) -> bytes:
+    """Up to where a double may stand."""
+    return bytes(-(length - _ENCAPSULATION) % 8)
+
+
+def _in_space(poses: Pose) -> NDArray[np.float64]:
+    """(N, 7) position and quaternion."""
+    packed = np.zeros((len(poses), 7), dtype="<f8")
+    packed[:, :2] = poses[:, :2]
+    packed[:, 5], packed[:, 6] = np.sin(poses[:, 2] / 2), np.cos(poses[:, 2] / 2)
+    return packed

@@ -1,0 +1,134 @@
+"""The nodes' ROS parameters: declared with their meaning, checked, and changed while running."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+
+from racecar.localization.config import LocalizationConfig
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose
+
+
+@dataclass(frozen=True)
+class CarParameters:
+    """What both nodes must know of the car; fixed once the node runs."""
+
+    map_frame: str
+    base_frame: str
+    tf: str
+    tf_base_frame: str
+    transform_tolerance: float
+    integrate_twist: bool
+    laser_pose: Pose | None
+
+
+_CAR: dict[str, tuple[Any, str]] = {
+    "map_frame": ("map", "frame of the map, of all poses that are published"),
+    "base_frame": ("base_link", "frame of the car, whose pose is told; also where /tf_static begins"),
+    "tf": ("odom", "transform to publish: odom (map to odometry's frame), base (map to tf_base_frame), none"),
+    "tf_base_frame": ("base_link_pf", "child frame of the transform where tf is base"),
+    "transform_tolerance": (0.1, "seconds for which a transform is declared to hold beyond its time"),
+    "odometry": ("pose", "what of /odom to believe: its pose, or its twist, which is integrated"),
+    "laser_pose": ([0.0], "x, y (m) and yaw (rad) of the laser on the car; one 0 alone: as /tf_static says"),
+}
+
+
+def car_parameters(node: Any) -> CarParameters:
+    """Declare and read what both nodes must know. Raises UserError that names a parameter at fault."""
+    values = {
+        name: declare(node, name, default, meaning, read_only=True)
+        for name, (default, meaning) in _CAR.items()
+    }
+    _check_choice("tf", values["tf"], ("odom", "base", "none"))
+    _check_choice("odometry", values["odometry"], ("pose", "twist"))
+    tolerance = values["transform_tolerance"]
+    if not isinstance(tolerance, int | float) or not 0.0 <= tolerance <= 10.0:
+        raise UserError(f"The parameter transform_tolerance is {tolerance!r}; give seconds, 0 to 10.")
+    return CarParameters(
+        map_frame=str(values["map_frame"]),
+        base_frame=str(values["base_frame"]),
+        tf=values["tf"],
+        tf_base_frame=str(values["tf_base_frame"]),
+        transform_tolerance=float(tolerance),
+        integrate_twist=values["odometry"] == "twist",
+        laser_pose=_laser_pose(values["laser_pose"]),
+    )
+
+
+def declare(node: Any, name: str, default: Any, meaning: str, *, read_only: bool = False) -> Any:
+    """Declare a parameter and return its value."""
+    descriptor = ParameterDescriptor(description=meaning, read_only=read_only, dynamic_typing=True)
+    return node.declare_parameter(name, default, descriptor).value
+
+
+def declare_localization(node: Any, config: LocalizationConfig) -> LocalizationConfig:
+    """Declare every setting of the localizer; the settings with what ROS overrides of them.
+
+    Raises UserError that names a parameter at fault.
+    """
+    values = {
+        name: declare(node, name, getattr(config, name), str(field.description))
+        for name, field in LocalizationConfig.model_fields.items()
+    }
+    try:
+        return LocalizationConfig.model_validate(values)
+    except ValidationError as error:
+        raise UserError(f"{_sentence(error)}.") from error
+
+
+def watch_localization(
+    node: Any, current: Callable[[], LocalizationConfig], apply: Callable[[Any], None]
+) -> None:
+    """Check parameters that are set while running, and hand new settings on; wrong ones are refused."""
+
+    def check(parameters: Iterable[Any]) -> Any:
+        changes = {
+            parameter.name: parameter.value
+            for parameter in parameters
+            if parameter.name in LocalizationConfig.model_fields
+        }
+        if not changes:
+            return SetParametersResult(successful=True)
+        try:
+            settings = updated(current(), changes)
+        except UserError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        apply(settings)
+        return SetParametersResult(successful=True)
+
+    node.add_on_set_parameters_callback(check)
+
+
+def updated(config: LocalizationConfig, changes: dict[str, Any]) -> LocalizationConfig:
+    """The settings with changes. Raises UserError that names the one at fault."""
+    try:
+        return LocalizationConfig.model_validate({**config.model_dump(), **changes})
+    except ValidationError as error:
+        raise UserError(f"{_sentence(error)}.") from error
+
+
+def _sentence(error: ValidationError) -> str:
+    first = error.errors()[0]
+    name = ".".join(str(part) for part in first["loc"])
+    return f"The parameter {name} is {first['input']!r}: {first['msg'][:1].lower()}{first['msg'][1:]}"
+
+
+def _check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
+    if value not in choices:
+        raise UserError(f"The parameter {name} is {value!r}; it must be one of {', '.join(choices)}.")
+
+
+def _laser_pose(value: Any) -> Pose | None:
+    try:
+        numbers = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        numbers = np.empty(0)
+    if numbers.shape == (1,) and numbers[0] == 0.0:
+        return None
+    if numbers.shape != (3,) or not np.isfinite(numbers).all():
+        raise UserError(f"The parameter laser_pose is {value!r}; give x and y in metres and yaw in radians.")
+    return numbers

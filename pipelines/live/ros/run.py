@@ -1,0 +1,106 @@
+"""A node's life: from its start until somebody stops it."""
+
+import logging
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from threading import Event, Thread
+from typing import Any
+
+import rclpy
+from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.signals import SignalHandlerOptions
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.runs.interrupts import StopRequest
+
+_log = logging.getLogger(__name__)
+
+_SWITCH_SECONDS = 0.0005
+"""For which a thread may hold the interpreter while another waits; Python's 5 ms are a pose's latency."""
+
+
+@contextmanager
+def ros_node(name: str, ros_arguments: list[str]) -> Iterator[Any]:
+    """Yield a ROS node. Raises UserError when the arguments after ``--ros-args`` are not understood."""
+    try:
+        rclpy.init(args=ros_arguments, signal_handler_options=SignalHandlerOptions.NO)
+        node = rclpy.create_node(name)
+    except Exception as error:  # rclpy's own kinds differ between distributions
+        rclpy.try_shutdown()
+        raise UserError(f"ROS does not start: {' '.join(str(error).split())}") from error
+    try:
+        yield node
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def spin(node: Any, survive: Callable[[Exception], None], stop: StopRequest) -> None:
+    """Serve a node's topics until it is asked to stop; a second Ctrl-C raises KeyboardInterrupt.
+
+    What a callback raises is handed to ``survive``.
+    """
+    sys.setswitchinterval(_SWITCH_SECONDS)
+    executor = _new_executor()
+    executor.add_node(node)
+    with stop.looked_for():
+        try:
+            while not stop.is_made and rclpy.ok():
+                _serve(executor, survive)
+        finally:
+            executor.remove_node(node)
+            executor.shutdown()
+
+
+def _new_executor() -> Any:
+    """The one that is told of messages, where ROS has it: it takes far less time than the one that asks."""
+    try:
+        from rclpy.experimental import EventsExecutor
+    except ImportError:
+        return SingleThreadedExecutor()
+    return EventsExecutor()
+
+
+def _serve(executor: Any, survive: Callable[[Exception], None]) -> None:
+    try:
+        executor.spin_once(timeout_sec=0.2)
+    except ExternalShutdownException:
+        return
+    except Exception as error:
+        _log.exception("A callback failed")
+        survive(error)
+
+
+@contextmanager
+def served(node: Any) -> Iterator[None]:
+    """Serve a node's topics in a thread while the block lasts."""
+    executor = _new_executor()
+    executor.add_node(node)
+    is_over = Event()
+
+    def serve() -> None:
+        while not is_over.is_set():
+            executor.spin_once(timeout_sec=0.1)
+
+    thread = Thread(target=serve, name="served", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        is_over.set()
+        thread.join()
+        executor.remove_node(node)
+        executor.shutdown()
+
+
+@contextmanager
+def sister_node(node: Any, name: str) -> Iterator[Any]:
+    """Yield a node in the namespace of another; it is served by a thread of its own, so that what its
+    callbacks wait for holds nothing up."""
+    sister = rclpy.create_node(name, namespace=node.get_namespace())
+    try:
+        with served(sister):
+            yield sister
+    finally:
+        sister.destroy_node()

@@ -1,0 +1,34 @@
+"""The transform by which everything else on the car finds its place on the map."""
+
+from typing import Any
+
+from racecar.maps.geometry.se2 import Pose, compose, inverse
+from racecar.pipelines.bags.messages import nanoseconds
+from racecar.pipelines.live.ros.messages import transform_bytes
+from racecar.pipelines.live.ros.parameters import CarParameters
+from racecar.pipelines.live.ros.transform_type import transform_message_type
+
+
+class TransformBroadcaster:
+    """Publishes on ``/tf`` what the parameters say."""
+
+    def __init__(self, node: Any, parameters: CarParameters) -> None:
+        """Raises UserError where transforms cannot be published and the parameters ask for them."""
+        self._parameters = parameters
+        self._tolerance = round(parameters.transform_tolerance * 1e9)
+        self._publisher = (
+            None if parameters.tf == "none" else node.create_publisher(transform_message_type(), "/tf", 100)
+        )
+
+    def publish(self, stamp: Any, map_from_base: Pose, odom_frame: str, odom_from_base: Pose | None) -> None:
+        """The car's place at a stamp, by the map (3,) and by the odometry (3,), None where it told none."""
+        if self._publisher is None:
+            return
+        until = nanoseconds(stamp) + self._tolerance
+        parent = self._parameters.map_frame
+        if self._parameters.tf == "base":
+            child = self._parameters.tf_base_frame
+            self._publisher.publish(transform_bytes(until, parent, child, map_from_base))
+        elif odom_from_base is not None:
+            map_from_odom = compose(map_from_base, inverse(odom_from_base))
+            self._publisher.publish(transform_bytes(until, parent, odom_frame, map_from_odom))

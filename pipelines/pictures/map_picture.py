@@ -1,0 +1,129 @@
+"""map.png: the map with the path driven and the loops that were closed."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+from matplotlib.transforms import Affine2D
+from numpy.typing import NDArray
+
+from racecar.mapping.graph.constraint import Constraint
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.maps.trajectory import Trajectory
+from racecar.maps.whole_files import write_atomically
+
+PATH_COLOR, LOOP_COLOR, START_COLOR, END_COLOR = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+"""Okabe and Ito's palette, told apart by the colour-blind too."""
+_UNKNOWN_COLOR = "#dfe3e8"
+_OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24"]).with_extremes(
+    bad=_UNKNOWN_COLOR
+)
+_LONG_SIDE_INCHES, _DOTS_PER_INCH = 11.0, 200
+_MARGIN = 1.0
+"""Metres around what is known."""
+
+
+def save_map_picture(
+    path: Path,
+    grid: OccupancyGrid,
+    trajectory: Trajectory,
+    map_from_keyframe: Pose,
+    constraints: Sequence[Constraint],
+    title: str,
+) -> None:
+    """Draw the map as PNG; the constraints are between keyframes at poses (K, 3).
+
+    Raises UserError when the place cannot be written to.
+    """
+    figure, axes = map_figure(grid, trajectory, title)
+    keyframes = map_from_keyframe[:, :2]
+    loops = [
+        (keyframes[constraint.from_keyframe], keyframes[constraint.to_keyframe])
+        for constraint in constraints
+        if constraint.kind == "loop_closure"
+    ]
+    x, y = trajectory.map_from_base[:, :2].T
+    axes.plot(x, y, color=PATH_COLOR, linewidth=1.2, label="path", zorder=3)
+    label = f"loop closures ({len(loops)})"
+    axes.add_collection(LineCollection(loops, colors=LOOP_COLOR, linewidths=0.9, label=label))
+    marker: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "markersize": 9, "zorder": 5}
+    axes.plot(x[:1], y[:1], marker="o", color=START_COLOR, label="start", **marker)
+    axes.plot(x[-1:], y[-1:], marker="s", color=END_COLOR, label="end", **marker)
+    save_figure(path, figure, axes, _DOTS_PER_INCH)
+
+
+def map_figure(grid: OccupancyGrid, trajectory: Trajectory, title: str) -> tuple[Figure, Axes]:
+    """A figure whose axes, in metres of the map frame, show the grid and leave room for the trajectory."""
+    low, high = _extent(grid, trajectory)
+    width, height = high - low
+    scale = _LONG_SIDE_INCHES / max(width, height)
+    figure = Figure(
+        figsize=(max(width * scale, 5.0) + 0.8, max(height * scale, 3.0) + 1.4), layout="constrained"
+    )
+    FigureCanvasAgg(figure)
+    axes = figure.add_subplot()
+    draw_grid(axes, grid)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    axes.set_title(title, loc="left")
+    axes.spines[:].set_color("#9aa3ad")
+    axes.tick_params(color="#9aa3ad")
+    _draw_scale_bar(axes, low, high)
+    return figure, axes
+
+
+def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
+    """Show an occupancy grid in the map frame: white is free, black occupied, grey unknown."""
+    rows, columns = grid.cells.shape
+    x, y, yaw = grid.map_from_grid
+    axes.imshow(
+        np.ma.masked_equal(grid.cells, UNKNOWN),
+        cmap=_OCCUPANCY,
+        vmin=0,
+        vmax=100,
+        origin="lower",
+        extent=(0, columns * grid.resolution, 0, rows * grid.resolution),
+        interpolation_stage="rgba",
+        transform=Affine2D().rotate(yaw).translate(x, y) + axes.transData,
+    )
+    axes.set_facecolor(_UNKNOWN_COLOR)
+
+
+def save_figure(path: Path, figure: Figure, axes: Axes, dots_per_inch: int) -> None:
+    """Put the legend under the axes, where it covers nothing, and write the figure whole or not at all."""
+    handles, labels = axes.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    with write_atomically(path) as partial:
+        figure.savefig(partial, dpi=dots_per_inch, metadata={"Software": None})
+
+
+def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    known = np.argwhere(grid.cells != UNKNOWN)
+    corners = known[[*known.argmin(axis=0), *known.argmax(axis=0)]] if len(known) else known
+    places = np.vstack([grid.center_of(corners), trajectory.map_from_base[:, :2]])
+    return places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN
+
+
+def _draw_scale_bar(axes: Axes, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+    """A bar of a round length, at most a fifth of the width, at the lower left."""
+    width, height = high - low
+    power = 10.0 ** np.floor(np.log10(width / 5))
+    length = max(step * power for step in (1, 2, 5) if step * power <= width / 5)
+    x, y = low + 0.03 * max(width, height) * np.array([1.0, 1.0])
+    box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 2}
+    axes.plot([x, x + length], [y, y], color="#1b1f24", linewidth=3, solid_capstyle="butt", zorder=6)
+    axes.annotate(
+        f"{length:g} m",
+        (x + length / 2, y),
+        xytext=(0, 5),
+        textcoords="offset points",
+        ha="center",
+        bbox=box,
+        zorder=6,
+    )

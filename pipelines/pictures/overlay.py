@@ -1,0 +1,119 @@
+"""overlay.png: the path over the map, and scans laid over it at a few moments."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.pictures.map_picture import (
+    END_COLOR,
+    LOOP_COLOR,
+    PATH_COLOR,
+    START_COLOR,
+    draw_grid,
+    save_figure,
+)
+
+_SCAN_COLOR = LOOP_COLOR
+_PANEL_COLUMNS = 3
+_DOTS_PER_INCH = 150
+_MARGIN = 1.0
+"""Metres around what is known."""
+_SMALLEST_VIEW, _LARGEST_VIEW = 3.0, 12.0
+"""Metres from the car to the edge of a panel."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A scan as the localizer saw it."""
+
+    stamp: int
+    map_from_base: Pose
+    points_in_map: NDArray[np.float64]
+    """(N, 2) end points of the returns."""
+    share_on_wall: float
+    """Share of the end points that lie on a wall; nan when there are none."""
+
+
+def save_overlay(
+    path: Path, grid: OccupancyGrid, trajectory: Trajectory, moments: Sequence[Moment], title: str
+) -> None:
+    """Draw the overlay as PNG. Raises UserError when the place cannot be written to."""
+    rows = -(-len(moments) // _PANEL_COLUMNS)
+    low, high = _extent(grid, trajectory)
+    width, height = high - low
+    map_height = float(np.clip(12.0 * height / width, 3.0, 12.0))
+    figure = Figure(figsize=(12.5, map_height + 4.0 * rows + 0.8), layout="constrained")
+    FigureCanvasAgg(figure)
+    layout = figure.add_gridspec(rows + 1, _PANEL_COLUMNS, height_ratios=[map_height] + [4.0] * rows)
+    axes = figure.add_subplot(layout[0, :])
+    draw_grid(axes, grid)
+    _draw_path(axes, trajectory, moments)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    axes.set_title(title, loc="left")
+    for number, moment in enumerate(moments, start=1):
+        row, column = divmod(number - 1, _PANEL_COLUMNS)
+        seconds = (moment.stamp - trajectory.stamps[0]) * 1e-9
+        panel = figure.add_subplot(layout[row + 1, column])
+        _draw_moment(panel, grid, trajectory, moment, f"{number}: {seconds:.0f} s")
+    save_figure(path, figure, axes, _DOTS_PER_INCH)
+
+
+def _draw_path(axes: Axes, trajectory: Trajectory, moments: Sequence[Moment]) -> None:
+    x, y = trajectory.map_from_base[:, :2].T
+    axes.plot(x, y, color=PATH_COLOR, linewidth=1.4, label="path", zorder=3)
+    axes.plot([], [], ".", color=_SCAN_COLOR, label="scan")
+    for place, marker, color, label in ((0, "o", START_COLOR, "start"), (-1, "s", END_COLOR, "end")):
+        axes.plot(
+            x[place],
+            y[place],
+            marker,
+            color=color,
+            markeredgecolor="white",
+            markersize=9,
+            label=label,
+            zorder=7,
+        )
+    for number, moment in enumerate(moments, start=1):
+        axes.annotate(
+            str(number),
+            (moment.map_from_base[0], moment.map_from_base[1]),
+            ha="center",
+            va="center",
+            fontsize=8,
+            color="white",
+            bbox={"boxstyle": "circle", "facecolor": PATH_COLOR, "edgecolor": "white"},
+            zorder=6,
+        )
+
+
+def _draw_moment(axes: Axes, grid: OccupancyGrid, trajectory: Trajectory, moment: Moment, title: str) -> None:
+    """The scan about the car, near enough to see whether it lies on the walls."""
+    x, y, yaw = moment.map_from_base
+    draw_grid(axes, grid)
+    axes.plot(*trajectory.map_from_base[:, :2].T, color=PATH_COLOR, linewidth=1.0, alpha=0.6)
+    axes.plot(*moment.points_in_map.T, ".", color=_SCAN_COLOR, markersize=2.2, markeredgewidth=0)
+    axes.quiver(x, y, np.cos(yaw), np.sin(yaw), color=PATH_COLOR, scale=9, width=0.014, zorder=5)
+    distances = np.hypot(*(moment.points_in_map - [x, y]).T)
+    reach = np.quantile(distances, 0.9) if len(distances) else 0.0
+    view = float(np.clip(reach, _SMALLEST_VIEW, _LARGEST_VIEW))
+    axes.set(xlim=(x - view, x + view), ylim=(y - view, y + view), aspect="equal")
+    on_wall = "" if np.isnan(moment.share_on_wall) else f", {moment.share_on_wall:.0%} on walls"
+    axes.set_title(f"{title}{on_wall}", fontsize=10)
+    axes.tick_params(labelsize=8)
+
+
+def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Lower left and upper right of the path and the map but for specks, in metres of the map frame."""
+    known = grid.center_of(np.argwhere(grid.cells != UNKNOWN))
+    specks = [0.001, 0.999]
+    places = np.vstack([np.quantile(known, specks, axis=0), trajectory.map_from_base[:, :2]])
+    return places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN

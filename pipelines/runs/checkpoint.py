@@ -1,0 +1,100 @@
+"""Checkpoints: a mapping run that was killed goes on from the last one, to the same result."""
+
+import json
+import logging
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from racecar.mapping.arrays import Arrays, named, part_of
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.files.session_file import load_arrays, save_arrays
+
+EVERY_SECONDS = 60.0
+_LEAST_WORK = 50.0
+"""Times as long as writing takes: long runs have large checkpoints."""
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """What a run begins with, or goes on from."""
+
+    mapper: Mapper
+    messages: int = 0
+    """How many of them the mapper has taken."""
+    besides: Arrays = field(default_factory=dict)
+    """What was kept besides the mapper."""
+
+
+class Checkpoint:
+    """The file beside a run's output folder that holds its mapper from time to time."""
+
+    def __init__(self, out: Path, run: Mapping[str, Any]) -> None:
+        """``run`` is what must be the same for a checkpoint to be gone on from, in types that JSON knows."""
+        folder = out.resolve()
+        self.path = folder.parent / f"{folder.name}.checkpoint.npz"
+        self._run = json.dumps(run, sort_keys=True)
+        self._due = time.monotonic() + EVERY_SECONDS
+
+    def resume(self, config: MappingConfig) -> Start | None:
+        """What to go on from; None when there is nothing.
+
+        Raises UserError when the file that is there is of another run, or cannot be read.
+        """
+        if not self.path.exists():
+            return None
+        arrays = load_arrays(self.path, "racecar checkpoint")
+        if str(arrays.get("run")) != self._run:
+            raise UserError(f"{self.path} is of another bag or of other settings.")
+        try:
+            mapper = Mapper.from_arrays(config, arrays)
+            return Start(mapper, int(arrays["messages"]), part_of("besides", arrays))
+        except (KeyError, ValueError, IndexError, TypeError) as error:
+            raise UserError(f"{self.path} is damaged.") from error
+
+    def save_when_due(self, mapper: Mapper, messages: int) -> None:
+        """Write the mapper, which has taken so many messages, if it is time and the mapper can be saved.
+
+        Where it cannot be written the run goes on without.
+        """
+        start = time.monotonic()
+        if start < self._due or not mapper.can_be_saved:
+            return
+        try:
+            self.save(mapper.to_arrays(), messages)
+        except (UserError, OSError) as error:
+            _log.warning("No checkpoint was written: %s", error)
+        now = time.monotonic()
+        self._due = now + max(EVERY_SECONDS, _LEAST_WORK * (now - start))
+
+    def save(self, arrays: Arrays, messages: int, besides: Arrays | None = None) -> None:
+        """Write the arrays of a mapper that has taken so many messages, and what else is to be kept. Raises
+        UserError or OSError where that cannot be."""
+        marks = {"run": np.array(self._run), "messages": np.array(messages)}
+        save_arrays({**marks, **named("besides", besides or {}), **arrays}, self.path, "racecar checkpoint")
+
+    def remove(self) -> None:
+        """The run is over."""
+        self.path.unlink(missing_ok=True)
+
+
+def describe_run(reader: BagReader, config: MappingConfig) -> dict[str, Any]:
+    """What makes a run the same run: the bag's files, how they are read, and the settings."""
+    bag = reader.path
+    files = sorted(path for path in bag.rglob("*") if path.is_file()) if bag.is_dir() else [bag]
+    return {
+        "files": [[path.name, path.stat().st_size, path.stat().st_mtime_ns] for path in files],
+        "scan_topic": reader.scan_topic,
+        "odom_topic": reader.odom_topic,
+        "base_from_laser": reader.base_from_laser.tolist(),
+        "settings": config.model_dump(),
+    }

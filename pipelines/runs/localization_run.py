@@ -1,0 +1,252 @@
+"""From a bag and a map to the car's poses and their files: what ``racecar localize`` and ``demo`` share."""
+
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.localization.localizer import Localizer
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.maps.geometry.se2 import IDENTITY, transform_points
+from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import find_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.tum import load_tum, save_tum
+from racecar.pipelines.pictures.overlay import Moment, save_overlay
+from racecar.pipelines.runs.progress import progress_bar
+from racecar.pipelines.view.recorder import Recorder
+
+LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", "report.json")
+
+_ON_WALL = 0.10
+"""Metres from a wall within which a scan's end point counts as on it."""
+_POOR_FIT = 0.5
+"""Share of end points on walls below which a person should look twice."""
+_CONVERGED = 0.2
+"""Metres of standard deviation within which the pose counts as found."""
+_MOMENTS = 6
+_SAME_SESSION = 1_000_000_000
+"""Nanoseconds around the mapping trajectory's time within which its poses tell where a bag starts."""
+
+
+@dataclass(eq=False)
+class LocalizationRun:
+    """What a replay gave, one entry per scan."""
+
+    estimates: list[PoseEstimate] = field(default_factory=list)
+    shares_on_wall: list[float] = field(default_factory=list)
+    update_seconds: list[float] = field(default_factory=list)
+    moments: list[Moment] = field(default_factory=list)
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The poses; scans out of order, which repeat a pose, are left out."""
+        stamps = np.array([estimate.stamp for estimate in self.estimates], dtype=np.int64)
+        poses = np.array([estimate.map_from_base for estimate in self.estimates])
+        newest = np.maximum.accumulate(stamps)
+        is_new = np.append(True, stamps[1:] > newest[:-1])
+        return Trajectory(stamps[is_new], poses[is_new])
+
+
+def mapping_trajectory(map_path: Path) -> Trajectory | None:
+    """The trajectory that was driven when a map was made, if it lies beside the map."""
+    path = find_map(map_path).parent / "trajectory.tum"
+    return load_tum(path) if path.is_file() else None
+
+
+def estimates(
+    messages: Iterable[Scan | Odometry], localizer: Localizer
+) -> Iterator[tuple[Scan, PoseEstimate]]:
+    """Feed messages to a localizer; yields every scan and what comes of it."""
+    for message in messages:
+        if isinstance(message, Scan):
+            yield message, localizer.add_scan(message)
+        else:
+            localizer.add_odometry(message)
+
+
+def replay(
+    reader: BagReader,
+    localizer: Localizer,
+    grid: OccupancyGrid,
+    report: Report,
+    *,
+    start: Trajectory | None = None,
+    recorder: Recorder | None = None,
+    quiet: bool,
+) -> LocalizationRun:
+    """Feed a bag through the localizer, which has been told where to start.
+
+    With a ``start`` trajectory the car starts from the pose that this has at the first scan; where it
+    has none the search goes on over the whole map, and the report says so. What comes in and out goes to a
+    ``recorder`` too. Raises UserError when the bag holds no usable scan.
+    """
+    run, walls = LocalizationRun(), distance_to_occupied(grid)
+    with progress_bar("Localizing", reader.message_count, quiet=quiet) as advance_to:
+        for message in reader:
+            if isinstance(message, Scan):
+                if start is not None and not run.estimates:
+                    _start_from(start, message.stamp, localizer, report)
+                with report.stage("localizing"):
+                    _add_scan(run, message, localizer)
+                with report.stage("judging"):
+                    _judge(run, message, grid, walls, reader.messages_read / max(reader.message_count, 1))
+            else:
+                localizer.add_odometry(message)
+            if recorder is not None:
+                with report.stage("recording"):
+                    _record(message, run, localizer, recorder)
+            advance_to(reader.messages_read)
+    _describe(run, localizer, reader, report)
+    return run
+
+
+def save_localization(
+    run: LocalizationRun,
+    grid: OccupancyGrid,
+    reference: Trajectory | None,
+    report: Report,
+    folder: Path,
+    title: str,
+) -> None:
+    """Write every file of a localization run into an existing folder."""
+    if reference is not None and _overlap(run.trajectory, reference):
+        errors = compare(run.trajectory, reference, reference_from_map=IDENTITY)
+        report.add("accuracy", {"against_mapping_trajectory": errors.summary()})
+    with report.stage("writing"):
+        save_tum(run.trajectory, folder / "trajectory.tum")
+        save_overlay(folder / "overlay.png", grid, run.trajectory, run.moments, title)
+    report.write(folder / "report.json")
+
+
+def _start_from(start: Trajectory, stamp: int, localizer: Localizer, report: Report) -> None:
+    nearest = int(np.argmin(np.abs(start.stamps - stamp)))
+    if abs(int(start.stamps[nearest]) - stamp) > _SAME_SESSION:
+        report.add("inputs", {"start": "anywhere"})
+        report.warn(
+            "The map's trajectory.tum is from another drive, so the whole map was searched for the start; "
+            "--initial-pose tells it."
+        )
+        return
+    report.add("inputs", {"start": start.map_from_base[nearest], "start_source": "the map's trajectory.tum"})
+    localizer.set_pose(start.map_from_base[nearest])
+
+
+def _add_scan(run: LocalizationRun, scan: Scan, localizer: Localizer) -> None:
+    began = time.perf_counter()
+    run.estimates.append(localizer.add_scan(scan))
+    run.update_seconds.append(time.perf_counter() - began)
+
+
+def _record(message: Scan | Odometry, run: LocalizationRun, localizer: Localizer, recorder: Recorder) -> None:
+    if isinstance(message, Odometry):
+        recorder.write_odometry(message)
+        return
+    recorder.write_scan(message, run.estimates[-1].map_from_base, run.estimates[-1].covariance)
+    recorder.write_particles(message.stamp, *localizer.particles())
+
+
+def _judge(
+    run: LocalizationRun, scan: Scan, grid: OccupancyGrid, walls: NDArray[np.float32], progress: float
+) -> None:
+    """How much of the scan lies on walls, and at a few moments of the drive the scan itself."""
+    map_from_base = run.estimates[-1].map_from_base
+    points = transform_points(map_from_base, scan.points_in_base())
+    share = float(np.mean(sample_field(walls, grid, points) <= _ON_WALL)) if len(points) else np.nan
+    run.shares_on_wall.append(share)
+    if progress * _MOMENTS >= len(run.moments) + 0.5:
+        run.moments.append(Moment(scan.stamp, map_from_base, points, share))
+
+
+def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, report: Report) -> None:
+    places = run.trajectory.map_from_base[:, :2]
+    report.add(
+        "counts",
+        {
+            "messages": reader.counts,
+            "scans": len(run.estimates),
+            "path_metres": np.sum(np.hypot(*np.diff(places, axis=0).T)),
+            "starts": sum(estimate.is_start for estimate in run.estimates),
+        },
+    )
+    report.add("inputs", reader.inputs)
+    report.add("accuracy", _fit(run.shares_on_wall))
+    report.add("convergence", _convergence(run.estimates))
+    report.add("update_ms", _update_times(run))
+    if reader.odom_topic is not None:
+        report.add("odometry_faults", asdict(localizer.odometry_faults))
+    for sentence in [*reader.warnings, *_doubts(run, reader)]:
+        report.warn(sentence)
+
+
+def _fit(shares_on_wall: list[float]) -> dict[str, float]:
+    shares = np.array([share for share in shares_on_wall if not np.isnan(share)] or [np.nan])
+    return {
+        "share_of_end_points_within_0.10_m_of_a_wall": float(np.mean(shares)),
+        "share_in_the_worst_tenth_of_scans": float(np.quantile(shares, 0.1)),
+    }
+
+
+def _convergence(estimates: list[PoseEstimate]) -> dict[str, float | None]:
+    """When the pose was first found, and how sharp it was on average from then on."""
+    deviations = np.array([_deviation(estimate) for estimate in estimates])
+    is_found = (deviations < _CONVERGED) & np.array([estimate.cluster_weight > 0.9 for estimate in estimates])
+    if not is_found.any():
+        return {"seconds_until_found": None, "mean_deviation_m": float(deviations.mean())}
+    first = int(np.argmax(is_found))
+    return {
+        "seconds_until_found": (estimates[first].stamp - estimates[0].stamp) * 1e-9,
+        "mean_deviation_m": float(deviations[first:].mean()),
+    }
+
+
+def _deviation(estimate: PoseEstimate) -> float:
+    return float(np.sqrt(np.trace(estimate.covariance[:2, :2])))
+
+
+def _update_times(run: LocalizationRun) -> dict[str, float | None]:
+    """Milliseconds per scan; searches for the start apart."""
+    milliseconds = 1e3 * np.array(run.update_seconds)
+    is_start = np.array([estimate.is_start for estimate in run.estimates])
+    tracking, searching = milliseconds[~is_start], milliseconds[is_start]
+    return {
+        "mean": float(np.mean(tracking)) if len(tracking) else None,
+        "percentile_99": float(np.quantile(tracking, 0.99)) if len(tracking) else None,
+        "longest_search": float(np.max(searching)) if len(searching) else None,
+    }
+
+
+def _doubts(run: LocalizationRun, reader: BagReader) -> list[str]:
+    sentences = []
+    starts = sum(estimate.is_start for estimate in run.estimates)
+    if starts > 1:
+        sentences.append(
+            f"The pose was searched anew {starts - 1} times, after gaps in the scans or because they no "
+            "longer fitted the map; the path may jump there."
+        )
+    shares = [share for share in run.shares_on_wall if not np.isnan(share)]
+    share = sum(shares) / max(len(shares), 1)
+    if share < _POOR_FIT:
+        sentences.append(
+            f"Only {share:.0%} of the scans' end points lie on walls of the map: it is the wrong map, "
+            "outdated, or the car was lost; look at overlay.png."
+        )
+    if reader.odom_topic is None:
+        sentences.append(
+            "There was no odometry: the car's motion was guessed from scan to scan, "
+            "which fails along bare corridors and in fast turns."
+        )
+    return sentences
+
+
+def _overlap(trajectory: Trajectory, reference: Trajectory) -> bool:
+    return bool(trajectory.stamps[0] <= reference.stamps[-1] and reference.stamps[0] <= trajectory.stamps[-1])

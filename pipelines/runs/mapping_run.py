@@ -1,0 +1,209 @@
+"""From a bag to a map and its files: what ``racecar map`` and ``racecar demo`` share."""
+
+import signal
+from collections.abc import Callable, Iterator
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper, MappingResult
+from racecar.mapping.session.session import Session
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import between
+from racecar.maps.map_files import load_map, save_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.files.g2o import save_g2o
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.session_file import SESSION_FILE, save_session
+from racecar.pipelines.files.tum import save_tum
+from racecar.pipelines.pictures.map_picture import save_map_picture
+from racecar.pipelines.runs.checkpoint import Checkpoint, Start
+from racecar.pipelines.runs.interrupts import StopRequest, stop_request
+from racecar.pipelines.runs.progress import progress_bar
+
+_FIRST_TURNS, _ROUNDS = 5000, 3
+"""Messages among which turns are sought, as a car may stand for long; and how often."""
+
+MAP_FILES = (
+    "map.png",
+    "map.yaml",
+    "map.pgm",
+    "trajectory.tum",
+    "pose_graph.g2o",
+    SESSION_FILE,
+    "report.json",
+)
+
+
+def build_map(
+    reader: BagReader,
+    config: MappingConfig,
+    report: Report,
+    *,
+    quiet: bool,
+    earlier: Session | None = None,
+    checkpoint: Checkpoint | None = None,
+    announce: Callable[[str], None] = lambda sentence: None,
+) -> MappingResult:
+    """Feed a bag through the mapper; figures and warnings go into the report.
+
+    With an ``earlier`` session its map is carried on. With a ``checkpoint`` the run goes on from it, which
+    is announced, and writes new ones on the way. Ctrl-C ends the reading and what was read becomes the map;
+    a second one raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the
+    drive is not recognized on the earlier map.
+    """
+    start = _resumed(config, checkpoint, announce)
+    with stop_request(signal.SIGINT) as stop, stop.looked_for():
+        if start is None:
+            start = _begin(reader, config, report, stop, quiet=quiet)
+        scans = _feed(start, reader, report, checkpoint, stop, quiet=quiet)
+    if not scans:
+        raise UserError(
+            f"There is no usable scan on {reader.scan_topic}; `racecar check` tells what the bag holds."
+        )
+    with report.stage("optimizing"), progress_bar("Optimizing", quiet=quiet) as advance_to:
+        try:
+            result = start.mapper.finish(advance_to, earlier)
+        except UserError:
+            if checkpoint is not None:
+                checkpoint.remove()  # to go on from it would end the same way
+            raise
+    report.add("inputs", reader.inputs)
+    report.add("counts", {**result.counts, "messages": reader.counts})
+    report.add("result", _describe_result(result))
+    report.add("mapping_seconds", result.seconds)
+    report.add("consistency", _residuals(result))
+    for sentence in [*reader.warnings, *result.warnings]:
+        report.warn(sentence)
+    return result
+
+
+def save_mapping(result: MappingResult, report: Report, folder: Path, title: str) -> None:
+    """Write every file of a mapping run into an existing folder."""
+    with report.stage("writing"):
+        save_map(result.grid, folder / "map.yaml")
+        save_tum(result.trajectory, folder / "trajectory.tum")
+        save_g2o(result.map_from_keyframe, result.constraints, folder / "pose_graph.g2o")
+        save_map_picture(
+            folder / "map.png",
+            load_map(folder),  # as whoever reads the files sees it
+            result.trajectory,
+            result.map_from_keyframe,
+            result.constraints,
+            title,
+        )
+        save_session(result.session, folder / SESSION_FILE)
+    report.write(folder / "report.json")
+
+
+def _resumed(
+    config: MappingConfig, checkpoint: Checkpoint | None, announce: Callable[[str], None]
+) -> Start | None:
+    try:
+        resumed = checkpoint.resume(config) if checkpoint else None
+    except UserError as error:
+        announce(f"The checkpoint is left aside and the run begins anew: {error}")
+        return None
+    if checkpoint is not None and resumed is not None:
+        announce(f"An earlier run was cut short: this one goes on from {checkpoint.path}.")
+    return resumed
+
+
+def _begin(
+    reader: BagReader, config: MappingConfig, report: Report, stop: StopRequest, *, quiet: bool
+) -> Start:
+    """The first messages, mapped with the odometry's lag as the first turns tell it.
+
+    The mapper learns it by itself, but has placed skewed scans until then, which lead to a little less than
+    all of it; so it begins again until it learns what it knew. That takes seconds: no checkpoint is written.
+    """
+    lag = 0
+    for _ in range(_ROUNDS if reader.odom_topic else 0):
+        mapper, taken = Mapper(config, lag), 0
+        with progress_bar("Comparing clocks", _FIRST_TURNS, quiet=quiet) as advance_to:
+            for taken, message in enumerate(islice(_timed(reader, report), _FIRST_TURNS), start=1):
+                _hand_on(message, mapper, report)
+                advance_to(taken)
+                if mapper.odometry_lag.is_settled or stop.is_made:
+                    break
+        if mapper.odometry_lag.nanoseconds == lag or stop.is_made:
+            return Start(mapper, taken)
+        lag = mapper.odometry_lag.nanoseconds
+    return Start(Mapper(config, lag))
+
+
+def _feed(
+    start: Start,
+    reader: BagReader,
+    report: Report,
+    checkpoint: Checkpoint | None,
+    stop: StopRequest,
+    *,
+    quiet: bool,
+) -> int:
+    """Hand every message after those that the mapper has taken to it; the number of scans, these included."""
+    scans = 0
+    with progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to:
+        for number, message in enumerate(_timed(reader, report), start=1):
+            scans += isinstance(message, Scan)
+            if number > start.messages:
+                _hand_on(message, start.mapper, report)
+                if checkpoint is not None:
+                    checkpoint.save_when_due(start.mapper, number)
+            advance_to(reader.messages_read)
+            if stop.is_made and number >= start.messages:
+                report.add("counts", {"interrupted": True})
+                report.warn(f"Stopped by Ctrl-C after {scans} scans; the map shows these.")
+                break
+    return scans
+
+
+def _hand_on(message: Scan | Odometry, mapper: Mapper, report: Report) -> None:
+    with report.stage("scan matching"):
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        else:
+            mapper.add_odometry(message)
+
+
+def _timed(reader: BagReader, report: Report) -> Iterator[Scan | Odometry]:
+    messages = iter(reader)
+    while True:
+        with report.stage("reading"):
+            message = next(messages, None)
+        if message is None:
+            return
+        yield message
+
+
+def _describe_result(result: MappingResult) -> dict[str, object]:
+    places = result.trajectory.map_from_base[result.keyframe_indices, :2]  # the scans between them jitter
+    seconds = (result.trajectory.stamps[-1] - result.trajectory.stamps[0]) * 1e-9
+    rows, columns = result.grid.cells.shape
+    return {
+        "log_seconds": seconds,
+        "path_metres": np.sum(np.hypot(*np.diff(places, axis=0).T)),
+        "map_metres": [columns * result.grid.resolution, rows * result.grid.resolution],
+    }
+
+
+def _residuals(result: MappingResult) -> dict[str, dict[str, float]]:
+    """By kind of constraint: how many there are and how far, on average, the solution is from them."""
+    keyframes = result.map_from_keyframe
+    by_kind: dict[str, list[np.ndarray]] = {}
+    for constraint in result.constraints:
+        solved = between(keyframes[constraint.from_keyframe], keyframes[constraint.to_keyframe])
+        by_kind.setdefault(constraint.kind, []).append(between(constraint.from_pose_to_pose, solved))
+    summary = {}
+    for kind, residuals in by_kind.items():
+        dx, dy, turn = np.array(residuals).T
+        summary[kind] = {
+            "constraints": len(residuals),
+            "mean_residual_m": float(np.mean(np.hypot(dx, dy))),
+            "mean_residual_deg": float(np.mean(np.abs(np.rad2deg(turn)))),
+        }
+    return summary

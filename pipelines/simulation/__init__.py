@@ -1,0 +1,1 @@
+"""A simulated car that drives a map by itself."""

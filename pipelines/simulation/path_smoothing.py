@@ -1,0 +1,50 @@
+"""Rounds off a planned way without coming nearer to the walls than allowed."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.grid.distance_field import sample_field
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+
+STEP = 0.1
+"""Metres between the points of a smoothed way."""
+_ROUNDS = 400
+_WANTED_CLEARANCE = 0.65
+_FIXED_ENDS = 4
+"""Points at either end that keep their places, so that a way leaves and arrives at the planned headings."""
+
+
+def smooth_way(
+    points: NDArray[np.float64], grid: OccupancyGrid, clearance: NDArray[np.float32]
+) -> NDArray[np.float64]:
+    """Points (M, 2), ``STEP`` apart, of a way (N, 2) that is pulled straight like an elastic band.
+
+    No point moves to where it has less clearance than 0.65 m, unless it gains by it.
+    """
+    points = resample(points, STEP)
+    if len(points) <= 2 * _FIXED_ENDS:
+        return points
+    movable = slice(_FIXED_ENDS, -_FIXED_ENDS)
+    here = sample_field(clearance, grid, points[movable])
+    for _ in range(_ROUNDS):
+        middles = 0.5 * (points[:-2] + points[2:])
+        pulled = middles[_FIXED_ENDS - 1 : len(middles) - _FIXED_ENDS + 1]
+        there = sample_field(clearance, grid, pulled)
+        allowed = (there >= _WANTED_CLEARANCE) | (there >= here)
+        points[movable][allowed] = pulled[allowed]
+        here = np.where(allowed, there, here)
+    return resample(points, STEP)
+
+
+def resample(points: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Points (M, 2) about ``step`` apart along the line through points (N, 2), its ends included."""
+    along = lengths_along(points)
+    keep = np.concatenate([[True], np.diff(along) > 0])
+    evenly = np.linspace(0.0, along[-1], max(2, round(along[-1] / step) + 1))
+    return np.column_stack([np.interp(evenly, along[keep], points[keep, axis]) for axis in (0, 1)])
+
+
+def lengths_along(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N,) metres from the first point to each of points (N, 2)."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])

@@ -1,0 +1,1 @@
+"""Floor plans, drawn by the project itself."""

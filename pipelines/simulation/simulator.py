@@ -1,0 +1,154 @@
+"""A simulated drive through a map: what the car does, and what its laser and wheels say of it."""
+
+import heapq
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.writer import BagWriter
+from racecar.pipelines.simulation import laser_sensor
+from racecar.pipelines.simulation.coverage_route import choose_start, plan_route
+from racecar.pipelines.simulation.driver import TICK, Drive, drive_route
+from racecar.pipelines.simulation.driving_lattice import DrivingLattice
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
+from racecar.pipelines.simulation.wheel_odometry import measure_odometry, true_odometry
+
+START_NS = 1_700_000_000_000_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """One message of the laser."""
+
+    stamp: int
+    """Nanoseconds, of the first beam."""
+    ranges: NDArray[np.float32]
+    """(1081,) metres, inf for a miss."""
+
+    def as_scan(self) -> Scan:
+        """The sweep as the algorithms take it."""
+        return Scan(
+            stamp=self.stamp,
+            bearings=laser_sensor.BEARINGS,
+            ranges=self.ranges.astype(np.float64),
+            time_offsets=laser_sensor.TIME_OFFSETS,
+            base_from_laser=laser_sensor.BASE_FROM_LASER,
+            max_range=laser_sensor.RANGE_MAX,
+        )
+
+
+_Message: TypeAlias = Sweep | tuple[Odometry, Odometry]
+"""A sweep, or the odometry measured and true."""
+
+
+class Simulation:
+    """A drive that is over; its scans are made while they are read. The same settings make the same drive."""
+
+    def __init__(self, grid: OccupancyGrid, config: SimulationConfig) -> None:
+        """Plan and drive. Raises UserError when the car finds no room in the map."""
+        self._grid, self._config = grid, config
+        self._lattice = DrivingLattice(grid)
+        self.drive = self._drive()
+        ticks = laser_sensor.scan_ticks(self.drive)
+        self.ground_truth = Trajectory(_stamps(ticks), self.drive.map_from_base[ticks])
+        """``map_from_base`` at the stamp of each scan, exact."""
+
+    def odometry(self) -> list[Odometry]:
+        """What the wheels say, 50 times a second."""
+        generator = np.random.default_rng([self._config.seed, 1])
+        return measure_odometry(self.drive, START_NS, self._config.noise, self._config.slip, generator)
+
+    def true_odometry(self) -> Iterator[Odometry]:
+        """Where the car is and how it moves, 50 times a second, in the map."""
+        return true_odometry(self.drive, START_NS)
+
+    def sweeps(self) -> Iterator[Sweep]:
+        """What the laser says, 40 times a second."""
+        generator = np.random.default_rng([self._config.seed, 2])
+        walkers = Walkers(self._config.walkers, self._lattice, np.random.default_rng([self._config.seed, 3]))
+        legs = walkers.walk(0.0)
+        for tick, stamp in zip(
+            laser_sensor.scan_ticks(self.drive), self.ground_truth.stamps.tolist(), strict=True
+        ):
+            legs_after = walkers.walk(laser_sensor.SCAN_TIME)
+            ranges = laser_sensor.sweep(self._grid, self.drive, int(tick), (legs, legs_after), LEG_RADIUS)
+            noise, dropouts = self._config.range_noise, self._config.dropouts
+            yield Sweep(stamp, laser_sensor.measure(ranges, noise, dropouts, generator))
+            legs = legs_after
+
+    def messages(self) -> Iterator[Scan | Odometry]:
+        """Scans and odometry as from a bag: a scan follows the odometry that covers its last beam."""
+        odometry = iter(self.odometry())
+        for sweep in self.sweeps():
+            scan = sweep.as_scan()
+            end = scan.stamp + round(scan.time_offsets[-1] * 1e9)
+            for sample in odometry:
+                yield sample
+                if sample.stamp >= end:
+                    break
+            yield scan
+        yield from odometry
+
+    def _drive(self) -> Drive:
+        config, lattice = self._config, self._lattice
+        wanted = None if config.start is None else np.array(config.start)
+        route = plan_route(lattice, choose_start(self._grid, lattice, wanted))
+        rounds, seconds = (config.laps if route.is_lap else 1), np.inf
+        if config.duration is not None:
+            # The way driven is shorter than the time at full speed allows, so the rounds never run out.
+            rounds = 1 + int(config.duration * config.max_speed / route.length)
+            seconds = config.duration
+        return drive_route(route, self._grid, lattice.clearance, config.max_speed, rounds, seconds)
+
+
+def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], None]) -> None:
+    """Write ``/scan``, ``/odom``, ``/ground_truth`` and ``/tf_static``; progress goes from 0 to 1.
+
+    Raises UserError when the place cannot be written to.
+    """
+    scans = len(simulation.ground_truth)
+    samples: Iterator[_Message] = zip(simulation.odometry(), simulation.true_odometry(), strict=True)
+    sweeps: Iterator[_Message] = simulation.sweeps()
+    messages = heapq.merge(samples, sweeps, key=_stamp_of)
+    with BagWriter(path) as writer:
+        writer.write_static_transform(laser_sensor.BASE_FROM_LASER)
+        written = 0
+        for message in messages:
+            if isinstance(message, Sweep):
+                _write_sweep(writer, message)
+                written += 1
+                progress(written / scans)
+            else:
+                measured, true = message
+                writer.write_odometry(measured)
+                writer.write_odometry(true, topic="/ground_truth", frame_id="map")
+
+
+def _stamp_of(message: _Message) -> int:
+    return message.stamp if isinstance(message, Sweep) else message[0].stamp
+
+
+def _write_sweep(writer: BagWriter, sweep: Sweep) -> None:
+    writer.write_scan(
+        sweep.stamp,
+        sweep.ranges,
+        laser_sensor.ANGLE_MIN,
+        laser_sensor.ANGLE_INCREMENT,
+        laser_sensor.TIME_INCREMENT,
+        laser_sensor.SCAN_TIME,
+        laser_sensor.RANGE_MIN,
+        laser_sensor.RANGE_MAX,
+    )
+
+
+def _stamps(ticks: NDArray[np.int64]) -> NDArray[np.int64]:
+    return START_NS + ticks * round(TICK * 1e9)

@@ -1,0 +1,102 @@
+"""Wheel odometry of a simulated drive: the true motion, measured badly."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose, between, wrap_angle
+from racecar.maps.sensing.odometry import Odometry
+from racecar.pipelines.simulation.car import MAX_ACCELERATION, MAX_SIDE_ACCELERATION
+from racecar.pipelines.simulation.driver import TICK, Drive
+from racecar.pipelines.simulation.simulator_config import NoiseLevel
+
+PERIOD_TICKS = 4
+"""50 messages a second."""
+
+
+@dataclass(frozen=True)
+class OdometryNoise:
+    """How wheel odometry errs. Scales and bias are drawn once a drive, the rest grows with the way driven."""
+
+    path_scale: float = 0.0
+    """Standard deviation of the share by which distances are wrong."""
+    turn_scale: float = 0.0
+    """The same for rotations."""
+    turn_per_metre: float = 0.0
+    """Standard deviation of a constant turn, radians per metre."""
+    path_walk: float = 0.0
+    """Metres per square root of a metre."""
+    turn_walk: float = 0.0
+    """Radians per square root of a metre."""
+    slip: float = 0.0
+    """Share by which wheels run ahead at full acceleration and turns are overstated at the tyres' limit."""
+
+
+NOISE = {
+    NoiseLevel.NONE: OdometryNoise(),
+    NoiseLevel.SLIGHT: OdometryNoise(0.01, 0.01, 0.0005, 0.003, 0.003, 0.0),
+    NoiseLevel.FULL: OdometryNoise(0.04, 0.05, 0.02, 0.01, 0.015, 0.1),
+}
+
+
+def measure_odometry(
+    drive: Drive, start_ns: int, level: NoiseLevel, slip: float, generator: np.random.Generator
+) -> list[Odometry]:
+    """Odometry every 20 ms from the first pose on, in a frame that starts where the car does.
+
+    ``slip`` comes on top of the level's own.
+    """
+    noise = NOISE[level]
+    steps, slips = _true_steps(drive), _slip_per_step(drive, noise.slip + slip)
+    path_factor = (1.0 + noise.path_scale * generator.standard_normal()) * (1.0 + slips[:, 0])
+    turn_factor = (1.0 + noise.turn_scale * generator.standard_normal()) * (1.0 + slips[:, 1])
+    bias = noise.turn_per_metre * generator.standard_normal()
+    way = np.linalg.norm(steps[:, :2], axis=1)
+    walk = np.sqrt(way)[:, None] * generator.standard_normal((len(steps), 2))
+    measured = np.column_stack(
+        [
+            steps[:, 0] * path_factor + noise.path_walk * walk[:, 0],
+            steps[:, 1] * path_factor,
+            steps[:, 2] * turn_factor + bias * way + noise.turn_walk * walk[:, 1],
+        ]
+    )
+    period = PERIOD_TICKS * TICK
+    stamps = start_ns + np.arange(len(measured) + 1) * round(period * 1e9)
+    twists = np.concatenate([[[0.0, 0.0, 0.0]], measured / period])
+    return [
+        Odometry(stamp, pose, twist)
+        for stamp, pose, twist in zip(stamps.tolist(), _add_up(measured), twists, strict=True)
+    ]
+
+
+def true_odometry(drive: Drive, start_ns: int) -> Iterator[Odometry]:
+    """``map_from_base`` and the twist as they are, every 20 ms."""
+    for tick in range(0, len(drive.speed), PERIOD_TICKS):
+        twist = np.array([drive.speed[tick], 0.0, drive.turning_speed[tick]])
+        yield Odometry(start_ns + round(tick * TICK * 1e9), drive.map_from_base[tick], twist)
+
+
+def _true_steps(drive: Drive) -> Pose:
+    """(N, 3) each period's motion, seen from its beginning."""
+    poses = drive.map_from_base[::PERIOD_TICKS]
+    return between(poses[:-1], poses[1:])
+
+
+def _slip_per_step(drive: Drive, slip: float) -> NDArray[np.float64]:
+    """(N, 2) by what share each period's distance and rotation are overstated; braking understates."""
+    speed, turning_speed = drive.speed[::PERIOD_TICKS], drive.turning_speed[::PERIOD_TICKS]
+    acceleration = np.diff(np.abs(speed)) / (PERIOD_TICKS * TICK)
+    aside = np.abs(speed * turning_speed)[1:]
+    effort = np.column_stack([acceleration / MAX_ACCELERATION, aside / MAX_SIDE_ACCELERATION])
+    return slip * np.clip(effort, -1.0, 1.0)
+
+
+def _add_up(steps: Pose) -> Pose:
+    """(N + 1, 3) poses from the identity on, each a step (N, 3) further."""
+    yaw = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
+    cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
+    x = np.cumsum(cos * steps[:, 0] - sin * steps[:, 1])
+    y = np.cumsum(sin * steps[:, 0] + cos * steps[:, 1])
+    return np.column_stack([np.concatenate([[0.0], x]), np.concatenate([[0.0], y]), wrap_angle(yaw)])

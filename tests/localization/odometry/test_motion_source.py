@@ -1,0 +1,287 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.odometry.calibration import OdometryFaults
+from racecar.localization.odometry.motion_source import MotionSource
+from racecar.localization.odometry.motion_step import MotionStep
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+from racecar.maps.sensing.odometry import Odometry
+
+MILLISECOND, SECOND = 1_000_000, 1_000_000_000
+MODELS = pytest.mark.parametrize("model", ["odometry", "ackermann"])
+
+
+def source(model: str = "odometry", **settings: float) -> MotionSource:
+    return MotionSource(LocalizationConfig.model_validate({"motion_model": model, **settings}))
+
+
+def true_pose(stamp: int) -> Pose:
+    """Where the odometry says the car is: on a winding way."""
+    t = stamp * 1e-9
+    return np.array([1.5 * t, np.sin(t), np.arctan2(np.cos(t), 1.5)])
+
+
+def sample(stamp: int) -> Odometry:
+    return Odometry(stamp, true_pose(stamp), IDENTITY)
+
+
+def feed(motion: MotionSource, start: int, end: int, period: int = 20 * MILLISECOND) -> None:
+    for stamp in range(start, end, period):
+        motion.add(sample(stamp))
+
+
+def sum_of(steps: list[MotionStep]) -> Pose:
+    total = IDENTITY
+    for step in steps:
+        total = compose(total, step.base_from_next_base)
+    return total
+
+
+def assert_same_poses(told: Pose, expected: Pose, atol: float = 1e-7) -> None:
+    np.testing.assert_allclose(between(expected, told), 0.0, atol=atol)
+
+
+gaps = st.integers(5, 60)
+
+
+@MODELS
+@settings(deadline=None, max_examples=60)
+@given(
+    odometry_gaps=st.lists(gaps, min_size=40, max_size=80),
+    scan_gaps=st.lists(gaps, min_size=10, max_size=30),
+    lags=st.lists(st.integers(-60, 250), min_size=30, max_size=30),
+    questions=st.lists(st.integers(-300, 300), max_size=30),
+)
+def test_however_messages_interleave_no_motion_is_lost_or_counted_twice(
+    model: str, odometry_gaps: list[int], scan_gaps: list[int], lags: list[int], questions: list[int]
+) -> None:
+    """Odometry comes late and early beside the scans, and others ask for the motion meanwhile."""
+    motion = source(model)
+    odometry_stamps = list(np.cumsum([0, *odometry_gaps]) * MILLISECOND)
+    scan_stamps = [int(s) for s in np.cumsum(scan_gaps) * MILLISECOND if s < odometry_stamps[-1]]
+    motion.add(sample(0))
+    fed, steps = 1, []
+    for i, stamp in enumerate(scan_stamps):
+        is_end = i in (0, len(scan_stamps) - 1)
+        reach = stamp + 100 * MILLISECOND if is_end else stamp - lags[i] * MILLISECOND
+        while fed < len(odometry_stamps) and odometry_stamps[fed] <= reach:
+            motion.add(sample(int(odometry_stamps[fed])))
+            fed += 1
+        steps.append(motion.step_to(stamp))
+        if i < len(questions):
+            asked = stamp + questions[i] * MILLISECOND
+            motion.step_from(motion.odom_from_base, OdometryFaults(), stamp, asked)
+    told = motion.odom_from_base
+    assert told is not None
+    assert all(np.isfinite(step.travel) for step in steps[1:])
+    exact = source(model)
+    for stamp in odometry_stamps:
+        exact.add(sample(int(stamp)))
+    first, last = exact.poses_at(np.array([scan_stamps[0], scan_stamps[-1]]))
+    assert_same_poses(told, last)
+    assert_same_poses(sum_of(steps[1:]), between(first, last))
+
+
+def test_the_time_of_the_steps_adds_up() -> None:
+    motion = source()
+    feed(motion, 0, 2 * SECOND)
+    stamps = [100, 130, 150, 400, 405, 1500]
+    seconds = [motion.step_to(stamp * MILLISECOND).seconds for stamp in stamps]
+    assert seconds[0] == 0.0
+    assert sum(seconds) == pytest.approx(1.4)
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 1000), st.integers(0, 1100))
+def test_the_motion_between_two_stamps_is_that_of_the_odometry(since: int, until: int) -> None:
+    motion = source()
+    feed(motion, 0, SECOND + 1, MILLISECOND * 2)
+    before, after = motion.poses_at(np.array([since, until]) * MILLISECOND)
+    step = motion.step_from(before, OdometryFaults(), since * MILLISECOND, until * MILLISECOND)
+    assert_same_poses(step.base_from_next_base, between(before, after))
+    assert_same_poses(before, true_pose(since * MILLISECOND), atol=1e-5)
+    assert step.seconds == pytest.approx((until - since) * 1e-3)
+    assert np.all(step.deviations[[0, 2]] > 0.0) == (since != until)
+
+
+def test_late_and_broken_samples_change_nothing() -> None:
+    clean, disturbed = source(), source()
+    for stamp in range(0, SECOND, 20 * MILLISECOND):
+        clean.add(sample(stamp))
+        disturbed.add(sample(stamp))
+        for strange in (
+            Odometry(stamp - 500 * MILLISECOND, np.array([50.0, 0.0, 1.0]), IDENTITY),
+            Odometry(stamp, np.array([50.0, 0.0, 1.0]), IDENTITY),
+            Odometry(stamp + 10 * MILLISECOND, np.array([np.nan, 0.0, 0.0]), IDENTITY),
+            Odometry(-(10**15), np.array([0.0, np.inf, 0.0]), IDENTITY),
+        ):
+            disturbed.add(strange)
+        steps = [motion.step_to(stamp) for motion in (clean, disturbed)]
+        np.testing.assert_array_equal(steps[0].base_from_next_base, steps[1].base_from_next_base)
+        assert steps[0].travel == steps[1].travel
+
+
+@pytest.mark.parametrize("aside", [(100.0, -40.0, 2.0), (1.5, 0.0, 0.0), (0.0, 0.0, -1.5)])
+def test_over_a_jump_the_car_goes_on_as_before_and_then_by_the_odometry_again(
+    aside: tuple[float, float, float],
+) -> None:
+    motion = source()
+    for k in range(100):
+        stamp = k * 20 * MILLISECOND
+        pose = np.array([0.02 * k, 0.0, 0.0])
+        motion.add(Odometry(stamp, pose if k < 50 else compose(np.array(aside), pose), IDENTITY))
+        step = motion.step_to(stamp)
+        motion.follow(stamp, pose)
+        if k > 10:
+            assert_same_poses(step.base_from_next_base, np.array([0.02, 0.0, 0.0]), atol=1e-3)
+        assert np.isinf(step.travel) == (k in (0, 50))
+
+
+def test_nobody_is_carried_over_a_jump() -> None:
+    """Who asks for now, from a pose that was estimated before the odometry jumped."""
+    motion = source()
+    for k in range(50):
+        motion.add(Odometry(k * 20 * MILLISECOND, np.array([0.02 * k, 0.0, 0.0]), IDENTITY))
+        motion.step_to(k * 20 * MILLISECOND)
+        motion.follow(k * 20 * MILLISECOND, np.array([0.02 * k, 0.0, 0.0]))
+    before, since = motion.odom_from_base, 49 * 20 * MILLISECOND
+    for k in (50, 51):
+        motion.add(Odometry(k * 20 * MILLISECOND, np.array([0.02 * k, 4.0, 1.0]), IDENTITY))
+    step = motion.step_from(before, OdometryFaults(), since, 51 * 20 * MILLISECOND)
+    assert_same_poses(step.base_from_next_base, np.array([0.04, 0.0, 0.0]), atol=2e-3)
+
+
+def test_when_the_odometry_starts_anew_its_jump_home_is_no_motion() -> None:
+    """The driver was started again and counts from zero, its clock set back; the scans' clock is not."""
+    motion = source()
+    feed(motion, 10 * SECOND, 11 * SECOND)
+    motion.step_to(11 * SECOND - 20 * MILLISECOND)
+    motion.add(Odometry(2 * SECOND, IDENTITY, IDENTITY))
+    motion.add(Odometry(2 * SECOND + 20 * MILLISECOND, np.array([0.1, 0.0, 0.0]), IDENTITY))
+    step = motion.step_to(11 * SECOND)
+    assert np.isinf(step.travel)
+    assert_same_poses(step.base_from_next_base, IDENTITY)
+
+
+def test_an_odometry_that_ran_ahead_and_starts_anew_is_not_compared_with_its_past() -> None:
+    motion = source()
+    for stamp in range(9 * SECOND, 12 * SECOND, 20 * MILLISECOND):
+        motion.add(Odometry(stamp, np.array([3.0, 0.0, 0.0]), IDENTITY))
+    motion.step_to(10 * SECOND)
+    for stamp in range(10 * SECOND, 10 * SECOND + 400 * MILLISECOND, 20 * MILLISECOND):
+        motion.add(Odometry(stamp, IDENTITY, IDENTITY))
+    first, second = (motion.step_to(10 * SECOND + ms * MILLISECOND) for ms in (100, 200))
+    for step in (first, second):
+        assert_same_poses(step.base_from_next_base, IDENTITY)
+    assert np.isinf(first.travel)
+    assert second.travel == 0.0
+
+
+def test_after_a_restart_of_all_clocks_motion_is_measured_again() -> None:
+    motion = source()
+    feed(motion, 10 * SECOND, 11 * SECOND)
+    motion.step_to(11 * SECOND - 20 * MILLISECOND)
+    feed(motion, 2 * SECOND, 3 * SECOND)
+    back = motion.step_to(2 * SECOND + 500 * MILLISECOND)
+    assert np.isinf(back.seconds)
+    assert np.isinf(back.travel)
+    assert back.is_over_gap
+    step = motion.step_to(2 * SECOND + 600 * MILLISECOND)
+    ends = (true_pose(2 * SECOND + ms * MILLISECOND) for ms in (500, 600))
+    assert_same_poses(step.base_from_next_base, between(*ends), atol=1e-4)
+
+
+@pytest.mark.parametrize(("seconds", "is_over_gap"), [(1.9, False), (2.1, True), (600.0, True)])
+def test_a_long_pause_between_scans_is_a_gap(seconds: float, is_over_gap: bool) -> None:
+    motion = source()
+    feed(motion, 0, SECOND)
+    motion.step_to(SECOND)
+    step = motion.step_to(SECOND + int(seconds * SECOND))
+    assert step.is_over_gap == is_over_gap
+    assert step.seconds == pytest.approx(seconds)
+    assert np.isinf(step.travel)
+
+
+def test_without_odometry_the_speed_of_the_estimates_is_carried_on() -> None:
+    motion = source(drift_noise=0.3)
+    for k in range(100):
+        step = motion.step_to(k * 20 * MILLISECOND)
+        motion.follow(k * 20 * MILLISECOND, np.array([0.04 * k, 3.0, 0.0]))
+    assert_same_poses(step.base_from_next_base, np.array([0.04, 0.0, 0.0]), atol=1e-3)
+    np.testing.assert_allclose(step.deviations, 0.3 * np.sqrt(0.02))
+    far = motion.step_from(None, OdometryFaults(), 99 * 20 * MILLISECOND, 20 * SECOND)
+    assert_same_poses(far.base_from_next_base, np.array([1.0, 0.0, 0.0]), atol=0.02)
+    motion.forget_speed()
+    assert_same_poses(motion.step_to(2 * SECOND).base_from_next_base, IDENTITY)
+
+
+def test_in_a_sweep_the_car_moves_as_odometry_tells_or_else_at_the_speed_of_the_estimates() -> None:
+    motion, stamps = source(), SECOND + MILLISECOND * np.array([0, 5, 15])
+    motion.step_to(SECOND)
+    assert_same_poses(motion.poses_in_sweep(stamps), np.zeros((3, 3)))
+    for k in range(50):
+        motion.follow(k * 20 * MILLISECOND, np.array([0.04 * k, 3.0, 0.0]))
+    moved = between(*motion.poses_in_sweep(stamps)[[0, 2]])
+    assert_same_poses(moved, np.array([0.03, 0.0, 0.0]), atol=1e-3)
+    feed(motion, 0, 2 * SECOND)
+    motion.step_to(SECOND)
+    moved = between(*motion.poses_in_sweep(stamps)[[0, 2]])
+    assert_same_poses(moved, between(true_pose(stamps[0]), true_pose(stamps[2])), atol=1e-3)
+
+
+@MODELS
+def test_a_car_that_stands_gains_no_noise_but_one_whose_wheels_lock_may_slide_on(model: str) -> None:
+    motion = source(model)
+    for k in range(200):
+        stamp = k * 20 * MILLISECOND
+        motion.add(Odometry(stamp, np.array([0.06 * min(k, 50), 0.0, 0.0]), IDENTITY))
+        step = motion.step_to(stamp)
+        if k == 52:
+            assert step.deviations[0] > 0.005
+            assert step.travel > 0.01
+    assert np.all(step.deviations == 0.0)
+    assert step.travel == 0.0
+
+
+def test_tyres_are_pushed_along_the_car_when_it_brakes_and_across_it_in_bends() -> None:
+    def effort(turn: float, brakes_at: int) -> np.ndarray:
+        motion, pose, efforts = source(), IDENTITY, []
+        for k in range(80):
+            motion.add(Odometry(k * 20 * MILLISECOND, pose, IDENTITY))
+            efforts.append(motion.step_to(k * 20 * MILLISECOND).effort)
+            if k < brakes_at:
+                pose = compose(pose, [0.06, 0.0, turn])
+        return np.asarray(np.max(efforts[50:], axis=0))
+
+    assert np.all(effort(0.0, 80) < 0.1)
+    assert effort(0.0, 60)[0] > 0.9
+    assert effort(0.0, 60)[1] < 0.1
+    assert effort(0.02, 80)[1] == pytest.approx(3.0 / 4.0, rel=0.05)
+
+
+def test_other_settings_hold_from_then_on() -> None:
+    motion = source(path_noise_per_metre=0.01, slip=0.0)
+    feed(motion, 0, SECOND)
+    motion.step_to(0)
+    quiet = motion.step_to(200 * MILLISECOND)
+    motion.reconfigure(LocalizationConfig(path_noise_per_metre=0.5, slip=0.0))
+    loud = motion.step_to(400 * MILLISECOND)
+    assert loud.deviations[0] > 10 * quiet.deviations[0]
+    assert_same_poses(sum_of([quiet, loud]), between(true_pose(0), true_pose(400 * MILLISECOND)), atol=1e-4)
+
+
+def test_what_a_car_is_behind_adds_up_to_what_it_has_turned_in_a_tenth_of_a_second() -> None:
+    """It follows a bend that the odometry begins at once, and goes on bending when that is over."""
+    motion, pose, behind = source(), IDENTITY, []
+    for k in range(151):
+        motion.add(Odometry(k * 20 * MILLISECOND, pose, IDENTITY))
+        behind.append(motion.step_to(k * 20 * MILLISECOND).behind)
+        pose = compose(pose, [0.04, 0.0, 0.03 if 50 <= k < 100 else 0.0])
+    turn = np.array(behind)[:, 2]
+    np.testing.assert_allclose(turn[:51], 0.0, atol=1e-9)
+    assert turn[51:101].sum() == pytest.approx(-1.5 * 0.1, rel=0.15)
+    assert turn[101:].sum() == pytest.approx(1.5 * 0.1, rel=0.15)
+    np.testing.assert_allclose(np.array(behind)[:, :2], 0.0, atol=2e-3)

@@ -1,0 +1,119 @@
+import numpy as np
+import pytest
+
+from racecar.mapping.grid import growing_grid
+from racecar.mapping.grid.growing_grid import GrowingGrid
+from racecar.mapping.grid.rendering import NO_RAYS, Rays, render
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+
+RESOLUTION = 0.05
+
+
+@pytest.fixture
+def drive() -> tuple[list[Rays], Pose]:
+    """300 keyframes along a corridor 3 m wide with pillars, away from the origin and back."""
+    rng = np.random.default_rng(0)
+    rays, poses = [], []
+    for i in range(300):
+        x = 0.3 * min(i, 300 - i) - 7.0
+        along = rng.uniform(-4.0, 4.0, 200)
+        side = np.where(rng.random(200) < 0.5, 1.5, -1.5) + rng.normal(0.0, 0.01, 200)
+        rays.append(Rays.to(np.column_stack([along, side]), 180))
+        poses.append([x, 0.1 * np.sin(x), 0.01 * np.cos(x)])
+    return rays, np.array(poses)
+
+
+def assert_same(grown: OccupancyGrid, whole: OccupancyGrid) -> None:
+    rows, columns = np.nonzero(whole.cells != UNKNOWN)
+    cells = np.column_stack([rows, columns])
+    there = grown.cell_of(whole.center_of(cells))
+    assert grown.contains(there).all()
+    found = grown.cells[there[:, 0], there[:, 1]]
+    assert np.mean(np.abs(found.astype(int) - whole.cells[rows, columns]) <= 1) > 0.999
+    assert np.count_nonzero(grown.cells != UNKNOWN) == pytest.approx(len(rows), rel=0.001)
+
+
+def share_of_walls(walls: OccupancyGrid, grid: OccupancyGrid) -> float:
+    """How many of one grid's walls are walls on another."""
+    there = grid.cell_of(walls.center_of(np.argwhere(walls.cells > 90)))
+    return float(np.mean(grid.cells[there[:, 0], there[:, 1]] > 50))
+
+
+@pytest.mark.parametrize("step", [1, 37])
+def test_it_ends_in_the_grid_that_is_drawn_at_once(drive: tuple[list[Rays], Pose], step: int) -> None:
+    rays, poses = drive
+    growing = GrowingGrid(RESOLUTION)
+    for count in [*range(1, len(rays), step), len(rays)]:
+        grid = growing.draw(rays[:count], poses[:count])
+    assert_same(grid, render(rays, poses, RESOLUTION))
+    assert growing.redrawn == 0
+
+
+def test_latest_keyframes_are_drawn_where_they_are_now(drive: tuple[list[Rays], Pose]) -> None:
+    rays, poses = drive
+    growing = GrowingGrid(RESOLUTION)
+    moved = poses.copy()
+    moved[-40:, :2] += 0.4
+    growing.draw(rays, moved)
+    assert_same(growing.draw(rays, poses), render(rays, poses, RESOLUTION))
+    assert growing.redrawn == 0
+
+
+def test_all_is_drawn_anew_when_a_loop_moves_it(
+    drive: tuple[list[Rays], Pose], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rays, poses = drive
+    growing = GrowingGrid(RESOLUTION)
+    bent = poses.copy()
+    bent[:, 1] += np.linspace(0.0, 2.0, len(bent))
+    monkeypatch.setattr(growing_grid, "_AT_ONCE", len(rays))
+    growing.draw(rays, bent)
+    assert_same(growing.draw(rays, poses), render(rays, poses, RESOLUTION))
+    assert growing.redrawn == 1
+
+
+def test_a_large_grid_is_drawn_anew_over_some_calls(
+    drive: tuple[list[Rays], Pose], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(growing_grid, "_AT_ONCE", 100)
+    rays, poses = drive
+    growing, bent = GrowingGrid(RESOLUTION), poses.copy()
+    bent[:, 1] += np.linspace(0.0, 2.0, len(bent))
+    before = growing.draw(rays[:290], bent[:290])
+    meanwhile = [growing.draw(rays[:count], poses[:count]) for count in (290, 295)]
+    after = growing.draw(rays, poses)
+    bent_walls = render(rays[:200], bent[:200], RESOLUTION)
+    shown = [share_of_walls(bent_walls, grid) for grid in (before, *meanwhile)]
+    assert min(shown) > 0.7
+    assert share_of_walls(bent_walls, after) < 0.3
+    assert_same(after, render(rays, poses, RESOLUTION))
+    assert growing.redrawn == 1
+
+
+def test_what_creeps_is_drawn_anew_in_the_end(drive: tuple[list[Rays], Pose]) -> None:
+    rays, poses = drive
+    growing = GrowingGrid(RESOLUTION)
+    for share in np.linspace(1.0, 0.0, 21):
+        grid = growing.draw(rays, poses + share * np.array([0.0, 0.2, 0.0]))
+    assert growing.redrawn >= 4
+    assert share_of_walls(render(rays, poses, RESOLUTION), grid) > 0.6
+
+
+def test_keyframes_that_were_given_up_are_not_drawn_anew(drive: tuple[list[Rays], Pose]) -> None:
+    rays, poses = drive
+    growing, bent = GrowingGrid(RESOLUTION), poses + np.array([0.0, 0.5, 0.0])
+    growing.draw(rays, bent)
+    left = [NO_RAYS if 50 <= k < 120 else each for k, each in enumerate(rays)]
+    seen = [k for k, each in enumerate(left) if each is not NO_RAYS]
+    grid = growing.draw(left, poses)
+    assert_same(grid, render([rays[k] for k in seen], poses[seen], RESOLUTION))
+
+
+def test_a_grid_that_was_handed_out_stays_as_it_was(drive: tuple[list[Rays], Pose]) -> None:
+    rays, poses = drive
+    growing = GrowingGrid(RESOLUTION)
+    first = growing.draw(rays[:100], poses[:100])
+    before = first.cells.copy()
+    growing.draw(rays, poses)
+    assert np.array_equal(first.cells, before)

@@ -1,0 +1,122 @@
+"""The grid shows what the rays tell: free up to a wall, occupied on it, unknown behind it."""
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+from scipy.spatial import cKDTree
+from worlds import BEARINGS, ROOM, points_at, scan_at
+
+from racecar.mapping.grid.rendering import NO_RAYS, Rays, pack_rays, rays_of, render, returns_of
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, transform_points
+from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN
+from racecar.maps.sensing.scan import Scan
+
+RESOLUTION = 0.05
+WALLS = ROOM + 0.017  # not along the edges of cells
+places = st.tuples(st.floats(-2.0, 2.5), st.floats(-1.8, 2.2), st.floats(-np.pi, np.pi)).map(np.array)
+at_origin = IDENTITY[None]
+
+
+def rays_at(pose: Pose) -> Rays:
+    return rays_of(scan_at(WALLS, pose), points_at(WALLS, pose))
+
+
+def occupancy_at(grid, points: np.ndarray) -> np.ndarray:
+    rows, columns = grid.cell_of(points).T
+    return grid.cells[rows, columns]
+
+
+def ray(length: float, bearing: float = 0.0) -> Rays:
+    end = length * np.array([[np.cos(bearing), np.sin(bearing)]])
+    return Rays.to(end, 1)
+
+
+@given(arrays(np.float64, (5, 2), elements=st.floats(-60.0, 60.0)))
+def test_rays_end_within_a_millimetre_and_stay_so(ends: np.ndarray) -> None:
+    rays = Rays.to(ends, 5)
+    assert np.abs(rays.ends - ends).max() < 0.00101
+    np.testing.assert_array_equal(Rays.to(rays.ends, 5).packed, rays.packed)
+
+
+@given(st.lists(st.one_of(st.none(), st.integers(0, 5)), max_size=6), st.integers(0, 2**32))
+def test_packed_rays_are_the_same_rays(counts: list[int | None], seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    seen = [NO_RAYS if count is None else Rays.to(rng.normal(size=(count, 2)), count) for count in counts]
+    packed = list(seen)
+    pack_rays(packed)
+    for before, after in zip(seen, packed, strict=True):
+        assert (after is NO_RAYS) == (before is NO_RAYS)
+        assert after.returns == before.returns
+        np.testing.assert_array_equal(after.ends, before.ends)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(places, min_size=1, max_size=4))
+def test_walls_are_occupied_and_the_way_to_them_is_free(poses: list[Pose]) -> None:
+    lasers = np.array(poses)
+    rays = [rays_at(pose) for pose in lasers]
+    grid = render(rays, lasers, RESOLUTION)
+    ends = np.concatenate(returns_of(rays, lasers))
+    for pose, seen in zip(lasers, rays, strict=True):
+        hits = transform_points(pose, seen.ends)
+        ways = np.concatenate([pose[:2] + share * (hits - pose[:2]) for share in (0.0, 0.2, 0.5, 0.8)])
+        is_clear = cKDTree(ends).query(ways)[0] > 2 * RESOLUTION
+        assert is_clear.any()
+        assert occupancy_at(grid, ways[is_clear]).max() < OCCUPIED_FROM
+        assert occupancy_at(grid, ways[is_clear]).min() > UNKNOWN
+    if len(lasers) == 1:
+        assert (occupancy_at(grid, ends) >= OCCUPIED_FROM).mean() > 0.98  # but for the edges of cells
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(places, min_size=1, max_size=4), st.integers(-40, 40), st.integers(-40, 40))
+def test_a_moved_world_is_the_same_picture_elsewhere(poses: list[Pose], columns: int, rows: int) -> None:
+    lasers = np.array(poses)
+    rays = [rays_at(pose) for pose in lasers]
+    shift = np.array([columns * 0.5, rows * 0.5, 0.0])  # exact in binary, and a whole number of cells
+    grid, moved = render(rays, lasers, 0.25), render(rays, compose(shift, lasers), 0.25)
+    np.testing.assert_allclose(moved.map_from_grid, grid.map_from_grid + shift)
+    assert (moved.cells != grid.cells).mean() < 1e-2  # rounding at the edges of cells
+
+
+def test_a_wall_hides_what_lies_behind_it() -> None:
+    grid = render([ray(2.0), ray(5.0, 1.5)], np.zeros((2, 3)), RESOLUTION)
+    assert occupancy_at(grid, np.array([[2.01, 0.01]]))[0] >= OCCUPIED_FROM
+    assert occupancy_at(grid, np.array([[2.2, 0.01]]))[0] == UNKNOWN
+
+
+def test_who_passes_by_leaves_no_trace_once_the_place_was_looked_through() -> None:
+    passer_by, open_ways = [ray(1.0)], [ray(3.0)] * 4
+    place = np.array([[1.01, 0.01]])
+    assert occupancy_at(render(passer_by, np.zeros((1, 3)), RESOLUTION), place)[0] >= OCCUPIED_FROM
+    grid = render(passer_by + open_ways, np.zeros((5, 3)), RESOLUTION)
+    assert occupancy_at(grid, place)[0] < OCCUPIED_FROM
+
+
+def test_one_scan_tells_a_cell_once() -> None:
+    """However many of its beams end in a cell, and though others cross it."""
+    once = render([ray(1.02)], at_origin, 0.25)
+    many = Rays.to(np.array([[1.02, 0.01], [1.05, 0.02], [1.1, 0.05], [2.0, 0.02]]), 4)
+    often = render([many], at_origin, 0.25)
+    place = np.array([[1.02, 0.01]])
+    assert occupancy_at(often, place)[0] == occupancy_at(once, place)[0]
+
+
+def test_a_miss_clears_the_first_metres_and_marks_no_wall() -> None:
+    nothing = np.full(len(BEARINGS), np.inf)
+    nothing[0] = np.nan
+    scan = Scan(0, BEARINGS, nothing, np.zeros(len(BEARINGS)), IDENTITY, 30.0)
+    rays = rays_of(scan, scan.points_in_laser())
+    assert rays.returns == 0
+    assert len(rays.ends) == len(BEARINGS) - 1  # no information clears nothing
+    grid = render([rays], at_origin, RESOLUTION)
+    assert grid.cells.max() < OCCUPIED_FROM
+    assert occupancy_at(grid, np.array([[4.9, 0.02]]))[0] > UNKNOWN
+    assert occupancy_at(grid, np.array([[5.5, 0.02]]))[0] == UNKNOWN
+
+
+def test_a_far_return_does_not_blow_up_the_map() -> None:
+    points = np.array([[2.0, 0.0], [500.0, 0.0]])
+    scan = Scan(0, BEARINGS[:2], np.array([2.0, 500.0]), np.zeros(2), IDENTITY, 1000.0)
+    assert render([rays_of(scan, points)], at_origin, RESOLUTION).cells.size < 10_000

@@ -1,0 +1,113 @@
+"""A keyframe finds its place whichever of the guesses is right, and when none is."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from worlds import CORRIDOR, ROOM, box, store_of
+
+from racecar.mapping.keyframes.keyframe_tracking import constrain, place
+from racecar.mapping.odometry.calibration import OdometryCalibration
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+
+WORTH = OdometryCalibration().worth
+BEFORE = 12
+AHEAD = np.array([0.1, 0.0, 0.0])
+
+
+def path(step: Pose, *, start: tuple[float, float, float]) -> Pose:
+    """(BEFORE + 1, 3) the same step again and again; the last pose is to be found."""
+    poses = [np.array(start)]
+    for _ in range(BEFORE):
+        poses.append(compose(poses[-1], step))
+    return np.array(poses)
+
+
+def placed_from(walls: np.ndarray, true: Pose, steps: list[Pose]) -> tuple[Pose, int]:
+    """The last pose (3,) as placed from guesses of its step, seen from the true one; and which guess won."""
+    guesses = compose(true[-2], np.array(steps))
+    placed, chosen = place(BEFORE, guesses, WORTH, store_of(walls, true), true[:-1])
+    return between(true[-1], placed), chosen
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.1, 0.3), st.floats(-0.12, 0.12))
+def test_wheels_that_count_backwards_are_overruled(forward: float, turn: float) -> None:
+    step = np.array([forward, 0.0, turn])
+    true = path(step, start=(-2.0, -0.5, 0.1))
+    error, _ = placed_from(ROOM, true, [-step, compose(step, [0.02, -0.02, 0.01]), step])
+    assert np.hypot(error[0], error[1]) < 0.02
+    assert abs(error[2]) < 0.01
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.1, 0.5), st.floats(-0.4, 0.4), st.floats(-0.05, 0.05))
+def test_along_a_bare_corridor_the_wheels_win_over_a_stuck_guess(
+    forward: float, aside: float, turn: float
+) -> None:
+    step = np.array([forward, 0.0, 0.0])
+    true = path(step, start=(0.0, aside, 0.0))
+    error, chosen = placed_from(CORRIDOR, true, [np.array([forward, 0.0, turn]), IDENTITY, IDENTITY])
+    assert chosen == 0
+    assert abs(error[0]) < 0.02
+    assert abs(error[1]) < 0.02
+    assert abs(error[2]) < 0.01
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.floats(0.8, 1.3), st.floats(-np.pi, np.pi), st.sampled_from([-1.0, 1.0]), st.floats(0.4, 0.7))
+def test_a_lost_scan_is_found_again_by_the_search(
+    missed: float, towards: float, side: float, turned: float
+) -> None:
+    """From guesses that are turned less a scan may fit by chance: one in two hundred at 0.35 rad."""
+    step = np.array([0.2, 0.0, 0.05])
+    true = path(step, start=(-2.0, -0.5, 0.1))
+    wrong = compose(step, [missed * np.cos(towards), missed * np.sin(towards), side * turned])
+    error, _ = placed_from(ROOM, true, [wrong, wrong, wrong])
+    assert np.hypot(error[0], error[1]) < 0.03
+    assert abs(error[2]) < 0.01
+
+
+@pytest.mark.parametrize("start", [(-2.0, -0.5, 0.1), (2.0, -1.0, 2.0), (0.0, 1.0, -1.0)])
+@pytest.mark.parametrize("missed", [-0.6, -0.36, 0.36, 0.6])
+@pytest.mark.parametrize("turn", [-0.05, 0.05, 0.1])
+def test_a_turn_that_no_guess_knows_of_is_found_though_the_scans_overlap(
+    turn: float, missed: float, start: tuple[float, float, float]
+) -> None:
+    step = np.array([0.2, 0.0, turn])
+    wrong = compose(step, [0.0, 0.0, missed])
+    error, _ = placed_from(ROOM, path(step, start=start), [wrong, wrong, wrong])
+    assert np.hypot(error[0], error[1]) < 0.03
+    assert abs(error[2]) < 0.01
+
+
+def test_without_points_the_first_guess_stands() -> None:
+    step = np.array([0.2, 0.0, 0.05])
+    out_of_reach = box(-99.0, -99.0, 99.0, 99.0)
+    true = path(step, start=(0.0, 0.0, 0.0))
+    error, chosen = placed_from(out_of_reach, true, [compose(step, AHEAD), step, step])
+    assert chosen == 0
+    np.testing.assert_allclose(error, AHEAD, atol=1e-6)
+
+
+def test_constraints_are_the_true_poses_and_say_what_is_open() -> None:
+    step = np.array([0.25, 0.0, 0.0])
+    for walls, is_bare in ((ROOM, False), (CORRIDOR, True)):
+        true = path(step, start=(-2.0, -0.5, 0.0))
+        pairs = np.array([(3, 4), (2, 8), (0, 12)])
+        found = constrain(pairs, true, store_of(walls, true))
+        assert [(c.from_keyframe, c.to_keyframe) for c in found] == [tuple(pair) for pair in pairs]
+        for constraint in found:
+            expected = between(true[constraint.from_keyframe], true[constraint.to_keyframe])
+            np.testing.assert_allclose(constraint.from_pose_to_pose, expected, atol=0.01)
+            along, across = constraint.information[0, 0], constraint.information[1, 1]
+            assert (along < 0.02 * across) == is_bare
+
+
+@pytest.mark.parametrize("missed", [0.0, 0.6])
+def test_a_pair_that_does_not_fit_gives_no_constraint(missed: float) -> None:
+    true = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.1]])
+    store = store_of(ROOM, true)
+    claimed = np.array([true[0], compose(true[1], [0.0, 4 * missed, 3 * missed])])
+    found = constrain(np.array([(0, 1)]), claimed, store)
+    assert len(found) == (missed == 0.0)

@@ -1,0 +1,61 @@
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from racecar.mapping.odometry.lag import OdometryLag
+from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
+
+SECOND = 1_000_000_000
+
+
+def heading(seconds: float) -> float:
+    return float(np.sin(1.7 * seconds) + 0.5 * np.sin(0.6 * seconds))
+
+
+def drive(
+    seconds: float, late: float, wheel_scale: float = 1.0, wheel_noise: float = 0.0, wheels_every: int = 1
+) -> OdometryLag:
+    """Scans ten times a second, and wheels, up to fifty times a second, stamped ``late`` by so much."""
+    rng, lag, wheels = np.random.default_rng(0), OdometryLag(), OdometryBuffer()
+    told = heading(-late)
+    for tick in range(int(50 * seconds)):
+        now = tick / 50
+        told += wheel_scale * (heading(now - late) - heading(now - 0.02 - late)) + wheel_noise * rng.normal()
+        if tick % wheels_every == 0:
+            wheels.add(Odometry(round(now * SECOND), np.array([0.0, 0.0, told]), np.zeros(3)))
+        if tick % 5 == 0:
+            turn = heading(now) - heading(now - 0.1) + 0.002 * rng.normal()
+            lag.add_turn(round(now * SECOND), turn)
+    lag.learn(wheels)
+    return lag
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(0.1, 0.25), st.sampled_from([-1.0, 1.0]), st.floats(0.9, 1.1))
+def test_the_lag_is_learned_from_turns(size: float, sign: float, wheel_scale: float) -> None:
+    assert abs(drive(40.0, sign * size, wheel_scale).nanoseconds * 1e-9 - sign * size) < 0.025
+
+
+def test_wheels_that_tell_nothing_have_no_lag() -> None:
+    assert drive(40.0, 0.2, wheel_noise=0.3).nanoseconds == 0
+
+
+def test_wheels_that_tell_the_same_have_no_lag() -> None:
+    assert drive(40.0, 0.0, wheel_noise=0.002).nanoseconds == 0
+
+
+def test_a_car_that_hardly_turned_is_not_judged() -> None:
+    assert drive(0.6, 0.2).nanoseconds == 0
+
+
+def test_samples_far_apart_tell_no_short_lag() -> None:
+    assert drive(40.0, 0.1, wheels_every=10).nanoseconds == 0
+    assert drive(40.0, 0.1, wheels_every=2).nanoseconds != 0
+
+
+def test_another_goes_on_from_arrays() -> None:
+    lag = drive(40.0, 0.2)
+    again = OdometryLag.from_arrays(lag.to_arrays())
+    assert again.nanoseconds == lag.nanoseconds
+    for name, values in lag.to_arrays().items():
+        assert np.array_equal(values, again.to_arrays()[name])

@@ -1,0 +1,85 @@
+"""A mapper that was put into arrays and back goes on to the same bits."""
+
+import numpy as np
+import pytest
+
+from racecar.mapping import mapper as mapper_module
+from racecar.mapping.arrays import Arrays
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.matching.scan_store import MAX_POINTS
+from racecar.mapping.session.session import Session
+from racecar.maps.map_files import load_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.shipped import shipped_map
+from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
+
+
+@pytest.fixture(scope="module")
+def messages() -> list[Scan | Odometry]:
+    simulation = Simulation(load_map(shipped_map("building")), SimulationConfig(seed=2, duration=8.0))
+    return list(simulation.messages())
+
+
+def feed(mapper: Mapper, messages: list[Scan | Odometry], *, odometry: bool = True) -> None:
+    for message in messages:
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        elif odometry:
+            mapper.add_odometry(message)
+
+
+@pytest.mark.parametrize("odometry", [True, False])
+def test_goes_on_to_the_same_bits(
+    messages: list[Scan | Odometry], monkeypatch: pytest.MonkeyPatch, odometry: bool
+) -> None:
+    monkeypatch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", 10)
+    whole, saved = Mapper(MappingConfig()), dict[int, Arrays]()
+    for k, message in enumerate(messages):
+        feed(whole, [message], odometry=odometry)
+        if isinstance(message, Scan) and whole.can_be_saved:
+            saved[k + 1] = {name: array.copy() for name, array in whole.to_arrays().items()}
+    expected = whole.finish()
+    assert len(saved) >= 2
+    taken, arrays = list(saved.items())[1]
+    assert all(array.dtype != object for array in arrays.values())
+    resumed = Mapper.from_arrays(MappingConfig(), arrays)
+    feed(resumed, messages[taken:], odometry=odometry)
+    result = resumed.finish()
+    assert np.array_equal(result.trajectory.map_from_base, expected.trajectory.map_from_base)
+    assert np.array_equal(result.trajectory.stamps, expected.trajectory.stamps)
+    assert np.array_equal(result.grid.cells, expected.grid.cells)
+    assert result.counts == expected.counts
+
+
+def test_a_snapshot_stays_as_it_was_while_the_mapper_goes_on(messages: list[Scan | Odometry]) -> None:
+    mapper, half = Mapper(MappingConfig()), len(messages) // 2
+    feed(mapper, messages[:half])
+    expected = {name: array.copy() for name, array in mapper.to_arrays().items()}
+    snapshot = mapper.snapshot()
+    feed(mapper, messages[half:])
+    assert len(mapper.to_arrays()["map_from_keyframe"]) > len(expected["map_from_keyframe"])
+    taken = snapshot()
+    assert taken.keys() == expected.keys()
+    for name, array in expected.items():
+        assert np.array_equal(taken[name], array, equal_nan=array.dtype.kind == "f"), name
+
+
+def test_scans_between_keyframes_are_kept_thinned(messages: list[Scan | Odometry]) -> None:
+    mapper = Mapper(MappingConfig())
+    feed(mapper, messages[: len(messages) // 4])
+    arrays = mapper.to_arrays()
+    assert arrays["rays.returns"].astype(int).max() > MAX_POINTS
+    assert arrays["drive.cloud_lengths"].astype(int).max() <= MAX_POINTS
+
+
+def test_a_session_reads_back_as_it_was(messages: list[Scan | Odometry]) -> None:
+    mapper = Mapper(MappingConfig())
+    feed(mapper, messages)
+    arrays = mapper.finish().session.to_arrays()
+    again = Session.from_arrays(arrays, verify=True).to_arrays()
+    assert arrays.keys() == again.keys()
+    for name, array in arrays.items():
+        assert array.dtype == again[name].dtype, name
+        assert np.array_equal(array, again[name]), name

@@ -1,0 +1,37 @@
+"""Poses follow the algebra of homogeneous matrices, one at a time and many at once."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+
+numbers = st.floats(-50.0, 50.0)
+poses = st.tuples(numbers, numbers, numbers).map(np.array)
+many_poses = st.lists(poses, min_size=1, max_size=5).map(np.array)
+
+
+def matrix(pose: Pose) -> np.ndarray:
+    x, y, yaw = pose
+    return np.array([[np.cos(yaw), -np.sin(yaw), x], [np.sin(yaw), np.cos(yaw), y], [0.0, 0.0, 1.0]])
+
+
+@given(poses, poses)
+def test_composing_is_the_product_of_matrices(first: Pose, second: Pose) -> None:
+    composed = compose(first, second)
+    np.testing.assert_allclose(matrix(composed), matrix(first) @ matrix(second), atol=1e-11)
+    assert -np.pi < composed[2] <= np.pi
+
+
+@given(poses, poses)
+def test_between_is_undone_by_composing(first: Pose, second: Pose) -> None:
+    np.testing.assert_allclose(matrix(compose(first, between(first, second))), matrix(second), atol=1e-11)
+    np.testing.assert_allclose(matrix(compose(inverse(first), first)), matrix(IDENTITY), atol=1e-11)
+
+
+@given(poses, many_poses)
+def test_many_at_once_are_what_each_is(one: Pose, many: Pose) -> None:
+    np.testing.assert_allclose(compose(one, many), [compose(one, each) for each in many], atol=1e-12)
+    np.testing.assert_allclose(compose(many, one), [compose(each, one) for each in many], atol=1e-12)
+    np.testing.assert_allclose(between(many, many[::-1]), list(map(between, many, many[::-1])), atol=1e-12)
+    np.testing.assert_allclose(inverse(many), [inverse(each) for each in many], atol=1e-12)

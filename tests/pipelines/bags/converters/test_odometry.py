@@ -1,0 +1,108 @@
+"""Odometry messages, also where only their twist tells anything."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+from bag_samples import START, STEP, bag_of, odometry, read, write_scan
+from hypothesis import given
+from hypothesis import strategies as st
+
+from racecar.maps.sensing.odometry import Odometry
+from racecar.pipelines.bags.clock import StampClock, clock_offset
+from racecar.pipelines.bags.messages import ODOMETRY
+
+
+def test_poses_without_a_rotation_are_dropped_and_counted(tmp_path):
+    def write(writer):
+        plain = writer.write_message
+        writer.write_message = lambda topic, kind, message, stamp: plain(
+            topic, kind, spoilt(kind, message), stamp
+        )
+        for index in range(60):
+            writer.write_odometry(odometry(index))
+            write_scan(writer, index)
+
+    sent = []
+
+    def spoilt(kind, message):
+        if kind == ODOMETRY:
+            sent.append(message)
+            if len(sent) in (30, 40):
+                message.pose.pose.orientation.w = message.pose.pose.orientation.z = 0.0
+            if len(sent) == 50:
+                message.pose.pose.position.x = np.nan
+        return message
+
+    _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
+    assert (len(samples), reader.counts["invalid_odometry"]) == (57, 3)
+
+
+@pytest.mark.parametrize("frozen", [np.zeros(3), np.array([3.0, 1.0, 0.4])])
+def test_where_the_pose_stands_still_the_speeds_are_integrated(tmp_path, frozen):
+    turning, speed, count = 0.5, 1.0, 400
+
+    def write(writer):
+        for index in range(count):
+            moves = np.array([speed, 0.0, turning]) if index > 20 else np.zeros(3)
+            writer.write_odometry(odometry(index, odom_from_base=frozen, twist=moves))
+            write_scan(writer, index)
+
+    _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
+    angle = turning * (count - 21) * STEP * 1e-9
+    circle = np.array([np.sin(angle), 1 - np.cos(angle)]) * speed / turning
+    np.testing.assert_allclose(samples[-1].odom_from_base[:2], circle, atol=1e-6)
+    assert any("integrated" in warning for warning in reader.warnings)
+
+
+def test_poses_that_start_to_move_late_are_kept(tmp_path):
+    def write(writer):
+        for index in range(300):
+            place = np.array([0.02 * max(index - 200, 0), 0.0, 0.0])
+            writer.write_odometry(odometry(index, odom_from_base=place, twist=np.zeros(3)))
+            write_scan(writer, index)
+
+    _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
+    assert samples[-1].odom_from_base[0] == pytest.approx(0.02 * 99)
+    assert reader.findings[0].what.startswith("The bag does not tell where")
+    assert len(reader.findings) == 1
+
+
+@given(yaw=st.floats(-3.1, 3.1), x=st.floats(-1e3, 1e3), scale=st.floats(0.5, 2))
+def test_a_pose_survives_the_message(yaw, x, scale):
+    from types import SimpleNamespace as Some
+
+    from racecar.pipelines.bags.converters.odometry import planar_pose
+
+    rotation = Some(x=0.0, y=0.0, z=scale * np.sin(yaw / 2), w=scale * np.cos(yaw / 2))
+    sent = Some(pose=Some(pose=Some(position=Some(x=x, y=1.0), orientation=rotation)))
+    np.testing.assert_allclose(planar_pose(sent), [x, 1.0, yaw], atol=1e-9)
+
+
+def test_a_stamp_that_jumps_by_hours_is_replaced():
+    counts = Counter()
+    clock = StampClock(100, True, counts)
+    assert clock.stamp(START + 100, START) == START + 100
+    assert clock.stamp(5_000, START + STEP) == START + STEP + 100
+    assert clock.stamp(START + 2 * STEP + 150, START + 2 * STEP) == START + 2 * STEP + 150
+    assert counts["stamps_from_recording_time"] == 1
+
+
+def test_the_offset_between_the_clocks_is_the_usual_one():
+    assert clock_offset([(10, 3), (20, 13), (99, 23)]) == 7
+    assert clock_offset([(0, 3), (0, 13)]) is None
+    assert clock_offset([(5, 3), (5, 13)]) is None
+    assert clock_offset([]) is None
+
+
+def test_samples_are_values(tmp_path):
+    path = bag_of(
+        tmp_path / "drive.bag",
+        lambda writer: [
+            writer.write_odometry(odometry(0)),
+            write_scan(writer, 0),
+            writer.write_odometry(odometry(1)),
+        ],
+    )
+    _, samples, _ = read(path)
+    assert all(isinstance(sample, Odometry) and sample.odom_from_base.shape == (3,) for sample in samples)

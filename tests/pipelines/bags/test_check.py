@@ -1,0 +1,107 @@
+"""What ``racecar check`` finds."""
+
+import json
+
+import numpy as np
+import pytest
+from bag_samples import bag_of, cut, odometry, write_bag, write_scan
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.check import check_bag
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.cli import run
+
+
+def check(path, **options):
+    with BagReader(path, **options) as reader:
+        return check_bag(reader)
+
+
+def test_a_good_bag(tmp_path):
+    result = check(write_bag(tmp_path / "drive.bag"))
+    assert result.findings == []
+    assert {topic.name: topic.message_count for topic in result.topics} == {
+        "/tf_static": 1,
+        "/odom": 200,
+        "/scan": 200,
+    }
+    scans, driven = result.facts["scans"], result.facts["odometry"]
+    assert (scans["count"], scans["beams_fewest"], scans["beams_most"]) == (200, 181, 181)
+    assert scans["rate_hz"] == pytest.approx(40)
+    assert scans["field_of_view_deg"] == pytest.approx(180)
+    assert (scans["max_range_m"], scans["missed_share"]) == (30, 0)
+    assert driven["path_length_m"] == pytest.approx(0.02 * 199, abs=0.01)
+    assert driven["top_speed_m_s"] == pytest.approx(0.8)
+    assert driven["scans_covered_share"] > 0.99
+    assert result.facts["sensor"] == {"place": [0.25, 0.1, 0.5], "source": "tf_static"}
+
+
+def test_what_is_wrong_is_found_each_with_a_remedy(tmp_path):
+    def write(writer):
+        for index in [*range(100), *range(1000, 1100)]:
+            jump = 50.0 if index > 1050 else 0.0
+            writer.write_odometry(odometry(index, odom_from_base=np.array([0.001 * index + jump, 0.0, 0.0])))
+            ranges = np.full(181 if index < 50 else 100, np.nan, dtype=np.float32)
+            ranges[:20] = 2.0
+            if index % 10:
+                write_scan(writer, index, ranges=ranges)
+
+    result = check(bag_of(tmp_path / "drive.bag", write))
+    words = " ".join(finding.what for finding in result.findings)
+    for part in (
+        "gap of",
+        "number of beams changed",
+        "tell nothing",
+        "jumps 1 times",
+        "tf_static",
+        "unevenly",
+    ):
+        assert part in words
+    assert all(finding.remedy for finding in result.findings)
+
+
+def test_a_car_that_does_not_move_and_sees_nothing(tmp_path):
+    def write(writer):
+        for index in range(100):
+            writer.write_odometry(odometry(index, odom_from_base=np.zeros(3), twist=np.zeros(3)))
+            write_scan(writer, index, ranges=np.full(50, np.inf, dtype=np.float32))
+
+    words = " ".join(finding.what for finding in check(bag_of(tmp_path / "drive.bag", write)).findings)
+    assert "moves 0.00 m" in words
+    assert "Not one beam met anything" in words
+
+
+def test_a_bag_of_scans_without_beams_is_of_no_use(tmp_path):
+    def write(writer):
+        for index in range(10):
+            write_scan(writer, index, ranges=np.empty(0, dtype=np.float32))
+
+    with pytest.raises(UserError, match=r"no usable scan.*hold no usable beams"):
+        check(bag_of(tmp_path / "drive.bag", write))
+
+
+def test_the_command_prints_and_writes_json(tmp_path, capsys):
+    path = write_bag(tmp_path / "drive.bag")
+    assert run(["check", str(path), "--json", str(tmp_path / "check.json")]) == 0
+    printed = capsys.readouterr().out
+    assert "/scan" in printed
+    assert "Nothing is wrong" in printed
+    content = json.loads((tmp_path / "check.json").read_text())
+    assert content["scans"]["count"] == 200
+    assert content["findings"] == []
+
+
+def test_the_command_passes_a_cut_bag_with_findings(tmp_path, capsys):
+    path = cut(write_bag(tmp_path / "drive.bag"), tmp_path / "cut.bag", 0.5)
+    assert run(["check", str(path)]) == 0
+    assert "cut off" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("arguments", [["nothing.bag"], ["drive.bag", "--scan-topic", "/scam"]])
+def test_the_command_refuses_in_one_sentence(tmp_path, capsys, monkeypatch, arguments):
+    monkeypatch.chdir(tmp_path)
+    write_bag(tmp_path / "drive.bag", 3)
+    assert run(["check", *arguments]) == 2
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err.count("\n") == 1

@@ -1,0 +1,57 @@
+"""Bags appear whole or not at all."""
+
+import pytest
+from bag_samples import PLACE, START, odometry, read, write_bag, write_scan
+from rosbags.highlevel import AnyReader
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.writer import BagWriter
+
+
+@pytest.mark.parametrize("name", ["drive.bag", "drive"])
+def test_others_can_read_it(tmp_path, name):
+    path = write_bag(tmp_path / name, 10)
+    with AnyReader([path]) as reader:
+        counts = {connection.topic: connection.msgcount for connection in reader.connections}
+        times = [time for _, time, _ in reader.messages()]
+        stamps = [
+            reader.deserialize(data, c.msgtype).header.stamp
+            for c, _, data in reader.messages()
+            if c.topic == "/scan"
+        ]
+    assert counts == {"/tf_static": 1, "/odom": 10, "/scan": 10}
+    assert times == sorted(times)
+    assert stamps[0].sec * 10**9 + stamps[0].nanosec == START
+    assert {file.name for file in tmp_path.iterdir()} == {name}
+
+
+@pytest.mark.parametrize("name", ["drive.bag", "drive"])
+def test_a_failure_leaves_nothing_behind(tmp_path, name):
+    with pytest.raises(KeyError), BagWriter(tmp_path / name) as writer:
+        writer.write_odometry(odometry(0))
+        raise KeyError
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["drive.bag", "drive"])
+def test_a_failure_leaves_the_old_bag_as_it_was(tmp_path, name):
+    path = write_bag(tmp_path / name, 10)
+    with pytest.raises(KeyError), BagWriter(path) as writer:
+        write_scan(writer, 0)
+        raise KeyError
+    assert len(read(path)[0]) == 10
+    write_bag(path, 20)
+    assert len(read(path)[0]) == 20
+
+
+@pytest.mark.parametrize("name", ["drive.mcap", "drive.db3"])
+def test_lone_files_are_not_written(tmp_path, name):
+    with pytest.raises(UserError, match=r"name a \.bag file, or a folder"):
+        BagWriter(tmp_path / name)
+
+
+def test_a_transform_alone_is_written(tmp_path):
+    with BagWriter(tmp_path / "drive") as writer:
+        writer.write_static_transform(PLACE)
+    with AnyReader([tmp_path / "drive"]) as reader:
+        assert [connection.topic for connection in reader.connections] == ["/tf_static"]

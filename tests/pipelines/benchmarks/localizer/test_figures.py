@@ -1,0 +1,164 @@
+"""The command ``racecar benchmark localizer``."""
+
+import json
+from dataclasses import replace
+from io import StringIO
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from racecar.localization.floor.free_space import find_free_space
+from racecar.localization.floor.range_table.range_table import RangeTable, build_range_table
+from racecar.localization.sensor.beams import Beams
+from racecar.maps.geometry.se2 import compose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.ray_casting import cast_ray_fan
+from racecar.pipelines.benchmarks.localizer.drive import Stopwatch
+from racecar.pipelines.benchmarks.localizer.figures import LocalizerFigures, Workload, rays_off
+from racecar.pipelines.benchmarks.localizer.kernels import add_up_loads, add_up_scattered_loads
+from racecar.pipelines.benchmarks.localizer.plain_filter import PlainFilter
+from racecar.pipelines.benchmarks.localizer.tables import CHECKS, checks_table, times_table
+from racecar.pipelines.cli import run
+from racecar.pipelines.simulation.plans.ring import draw_ring
+
+SMALL = Workload(
+    particles=500,
+    beams=40,
+    spread_particles=1000,
+    rounds=2,
+    steps=3,
+    warm_up_steps=10,
+    table_builds=1,
+    pace_rounds=2,
+    pace_steps=30,
+    wide_clouds=2,
+)
+FIGURES = LocalizerFigures(
+    step_ms=1.0,
+    step_parts_ms={"sensor": 0.75, "rest": 0.25},
+    resampled=0.9,
+    loads_ms=0.5,
+    scattered_loads_ms=4.0,
+    plain_step_ms=50.0,
+    error_m=0.01,
+    plain_error_m=0.02,
+    cloud_ns_per_particle=100.0,
+    spread_ns_per_particle=200.0,
+    table_seconds=1.5,
+    table_megabytes=120.0,
+    rays_off=0.04,
+    log_weight_correlation=0.998,
+    other_thread_pace=0.9,
+    step_beside_thread_ms=3.0,
+    loads_ratio=2.0,
+    plain_ratio=50.0,
+    spread_ratio=2.0,
+)
+
+
+@pytest.fixture(scope="module")
+def ring() -> OccupancyGrid:
+    return draw_ring()
+
+
+@pytest.fixture(scope="module")
+def table(ring: OccupancyGrid) -> RangeTable:
+    table = build_range_table(find_free_space(ring, 10**6), 100)
+    assert table is not None
+    return table
+
+
+def test_the_figures_of_a_small_map(
+    ring: OccupancyGrid,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setattr("racecar.pipelines.benchmarks.localizer.figures.FULL", SMALL)
+    monkeypatch.setattr(
+        "racecar.pipelines.benchmarks.localizer.figures.benchmark_maps", lambda: {"ring": ring}
+    )
+    path = tmp_path / "figures.json"
+    assert run(["benchmark", "localizer", "--json", str(path)]) == 0
+    shown = capsys.readouterr().out
+    assert all(check.name in shown for check in CHECKS)
+    report = json.loads(path.read_text())
+    assert report["inputs"]["workload"]["particles"] == 500
+    figures = report["maps"]["ring"]
+    assert figures["error_m"] < 0.1
+    assert figures["plain_error_m"] < 0.3
+    assert 0.0 < figures["resampled"] <= 1.0
+    assert 0.0 < figures["rays_off"] < 0.1
+    assert 0.98 < figures["log_weight_correlation"] < 1.0
+    assert figures["loads_ms"] > 0.0
+    assert sum(figures["step_parts_ms"].values()) == pytest.approx(figures["step_ms"])
+    check = report["checks"]["plain filter / full step"]
+    assert check["ring"]["value"] == figures["plain_ratio"]
+    assert check["ring"]["holds"] == (check["ring"]["value"] >= 40.0)
+
+
+def test_a_check_that_is_missed_names_the_map() -> None:
+    missed = replace(FIGURES, loads_ratio=2.52, plain_ratio=39.7, table_seconds=2.1)
+    page = StringIO()
+    Console(file=page, width=200).print(
+        checks_table({"near": FIGURES, "far": missed}), times_table({"a": FIGURES})
+    )
+    rows = {
+        cells[0]: cells[1:]
+        for cells in (_cells(line) for line in page.getvalue().splitlines() if line.startswith("|"))
+    }
+    assert rows["full step / bare loads"] == ["≤ 2.5", "2.00", "2.52", "no: far"]
+    assert rows["plain filter / full step"] == ["≥ 40", "50.0", "39.7", "no: far"]
+    assert rows["rays off by over 3 cells"] == ["≤ 5%", "4.00%", "4.00%", "yes"]
+    assert rows["of the step: sensor (ms)"] == ["0.750"]
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.strip() for cell in line.strip("| ").split("|")]
+
+
+def test_rays_of_a_wrong_table_are_off(ring: OccupancyGrid, table: RangeTable) -> None:
+    bearings = np.linspace(-2.0, 2.0, 9)
+    free_space = find_free_space(ring, 10**6)
+    assert rays_off(free_space, table, bearings, np.random.default_rng(0)) < 0.05
+    turned = replace(table, ranges=np.roll(table.ranges, 40, axis=1))
+    assert rays_off(free_space, turned, bearings, np.random.default_rng(0)) > 0.5
+
+
+def test_both_ways_to_add_up_loads_agree(table: RangeTable) -> None:
+    rng = np.random.default_rng(0)
+    rows, columns = rng.integers(len(table.ranges), size=20), rng.integers(table.headings, size=7)
+    numbers = rng.integers(1000, size=(7, 256), dtype=np.int32)
+    addresses = (rows[:, None] * table.headings + columns).astype(np.uint32)
+    wanted = numbers[np.arange(7), table.ranges[rows[:, None], columns]].sum()
+    assert add_up_loads(rows, columns, table.ranges, numbers) == wanted
+    assert add_up_scattered_loads(addresses, table.ranges.ravel(), numbers) == wanted
+
+
+def test_marched_rays_end_where_exact_ones_do(ring: OccupancyGrid) -> None:
+    poses = find_free_space(ring, 10**6).draw_poses(200, np.random.default_rng(0))
+    laser = np.array([0.1, 0.0, 0.3])
+    beams = Beams(np.linspace(-3.0, 3.0, 30), np.ones(30), laser, 5.0)
+    plain = PlainFilter(ring, 5.0, poses, np.random.default_rng(0))
+    exact = np.minimum(cast_ray_fan(ring, compose(poses, laser), beams.bearings, 9.0), 5.0)
+    error = np.abs(plain.expected_cells(beams) * ring.resolution - exact)
+    is_outside = exact[:, 0] == 0.0  # the laser stands before the base, maybe in a wall
+    assert np.mean(error[~is_outside] > 1.5 * ring.resolution) < 0.03
+
+
+def test_a_ratio_is_taken_within_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rounds of a fast and of a slow processor tell the same, and one with a disturbance little."""
+    watch, now = Stopwatch(), [0.0]
+    monkeypatch.setattr("racecar.pipelines.benchmarks.localizer.drive.time.thread_time", lambda: now[0])
+
+    def work(seconds: float) -> None:
+        now[0] += seconds
+
+    for step, loads in ((10.0, 1.0), (2.0, 2.0), (3.0, 3.0)):
+        watch.begin_round()
+        watch.time("step", lambda step=step: work(step))
+        watch.time("loads", lambda loads=loads: work(loads))
+    assert watch.milliseconds("step") == pytest.approx(3000.0)
+    assert watch.ratio("step", to="loads") == pytest.approx(1.0)

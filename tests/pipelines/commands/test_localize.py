@@ -1,0 +1,114 @@
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from racecar.maps.geometry.se2 import IDENTITY
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.grid.ray_casting import cast_ray_fan
+from racecar.maps.map_files import save_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.writer import BagWriter
+from racecar.pipelines.cli import run
+from racecar.pipelines.files.tum import load_tum, save_tum
+
+BEARINGS = np.linspace(-2.35, 2.35, 271)
+PERIOD = 50_000_000
+STAMPS = 10**9 + PERIOD * np.arange(40)
+TRUTH = np.column_stack([np.linspace(2.0, 5.0, 40), np.full(40, 2.5), np.zeros(40)])
+
+
+@pytest.fixture
+def bag(tmp_path: Path) -> Path:
+    """A car that drives 3 m through a room whose map is in the folder ``map``."""
+    cells = np.full((100, 160), FREE, dtype=np.int8)
+    cells[:3], cells[-3:], cells[:, :3], cells[:, -3:] = OCCUPIED, OCCUPIED, OCCUPIED, OCCUPIED
+    cells[3:20, 30:44] = OCCUPIED
+    cells[80:, 100:110] = OCCUPIED
+    grid = OccupancyGrid(cells, 0.05, IDENTITY)
+    (tmp_path / "map").mkdir()
+    save_map(grid, tmp_path / "map" / "map.yaml")
+    with BagWriter(tmp_path / "drive.bag") as writer:
+        writer.write_static_transform(IDENTITY)
+        for stamp, pose in zip(STAMPS.tolist(), TRUTH, strict=True):
+            ranges = cast_ray_fan(grid, pose[None], BEARINGS, 30.0)[0].astype(np.float32)
+            step = float(BEARINGS[1] - BEARINGS[0])
+            writer.write_odometry(Odometry(stamp, pose - TRUTH[0], IDENTITY))
+            writer.write_scan(stamp, ranges, float(BEARINGS[0]), step, 0.0, 0.05, 0.1, 30.0)
+    return tmp_path / "drive.bag"
+
+
+def localize(bag: Path, *flags: str) -> int:
+    return run(
+        ["localize", str(bag), "--map", str(bag.parent / "map"), "--out", str(bag.parent / "out"), *flags]
+    )
+
+
+def mean_error(bag: Path) -> float:
+    trajectory = load_tum(bag.parent / "out" / "trajectory.tum")
+    np.testing.assert_array_equal(trajectory.stamps, STAMPS)
+    return float(np.mean(np.hypot(*(trajectory.map_from_base - TRUTH)[:, :2].T)))
+
+
+@pytest.mark.parametrize("flags", [("--initial-pose", "2.2", "2.4", "0.1"), ("--global",), ()])
+def test_writes_all_files_and_tells_the_fit(bag: Path, flags: tuple[str, ...]) -> None:
+    assert localize(bag, *flags) == 0
+    names = {path.name for path in (bag.parent / "out").iterdir()}
+    assert names == {"trajectory.tum", "overlay.png", "report.json"}
+    assert mean_error(bag) < 0.05
+    report = json.loads((bag.parent / "out" / "report.json").read_text())
+    assert report["accuracy"]["share_of_end_points_within_0.10_m_of_a_wall"] > 0.95
+    assert report["counts"]["scans"] == 40
+    assert report["update_ms"]["percentile_99"] >= report["update_ms"]["mean"] > 0
+    assert report["convergence"]["seconds_until_found"] < 1.0
+
+
+def test_starts_where_the_mapping_drive_was(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    save_tum(Trajectory(STAMPS, TRUTH), bag.parent / "map" / "trajectory.tum")
+    assert localize(bag) == 0
+    report = json.loads((bag.parent / "out" / "report.json").read_text())
+    assert report["inputs"]["start_source"] == "the map's trajectory.tum"
+    assert report["accuracy"]["against_mapping_trajectory"]["absolute_position_m"]["mean"] < 0.05
+    assert "away on average" in capsys.readouterr().out
+
+
+def test_a_trajectory_of_another_day_is_not_the_start(bag: Path) -> None:
+    save_tum(Trajectory(STAMPS + 10**13, TRUTH + 1.0), bag.parent / "map" / "trajectory.tum")
+    assert localize(bag, "--quiet") == 0
+    report = json.loads((bag.parent / "out" / "report.json").read_text())
+    assert any("from another drive" in sentence for sentence in report["warnings"])
+    assert "against_mapping_trajectory" not in report["accuracy"]
+    assert mean_error(bag) < 0.05
+
+
+def test_same_seed_same_bytes(bag: Path) -> None:
+    written = []
+    for seed in ("3", "3", "4"):
+        assert localize(bag, "--global", "--seed", seed, "--quiet") == 0
+        written.append((bag.parent / "out" / "trajectory.tum").read_bytes())
+    assert written[0] == written[1] != written[2]
+
+
+@pytest.mark.parametrize(
+    ("flags", "complaint"),
+    [
+        (("--initial-pose", "nan", "0", "0"), "not three finite numbers"),
+        (("--initial-pose", "500", "0", "0"), "not on the map's free space"),
+        (("--initial-pose", "2", "2", "0", "--global"), "exclude each other"),
+    ],
+)
+def test_impossible_starts_are_one_sentence(
+    bag: Path, capsys: pytest.CaptureFixture[str], flags: tuple[str, ...], complaint: str
+) -> None:
+    assert localize(bag, *flags) == 2
+    assert complaint in capsys.readouterr().err
+    assert not (bag.parent / "out").exists()
+
+
+def test_without_odometry_the_report_says_so(bag: Path) -> None:
+    assert localize(bag, "--no-odom", "--initial-pose", "2", "2.5", "0") == 0
+    report = json.loads((bag.parent / "out" / "report.json").read_text())
+    assert any("no odometry" in sentence for sentence in report["warnings"])
+    assert mean_error(bag) < 0.1

@@ -1,0 +1,43 @@
+"""The command ``racecar simulate``."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.cli import run
+from racecar.pipelines.files.tum import load_tum
+
+
+def test_it_writes_a_bag_and_the_true_path_beside_it(tmp_path: Path) -> None:
+    bag = tmp_path / "runs" / "drive.bag"
+    assert run(["simulate", "--map", "track", "--out", str(bag), "--duration", "2", "--quiet"]) == 0
+    assert sorted(path.name for path in bag.parent.iterdir()) == ["drive.bag", "ground_truth.tum"]
+    truth = load_tum(bag.parent / "ground_truth.tum")
+    with BagReader(bag, odom_topic="/odom") as reader:
+        assert len(truth) == sum(1 for message in reader if hasattr(message, "ranges"))
+    assert np.linalg.norm(truth.map_from_base[0, :2]) < 0.3
+
+
+@pytest.mark.parametrize("name", ["twin_corridors", "bare_corridor"])
+def test_it_knows_the_places_that_are_hard_to_map(tmp_path: Path, name: str) -> None:
+    assert (
+        run(["simulate", "--map", name, "--out", str(tmp_path / "a.bag"), "--duration", "1", "--quiet"]) == 0
+    )
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["--map", "nowhere"], "There is no map at nowhere"),
+        (["--map", "track", "--duration", "-3"], "duration"),
+        (["--map", "track", "--noise", "some"], "noise"),
+    ],
+)
+def test_what_is_wrong_is_told_and_nothing_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], complaint: str
+) -> None:
+    assert run(["simulate", *arguments, "--out", str(tmp_path / "a.bag")]) == 2
+    assert complaint in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == []

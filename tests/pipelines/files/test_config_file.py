@@ -1,0 +1,56 @@
+from pathlib import Path
+
+import pytest
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.files.config_file import Config, load_config
+
+
+def write(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "config.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_defaults(tmp_path: Path) -> None:
+    assert load_config(None) == Config()
+    assert load_config(write(tmp_path, "# nothing yet\n")) == Config()
+
+
+def test_a_file_overrides(tmp_path: Path) -> None:
+    config = load_config(write(tmp_path, "localization:\n  particles: 123\n"))
+    assert config.localization.particles == 123
+    assert config.mapping == Config().mapping
+    assert config.localization.beams == Config().localization.beams
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("localisation:\n  particles: 5\n", "'localisation'; did you mean 'localization'"),
+        (
+            "localization:\n  particels: 5\n",
+            "'localization.particels'; did you mean 'localization.particles'",
+        ),
+        ("localization:\n  qqq: 5\n", "'localization.qqq'; known there: .*particles"),
+        ("localization:\n  particles: many\n", "bad value for 'localization.particles': .*integer"),
+        ("localization: 5\n", "bad value for 'localization'"),
+        ("- a\n- b\n", "should hold sections"),
+        ("mapping: [1, 2\nb: c\n", "not valid YAML at line"),
+        ("a: \x00\n", "not a YAML text file"),
+    ],
+)
+def test_mistakes_are_named(tmp_path: Path, text: str, complaint: str) -> None:
+    path = write(tmp_path, text)
+    with pytest.raises(UserError, match=complaint) as caught:
+        load_config(path)
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_unreadable_files(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="Cannot read"):
+        load_config(tmp_path / "absent.yaml")
+    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\xfa")
+    with pytest.raises(UserError, match="not a text file"):
+        load_config(tmp_path / "binary.yaml")

@@ -1,0 +1,93 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from racecar.mapping.arrays import Arrays
+from racecar.maps.errors import UserError
+from racecar.pipelines.files.session_file import SESSION_FILE, VERSION, load_arrays, load_session, save_arrays
+
+ARRAYS: Arrays = {
+    "poses": np.arange(6, dtype=np.float64).reshape(2, 3),
+    "scans.counts": np.array([3, 4], dtype=np.int16),
+    "names": np.array(["a", "bc"]),
+    "none": np.zeros((0, 2), dtype=np.float32),
+}
+
+
+def test_arrays_read_back_as_they_were(tmp_path: Path) -> None:
+    save_arrays(ARRAYS, tmp_path / "a.npz", "racecar checkpoint")
+    read = load_arrays(tmp_path / "a.npz", "racecar checkpoint")
+    assert read.keys() == ARRAYS.keys()
+    for name, array in ARRAYS.items():
+        assert read[name].dtype == array.dtype
+        assert np.array_equal(read[name], array)
+
+
+def test_same_arrays_same_bytes(tmp_path: Path) -> None:
+    for name in ("a.npz", "b.npz"):
+        save_arrays(ARRAYS, tmp_path / name, "racecar session")
+    assert (tmp_path / "a.npz").read_bytes() == (tmp_path / "b.npz").read_bytes()
+
+
+def test_folder_without_a_session(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=rf"no {SESSION_FILE} in .*; name a folder"):
+        load_session(tmp_path, verify_loops=True)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.3, 0.99])
+def test_cut_file(tmp_path: Path, share: float) -> None:
+    whole = tmp_path / "whole.npz"
+    save_arrays(ARRAYS, whole, "racecar session")
+    contents = whole.read_bytes()
+    (tmp_path / SESSION_FILE).write_bytes(contents[: int(share * len(contents))])
+    with pytest.raises(UserError, match=f"{SESSION_FILE} is damaged"):
+        load_session(tmp_path, verify_loops=True)
+
+
+def test_flipped_bits_are_found(tmp_path: Path) -> None:
+    path = tmp_path / "a.npz"
+    save_arrays(ARRAYS, path, "racecar session")
+    contents = bytearray(path.read_bytes())
+    place = contents.index(np.float64(5.0).tobytes())
+    contents[place + 6] ^= 1
+    path.write_bytes(contents)
+    with pytest.raises(UserError, match="damaged"):
+        load_arrays(path, "racecar session")
+
+
+def test_other_files_of_numpy(tmp_path: Path) -> None:
+    path = tmp_path / SESSION_FILE
+    np.savez(path, poses=np.zeros(3))
+    with pytest.raises(UserError, match=r"no file of racecar's"):
+        load_session(tmp_path, verify_loops=True)
+    with path.open("wb") as file:
+        np.save(file, np.zeros(3))
+    with pytest.raises(UserError, match=r"no file of racecar's"):
+        load_session(tmp_path, verify_loops=True)
+
+
+def test_pickles_are_not_opened(tmp_path: Path) -> None:
+    path = tmp_path / SESSION_FILE
+    np.savez(path, format=np.array({"a": 1}, dtype=object), version=np.array(VERSION))
+    with pytest.raises(UserError, match="damaged"):
+        load_session(tmp_path, verify_loops=True)
+
+
+def test_a_checkpoint_is_no_session(tmp_path: Path) -> None:
+    save_arrays(ARRAYS, tmp_path / SESSION_FILE, "racecar checkpoint")
+    with pytest.raises(UserError, match="is not a racecar session"):
+        load_session(tmp_path, verify_loops=True)
+
+
+def test_newer_version(tmp_path: Path) -> None:
+    marks = {"format": np.array("racecar session"), "version": np.array(VERSION + 1)}
+    np.savez(tmp_path / SESSION_FILE, **marks)
+    with pytest.raises(UserError, match=f"version {VERSION + 1} .* knows version {VERSION}"):
+        load_session(tmp_path, verify_loops=True)
+
+
+def test_session_that_lacks_an_array(tmp_path: Path) -> None:
+    save_arrays(ARRAYS, tmp_path / SESSION_FILE, "racecar session")
+    with pytest.raises(UserError, match="damaged"):
+        load_session(tmp_path, verify_loops=True)

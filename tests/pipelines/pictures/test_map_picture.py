@@ -1,0 +1,58 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from racecar.mapping.graph.constraint import Constraint
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.pictures.map_picture import LOOP_COLOR, PATH_COLOR, save_map_picture
+
+
+def room(yaw: float = 0.0) -> OccupancyGrid:
+    cells = np.full((200, 400), UNKNOWN, dtype=np.int8)
+    cells[20:180, 20:380] = FREE
+    cells[[20, 179], 20:380] = OCCUPIED
+    cells[20:180, [20, 379]] = OCCUPIED
+    return OccupancyGrid(cells, 0.05, np.array([-2.0, -2.0, yaw]))
+
+
+def circle() -> Trajectory:
+    angle = np.linspace(0, 6, 100)
+    places = np.column_stack([8 + 3 * np.cos(angle), 3 + 3 * np.sin(angle), angle])
+    return Trajectory(np.arange(100), places)
+
+
+def has_color(image: np.ndarray, color: str) -> bool:
+    wanted = np.array([int(color[i : i + 2], 16) for i in (1, 3, 5)])
+    return bool(np.any(np.all(np.abs(image.astype(int) - wanted) < 40, axis=2)))
+
+
+@pytest.mark.parametrize("yaw", [0.0, 3.14])
+def test_picture_shows_map_path_and_loops(tmp_path: Path, yaw: float) -> None:
+    loop = Constraint(0, 3, np.zeros(3), np.eye(3), "loop_closure")
+    near = Constraint(0, 1, np.zeros(3), np.eye(3), "scan_matching")
+    path = tmp_path / "map.png"
+    save_map_picture(
+        path, room(yaw), circle(), circle().map_from_base[[0, 30, 60, 99]], [near, loop], "drive.bag"
+    )
+    image = np.asarray(Image.open(path).convert("RGB"))
+    assert image.shape[1] >= 2000
+    assert has_color(image, PATH_COLOR)
+    assert has_color(image, LOOP_COLOR)
+    assert np.all(image > 245, axis=2).mean() > 0.2  # free floor
+    assert np.all(image < 60, axis=2).mean() > 0.001  # walls
+
+
+def test_same_run_same_bytes(tmp_path: Path) -> None:
+    for name in ("a.png", "b.png"):
+        save_map_picture(tmp_path / name, room(), circle(), circle().map_from_base[[0, 99]], [], "drive.bag")
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def test_smallest_run(tmp_path: Path) -> None:
+    grid = OccupancyGrid(np.full((1, 1), UNKNOWN, dtype=np.int8), 0.05, np.zeros(3))
+    alone = Trajectory(np.array([0]), np.zeros((1, 3)))
+    save_map_picture(tmp_path / "map.png", grid, alone, alone.map_from_base, [], "one scan")
+    assert (tmp_path / "map.png").stat().st_size > 0

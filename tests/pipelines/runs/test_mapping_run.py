@@ -1,0 +1,128 @@
+import json
+import signal
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from racecar.mapping.config import MappingConfig
+from racecar.maps.errors import UserError
+from racecar.maps.map_files import load_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.shipped import shipped_map
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.mapping_run import MAP_FILES, build_map, save_mapping
+from racecar.pipelines.simulation.simulator import Simulation
+from racecar.pipelines.simulation.simulator_config import SimulationConfig
+
+BEARINGS = np.deg2rad(np.arange(-135.0, 135.0))
+
+
+def scan_of_a_room(index: int) -> Scan:
+    """From a car that drives 5 cm a scan along x, in the middle of a room of 10 × 6 m."""
+    x = 0.05 * index
+    with np.errstate(divide="ignore"):
+        to_ends = np.where(np.cos(BEARINGS) > 0, 6.0 - x, -4.0 - x) / np.cos(BEARINGS)
+        to_sides = 3.0 / np.abs(np.sin(BEARINGS))
+    ranges = np.minimum(to_ends, to_sides)
+    return Scan(index * 25_000_000, BEARINGS, ranges, np.zeros_like(ranges), np.zeros(3), 30.0)
+
+
+class RoomReader:
+    """Stands in for a bag; presses Ctrl-C after some scans."""
+
+    scan_topic = "/scan"
+    inputs: dict[str, object] = {"scan_topic": "/scan"}  # noqa: RUF012
+    counts: dict[str, int] = {}  # noqa: RUF012
+    warnings = ["The bag is cut."]  # noqa: RUF012
+    messages_read = message_count = 0
+
+    def __init__(self, scans: int, interrupt_after: int | None = None, odom_topic: str | None = None) -> None:
+        self.message_count = scans
+        self.odom_topic = odom_topic
+        self._interrupt_after = interrupt_after
+
+    def __iter__(self) -> Iterator[Scan]:
+        for index in range(1, self.message_count + 1):
+            self.messages_read = index
+            yield scan_of_a_room(index)
+            if self.messages_read == self._interrupt_after:
+                self._interrupt_after = None
+                signal.raise_signal(signal.SIGINT)
+
+
+class LateScansReader(RoomReader):
+    """A race car on the track, whose scans are stamped as much too late as it tells."""
+
+    def __init__(self, late: int) -> None:
+        super().__init__(0, odom_topic="/odom")
+        track = load_map(shipped_map("track"))
+        self.simulation = Simulation(track, SimulationConfig(seed=2, duration=20.0, max_speed=4.0))
+        self._late = late
+
+    def __iter__(self) -> Iterator[Scan | Odometry]:
+        scans = 0
+        for message in self.simulation.messages():
+            if isinstance(message, Odometry):
+                yield message
+                continue
+            scans += 1
+            if scans % 4 == 0:
+                yield replace(message, stamp=message.stamp + self._late)
+
+
+def build(reader: Any, report: Report) -> Any:
+    return build_map(reader, MappingConfig(), report, quiet=True)
+
+
+def test_bag_becomes_files_and_report(tmp_path: Path) -> None:
+    report = Report("racecar map")
+    result = build(RoomReader(40), report)
+    save_mapping(result, report, tmp_path, "room")
+    assert {path.name for path in tmp_path.iterdir()} == set(MAP_FILES)
+    np.testing.assert_allclose(result.trajectory.map_from_base[-1], [0.05 * 39, 0, 0], atol=0.02)
+    written = json.loads((tmp_path / "report.json").read_text())
+    assert written["counts"]["scans"] == 40
+    assert written["result"]["path_metres"] == pytest.approx(0.05 * 39, abs=0.3)
+    assert written["inputs"]["scan_topic"] == "/scan"
+    assert "The bag is cut." in written["warnings"]
+    assert any("odometry" in sentence for sentence in written["warnings"])
+    assert {"reading", "scan matching", "optimizing", "writing"} <= written["stages"].keys()
+
+
+@pytest.mark.parametrize("odom_topic", [None, "/odom"])
+def test_interrupt_makes_a_map_of_what_was_read(odom_topic: str | None) -> None:
+    """With an odometry topic it comes while clocks are compared."""
+    report = Report("racecar map")
+    result = build(RoomReader(40, interrupt_after=20, odom_topic=odom_topic), report)
+    assert 20 <= len(result.trajectory) <= 21
+    assert any("Ctrl-C" in sentence for sentence in report.warnings)
+    assert report.as_dict()["counts"]["interrupted"] is True
+
+
+def test_comparing_clocks_changes_nothing_where_they_agree() -> None:
+    results = [build(RoomReader(40, odom_topic=topic), Report("racecar map")) for topic in (None, "/odom")]
+    expected, result = (result.trajectory.map_from_base for result in results)
+    np.testing.assert_array_equal(result, expected)
+
+
+def test_scans_stamped_late_are_mapped_from_the_first_on_as_if_they_were_not() -> None:
+    reader, report = LateScansReader(120_000_000), Report("racecar map")
+    result = build(reader, report)
+    truth = reader.simulation.ground_truth
+    at_scans = Trajectory(result.trajectory.stamps - 120_000_000, result.trajectory.map_from_base)
+    errors = compare(at_scans, truth).positions
+    assert errors.mean() < 0.01
+    assert errors.max() < 0.04
+    assert any("odometry is" in sentence and "ahead of the scans" in sentence for sentence in report.warnings)
+
+
+def test_no_scan() -> None:
+    with pytest.raises(UserError, match="no usable scan on /scan"):
+        build(RoomReader(0), Report("racecar map"))
