@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from racecar.localization.numerics.trigonometry_kernels import wrapped
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2_kernels import wrapped
 
 _PLACE_SIZE = 0.5
 _SECTORS = 8

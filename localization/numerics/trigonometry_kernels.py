@@ -7,21 +7,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2_kernels import wrapped
 
-_TURN = 2.0 * math.pi
-_PER_RADIAN = 1.0 / _TURN
 _SINE = tuple((-1.0) ** n / math.factorial(2 * n + 1) for n in reversed(range(7)))
 _VERSINE = tuple((-1.0) ** n / math.factorial(2 * n + 2) for n in reversed(range(7)))
 """Coefficients of the powers of a², the highest first."""
 BATCH = 256
 """Poses whose sines are taken together, by vector instructions."""
-
-
-@njit(cache=True, nogil=True, inline="always")
-def wrapped(angle: float) -> float:
-    """The same angle in [-π, π)."""
-    turns: float = np.floor(angle * _PER_RADIAN + 0.5)  # math's makes an integer, which no vector has
-    return angle - _TURN * turns
 
 
 @njit(cache=True, nogil=True, inline="always")

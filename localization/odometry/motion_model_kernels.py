@@ -7,8 +7,9 @@ from numba import njit
 from numpy.typing import NDArray
 
 from racecar.localization.numerics.noise_kernels import noise
-from racecar.localization.numerics.trigonometry_kernels import BATCH, take_batch, wrapped
+from racecar.localization.numerics.trigonometry_kernels import BATCH, take_batch
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2_kernels import wrapped
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -119,11 +120,3 @@ def carry(
                 for m in range(3):
                     grown[i, j] += turned[i, k] * covariance[k, m] * turned[j, m]
     return carried, grown
-
-
-@njit(cache=True, nogil=True)
-def step_between(world_from_a: Pose, world_from_b: Pose) -> Pose:
-    """``a_from_b`` (3,) of two poses (3,), without the ado that many poses at once would be worth."""
-    dx, dy = world_from_b[0] - world_from_a[0], world_from_b[1] - world_from_a[1]
-    cos, sin = math.cos(world_from_a[2]), math.sin(world_from_a[2])
-    return np.array([cos * dx + sin * dy, cos * dy - sin * dx, wrapped(world_from_b[2] - world_from_a[2])])

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.odometry.calibration import OdometryCalibration, OdometryFaults
 from racecar.localization.odometry.motion_model import drift_noise, motion_model, travel
-from racecar.localization.odometry.motion_model_kernels import step_between
 from racecar.localization.odometry.motion_step import GAP_SECONDS, MotionStep
 from racecar.localization.odometry.speed_memory import SpeedMemory
 from racecar.localization.odometry.track import OdometryTrack
 from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.geometry.se2_kernels import step_between
 from racecar.maps.sensing.odometry import STALE_AFTER, Odometry
 
 RESTART_SECONDS = 1.0

@@ -6,11 +6,11 @@ from math import hypot, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.odometry.motion_model_kernels import step_between
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.segments_kernels import go_on
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2_kernels import step_between
 
 _SHORTEST, _LONGEST = 1.0, 3.0
 """Metres plus radians."""

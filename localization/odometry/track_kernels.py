@@ -6,9 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from racecar.localization.numerics.trigonometry_kernels import wrapped
-from racecar.localization.odometry.motion_model_kernels import step_between
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2_kernels import step_between, wrapped
 from racecar.maps.sensing.odometry import FASTEST, STALE_AFTER
 
 

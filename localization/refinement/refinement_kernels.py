@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from racecar.localization.numerics.trigonometry_kernels import wrapped
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2_kernels import wrapped
 from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
 
 _SCALES = (0.3, 0.2, 0.1, 0.1, 0.07, 0.07)

@@ -6,8 +6,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from racecar.localization.numerics.trigonometry_kernels import wrapped
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2_kernels import wrapped
 
 _KNOTS = 8
 """Moments of a sweep for which the car's pose is asked for."""

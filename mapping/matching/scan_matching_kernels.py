@@ -7,6 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from racecar.maps.geometry.se2_kernels import composed, step_between
 from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
 
 TABLE_SIZE = 360
@@ -39,11 +40,6 @@ it need not be looked for again."""
 _FloatArray = NDArray[np.float32]
 _Normals = NDArray[np.int16]
 _Matrix = NDArray[np.float64]
-
-
-@njit(cache=True, nogil=True)
-def _wrap(angle: float) -> float:
-    return float(angle - 2.0 * np.pi * np.floor((angle + np.pi) / (2.0 * np.pi)))
 
 
 @njit(cache=True, nogil=True)
@@ -293,20 +289,6 @@ def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _relative(a: _Matrix, b: _Matrix) -> _Matrix:
-    """inverse(a) ∘ b."""
-    c, s = np.cos(a[2]), np.sin(a[2])
-    dx, dy = b[0] - a[0], b[1] - a[1]
-    return np.array([c * dx + s * dy, -s * dx + c * dy, _wrap(b[2] - a[2])])
-
-
-@njit(cache=True, nogil=True)
-def _compose(a: _Matrix, b: _Matrix) -> _Matrix:
-    c, s = np.cos(a[2]), np.sin(a[2])
-    return np.array([a[0] + c * b[0] - s * b[1], a[1] + s * b[0] + c * b[1], _wrap(a[2] + b[2])])
-
-
-@njit(cache=True, nogil=True)
 def match_group(
     pose: _Matrix,
     pairs: NDArray[np.int64],
@@ -349,7 +331,7 @@ def match_group(
         sums[:] = 0.0
         for k in range(len(pairs)):
             t, s = pairs[k, 0], pairs[k, 1]
-            target_from_source = _relative(fixed_poses[k], _compose(pose, moving_poses[k]))
+            target_from_source = step_between(fixed_poses[k], composed(pose, moving_poses[k]))
             _accumulate(
                 sums, partners[0, k], alone[0, k], target_from_source, moving_poses[k], True,
                 points_s[s], normals_s[s], counts_s[s],
@@ -358,7 +340,7 @@ def match_group(
             )  # fmt: skip
             if not both_ways:
                 continue
-            source_from_target = _relative(target_from_source, np.zeros(3))
+            source_from_target = step_between(target_from_source, np.zeros(3))
             _accumulate(
                 sums, partners[1, k], alone[1, k], source_from_target, moving_poses[k], False,
                 points_t[t], normals_t[t], counts_t[t],
@@ -372,7 +354,7 @@ def match_group(
         remove_sliding(hessian, gradient, sums[9])
         if sums[11] < 6.0:
             break
-        off = _relative(start, pose)
+        off = step_between(start, pose)
         for i in range(3):
             for j in range(3):
                 regular[i, j] = hessian[i, j] + prior_information[i, j]
@@ -383,7 +365,7 @@ def match_group(
             step[i] = 0.0
             for j in range(3):
                 step[i] -= uncertainty[i, j] * gradient[j]
-        moved = _compose(pose, step)
+        moved = composed(pose, step)
         for i in range(3):
             pose[i] = moved[i]
         moved_since += abs(step[0]) + abs(step[1]) + FAR * abs(step[2])
