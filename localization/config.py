@@ -2,13 +2,13 @@
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from racecar.maps.settings import Settings
 
 
-class LocalizationConfig(BaseModel):
+class LocalizationConfig(Settings):
     """Settings of the particle filter; the defaults serve every car and map we have recordings of."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     particles: int = Field(4000, ge=10, le=1_000_000, description="most particles while tracking")
     fewest_particles: int = Field(

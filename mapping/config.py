@@ -1,12 +1,12 @@
 """The settings of the mapper; the defaults serve every sensor we have recordings of."""
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
+
+from racecar.maps.settings import Settings
 
 
-class MappingConfig(BaseModel):
+class MappingConfig(Settings):
     """Settings of one mapping run."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     resolution: float = Field(default=0.05, gt=0.0, le=1.0, description="Side of a map cell, metres.")
     keyframe_distance: float = Field(
