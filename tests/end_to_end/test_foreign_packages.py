@@ -1,4 +1,4 @@
-"""A sourced ROS workspace may hold packages called localization, mapping, maps or pipelines; ours still run."""
+"""A sourced ROS workspace may hold packages called localization, mapping, maps or pipelines: racecar runs."""
 
 import os
 import shutil
