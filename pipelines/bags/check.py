@@ -12,6 +12,7 @@ from racecar.maps.sensing.odometry import Odometry, is_jump
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.bags.storage.chunks import BagTopic
 
 _LEAST_PATH = 0.5  # metres
@@ -112,6 +113,20 @@ class _OdometryFacts:
         self.last = odometry
 
 
+@dataclass
+class _BagFacts:
+    """What a bag is checked for, gathered as it is replayed."""
+
+    scans: _ScanFacts = field(default_factory=_ScanFacts)
+    odometry: _OdometryFacts = field(default_factory=_OdometryFacts)
+
+    def add_scan(self, scan: Scan) -> None:
+        self.scans.add(scan)
+
+    def add_odometry(self, odometry: Odometry) -> None:
+        self.odometry.add(odometry)
+
+
 @dataclass(frozen=True)
 class BagCheck:
     """Facts about a bag and findings."""
@@ -144,14 +159,12 @@ def check_bag(reader: BagReader, progress: Callable[[float], None] | None = None
 
     Raises UserError when no scan of it is usable.
     """
-    scans, odometry = _ScanFacts(), _OdometryFacts()
-    for item in reader:
-        if isinstance(item, Scan):
-            scans.add(item)
-        else:
-            odometry.add(item)
+    gathered = _BagFacts()
+    for message in reader:
+        feed(message, gathered)
         if progress is not None and reader.messages_read % 256 == 0:
             progress(reader.messages_read)
+    scans, odometry = gathered.scans, gathered.odometry
     facts = {
         "scans": _describe_scans(reader, scans),
         "sensor": {"place": list(_rounded(reader.base_from_laser)), "source": reader.base_from_laser_source},

@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from concurrent.futures import Future, TimeoutError
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -27,6 +27,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.order import HeldScans
+from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.live.driven_path import DrivenPath
 from racecar.pipelines.live.free_memory import give_back_free_memory
 from racecar.pipelines.live.intake.first_messages import FirstMessages
@@ -195,26 +196,22 @@ class MapperNode(LiveNode):
             self.worker.inbox.put("rest", self._take_rest)
 
     def _take_rest(self) -> None:
-        for item in self._held.rest():
-            self._take(item)
+        self._take(self._held.rest())
 
     def _hold(self, item: Scan | Odometry) -> None:
-        for ready in self._held.add(item):
-            self._take(ready)
+        self._take(self._held.add(item))
 
-    def _take(self, item: Scan | Odometry) -> None:
-        if isinstance(item, Odometry):
-            self._mapper.add_odometry(item)
-            return
-        self._pose = self._mapper.add_scan(item)
-        stamp, arrival = self._arrivals.pop(item.stamp)
-        self._publish(stamp, item, self._pose)
-        self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
-        self._path.add(self._pose)
-        self._show(stamp, item, self._pose)
-        self._save_checkpoint_when_due()
-        if self._is_due("memory"):
-            self.side.inbox.put("memory", give_back_free_memory)
+    def _take(self, ready: Iterable[Scan | Odometry]) -> None:
+        for replayed in replay(ready, self._mapper):
+            scan, self._pose = replayed.scan, replayed.answer
+            stamp, arrival = self._arrivals.pop(scan.stamp)
+            self._publish(stamp, scan, self._pose)
+            self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
+            self._path.add(self._pose)
+            self._show(stamp, scan, self._pose)
+            self._save_checkpoint_when_due()
+            if self._is_due("memory"):
+                self.side.inbox.put("memory", give_back_free_memory)
 
     def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
         message = PoseStamped(header=header(stamp, self.parameters.map_frame))

@@ -1,0 +1,55 @@
+"""Feeding scans and odometry to whatever takes them: a mapper, a localizer, a check of a bag."""
+
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Generic, Protocol, TypeVar
+
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+
+T = TypeVar("T")
+T_co = TypeVar("T_co", covariant=True)
+
+
+class ScanConsumer(Protocol[T_co]):
+    """What scans and odometry are fed to, in the order of time."""
+
+    def add_odometry(self, odometry: Odometry) -> None:
+        """Take a sample."""
+
+    def add_scan(self, scan: Scan) -> T_co:
+        """Take a scan; the answer to it, such as a pose."""
+
+
+@dataclass(frozen=True, eq=False)
+class Replayed(Generic[T]):
+    """A scan of a replay and the answer to it."""
+
+    scan: Scan
+    answer: T
+    seconds: float
+    """That the answer took."""
+
+
+def feed(message: Scan | Odometry, consumer: ScanConsumer[T]) -> T | None:
+    """Hand one message on; the answer to a scan, None for odometry."""
+    if isinstance(message, Scan):
+        return consumer.add_scan(message)
+    consumer.add_odometry(message)
+    return None
+
+
+def replay(
+    messages: Iterable[Scan | Odometry],
+    consumer: ScanConsumer[T],
+    clock: Callable[[], float] = time.perf_counter,
+) -> Iterator[Replayed[T]]:
+    """Feed all messages; yields every scan with the answer to it, timed by a ``clock`` in seconds."""
+    for message in messages:
+        if isinstance(message, Scan):
+            began = clock()
+            answer = consumer.add_scan(message)
+            yield Replayed(message, answer, clock() - began)
+        else:
+            consumer.add_odometry(message)
