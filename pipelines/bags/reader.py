@@ -1,46 +1,39 @@
 """A bag as a stream of scans and odometry, with all that real logs have wrong with them mended or counted."""
 
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-import numpy as np
-
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.clock import StampClock, clock_offset, typical_gap
-from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
-from racecar.pipelines.bags.converters.odometry import OdometryConverter, only_twist_is_set
-from racecar.pipelines.bags.converters.point_clouds import PointCloudConverter
-from racecar.pipelines.bags.converters.transforms import SensorPlace, TransformTree
-from racecar.pipelines.bags.findings import Finding, counted_findings
-from racecar.pipelines.bags.messages import (
-    LASER_SCAN,
-    ODOMETRY,
-    POINT_CLOUD,
-    TRANSFORMS,
-    decode,
-    frame_name,
-    nanoseconds,
+from racecar.pipelines.bags.converters.odometry import only_twist_is_set
+from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
+from racecar.pipelines.bags.converters.registry import (
+    ODOMETRY_CONVERTERS,
+    SCAN_CONVERTERS,
+    Converter,
+    ScanSetup,
 )
+from racecar.pipelines.bags.findings import Finding, counted_findings
+from racecar.pipelines.bags.messages import TRANSFORMS, decode, frame_name, nanoseconds
 from racecar.pipelines.bags.order import Item, after_their_odometry, in_order
+from racecar.pipelines.bags.scan_gaps import ScanGaps
+from racecar.pipelines.bags.sensor_place import BASE_FRAMES, find_place
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import choose_topic, list_topics
 
-BASE_FRAMES = ("base_link", "base_footprint")
-GAP_SECONDS = 10.0
-"""Between two scans; more is worth telling."""
-
-_SAMPLES = 25  # messages looked at beforehand
-_LONGEST_SWEEP = 1.0  # seconds
-_LISTED_GAPS = 5
+_SAMPLES = 25
+"""Messages looked at beforehand: enough for medians of their spacing, and read in no time."""
+_LONGEST_SWEEP = 1.0
+"""Seconds; the slowest scanners, of the RPLIDAR kind, turn twice a second."""
 
 
 @dataclass(frozen=True)
@@ -76,8 +69,8 @@ class BagReader:
         odom_topic: str | None = None,
         use_odometry: bool = True,
         base_from_laser: Pose | None = None,
-        min_height: float = 0.1,
-        max_height: float = 1.0,
+        min_height: float = SECTION_HEIGHTS[0],
+        max_height: float = SECTION_HEIGHTS[1],
     ) -> None:
         """Open a bag and find out what it holds.
 
@@ -94,12 +87,18 @@ class BagReader:
             self._open_scans(scan_topic)
             if use_odometry:
                 self._open_odometry(odom_topic)
-            self._place = self._find_place(base_from_laser)
+            self._place = find_place(
+                self._scan_frame,
+                self._base_frames,
+                self._static_transforms(),
+                base_from_laser,
+                self._findings,
+            )
         except BaseException:
             self._store.close()
             raise
         self._heights = (min_height, max_height)
-        self._gaps: list[str] = []
+        self._gaps = ScanGaps()
         self._counter: Counter[str] = Counter()
         self.messages_read = 0
         """Of the chosen topics; advances while iterating."""
@@ -168,7 +167,7 @@ class BagReader:
     def counts(self) -> dict[str, int]:
         """What was read, mended and dropped so far; but for the first two only what occurred."""
         counts = {"scans": 0, "odometry": 0, **self._counter}
-        counts["unreadable_messages"] = self._store.unreadable_messages
+        counts |= {"gaps": self._gaps.count, "unreadable_messages": self._store.unreadable_messages}
         return {name: count for name, count in counts.items() if count or name in ("scans", "odometry")}
 
     @property
@@ -177,7 +176,7 @@ class BagReader:
         losses = [
             Finding(loss, "Copy the bag again from where it was recorded.") for loss in self._store.losses
         ]
-        return [*losses, *self._findings, *self._gap_findings(), *counted_findings(self._counter)]
+        return [*losses, *self._findings, *self._gaps.findings, *counted_findings(self._counter)]
 
     @property
     def warnings(self) -> list[str]:
@@ -186,21 +185,17 @@ class BagReader:
 
     def __iter__(self) -> Iterator[Scan | Odometry]:
         self._counter.clear()
-        self._gaps.clear()
+        self._gaps = ScanGaps()
         self.messages_read = 0
         items = in_order(self._items(), self._counter)
         if self._odometry is not None:
             items = after_their_odometry(items, self._counter)
-        last_scan: Scan | None = None
         for item in items:
             if isinstance(item, Scan):
-                self._counter["scans"] += 1
-                self._note_gap(last_scan, item)
-                last_scan = item
-            else:
-                self._counter["odometry"] += 1
+                self._gaps.add(item)
+            self._counter["scans" if isinstance(item, Scan) else "odometry"] += 1
             yield item
-        if last_scan is None:
+        if not self._counter["scans"]:
             raise UserError(
                 f"{self.path} holds no usable scan on {self.scan_topic}: {' '.join(self.warnings)}"
             )
@@ -208,12 +203,12 @@ class BagReader:
     def _open_scans(self, scan_topic: str | None) -> None:
         topics = self._store.topics
         scans = choose_topic(
-            topics, (LASER_SCAN, POINT_CLOUD), scan_topic, "Scans", "--scan-topic", self._findings
+            topics, tuple(SCAN_CONVERTERS), scan_topic, "Scans", "--scan-topic", self._findings
         )
         if scans is None:
             losses = "".join(f" {sentence}" for sentence in self._store.losses)
             raise UserError(
-                f"{self.path} holds no laser scans (LaserScan or PointCloud2); "
+                f"{self.path} holds no laser scans ({_type_names(SCAN_CONVERTERS)}); "
                 f"its topics are {list_topics(topics)}.{losses}"
             )
         self._scans = self._sample(scans)
@@ -222,13 +217,18 @@ class BagReader:
 
     def _open_odometry(self, odom_topic: str | None) -> None:
         topic = choose_topic(
-            self._store.topics, (ODOMETRY,), odom_topic, "Odometry messages", "--odom-topic", self._findings
+            self._store.topics,
+            tuple(ODOMETRY_CONVERTERS),
+            odom_topic,
+            "Odometry messages",
+            "--odom-topic",
+            self._findings,
         )
         samples = self._sample(topic) if topic else None
         if samples is None or not samples.messages:
             self._findings.append(
                 Finding(
-                    "There is no odometry: the motion must be told from the scans alone.",
+                    "There is no odometry: the motion must be estimated from the scans alone.",
                     "Record the odometry topic too, or drive slowly and where there is much to see.",
                 )
             )
@@ -256,78 +256,51 @@ class BagReader:
             if message is not None:
                 yield recorded, message
 
-    def _find_place(self, base_from_laser: Pose | None) -> SensorPlace:
-        """The sensor's place: told by the user, found in the bag, or assumed."""
-        if base_from_laser is not None:
-            return SensorPlace.from_pose(base_from_laser, "flag")
-        tree, frame = self._transforms(), self._scan_frame
-        for base in (*BASE_FRAMES, *self._odometry_frames):
-            matrix = tree.between(base, frame)
-            if matrix is not None and base != frame:
-                place = SensorPlace(matrix, "tf_static")
-                if place.tilt > np.radians(10):
-                    tilt = np.degrees(place.tilt)
-                    self._findings.append(
-                        Finding(
-                            f"The sensor is tilted by {tilt:.0f}°: it is taken as level.",
-                            "Mount it level; else walls appear too far and the floor as a wall.",
-                        )
-                    )
-                return place
-        if self._is_base(frame):
-            return SensorPlace.from_pose(IDENTITY, "base frame")
-        self._findings.append(
-            Finding(
-                f"The bag does not tell where {frame or 'the sensor'} sits on the car (no transform from "
-                "base_link in /tf_static): it is taken to be at base_link.",
-                "Tell it with --laser-pose X Y YAW, or record /tf_static.",
-            )
-        )
-        return SensorPlace.from_pose(IDENTITY, "assumed identity")
-
-    def _transforms(self) -> TransformTree:
-        tree = TransformTree()
+    def _static_transforms(self) -> Iterator[Any]:
         topic = self._store.topics.get("/tf_static")
         if topic is not None and topic.message_type == TRANSFORMS:
             for _, message in self._decoded(topic, Counter()):
-                for transform in message.transforms:
-                    tree.add(transform)
-        return tree
+                yield from message.transforms
 
     @property
     def _scan_frame(self) -> str:
         return frame_name(self._scans.messages[0].header.frame_id)
 
     @property
-    def _odometry_frames(self) -> list[str]:
-        return [frame_name(self._odometry.messages[0].child_frame_id)] if self._odometry else []
-
-    def _is_base(self, frame: str) -> bool:
-        return frame in (*BASE_FRAMES, *self._odometry_frames) and frame != ""
+    def _base_frames(self) -> list[str]:
+        of_odometry = [frame_name(self._odometry.messages[0].child_frame_id)] if self._odometry else []
+        return [frame for frame in (*BASE_FRAMES, *of_odometry) if frame]
 
     def _items(self) -> Iterator[Item]:
         """What the messages hold, in the order of recording."""
-        scan_converter = self._scan_converter()
-        odometry_converter = OdometryConverter(self._integrate_twist, self._counter)
-        clocks = self._clocks()
+        converters, clocks = self._converters(), self._clocks()
         for name, recorded, data in self._store.messages(list(clocks)):
             self.messages_read += 1
             message = _decode_or_count(self._store.topics[name], data, self._counter)
             if message is None:
                 continue
             stamp = clocks[name].stamp(nanoseconds(message.header.stamp), recorded)
-            converter = scan_converter if name == self.scan_topic else odometry_converter
-            item = converter.convert(message, stamp)
+            item = converters[name].convert(message, stamp)
             if item is not None:
                 yield item
 
-    def _scan_converter(self) -> LaserScanConverter | PointCloudConverter:
-        if self._scans.topic.message_type == LASER_SCAN:
-            gap = typical_gap(self._scans.headers if self._scans.clock_offset else self._scans.recorded)
-            return LaserScanConverter(self._place, min(_LONGEST_SWEEP, 1.5 * gap), self._counter)
-        points_are_in_base = self._is_base(self._scan_frame)
-        points_place = np.eye(4) if points_are_in_base else self._place.base_from_sensor
-        return PointCloudConverter(points_place, self._place, self._heights, self._counter)
+    def _converters(self) -> dict[str, Converter[Item]]:
+        """By topic."""
+        scans, odometry = self._scans, self._odometry
+        gap = typical_gap(scans.headers if scans.clock_offset else scans.recorded)
+        setup = ScanSetup(
+            self._place,
+            points_are_in_base=self._scan_frame in self._base_frames,
+            longest_sweep=min(_LONGEST_SWEEP, 1.5 * gap),
+            heights=self._heights,
+        )
+        converters: dict[str, Converter[Item]] = {
+            scans.topic.name: SCAN_CONVERTERS[scans.topic.message_type](setup, self._counter)
+        }
+        if odometry is not None:
+            new_converter = ODOMETRY_CONVERTERS[odometry.topic.message_type]
+            converters[odometry.topic.name] = new_converter(self._integrate_twist, self._counter)
+        return converters
 
     def _clocks(self) -> dict[str, StampClock]:
         """A clock per chosen topic; a topic without stamps of its own keeps to the other's clock."""
@@ -341,22 +314,6 @@ class BagReader:
             clocks[samples.topic.name] = StampClock(offset, own is not None, self._counter)
         return clocks
 
-    def _note_gap(self, last: Scan | None, scan: Scan) -> None:
-        seconds = 0.0 if last is None else (scan.stamp - last.stamp) * 1e-9
-        if seconds > GAP_SECONDS:
-            self._counter["gaps"] += 1
-            if len(self._gaps) < _LISTED_GAPS:
-                self._gaps.append(f"a gap of {seconds:.0f} s after scan {self._counter['scans'] - 1}")
-
-    def _gap_findings(self) -> list[Finding]:
-        if not self._gaps:
-            return []
-        more = self._counter["gaps"] - len(self._gaps)
-        what = f"There is {', '.join(self._gaps)}{f' and {more} more' if more else ''}."
-        return [
-            Finding(what, "Nothing, if the car stood still meanwhile; otherwise the map may break there.")
-        ]
-
 
 def _decode_or_count(topic: BagTopic, data: bytes, counts: Counter[str]) -> Any | None:
     try:
@@ -364,3 +321,9 @@ def _decode_or_count(topic: BagTopic, data: bytes, counts: Counter[str]) -> Any 
     except Exception:  # whatever deserializing damaged bytes raises
         counts["undecodable_messages"] += 1
         return None
+
+
+def _type_names(message_types: Iterable[str]) -> str:
+    """Such as "LaserScan or PointCloud2"."""
+    *others, last = (name.rpartition("/")[2] for name in message_types)
+    return f"{', '.join(others)} or {last}" if others else last

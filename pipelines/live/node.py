@@ -5,16 +5,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from nav_msgs.msg import Odometry as OdometryMessage
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-from sensor_msgs.msg import LaserScan
 
 from racecar.pipelines.files.report import peak_memory_mb
 from racecar.pipelines.live.diagnostics import Diagnostics
 from racecar.pipelines.live.faults import Faults
 from racecar.pipelines.live.health import Health
 from racecar.pipelines.live.intake.fixed_transforms import FixedTransforms
-from racecar.pipelines.live.intake.sensors import Sensors
+from racecar.pipelines.live.intake.sensors import ODOMETRY_TYPE, SCAN_TYPE, Sensors
+from racecar.pipelines.live.ros.message_types import message_class
 from racecar.pipelines.live.ros.parameters import car_parameters
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.worker import Worker
@@ -81,8 +80,9 @@ class LiveNode(ABC):
         node = self.node
         if self.parameters.laser_pose is None:
             self._fixed_transforms = FixedTransforms(node, self.sensors.take_transforms)
-        node.create_subscription(OdometryMessage, "odom", self._on_odometry, sensor_qos(1000))
-        node.create_subscription(LaserScan, "scan", self._on_scan, sensor_qos(400))
+        odometry_class, scan_class = message_class(ODOMETRY_TYPE), message_class(SCAN_TYPE)
+        node.create_subscription(odometry_class, "odom", self._on_odometry, sensor_qos(1000))
+        node.create_subscription(scan_class, "scan", self._on_scan, sensor_qos(400))
         node.create_timer(0.5, self.watch)
         node.create_timer(1.0, self._tell)
 

@@ -11,7 +11,8 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.messages import LASER_SCAN, POINT_CLOUD, ros2_types
+from racecar.pipelines.bags.converters.registry import SCAN_CONVERTERS
+from racecar.pipelines.bags.messages import ros2_types
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import list_topics
@@ -79,7 +80,7 @@ class Player:
     def wait_for_listeners(self, seconds: float, listeners: int | None = None) -> bool:
         """Wait, for so long at most, until anybody hears the scans, and then for all who come soon after, or
         for so many ``listeners``; tells whether anybody hears."""
-        scans = [topic for topic in self.topics if topic.message_type in (LASER_SCAN, POINT_CLOUD)]
+        scans = [topic for topic in self.topics if topic.message_type in SCAN_CONVERTERS]
         publishers = [self._publishers[topic.name] for topic in scans or self.topics]
         began = since = time.monotonic()
         known = 0
@@ -107,7 +108,7 @@ class Player:
                 clock = recorded + _CLOCK_EVERY
             self._publishers[topic.name].publish(data)
             played.messages += 1
-            played.scans += topic.message_type == LASER_SCAN
+            played.scans += topic.message_type in SCAN_CONVERTERS
             progress(played.messages)
         for publisher in self._publishers.values():
             publisher.wait_for_all_acked(Duration(seconds=1))

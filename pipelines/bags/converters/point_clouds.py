@@ -15,13 +15,21 @@ from racecar.pipelines.bags.converters.transforms import SensorPlace
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointCloud2
 
+SECTION_HEIGHTS = (0.1, 1.0)
+"""Metres above the base frame between which the points of a cloud make the scan: above the floor, and below
+what a small robot drives under, by judgement."""
 MAX_RANGE = 100.0
-"""Metres; a cloud does not tell the sensor's range, and what lies beyond is left out."""
+"""Metres; what lies beyond is left out, since a cloud does not state the range of its sensor."""
 _MIN_RANGE = 0.05
-_FLAT = 0.01  # metres of height within which a cloud is that of a planar sensor
-_THICK = 0.1  # metres of deviation from the best plane, which a planar sensor has not even when tilted
-_MOST_BEAMS = 2048  # more than a planar sensor has
+"""Metres; nearer points are on the sensor's own housing, and a missed beam reads as zero: by judgement."""
+_FLAT = 0.01
+"""Metres of height within which a cloud is that of a planar sensor, since rounding alone spreads those."""
+_THICK = 0.1
+"""Metres of deviation from the best plane; a tilted planar sensor shows less, since it sees one plane."""
+_MOST_BEAMS = 2048
+"""A planar scanner has fewer, so that more points are those of many rows."""
 _BEARING_BUCKET = np.radians(0.25)
+"""The spacing of a Hokuyo's beams, so that a section is as fine as a planar scan."""
 
 
 class PointCloudConverter:

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import ClassVar
 
 RawMessage = tuple[str, int, bytes]
 """Topic, time of recording in nanoseconds, serialized message."""
@@ -63,6 +64,15 @@ class Damage:
 
 class ChunkedFile(ABC):
     """A bag file as a list of chunks; subclasses know the format."""
+
+    name: ClassVar[str]
+    """Of the format, for people."""
+    magic: ClassVar[bytes]
+    """With which every file of the format begins."""
+    suffix: ClassVar[str]
+    """Of file names."""
+    is_ros2: ClassVar[bool]
+    """Whether such files make up ROS 2 bags, which ``rosbags`` opens while they are whole."""
 
     def __init__(self, path: Path) -> None:
         self.path = path

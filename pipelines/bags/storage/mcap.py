@@ -13,8 +13,6 @@ from rosbags.typesys.msg import normalize_msgtype
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
 from racecar.pipelines.bags.storage.compression import decompress_what_is_there
 
-MAGIC = b"\x89MCAP0\r\n"
-
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _DATA_END = 0x03, 0x04, 0x05, 0x06, 0x07, 0x0F
 _LOOSE = "loose"
 """In place of a compression: messages that stand outside chunks."""
@@ -48,10 +46,15 @@ def _string(data: bytes, position: int) -> tuple[str, int]:
 class McapFile(ChunkedFile):
     """An ``.mcap`` file, read from front to back as far as it goes."""
 
+    name = ".mcap"
+    magic = b"\x89MCAP0\r\n"
+    suffix = ".mcap"
+    is_ros2 = True
+
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._schema_names: dict[int, str] = {}
-        end, is_closed = self._scan(len(MAGIC))
+        end, is_closed = self._scan(len(self.magic))
         if self.chunks:
             self._learn(self.chunks[-1], may_lack_index=True)
         if not is_closed:

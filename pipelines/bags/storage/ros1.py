@@ -16,7 +16,7 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
 from racecar.pipelines.bags.storage.compression import decompress_what_is_there
 
-MAGIC = b"#ROSBAG V2.0\n"
+_FIRST_LINE = b"#ROSBAG V2.0\n"
 
 _MESSAGE, _BAG_HEADER, _INDEX, _CHUNK, _CONNECTION = 0x02, 0x03, 0x04, 0x05, 0x07
 _MESSAGE_OPERATION, _CONNECTION_OPERATION = bytes([_MESSAGE]), bytes([_CONNECTION])
@@ -68,13 +68,18 @@ def _messages(data: bytes) -> Iterator[tuple[int, int, bytes]]:
 class Ros1File(ChunkedFile):
     """A ``.bag`` file. Raises UserError when it is not one of format 2.0."""
 
+    name = "ROS 1 .bag"
+    magic = b"#ROSBAG "  # of any version, so that an old one is named as such
+    suffix = ".bag"
+    is_ros2 = False
+
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._index_position = 0
         self._expected_chunks = 0
-        if self._read_at(0, len(MAGIC)) != MAGIC:
+        if self._read_at(0, len(_FIRST_LINE)) != _FIRST_LINE:
             raise UserError(f"{path} is not a ROS 1 bag of format 2.0; `rosbag migrate` converts older ones.")
-        end = self._scan(len(MAGIC))
+        end = self._scan(len(_FIRST_LINE))
         self._complete_last_chunk()
         self.damage = self._find_damage(end)
 

@@ -11,8 +11,6 @@ from pathlib import Path
 
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
 
-MAGIC = b"SQLite format 3\0"
-
 _LEAF = 0x0D
 _HEADER_SIZE = 100
 _PAGES_PER_CHUNK = 256
@@ -60,6 +58,11 @@ def _columns(record: bytes, count: int) -> list[Value]:
 
 class SqliteFile(ChunkedFile):
     """A ``.db3`` file whose tables ``topics`` and ``messages`` are read as far as their pages are there."""
+
+    name = ".db3"
+    magic = b"SQLite format 3\0"
+    suffix = ".db3"
+    is_ros2 = True
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)

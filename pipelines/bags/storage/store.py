@@ -12,8 +12,8 @@ from rosbags.rosbag2 import Reader
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.chunks import BagTopic, ChunkedFile, Damage, RawMessage
-from racecar.pipelines.bags.storage.ros1 import Ros1File
-from racecar.pipelines.bags.storage.salvage import describe_losses, file_format
+from racecar.pipelines.bags.storage.formats import FORMATS, ROS2_SUFFIXES, file_format
+from racecar.pipelines.bags.storage.losses import describe_losses
 
 _log = logging.getLogger(__name__)
 
@@ -142,7 +142,7 @@ class BagStore:
 
 def _open_file(path: Path) -> _WholeBag | ChunkedFile:
     reader = file_format(path)
-    if reader is not Ros1File:
+    if reader.is_ros2:
         try:
             return _WholeBag(path, [path])
         except Exception as error:  # as above
@@ -165,13 +165,14 @@ def _files_of(folder: Path, metadata: dict[str, Any]) -> list[Path]:
     named = [folder / Path(name).name for name in metadata.get("relative_file_paths") or ()]
     files = [file for file in named if file.exists()]
     if not files:
-        files = [file for file in folder.iterdir() if file.suffix in (".db3", ".mcap")]
+        files = [file for file in folder.iterdir() if file.suffix in ROS2_SUFFIXES]
         files.sort(
             key=lambda file: [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", file.name)]
         )
     if files:
         return files
-    ros1_bags = sorted(file.name for file in folder.glob("*.bag"))
+    ros1_suffixes = [reader.suffix for reader in FORMATS if not reader.is_ros2]
+    ros1_bags = sorted(file.name for file in folder.iterdir() if file.suffix in ros1_suffixes)
     if ros1_bags:
         raise UserError(f"{folder} is a folder of ROS 1 bags: name one of them ({', '.join(ros1_bags[:5])}).")
-    raise UserError(f"{folder} holds no bag: neither .db3 nor .mcap files are in it.")
+    raise UserError(f"{folder} holds no bag: neither {' nor '.join(ROS2_SUFFIXES)} files are in it.")

@@ -9,13 +9,29 @@ import numpy as np
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
-from racecar.pipelines.bags.converters.odometry import OdometryConverter, planar_pose, planar_twist
+from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
+from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
+from racecar.pipelines.bags.converters.registry import (
+    ODOMETRY_CONVERTERS,
+    SCAN_CONVERTERS,
+    Converter,
+    ScanSetup,
+)
 from racecar.pipelines.bags.converters.transforms import SensorPlace, TransformTree
-from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, nanoseconds, ros2_types
+from racecar.pipelines.bags.messages import (
+    LASER_SCAN,
+    ODOMETRY,
+    TRANSFORMS,
+    frame_name,
+    nanoseconds,
+    ros2_types,
+)
 from racecar.pipelines.live.faults import Faults
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.intake.steady_clock import SteadyClock, TopicClock
+
+SCAN_TYPE, ODOMETRY_TYPE = LASER_SCAN, ODOMETRY
+"""What the nodes listen to; any other type that the converters' registry knows would do."""
 
 _REMEMBERED = "the last run"
 _LONGEST_SWEEP = 0.25  # seconds
@@ -47,11 +63,11 @@ class Sensors:
         self._remembered: LaserPlace | None = None
         self._misses_place = False
         self._scan_frame = ""
-        self._converter: LaserScanConverter | None = None
+        self._scan_converter: Converter[Scan] | None = None
         self._scan_counts: Counter[str] = Counter()
         self._odometry_counts: Counter[str] = Counter()
         self._integrate_twist = integrate_twist
-        self._odometry_converter = OdometryConverter(integrate_twist, self._odometry_counts)
+        self._odometry_converter = ODOMETRY_CONVERTERS[ODOMETRY_TYPE](integrate_twist, self._odometry_counts)
         shared = SteadyClock(after)
         self._scan_clock = TopicClock(shared, self._teller("scans"))
         self._odometry_clock = TopicClock(shared, self._teller("odometry"))
@@ -73,7 +89,7 @@ class Sensors:
         """Where a laser sat when another run ended; it is there until ``/tf_static`` tells, which may take
         seconds to come."""
         self._remembered = place
-        self._converter = None
+        self._scan_converter = None
 
     def knows_place(self, scan_message: Any) -> bool:
         """Whether it is known where the laser of a message sits, so that its scans need no assumption."""
@@ -84,7 +100,7 @@ class Sensors:
         message = ros2_types().deserialize_cdr(serialized, TRANSFORMS)
         for transform in message.transforms:  # type: ignore[attr-defined]
             self._tree.add(transform)
-        self._converter = None
+        self._scan_converter = None
 
     def scan(self, message: Any, arrival: int) -> Scan | None:
         """The scan of a LaserScan that arrived at so many nanoseconds; None where it is to be left out."""
@@ -93,14 +109,14 @@ class Sensors:
             self._tell_lone_stamp("scan")
             return None
         frame = frame_name(message.header.frame_id)
-        if self._converter is None or frame != self._scan_frame:
-            self._converter = self._new_converter(frame)
+        if self._scan_converter is None or frame != self._scan_frame:
+            self._scan_converter = self._new_scan_converter(frame)
         beams_changed = self._scan_counts["changed_beam_counts"]
-        scan = self._converter.convert(message, stamp)
-        if self._scan_counts["changed_beam_counts"] > beams_changed:
+        scan = self._scan_converter.convert(message, stamp)
+        if scan is not None and self._scan_counts["changed_beam_counts"] > beams_changed:
             self._faults.tell(
                 "beams",
-                f"The scans' number of beams changed to {len(message.ranges)}; they are taken as they come.",
+                f"The scans' number of beams changed to {len(scan.ranges)}; they are taken as they come.",
                 lasting=False,
             )
         if scan is None or np.isnan(scan.ranges).all():
@@ -129,7 +145,7 @@ class Sensors:
             self._watch_poses(message)
         return sample
 
-    def _new_converter(self, frame: str) -> LaserScanConverter:
+    def _new_scan_converter(self, frame: str) -> Converter[Scan]:
         place = self._known_place(frame)
         self._place = None if place is None else LaserPlace(self._base_frame, frame, place.base_from_sensor)
         self._scan_frame = frame
@@ -149,7 +165,13 @@ class Sensors:
             )
         else:
             self._faults.end("laser_place", f"The laser's place is known now, from {place.source}.")
-        return LaserScanConverter(place, _LONGEST_SWEEP, self._scan_counts)
+        setup = ScanSetup(
+            place,
+            points_are_in_base=frame == self._base_frame,
+            longest_sweep=_LONGEST_SWEEP,
+            heights=SECTION_HEIGHTS,
+        )
+        return SCAN_CONVERTERS[SCAN_TYPE](setup, self._scan_counts)
 
     def _known_place(self, frame: str) -> SensorPlace | None:
         if self._laser_pose is not None:

@@ -64,7 +64,7 @@ def test_poses_that_start_to_move_late_are_kept(tmp_path):
 
     _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
     assert samples[-1].odom_from_base[0] == pytest.approx(0.02 * 99)
-    assert reader.findings[0].what.startswith("The bag does not tell where")
+    assert reader.findings[0].what.startswith("The bag does not say where")
     assert len(reader.findings) == 1
 
 

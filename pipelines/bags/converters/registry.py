@@ -1,0 +1,61 @@
+"""Which converter turns which message type into scans or odometry, in bags and live.
+
+Another message type is a converter of its own and a line in `SCAN_CONVERTERS` or `ODOMETRY_CONVERTERS`.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
+from racecar.pipelines.bags.converters.odometry import OdometryConverter
+from racecar.pipelines.bags.converters.point_clouds import PointCloudConverter
+from racecar.pipelines.bags.converters.transforms import SensorPlace
+from racecar.pipelines.bags.messages import LASER_SCAN, ODOMETRY, POINT_CLOUD
+
+T_co = TypeVar("T_co", covariant=True)
+
+
+class Converter(Protocol[T_co]):
+    """Turns the messages of one topic into values of the project."""
+
+    def convert(self, message: Any, stamp: int) -> T_co | None:
+        """What a message with this stamp (nanoseconds) holds; None where it holds nothing usable."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScanSetup:
+    """What is known of a sensor before its messages are converted; a converter takes what it needs."""
+
+    place: SensorPlace
+    points_are_in_base: bool
+    """Whether points come in the base frame rather than in the sensor's."""
+    longest_sweep: float
+    """Seconds; beam times that make a sweep longer are not believed."""
+    heights: tuple[float, float]
+    """Metres above the base frame, lowest and highest: the section of a cloud that makes the scan."""
+
+    @property
+    def base_from_points(self) -> NDArray[np.float64]:
+        """(4, 4)"""
+        return np.eye(4) if self.points_are_in_base else self.place.base_from_sensor
+
+
+SCAN_CONVERTERS: Mapping[str, Callable[[ScanSetup, Counter[str]], Converter[Scan]]] = {
+    LASER_SCAN: lambda setup, counts: LaserScanConverter(setup.place, setup.longest_sweep, counts),
+    POINT_CLOUD: lambda setup, counts: PointCloudConverter(
+        setup.base_from_points, setup.place, setup.heights, counts
+    ),
+}
+"""By message type, in the order of preference where a bag holds several; what is mended goes into counts."""
+
+ODOMETRY_CONVERTERS: Mapping[str, Callable[[bool, Counter[str]], Converter[Odometry]]] = {
+    ODOMETRY: OdometryConverter,
+}
+"""By message type; the first argument says whether the pose is to be integrated from the twist."""
