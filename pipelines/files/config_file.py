@@ -1,22 +1,23 @@
 """One YAML file for the settings of every stage; what it leaves out keeps its default."""
 
-from difflib import get_close_matches
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, Field, ValidationError
 
 from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
+from racecar.maps.settings import Settings
+from racecar.pipelines.files.nested_settings import nearest_name, section_at
 from racecar.pipelines.files.text_file import read_text
 
+Model = TypeVar("Model", bound=BaseModel)
 
-class Config(BaseModel):
+
+class Config(Settings):
     """The settings, one section per stage."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
 
     mapping: MappingConfig = Field(default_factory=MappingConfig)
     localization: LocalizationConfig = Field(default_factory=LocalizationConfig)
@@ -24,12 +25,15 @@ class Config(BaseModel):
 
 def load_config(path: Path | None) -> Config:
     """The settings of a YAML file, or the defaults. Raises UserError that names the key at fault."""
-    if path is None:
-        return Config()
+    return Config() if path is None else load_settings(path, Config)
+
+
+def load_settings(path: Path, model: type[Model]) -> Model:
+    """Settings of any kind from a YAML file. Raises UserError that names the key at fault."""
     try:
-        return Config.model_validate(_read_yaml(path))
+        return model.model_validate(_read_yaml(path))
     except ValidationError as error:
-        raise UserError(_explain(error, path)) from error
+        raise UserError(_explain(error, path, model)) from error
 
 
 def _read_yaml(path: Path) -> Any:
@@ -46,31 +50,25 @@ def _read_yaml(path: Path) -> Any:
     return contents
 
 
-def _explain(error: ValidationError, path: Path) -> str:
+def _explain(error: ValidationError, path: Path, model: type[BaseModel]) -> str:
     first = error.errors()[0]
     location = [str(part) for part in first["loc"]]
     name = ".".join(location)
     if first["type"] == "extra_forbidden":
-        return f"The configuration {path} has the unknown key '{name}'; {_suggest(location)}."
+        return f"The configuration {path} has the unknown key '{name}'; {_suggest(location, model)}."
+    section = section_at(model, location)
+    if section is not None:
+        known = ", ".join(sorted(section.model_fields))
+        return f"The configuration {path} has a bad value for '{name}': it should hold settings ({known})."
     return f"The configuration {path} has a bad value for '{name}': {_as_clause(first['msg'])}."
 
 
-def _suggest(location: list[str]) -> str:
-    known = _keys_at(location[:-1])
-    nearest = get_close_matches(location[-1], known, n=1)
-    if nearest:
-        return f"did you mean '{'.'.join([*location[:-1], nearest[0]])}'"
-    return f"known there: {', '.join(known)}"
-
-
-def _keys_at(section: list[str]) -> list[str]:
-    model: type[BaseModel] = Config
-    for name in section:
-        nested = model.model_fields[name].annotation if name in model.model_fields else None
-        if not (isinstance(nested, type) and issubclass(nested, BaseModel)):
-            return []
-        model = nested
-    return sorted(model.model_fields)
+def _suggest(location: list[str], model: type[BaseModel]) -> str:
+    nearest = nearest_name(model, location)
+    if nearest is not None:
+        return f"did you mean '{nearest}'"
+    section = section_at(model, location[:-1])
+    return f"known there: {', '.join(sorted(section.model_fields) if section else ())}"
 
 
 def _as_clause(message: str) -> str:

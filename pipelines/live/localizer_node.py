@@ -38,7 +38,7 @@ from racecar.pipelines.live.ros.messages import (
     pose_message,
     start_pose,
 )
-from racecar.pipelines.live.ros.parameters import declare, declare_localization, watch_localization
+from racecar.pipelines.live.ros.parameters import declare, declare_settings, watch_settings
 
 if TYPE_CHECKING:
     from racecar.pipelines.live.viewer import LiveView
@@ -79,7 +79,7 @@ class LocalizerNode(LiveNode):
     ) -> None:
         """Builds the map's range table. Raises UserError when the map or a parameter is at fault."""
         super().__init__(node, "localizer", _WORK, _SIDE_WORK)
-        self._config = declare_localization(node, config)
+        self._config = declare_settings(node, config)
         self._begin, self._view = start, view
         self._maps_taken = 0
         self._localizer: Localizer | None = None
@@ -104,7 +104,7 @@ class LocalizerNode(LiveNode):
         if self._begin.grid is None:
             node.create_subscription(OccupancyGridMessage, "map", self._on_map, LATCHED)
             self.faults.tell("no_map", f"No map has come on {node.resolve_topic_name('map')} yet.")
-        watch_localization(node, lambda: self._config, self._on_settings)
+        watch_settings(node, lambda: self._config, self._on_settings)
         super().start()
 
     def stop(self) -> None:

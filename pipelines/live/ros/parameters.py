@@ -1,16 +1,25 @@
 """The nodes' ROS parameters: declared with their meaning, checked, and changed while running."""
 
-from collections.abc import Callable, Iterable
+from array import array
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import ValidationError
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from pydantic.fields import FieldInfo
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
+from rclpy.exceptions import InvalidParameterValueException
 
-from racecar.localization.config import LocalizationConfig
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.settings import Settings
+from racecar.pipelines.files.nested_settings import leaf_fields, leaf_values, nested
+
+SettingsT = TypeVar("SettingsT", bound=Settings)
+
+_BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at most"}
+"""By pydantic's names."""
 
 
 @dataclass(frozen=True)
@@ -59,42 +68,46 @@ def car_parameters(node: Any) -> CarParameters:
     )
 
 
-def declare(node: Any, name: str, default: Any, meaning: str, *, read_only: bool = False) -> Any:
-    """Declare a parameter and return its value."""
-    descriptor = ParameterDescriptor(description=meaning, read_only=read_only, dynamic_typing=True)
-    return node.declare_parameter(name, default, descriptor).value
+def declare(
+    node: Any, name: str, default: Any, meaning: str, *, read_only: bool = False, **bounds: Any
+) -> Any:
+    """Declare a parameter, ``bounds`` being further fields of its descriptor, and return its value.
+
+    Raises UserError that names it when the value given for it is out of bounds.
+    """
+    descriptor = ParameterDescriptor(description=meaning, read_only=read_only, dynamic_typing=True, **bounds)
+    try:
+        value = node.declare_parameter(name, default, descriptor).value
+    except InvalidParameterValueException as error:
+        raise UserError(f"The parameter {name} must be {descriptor.additional_constraints}.") from error
+    return list(value) if isinstance(value, array) else value
 
 
-def declare_localization(node: Any, config: LocalizationConfig) -> LocalizationConfig:
-    """Declare every setting of the localizer; the settings with what ROS overrides of them.
+def declare_settings(node: Any, settings: SettingsT) -> SettingsT:
+    """Declare every setting as a parameter with its meaning and bounds, a nested one by its dotted name; the
+    settings with what ROS overrides of them.
 
     Raises UserError that names a parameter at fault.
     """
+    defaults = leaf_values(settings)
     values = {
-        name: declare(node, name, getattr(config, name), str(field.description))
-        for name, field in LocalizationConfig.model_fields.items()
+        name: declare(node, name, defaults[name], str(field.description), **_bounds(field))
+        for name, field in leaf_fields(type(settings))
     }
-    try:
-        return LocalizationConfig.model_validate(values)
-    except ValidationError as error:
-        raise UserError(f"{_sentence(error)}.") from error
+    return updated(settings, values)
 
 
-def watch_localization(
-    node: Any, current: Callable[[], LocalizationConfig], apply: Callable[[Any], None]
-) -> None:
+def watch_settings(node: Any, current: Callable[[], SettingsT], apply: Callable[[SettingsT], None]) -> None:
     """Check parameters that are set while running, and hand new settings on; wrong ones are refused."""
 
     def check(parameters: Iterable[Any]) -> Any:
-        changes = {
-            parameter.name: parameter.value
-            for parameter in parameters
-            if parameter.name in LocalizationConfig.model_fields
-        }
+        settings = current()
+        known = leaf_values(settings)
+        changes = {parameter.name: parameter.value for parameter in parameters if parameter.name in known}
         if not changes:
             return SetParametersResult(successful=True)
         try:
-            settings = updated(current(), changes)
+            settings = updated(settings, changes)
         except UserError as error:
             return SetParametersResult(successful=False, reason=str(error))
         apply(settings)
@@ -103,12 +116,38 @@ def watch_localization(
     node.add_on_set_parameters_callback(check)
 
 
-def updated(config: LocalizationConfig, changes: dict[str, Any]) -> LocalizationConfig:
-    """The settings with changes. Raises UserError that names the one at fault."""
+def updated(settings: SettingsT, changes: Mapping[str, Any]) -> SettingsT:
+    """The settings with changes by dotted name. Raises UserError that names the one at fault."""
+    values = {
+        name: list(value) if isinstance(value, array) else value
+        for name, value in {**leaf_values(settings), **changes}.items()
+    }
     try:
-        return LocalizationConfig.model_validate({**config.model_dump(), **changes})
+        return type(settings).model_validate(nested(values))
     except ValidationError as error:
         raise UserError(f"{_sentence(error)}.") from error
+
+
+def _bounds(field: FieldInfo) -> dict[str, Any]:
+    """A setting's bounds as a parameter's descriptor states them: in words, and as a range where both ends
+    are known."""
+    found = {
+        kind: getattr(constraint, kind)
+        for constraint in field.metadata
+        for kind in _BOUNDS
+        if hasattr(constraint, kind)
+    }
+    bounds: dict[str, Any] = {
+        "additional_constraints": ", ".join(f"{_BOUNDS[kind]} {value:g}" for kind, value in found.items())
+    }
+    low, high = found.get("ge", found.get("gt")), found.get("le", found.get("lt"))
+    if low is None or high is None:
+        return bounds
+    if field.annotation is int:
+        bounds["integer_range"] = [IntegerRange(from_value=low, to_value=high)]
+    elif field.annotation is float:
+        bounds["floating_point_range"] = [FloatingPointRange(from_value=float(low), to_value=float(high))]
+    return bounds
 
 
 def _sentence(error: ValidationError) -> str:

@@ -1,9 +1,10 @@
 from pathlib import Path
 
 import pytest
+from nested_settings import Camera, Lens, Robot
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.files.config_file import Config, load_config
+from racecar.pipelines.files.config_file import Config, load_config, load_settings
 
 
 def write(tmp_path: Path, text: str) -> Path:
@@ -54,3 +55,25 @@ def test_unreadable_files(tmp_path: Path) -> None:
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\xfa")
     with pytest.raises(UserError, match="not a text file"):
         load_config(tmp_path / "binary.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("camera: {lens: {fokus: 1}}\n", "'camera.lens.fokus'; did you mean 'camera.lens.focus'"),
+        ("focus: 1\n", "'focus'; did you mean 'camera.lens.focus'"),
+        ("camera: {zzz: 1}\n", "'camera.zzz'; known there: exposures, lens, mode"),
+        ("camera: {lens: {focus: 9}}\n", "bad value for 'camera.lens.focus': .*less than or equal to 2"),
+        ("camera: {lens: {rings: [1, x]}}\n", "bad value for 'camera.lens.rings.1': .*integer"),
+        ("camera: {lens: 5}\n", r"bad value for 'camera.lens': it should hold settings \(focus, rings\)"),
+        ("camera: {mode: dusk}\n", "bad value for 'camera.mode': .*'day' or 'night'"),
+    ],
+)
+def test_mistakes_in_nested_settings_are_named(tmp_path: Path, text: str, complaint: str) -> None:
+    with pytest.raises(UserError, match=complaint):
+        load_settings(write(tmp_path, text), Robot)
+
+
+def test_nested_settings_are_overridden_one_by_one(tmp_path: Path) -> None:
+    robot = load_settings(write(tmp_path, "camera: {lens: {focus: 1.5}}\n"), Robot)
+    assert robot == Robot(camera=Camera(lens=Lens(focus=1.5)))
