@@ -1,15 +1,24 @@
 """``racecar benchmark``: the tables of the README, measured."""
 
 import sys
-from dataclasses import asdict
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecar.pipelines.commands.options import ConfigOption, JsonOption, QuietOption, SeedOption
+from racecar.pipelines.commands.options import (
+    PAGE_WIDTH,
+    ConfigOption,
+    JsonOption,
+    QuietOption,
+    SeedOption,
+)
 
-_PAGE_WIDTH = 200
+if TYPE_CHECKING:
+    from racecar.pipelines.files.report import Report
 
 benchmark = typer.Typer(help="Measure what the README states.")
 
@@ -17,6 +26,33 @@ benchmark = typer.Typer(help="Measure what the README states.")
 @benchmark.callback()
 def _describe() -> None:
     """Measure what the README states: accuracy, time and memory."""
+
+
+@dataclass(frozen=True)
+class _Output:
+    """Where a benchmark's figures go."""
+
+    announce: Callable[[str], None]
+    """Says what is being done, on stderr."""
+    show: Callable[..., None]
+    """Prints tables."""
+    report: "Report"
+
+
+@contextmanager
+def _output(name: str, inputs: Mapping[str, Any], json: Path | None, quiet: bool) -> Iterator[_Output]:
+    """Yield where figures go; when all are there, the report is written to ``json``, if one is named."""
+    from rich.console import Console
+
+    from racecar.pipelines.files.report import Report
+
+    announce = Console(stderr=True, quiet=quiet, highlight=False).print
+    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else PAGE_WIDTH)
+    report = Report(f"racecar benchmark {name}")
+    report.add("inputs", inputs)
+    yield _Output(announce, page.print, report)
+    if json is not None:
+        report.write(json)
 
 
 @benchmark.command()
@@ -55,8 +91,6 @@ def slam(
     folder = recordings_folder() if data is None else data
     chosen = find_logs(folder, logs or ())
 
-    from rich.console import Console
-
     from racecar.pipelines.benchmarks.slam.ablation import ablate
     from racecar.pipelines.benchmarks.slam.mapped_logs import measure_all
     from racecar.pipelines.benchmarks.slam.published import PUBLISHED
@@ -67,40 +101,36 @@ def slam(
         stages_table,
     )
     from racecar.pipelines.commands.printed_warnings import print_warnings
-    from racecar.pipelines.files.report import Report
     from racecar.pipelines.runs.other_process import in_fresh_process
     from racecar.pipelines.warm_up import warm_up
 
-    announce = Console(stderr=True, quiet=quiet, highlight=False).print
-    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
-    report = Report("racecar benchmark slam")
-    report.add("inputs", {"data": folder, "config": config, "seed": seed, "settings": settings.model_dump()})
-
-    announce("Compiling the kernels")
-    in_fresh_process(warm_up)
-    runs = measure_all(
-        chosen, settings, false_loops_seed=seed if false_loops else None, announce=announce, quiet=quiet
-    )
-    report.add("logs", {log: run.as_dict() for log, run in runs.items()})
-    report.add("published", {log: asdict(PUBLISHED[log]) for log in runs if log in PUBLISHED})
-    page.print(accuracy_table(runs), stages_table(runs))
-    if false_loops:
-        bent = {log: run.false_loops for log, run in runs.items() if run.false_loops is not None}
-        report.add("false_loops", {log: figures.as_dict() for log, figures in bent.items()})
-        page.print(false_loops_table(bent))
-    if ablation:
-        variants = ablate(chosen, settings, runs, announce=announce, quiet=quiet)
-        report.add(
-            "ablation",
-            {name: {log: run.accuracy for log, run in changed.items()} for name, changed in variants.items()},
+    inputs = {"data": folder, "config": config, "seed": seed, "settings": settings.model_dump()}
+    with _output("slam", inputs, json, quiet) as output:
+        announce, report = output.announce, output.report
+        announce("Compiling the kernels")
+        in_fresh_process(warm_up)
+        runs = measure_all(
+            chosen, settings, false_loops_seed=seed if false_loops else None, announce=announce, quiet=quiet
         )
-        page.print(ablation_table(variants))
-    if not quiet:
-        print_warnings(
-            f"{log}: {sentence}" for log, run in runs.items() for sentence in run.report["warnings"]
-        )
-    if json is not None:
-        report.write(json)
+        report.add("logs", {log: run.as_dict() for log, run in runs.items()})
+        report.add("published", {log: asdict(PUBLISHED[log]) for log in runs if log in PUBLISHED})
+        output.show(accuracy_table(runs), stages_table(runs))
+        if false_loops:
+            bent = {log: run.false_loops for log, run in runs.items() if run.false_loops is not None}
+            report.add("false_loops", {log: figures.as_dict() for log, figures in bent.items()})
+            output.show(false_loops_table(bent))
+        if ablation:
+            variants = ablate(chosen, settings, runs, announce=announce, quiet=quiet)
+            accuracies = {
+                name: {log: run.accuracy for log, run in changed.items()}
+                for name, changed in variants.items()
+            }
+            report.add("ablation", accuracies)
+            output.show(ablation_table(variants))
+        if not quiet:
+            print_warnings(
+                f"{log}: {sentence}" for log, run in runs.items() for sentence in run.report["warnings"]
+            )
 
 
 @benchmark.command()
@@ -121,29 +151,19 @@ def growth(
 
     settings = load_config(config).mapping
 
-    from rich.console import Console
-
     from racecar.pipelines.benchmarks.slam.growth import measure_growth
     from racecar.pipelines.benchmarks.slam.tables import growth_table
-    from racecar.pipelines.files.report import Report
     from racecar.pipelines.runs.other_process import in_fresh_process
     from racecar.pipelines.warm_up import warm_up
 
-    announce = Console(stderr=True, quiet=quiet, highlight=False).print
-    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
-    report = Report("racecar benchmark growth")
-    report.add(
-        "inputs", {"minutes": minutes, "config": config, "seed": seed, "settings": settings.model_dump()}
-    )
-
-    announce("Compiling the kernels")
-    in_fresh_process(warm_up)
-    announce(f"Driving for {minutes:g} simulated minutes")
-    figures = measure_growth(minutes, settings, seed, quiet=quiet)
-    report.add("growth", {**asdict(figures), "ratio": figures.ratio})
-    page.print(growth_table(figures))
-    if json is not None:
-        report.write(json)
+    inputs = {"minutes": minutes, "config": config, "seed": seed, "settings": settings.model_dump()}
+    with _output("growth", inputs, json, quiet) as output:
+        output.announce("Compiling the kernels")
+        in_fresh_process(warm_up)
+        output.announce(f"Driving for {minutes:g} simulated minutes")
+        figures = measure_growth(minutes, settings, seed, quiet=quiet)
+        output.report.add("growth", {**asdict(figures), "ratio": figures.ratio})
+        output.show(growth_table(figures))
 
 
 @benchmark.command()
@@ -157,26 +177,18 @@ def localizer(
     On the shipped building and, where there are recordings, the basement's map.
     Example: racecar benchmark localizer --json localizer.json
     """
-    from rich.console import Console
-
     from racecar.pipelines.benchmarks.localizer.figures import FULL, benchmark_maps, measure_localizer
     from racecar.pipelines.benchmarks.localizer.tables import CHECKS, checks_table, times_table
-    from racecar.pipelines.files.report import Report
 
-    announce = Console(stderr=True, quiet=quiet, highlight=False).print
-    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
-    report = Report("racecar benchmark localizer")
-    report.add("inputs", {"seed": seed, "workload": asdict(FULL)})
-    maps = {}
-    for name, grid in benchmark_maps().items():
-        announce(f"Measuring on {name}")
-        maps[name] = measure_localizer(grid, FULL, seed)
-    report.add("maps", {name: asdict(figures) for name, figures in maps.items()})
-    for check in CHECKS:
-        report.add("checks", {check.name: check.as_dict(maps)})
-    page.print(checks_table(maps), times_table(maps))
-    if json is not None:
-        report.write(json)
+    with _output("localizer", {"seed": seed, "workload": asdict(FULL)}, json, quiet) as output:
+        maps = {}
+        for name, grid in benchmark_maps().items():
+            output.announce(f"Measuring on {name}")
+            maps[name] = measure_localizer(grid, FULL, seed)
+        output.report.add("maps", {name: asdict(figures) for name, figures in maps.items()})
+        for check in CHECKS:
+            output.report.add("checks", {check.name: check.as_dict(maps)})
+        output.show(checks_table(maps), times_table(maps))
 
 
 @benchmark.command()
@@ -201,30 +213,21 @@ def accuracy(
 
     settings = load_config(config)
 
-    from rich.console import Console
-
     from racecar.pipelines.benchmarks.accuracy.figures import AccuracyBenchmark, measure_accuracy
     from racecar.pipelines.benchmarks.accuracy.tables import finding_table, recordings_table, tracking_table
     from racecar.pipelines.benchmarks.recordings.figures import measure_recordings
     from racecar.pipelines.benchmarks.slam.logs import recordings_folder
-    from racecar.pipelines.files.report import Report
 
-    announce = Console(stderr=True, quiet=quiet, highlight=False).print
-    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
-    report = Report("racecar benchmark accuracy")
-    report.add(
-        "inputs",
-        {"seeds": seeds, "minutes": minutes, "config": config, "settings": settings.model_dump()},
-    )
-    tracking, finding = measure_accuracy(AccuracyBenchmark(settings.localization, seeds, announce), minutes)
-    report.add("tracking", {name: asdict(figures) for name, figures in tracking.items()})
-    report.add("finding", {name: asdict(figures) for name, figures in finding.items()})
-    page.print(tracking_table(tracking), finding_table(finding))
-    if recordings := measure_recordings(recordings_folder(), settings, announce):
-        report.add("recordings", {name: asdict(figures) for name, figures in recordings.items()})
-        page.print(recordings_table(recordings))
-    if json is not None:
-        report.write(json)
+    inputs = {"seeds": seeds, "minutes": minutes, "config": config, "settings": settings.model_dump()}
+    with _output("accuracy", inputs, json, quiet) as output:
+        benchmark = AccuracyBenchmark(settings.localization, seeds, output.announce)
+        tracking, finding = measure_accuracy(benchmark, minutes)
+        output.report.add("tracking", {name: asdict(figures) for name, figures in tracking.items()})
+        output.report.add("finding", {name: asdict(figures) for name, figures in finding.items()})
+        output.show(tracking_table(tracking), finding_table(finding))
+        if recordings := measure_recordings(recordings_folder(), settings, output.announce):
+            output.report.add("recordings", {name: asdict(figures) for name, figures in recordings.items()})
+            output.show(recordings_table(recordings))
 
 
 @benchmark.command()
@@ -253,16 +256,26 @@ def live(
 
     Example: racecar benchmark live --seconds 60
     """
-    from racecar.pipelines.benchmarks.live.command import run_live_benchmark
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.live.ros.start import start_ros
 
-    run_live_benchmark(
-        seconds,
-        speed=speed,
-        recorded=recorded,
-        localizer=localizer,
-        mapper=mapper,
-        config=config,
-        seed=seed,
-        json=json,
-        quiet=quiet,
-    )
+    start_ros()
+    settings = load_config(config)
+
+    from racecar.pipelines.benchmarks.live.figures import measure_drives
+    from racecar.pipelines.benchmarks.live.tables import live_table
+    from racecar.pipelines.benchmarks.slam.logs import recordings_folder
+
+    inputs = {"seconds": seconds, "speed": speed, "seed": seed, "settings": settings.model_dump()}
+    with _output("live", inputs, json, quiet) as output:
+        figures = measure_drives(
+            seconds,
+            recordings_folder() if recorded else None,
+            settings,
+            seed=seed,
+            speed=speed,
+            nodes=[name for name, wanted in (("localizer", localizer), ("mapper", mapper)) if wanted],
+            announce=output.announce,
+        )
+        output.report.add("live", {f"{each.node} {each.drive}": each.as_dict() for each in figures})
+        output.show(live_table(figures, speed))

@@ -1,27 +1,31 @@
-"""``racecar experiment``: the experiments of the lab report."""
+"""``racecar experiment``: a command for each experiment of the catalogue, and one for all of them."""
 
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
+from inspect import Parameter, Signature
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from racecar.pipelines.commands.options import (
+    PAGE_WIDTH,
+    BagArgument,
     ConfigOption,
     JsonOption,
     LaserPoseOption,
+    MapOption,
     OdomTopicOption,
     OutputFolderOption,
     QuietOption,
     ScanTopicOption,
     SeedOption,
 )
+from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, Uses
 
 if TYPE_CHECKING:
     from racecar.pipelines.experiments.recording import BagRecording
-
-_PAGE_WIDTH = 200
 
 QuickOption = Annotated[
     bool, typer.Option("--quick", help="Few repetitions: to see that all works, not to conclude from.")
@@ -62,6 +66,50 @@ EndPoseOption = Annotated[
     ),
 ]
 
+
+@dataclass(frozen=True)
+class _Flags:
+    """What the user gave; where a command lacks a flag, its default."""
+
+    out: Path
+    bag: Path | None = None
+    map: Path | None = None
+    initial_pose: tuple[float, float, float] | None = None
+    end_pose: str | None = None
+    scan_topic: str | None = None
+    odom_topic: str | None = None
+    laser_pose: tuple[float, float, float] | None = None
+    quick: bool = False
+    scheduler: str | None = None
+    config: Path | None = None
+    seed: int = 0
+    json: Path | None = None
+    quiet: bool = False
+
+
+_ANY_RECORDING = Uses.RECORDING | Uses.EXTRA_RECORDING
+_FLAGS: tuple[tuple[str, Any, Uses | None], ...] = (
+    ("bag", BagArgument, Uses.RECORDING),
+    ("map", MapOption, Uses.RECORDING),
+    ("out", OutputFolderOption, None),
+    ("bag", RecordingOption, Uses.EXTRA_RECORDING),
+    ("map", RecordingMapOption, Uses.EXTRA_RECORDING),
+    ("initial_pose", InitialPoseOption, _ANY_RECORDING),
+    ("end_pose", EndPoseOption, Uses.END_POSE),
+    ("scan_topic", ScanTopicOption, _ANY_RECORDING),
+    ("odom_topic", OdomTopicOption, _ANY_RECORDING),
+    ("laser_pose", LaserPoseOption, _ANY_RECORDING),
+    ("quick", QuickOption, Uses.REPETITIONS),
+    ("scheduler", SchedulerOption, Uses.REPETITIONS),
+    ("config", ConfigOption, Uses.SETTINGS),
+    ("seed", SeedOption, Uses.SETTINGS),
+    ("json", JsonOption, None),
+    ("quiet", QuietOption, None),
+)
+"""Each flag, how it is parsed and explained, and which uses of an experiment bring it along (None: it is
+always there), in the order of the help."""
+_REQUIRED = (BagArgument, MapOption, OutputFolderOption)
+
 experiment = typer.Typer(help="Measure the particle filter, as tables and figures for a report.")
 
 
@@ -74,187 +122,116 @@ def _describe() -> None:
     """
 
 
-@experiment.command("noise-sweep")
-def noise_sweep(
-    out: OutputFolderOption,
-    quick: QuickOption = False,
-    scheduler: SchedulerOption = None,
-    config: ConfigOption = None,
-    seed: SeedOption = 0,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
+def add_command(
+    app: typer.Typer, name: str, uses: Uses, help: str, example: str, entries: Sequence[ExperimentEntry]
 ) -> None:
-    """How much motion noise to assume: the car is put from (0, 0, 0) to (1, 1, 0).
+    """Add a command to an app that runs some experiments, with the flags for what they use."""
 
-    Example: racecar experiment noise-sweep --out runs/noise
-    """
-    _run(["noise-sweep"], out, quick, scheduler, config, seed, json, quiet)
+    def command(**flags: Any) -> None:
+        _run(name, entries, _Flags(**flags))
 
-
-@experiment.command("autograde")
-def autograde(
-    out: OutputFolderOption,
-    quick: QuickOption = False,
-    scheduler: SchedulerOption = None,
-    config: ConfigOption = None,
-    seed: SeedOption = 0,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """The deviation from the truth beside that of the course's filter, and the grades for it.
-
-    Example: racecar experiment autograde --out runs/grades
-    """
-    _run(["autograde"], out, quick, scheduler, config, seed, json, quiet)
+    parameters = [
+        Parameter(
+            flag,
+            Parameter.KEYWORD_ONLY,
+            annotation=kind,
+            default=Parameter.empty if kind in _REQUIRED else getattr(_Flags, flag),
+        )
+        for flag, kind, brought_by in _FLAGS
+        if brought_by is None or brought_by & uses
+    ]
+    command.__signature__ = Signature(parameters)  # type: ignore[attr-defined]  # which typer reads
+    app.command(name, help=f"{help}\n\nExample: racecar experiment {name} {example}")(command)
 
 
-@experiment.command("convergence")
-def convergence(
-    out: OutputFolderOption,
-    bag: RecordingOption = None,
-    map: RecordingMapOption = None,
-    initial_pose: InitialPoseOption = None,
-    scan_topic: ScanTopicOption = None,
-    odom_topic: OdomTopicOption = None,
-    laser_pose: LaserPoseOption = None,
-    quick: QuickOption = False,
-    scheduler: SchedulerOption = None,
-    config: ConfigOption = None,
-    seed: SeedOption = 0,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """How fast a cloud of 0.5 m collapses about the car; with --bag and --map on a recording too.
-
-    Example: racecar experiment convergence --out runs/convergence --bag drive.bag --map runs/drive
-    """
-    recording = _recording(bag, map, initial_pose, None, scan_topic, odom_topic, laser_pose)
-    _run(["convergence"], out, quick, scheduler, config, seed, json, quiet, recording)
+for _entry in CATALOGUE:
+    add_command(experiment, _entry.name, _entry.uses, _entry.help, _entry.example, [_entry])
+add_command(
+    experiment,
+    "all",
+    Uses.SETTINGS | Uses.REPETITIONS | Uses.EXTRA_RECORDING | Uses.END_POSE,
+    "All experiments, and report.html with every figure, table and what they show.\n\n"
+    "Without --bag a simulated drive stands in for a recording.",
+    "--out runs/report",
+    CATALOGUE,
+)
 
 
-@experiment.command("beams-and-particles")
-def beams_and_particles(
-    out: OutputFolderOption,
-    quick: QuickOption = False,
-    scheduler: SchedulerOption = None,
-    config: ConfigOption = None,
-    seed: SeedOption = 0,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """Accuracy and time per update over numbers of beams and particles.
+def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
+    """Run experiments; those of ``all`` are put on a page too."""
+    recording = _recording(flags)
 
-    Example: racecar experiment beams-and-particles --out runs/beams
-    """
-    _run(["beams-and-particles"], out, quick, scheduler, config, seed, json, quiet)
+    from rich.console import Console
 
+    from racecar.maps.whole_files import write_atomically
+    from racecar.pipelines.experiments.html_report import html_report
+    from racecar.pipelines.experiments.result import ExperimentSettings, Finished
+    from racecar.pipelines.experiments.result_files import as_rich, save_result
+    from racecar.pipelines.experiments.sweep import ParameterSweep
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.report import Report
 
-@experiment.command("motion-model")
-def motion_model(
-    out: OutputFolderOption,
-    config: ConfigOption = None,
-    seed: SeedOption = 0,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """A picture of what odometry noise makes of the particles.
-
-    Example: racecar experiment motion-model --out runs/pictures
-    """
-    _run(["motion-model"], out, False, None, config, seed, json, quiet)
-
-
-@experiment.command("sensor-model")
-def sensor_model(out: OutputFolderOption, json: JsonOption = None, quiet: QuietOption = False) -> None:
-    """Pictures of the sensor table: as a surface, and a slice with its parts.
-
-    Example: racecar experiment sensor-model --out runs/pictures
-    """
-    _run(["sensor-model"], out, False, None, None, 0, json, quiet)
-
-
-@experiment.command("real-run")
-def real_run(
-    bag: Annotated[
-        Path,
-        typer.Argument(
-            metavar="BAG",
-            help="A ROS 1 .bag, a ROS 2 bag folder, or a lone .db3 or .mcap file.",
-            show_default=False,
-        ),
-    ],
-    map: Annotated[
-        Path,
-        typer.Option(
-            "--map",
-            metavar="MAP",
-            help="A map's YAML file, a folder with map.yaml, or a shipped map: building, track.",
-            show_default=False,
-        ),
-    ],
-    out: OutputFolderOption,
-    initial_pose: InitialPoseOption = None,
-    end_pose: EndPoseOption = None,
-    scan_topic: ScanTopicOption = None,
-    odom_topic: OdomTopicOption = None,
-    laser_pose: LaserPoseOption = None,
-    config: ConfigOption = None,
-    seed: SeedOption = 0,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """What can be said of a drive without truth: scans on walls, particles, latency, the end pose.
-
-    Example: racecar experiment real-run drive.bag --map runs/drive --end-pose '3.2 -0.5' --out runs/real
-    """
-    recording = _recording(bag, map, initial_pose, end_pose, scan_topic, odom_topic, laser_pose)
-    _run(["real-run"], out, False, None, config, seed, json, quiet, recording)
+    settings = ExperimentSettings(load_config(flags.config).localization, flags.seed, flags.quick, recording)
+    sweep = ParameterSweep(flags.scheduler, flags.quiet)
+    report = Report(f"racecar experiment {name}")
+    report.add(
+        "inputs", {"seed": flags.seed, "quick": flags.quick, "settings": settings.localization.model_dump()}
+    )
+    if recording is not None:
+        report.add("inputs", {"bag": recording.bag, "map": recording.map, "end_pose": recording.end_pose})
+        _try(recording, entries)
+    announce = Console(stderr=True, quiet=flags.quiet, highlight=False)
+    page = Console(quiet=flags.quiet, highlight=False, width=None if sys.stdout.isatty() else PAGE_WIDTH)
+    done: dict[str, Finished] = {}
+    with output_folder(flags.out) as folder:
+        for number, entry in enumerate(entries, start=1):
+            announce.print(f"{number}/{len(entries)} {entry.name}", markup=False)
+            with report.stage(entry.name):
+                result = entry.load()(settings, sweep)
+                done[entry.name] = Finished(result, result.pictures())
+                save_result(entry.name, done[entry.name], folder)
+            report.add(entry.name, result.figures())
+            for table in result.tables():
+                page.print(as_rich(table))
+        shown = f"{done[entries[0].name].pictures[0].name}.png"
+        if name == "all":
+            shown = "report.html"
+            with write_atomically(folder / shown) as partial:
+                partial.write_text(html_report(done, settings), encoding="utf-8")
+        report.write(folder / "report.json")
+    if flags.json is not None:
+        report.write(flags.json)
+    page.print(f"Look at {flags.out / shown}.", markup=False, soft_wrap=True)
 
 
-@experiment.command("all")
-def all_(
-    out: OutputFolderOption,
-    bag: RecordingOption = None,
-    map: RecordingMapOption = None,
-    initial_pose: InitialPoseOption = None,
-    end_pose: EndPoseOption = None,
-    scan_topic: ScanTopicOption = None,
-    odom_topic: OdomTopicOption = None,
-    laser_pose: LaserPoseOption = None,
-    quick: QuickOption = False,
-    scheduler: SchedulerOption = None,
-    config: ConfigOption = None,
-    seed: SeedOption = 0,
-    json: JsonOption = None,
-    quiet: QuietOption = False,
-) -> None:
-    """All experiments, and report.html with every figure, table and what they show.
-
-    Without --bag a simulated drive stands in for a recording.
-
-    Example: racecar experiment all --out runs/report
-    """
-    recording = _recording(bag, map, initial_pose, end_pose, scan_topic, odom_topic, laser_pose)
-    _run(None, out, quick, scheduler, config, seed, json, quiet, recording)
-
-
-def _recording(
-    bag: Path | None,
-    map: Path | None,
-    initial_pose: tuple[float, float, float] | None,
-    end_pose: str | None,
-    scan_topic: str | None,
-    odom_topic: str | None,
-    laser_pose: tuple[float, float, float] | None,
-) -> "BagRecording | None":
+def _recording(flags: _Flags) -> "BagRecording | None":
     from racecar.maps.errors import UserError
     from racecar.pipelines.experiments.recording import BagRecording
 
-    if bag is None and map is None:
+    if flags.bag is None and flags.map is None:
         return None
-    if bag is None or map is None:
+    if flags.bag is None or flags.map is None:
         raise UserError("--bag and --map go together: the recording, and the map of the place it is from.")
-    return BagRecording(bag, map, initial_pose, _numbers(end_pose), scan_topic, odom_topic, laser_pose)
+    return BagRecording(
+        flags.bag,
+        flags.map,
+        flags.initial_pose,
+        _numbers(flags.end_pose),
+        flags.scan_topic,
+        flags.odom_topic,
+        flags.laser_pose,
+    )
+
+
+def _try(recording: "BagRecording", entries: Sequence[ExperimentEntry]) -> None:
+    """Raise UserError at once, rather than after minutes, for what is wrong with a recording."""
+    from racecar.pipelines.experiments.recording import known_start
+
+    recording.load_map()
+    next(recording.messages())
+    if any(Uses.KNOWN_START in entry.uses for entry in entries):
+        known_start(recording)
 
 
 def _numbers(text: str | None) -> tuple[float, ...] | None:
@@ -272,61 +249,3 @@ def _numbers(text: str | None) -> tuple[float, ...] | None:
     if len(numbers) not in (2, 3) or not all(isfinite(number) for number in numbers):
         raise UserError(f"--end-pose is '{text}'; give x and y in metres and, if measured, yaw in radians.")
     return tuple(numbers)
-
-
-def _run(
-    names: Sequence[str] | None,
-    out: Path,
-    quick: bool,
-    scheduler: str | None,
-    config: Path | None,
-    seed: int,
-    json: Path | None,
-    quiet: bool,
-    recording: "BagRecording | None" = None,
-) -> None:
-    """Run experiments by name, or with None all of them and the page about them."""
-    from rich.console import Console
-
-    from racecar.maps.whole_files import write_atomically
-    from racecar.pipelines.experiments.catalogue import catalogue
-    from racecar.pipelines.experiments.html_report import html_report
-    from racecar.pipelines.experiments.recording import known_start
-    from racecar.pipelines.experiments.result import Finished, Settings
-    from racecar.pipelines.experiments.result_files import as_rich, save_result
-    from racecar.pipelines.experiments.sweep import Sweep
-    from racecar.pipelines.files.config_file import load_config
-    from racecar.pipelines.files.outputs import output_folder
-    from racecar.pipelines.files.report import Report
-
-    settings, sweep = Settings(load_config(config).localization, seed, quick), Sweep(scheduler, quiet)
-    report = Report(f"racecar experiment {'all' if names is None else names[0]}")
-    report.add("inputs", {"seed": seed, "quick": quick, "settings": settings.localization.model_dump()})
-    if recording is not None:
-        report.add("inputs", {"bag": recording.bag, "map": recording.map, "end_pose": recording.end_pose})
-        recording.load_map()  # what is wrong with it is told now rather than after minutes
-        next(recording.messages())
-        if names is None or "convergence" in names:
-            known_start(recording)
-    announce = Console(stderr=True, quiet=quiet, highlight=False)
-    page = Console(quiet=quiet, highlight=False, width=None if sys.stdout.isatty() else _PAGE_WIDTH)
-    done: dict[str, Finished] = {}
-    with output_folder(out) as folder:
-        experiments = catalogue(settings, recording)
-        for number, name in enumerate(names or experiments, start=1):
-            announce.print(f"{number}/{len(names or experiments)} {name}", markup=False)
-            with report.stage(name):
-                result = experiments[name](settings, sweep)
-                done[name] = Finished(result, result.pictures())
-                save_result(name, done[name], folder)
-            report.add(name, result.figures())
-            for table in result.tables():
-                page.print(as_rich(table))
-        if names is None:
-            with write_atomically(folder / "report.html") as partial:
-                partial.write_text(html_report(done, settings), encoding="utf-8")
-        report.write(folder / "report.json")
-    if json is not None:
-        report.write(json)
-    shown = "report.html" if names is None else f"{done[names[0]].pictures[0].name}.png"
-    page.print(f"Look at {out / shown}.", markup=False, soft_wrap=True)

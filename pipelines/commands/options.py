@@ -8,6 +8,9 @@ import typer
 if TYPE_CHECKING:
     from racecar.pipelines.bags.reader import BagReader
 
+PAGE_WIDTH = 200
+"""Characters of a line where tables go to a file or a pipe, so that none of their cells is broken."""
+
 BagArgument = Annotated[
     Path,
     typer.Argument(

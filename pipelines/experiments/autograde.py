@@ -23,9 +23,9 @@ from racecar.pipelines.experiments.figure_style import (
     legend_below,
 )
 from racecar.pipelines.experiments.filters import COLORS, start_filter
-from racecar.pipelines.experiments.result import FigureTable, Settings
+from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
 from racecar.pipelines.experiments.simulated import simulated_drive
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import heading_errors, place_errors, track
 from racecar.pipelines.pictures.map_picture import draw_grid
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
@@ -194,7 +194,7 @@ class Autograde:
         return np.degrees([drive.heading_deviation for drive in self.drives[scenario][name]])
 
 
-def autograde(settings: Settings, sweep: Sweep) -> Autograde:
+def autograde(settings: ExperimentSettings, sweep: ParameterSweep) -> Autograde:
     """Three scenarios, 10 seeds each (2 on a shorter drive when quick)."""
     seeds, seconds = (range(2), 10.0) if settings.quick else (range(10), 30.0)
     variants: dict[str, LocalizationConfig | CourseSettings] = {

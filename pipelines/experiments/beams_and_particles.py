@@ -18,9 +18,9 @@ from racecar.pipelines.experiments.figure_style import (
     show_plain_ticks,
 )
 from racecar.pipelines.experiments.filters import start_filter
-from racecar.pipelines.experiments.result import FigureTable, Settings
+from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
 from racecar.pipelines.experiments.simulated import SimulatedDrive, simulated_drive
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import Track, place_errors, track
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
@@ -130,7 +130,7 @@ class BeamsAndParticles:
             axes.text(column, row, f"{value:.1f}", ha="center", va="center", color=color, fontsize=6)
 
 
-def beams_and_particles(settings: Settings, sweep: Sweep) -> BeamsAndParticles:
+def beams_and_particles(settings: ExperimentSettings, sweep: ParameterSweep) -> BeamsAndParticles:
     """All pairs; 3 seeds for the accuracy. When quick, fewer of both, one seed and a shorter drive."""
     beams = _BEAMS[::2] if settings.quick else _BEAMS
     particles = _PARTICLES[::3] if settings.quick else _PARTICLES

@@ -25,8 +25,8 @@ from racecar.pipelines.experiments.figure_style import (
 from racecar.pipelines.experiments.filters import COLORS, start_filter
 from racecar.pipelines.experiments.lab_room import CircleDrive, draw_lab_room
 from racecar.pipelines.experiments.recording import Recording, first_seconds, known_start
-from racecar.pipelines.experiments.result import FigureTable, Settings
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import Track, track
 
 _SPREAD = (0.5, 0.5, 0.25)
@@ -132,7 +132,7 @@ class Convergence:
             )
 
 
-def convergence(settings: Settings, sweep: Sweep, recording: Recording | None = None) -> Convergence:
+def convergence(settings: ExperimentSettings, sweep: ParameterSweep) -> Convergence:
     """Both filters in the lab room, 20 seeds (3 when quick), and on a recording when there is one."""
     variants: dict[str, LocalizationConfig | CourseSettings] = {
         OURS_NAME: settings.localization,
@@ -140,8 +140,8 @@ def convergence(settings: Settings, sweep: Sweep, recording: Recording | None = 
     }
     seeds = range(3 if settings.quick else 20)
     places: dict[str, Recording | None] = {"lab room": None}
-    if recording is not None:
-        places[recording.title] = recording
+    if settings.recording is not None:
+        places[settings.recording.title] = settings.recording
     arguments = [
         (variant, place, settings.seed, index)
         for place in places.values()

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from html import escape
 
 from racecar.pipelines.experiments.figure_style import Picture
-from racecar.pipelines.experiments.result import FigureTable, Finished, Settings
+from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable, Finished
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 46rem; margin: 2rem auto;
@@ -24,7 +24,7 @@ nav ol { padding-left: 1.2rem; } a { color: #0072B2; }
 """
 
 
-def html_report(experiments: Mapping[str, Finished], settings: Settings) -> str:
+def html_report(experiments: Mapping[str, Finished], settings: ExperimentSettings) -> str:
     """The page; figures are held in it, so that one file can be handed in."""
     contents = "\n".join(
         f'<li><a href="#{name}">{escape(finished.result.title)}</a></li>'

@@ -25,8 +25,8 @@ from racecar.pipelines.experiments.figure_style import (
     legend_below,
 )
 from racecar.pipelines.experiments.filters import with_motion_noise
-from racecar.pipelines.experiments.result import FigureTable, Settings
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.sweep import ParameterSweep
 
 _SPEED, _RADIUS, _PERIOD = 2.0, 2.0, 0.05
 """Metres per second, metres, seconds."""
@@ -103,7 +103,7 @@ class MotionModel:
             ]
 
 
-def motion_model(settings: Settings, sweep: Sweep) -> MotionModel:
+def motion_model(settings: ExperimentSettings, sweep: ParameterSweep) -> MotionModel:
     """The same drive without noise and with both motion models."""
     config = settings.localization
     variants = {

@@ -21,8 +21,8 @@ from racecar.pipelines.experiments.figure_style import (
 )
 from racecar.pipelines.experiments.filters import COLORS, start_filter, with_motion_noise
 from racecar.pipelines.experiments.lab_room import SCAN_PERIOD, CircleDrive, draw_lab_room
-from racecar.pipelines.experiments.result import FigureTable, Settings
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import track
 
 NOISES = (0.02, 0.10, 0.25, 0.5, 0.75, 1.0)
@@ -202,7 +202,7 @@ class NoiseSweep:
 _OWNERS = {OURS_NAME: "this library's", COURSE_NAME: "the course's"}
 
 
-def noise_sweep(settings: Settings, sweep: Sweep) -> NoiseSweep:
+def noise_sweep(settings: ExperimentSettings, sweep: ParameterSweep) -> NoiseSweep:
     """Both filters, each noise, 20 seeds (2 when quick)."""
     seeds = range(2 if settings.quick else 20)
     variants: dict[str, dict[float, LocalizationConfig | CourseSettings]] = {

@@ -26,9 +26,9 @@ from racecar.pipelines.experiments.figure_style import (
     legend_below,
     show_plain_ticks,
 )
-from racecar.pipelines.experiments.recording import Recording
-from racecar.pipelines.experiments.result import FigureTable, Settings
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.recording import Recording, StandIn
+from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
 from racecar.pipelines.pictures.map_picture import draw_grid
 
@@ -38,6 +38,7 @@ _MOMENTS = 4
 _PAUSE = 1.0
 """Seconds between two scans."""
 _DECADES = tuple(10.0**power for power in range(-3, 6))
+_STAND_IN_SECONDS, _QUICK_STAND_IN_SECONDS = 40.0, 15.0
 _VIEW = 6.0
 """Metres from the car to the edge of a panel."""
 
@@ -235,11 +236,14 @@ class RealRun:
             )
 
 
-def real_run(settings: Settings, sweep: Sweep, recording: Recording) -> RealRun:
+def real_run(settings: ExperimentSettings, sweep: ParameterSweep) -> RealRun:
     """Localize over a recording, from where it starts if that is known, else from anywhere.
 
-    Raises UserError when the recording cannot be read.
+    Where none is given, a simulated drive stands in. Raises UserError when the recording cannot be read.
     """
+    recording = settings.recording or StandIn(
+        settings.seed, _QUICK_STAND_IN_SECONDS if settings.quick else _STAND_IN_SECONDS
+    )
     warm_up(LocalizationConfig())
     grid, end = recording.load_map(), recording.end()
     localizer = Localizer(grid, settings.localization, np.random.default_rng([settings.seed, 7]))

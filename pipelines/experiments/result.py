@@ -6,17 +6,20 @@ from typing import Any, Protocol
 
 from racecar.localization.config import LocalizationConfig
 from racecar.pipelines.experiments.figure_style import Picture
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.recording import Recording
+from racecar.pipelines.experiments.sweep import ParameterSweep
 
 
 @dataclass(frozen=True)
-class Settings:
-    """What every experiment is told."""
+class ExperimentSettings:
+    """What every experiment is given."""
 
     localization: LocalizationConfig
     seed: int
     quick: bool
     """Fewer repetitions and shorter drives: to see that all works, not to draw conclusions from."""
+    recording: Recording | None = None
+    """Of one's own."""
 
 
 @dataclass(frozen=True)
@@ -60,5 +63,5 @@ class Finished:
 class Experiment(Protocol):
     """Something that can be run."""
 
-    def __call__(self, settings: Settings, sweep: Sweep) -> ExperimentResult:
+    def __call__(self, settings: ExperimentSettings, sweep: ParameterSweep) -> ExperimentResult:
         """Do it."""

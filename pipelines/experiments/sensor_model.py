@@ -22,8 +22,8 @@ from racecar.pipelines.experiments.figure_style import (
     finish,
     legend_below,
 )
-from racecar.pipelines.experiments.result import FigureTable, Settings
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.sweep import ParameterSweep
 
 _SLICE = 100
 """Pixels that the map says in the slice."""
@@ -130,6 +130,6 @@ class SensorModel:
             )
 
 
-def sensor_model(settings: Settings, sweep: Sweep) -> SensorModel:
+def sensor_model(settings: ExperimentSettings, sweep: ParameterSweep) -> SensorModel:
     """The table as it is; nothing is measured."""
     return SensorModel(sensor_table())

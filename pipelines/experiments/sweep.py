@@ -14,7 +14,7 @@ _Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True)
-class Sweep:
+class ParameterSweep:
     """Does runs in parallel through joblib, whose engine is this machine's cores or a dask cluster.
 
     A run draws its random numbers from a seed of its own, so the results do not depend on where it was done.

@@ -3,7 +3,7 @@
 import os
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from json import loads
@@ -29,6 +29,7 @@ from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import nanoseconds
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report, resident_memory_mb
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.live.node import sensor_qos
@@ -41,6 +42,8 @@ from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 _ON_WALL = 0.10
 """Metres from a wall within which a scan's end point counts as on it."""
+_DOMAINS = range(30, 100)
+"""Of ROS, which others on the machine hardly use."""
 _READY_SECONDS = 120.0
 _MEMORY_EVERY = 1.0
 """Seconds."""
@@ -90,6 +93,33 @@ class LiveFigures:
     def as_dict(self) -> dict[str, Any]:
         """For report.json."""
         return asdict(self)
+
+
+def measure_drives(
+    seconds: float,
+    recordings: Path | None,
+    settings: Config,
+    *,
+    seed: int,
+    speed: float,
+    nodes: Sequence[str],
+    announce: Callable[[str], None],
+) -> list[LiveFigures]:
+    """The figures of the ``nodes`` (localizer, mapper) on a simulated drive and, if there is one, a recorded
+    one. Raises UserError when a node does not start."""
+    domain = _DOMAINS[os.getpid() % len(_DOMAINS)]
+    figures = []
+    with tempfile.TemporaryDirectory() as folder:
+        drives = [simulated_drive(Path(folder), seconds, seed)]
+        session = recorded_drive(recordings) if recordings else None
+        for drive in [*drives, session] if session else drives:
+            if "localizer" in nodes:
+                announce(f"Playing {drive.name} to the localizer")
+                figures.append(measure_localizer(drive, settings.localization, domain, speed))
+            if "mapper" in nodes:
+                announce(f"Playing {drive.name} to the mapper")
+                figures.append(measure_mapper(drive, settings.mapping, domain, speed))
+    return figures
 
 
 def simulated_drive(folder: Path, seconds: float, seed: int) -> LiveDrive:

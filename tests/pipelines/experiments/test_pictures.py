@@ -13,11 +13,11 @@ from racecar.pipelines.experiments.beams_and_particles import BeamsAndParticles
 from racecar.pipelines.experiments.course_filter import sensor_table
 from racecar.pipelines.experiments.figure_style import drawing, finish, legend_below
 from racecar.pipelines.experiments.motion_model import motion_model
-from racecar.pipelines.experiments.result import ExperimentResult, Settings
+from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
 from racecar.pipelines.experiments.sensor_model import sensor_model
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.sweep import ParameterSweep
 
-SETTINGS, SWEEP = Settings(LocalizationConfig(), 0, quick=True), Sweep(quiet=True)
+SETTINGS, SWEEP = ExperimentSettings(LocalizationConfig(), 0, quick=True), ParameterSweep(quiet=True)
 MILLIMETRE = 300 / 25.4
 
 

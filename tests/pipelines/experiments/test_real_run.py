@@ -10,16 +10,16 @@ from racecar.localization.config import LocalizationConfig
 from racecar.pipelines.experiments.html_report import html_report
 from racecar.pipelines.experiments.real_run import RealRun, real_run
 from racecar.pipelines.experiments.recording import StandIn
-from racecar.pipelines.experiments.result import Finished, Settings
+from racecar.pipelines.experiments.result import ExperimentSettings, Finished
 from racecar.pipelines.experiments.result_files import save_result
-from racecar.pipelines.experiments.sweep import Sweep
+from racecar.pipelines.experiments.sweep import ParameterSweep
 
-SETTINGS = Settings(LocalizationConfig(particles=1000), 0, quick=True)
+SETTINGS = ExperimentSettings(LocalizationConfig(particles=1000), 0, quick=True, recording=StandIn(0, 3.0))
 
 
 @pytest.fixture(scope="module")
 def run() -> RealRun:
-    return real_run(SETTINGS, Sweep(quiet=True), StandIn(0, 3.0))
+    return real_run(SETTINGS, ParameterSweep(quiet=True))
 
 
 def test_tells_what_can_be_told(run: RealRun) -> None:
