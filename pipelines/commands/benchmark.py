@@ -84,7 +84,8 @@ def slam(
 
     Example: racecar benchmark slam --json slam.json
     """
-    from racecar.pipelines.benchmarks.slam.logs import find_logs, recordings_folder
+    from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
+    from racecar.pipelines.benchmarks.slam.logs import find_logs
     from racecar.pipelines.files.config_file import load_config
 
     settings = load_config(config).mapping
@@ -92,7 +93,7 @@ def slam(
     chosen = find_logs(folder, logs or ())
 
     from racecar.pipelines.benchmarks.slam.ablation import ablate
-    from racecar.pipelines.benchmarks.slam.mapped_logs import measure_all
+    from racecar.pipelines.benchmarks.slam.log_benchmark import measure_all
     from racecar.pipelines.benchmarks.slam.published import PUBLISHED
     from racecar.pipelines.benchmarks.slam.tables import (
         ablation_table,
@@ -177,7 +178,11 @@ def localizer(
     On the shipped building and, where there are recordings, the basement's map.
     Example: racecar benchmark localizer --json localizer.json
     """
-    from racecar.pipelines.benchmarks.localizer.figures import FULL, benchmark_maps, measure_localizer
+    from racecar.pipelines.benchmarks.localizer.localizer_benchmark import (
+        FULL,
+        benchmark_maps,
+        measure_localizer,
+    )
     from racecar.pipelines.benchmarks.localizer.tables import CHECKS, checks_table, times_table
 
     with _output("localizer", {"seed": seed, "workload": asdict(FULL)}, json, quiet) as output:
@@ -213,10 +218,11 @@ def accuracy(
 
     settings = load_config(config)
 
-    from racecar.pipelines.benchmarks.accuracy.figures import AccuracyBenchmark, measure_accuracy
-    from racecar.pipelines.benchmarks.accuracy.tables import finding_table, recordings_table, tracking_table
-    from racecar.pipelines.benchmarks.recordings.figures import measure_recordings
-    from racecar.pipelines.benchmarks.slam.logs import recordings_folder
+    from racecar.pipelines.benchmarks.accuracy.accuracy_benchmark import AccuracyBenchmark, measure_accuracy
+    from racecar.pipelines.benchmarks.accuracy.tables import finding_table, tracking_table
+    from racecar.pipelines.benchmarks.recordings.recordings_benchmark import measure_recordings
+    from racecar.pipelines.benchmarks.recordings.tables import recordings_table
+    from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
 
     inputs = {"seeds": seeds, "minutes": minutes, "config": config, "settings": settings.model_dump()}
     with _output("accuracy", inputs, json, quiet) as output:
@@ -262,9 +268,9 @@ def live(
     start_ros()
     settings = load_config(config)
 
-    from racecar.pipelines.benchmarks.live.figures import measure_drives
+    from racecar.pipelines.benchmarks.live.node_benchmark import measure_drives
     from racecar.pipelines.benchmarks.live.tables import live_table
-    from racecar.pipelines.benchmarks.slam.logs import recordings_folder
+    from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
 
     inputs = {"seconds": seconds, "speed": speed, "seed": seed, "settings": settings.model_dump()}
     with _output("live", inputs, json, quiet) as output:

@@ -81,7 +81,11 @@ def localize(
             from racecar.localization.localizer import Localizer
             from racecar.localization.warm_up import warm_up
             from racecar.pipelines.commands.localization_summary import print_localization
-            from racecar.pipelines.runs.localization_run import mapping_trajectory, replay, save_localization
+            from racecar.pipelines.runs.localization_run import (
+                mapping_trajectory,
+                run_localization,
+                save_localization,
+            )
             from racecar.pipelines.view.recorder import Recorder
 
             warm_up(settings)
@@ -93,7 +97,9 @@ def localize(
         is_open = initial_pose is None and not anywhere
         start = driven if is_open else None
         with Recorder(folder, grid) if record else nullcontext() as recorder:
-            run = replay(reader, localizer, grid, report, start=start, recorder=recorder, quiet=quiet)
+            run = run_localization(
+                reader, localizer, grid, report, start=start, recorder=recorder, quiet=quiet
+            )
         save_localization(run, grid, driven, report, folder, title=bag.name)
     if json is not None:
         report.write(json)

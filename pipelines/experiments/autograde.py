@@ -24,7 +24,7 @@ from racecar.pipelines.experiments.figure_style import (
 )
 from racecar.pipelines.experiments.filters import COLORS, start_filter
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
-from racecar.pipelines.experiments.simulated import simulated_drive
+from racecar.pipelines.experiments.shared_drives import simulated_drive
 from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import heading_errors, place_errors, track
 from racecar.pipelines.pictures.map_picture import draw_grid

@@ -19,9 +19,10 @@ from racecar.pipelines.experiments.figure_style import (
 )
 from racecar.pipelines.experiments.filters import start_filter
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
-from racecar.pipelines.experiments.simulated import SimulatedDrive, simulated_drive
+from racecar.pipelines.experiments.shared_drives import simulated_drive
 from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import Track, place_errors, track
+from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 _BEAMS = (25, 50, 100, 200, 400)

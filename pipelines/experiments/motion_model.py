@@ -39,7 +39,7 @@ _TINY = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class MotionModel:
+class MotionModelResult:
     """Clouds (N, 3) by what was assumed of the noise, at several places along the way."""
 
     clouds: Mapping[str, list[Pose]]
@@ -103,7 +103,7 @@ class MotionModel:
             ]
 
 
-def motion_model(settings: ExperimentSettings, sweep: ParameterSweep) -> MotionModel:
+def motion_model(settings: ExperimentSettings, sweep: ParameterSweep) -> MotionModelResult:
     """The same drive without noise and with both motion models."""
     config = settings.localization
     variants = {
@@ -115,7 +115,7 @@ def motion_model(settings: ExperimentSettings, sweep: ParameterSweep) -> MotionM
     clouds = sweep.here(
         "Motion model", drive_blindly, [(config, settings.seed) for config in variants.values()]
     )
-    return MotionModel(dict(zip(variants, clouds, strict=True)), path)
+    return MotionModelResult(dict(zip(variants, clouds, strict=True)), path)
 
 
 def drive_blindly(settings: LocalizationConfig, seed: int) -> list[Pose]:

@@ -12,9 +12,9 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.warm_up import warm_up
 from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.evaluation.wall_fit import ON_WALL, WallFit
 from racecar.pipelines.experiments.figure_style import (
     BLUE,
     GREEN,
@@ -32,8 +32,6 @@ from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
 from racecar.pipelines.pictures.map_picture import draw_grid
 
-_ON_WALL = 0.10
-"""Metres from a wall within which a scan's end point counts as on it."""
 _MOMENTS = 4
 _PAUSE = 1.0
 """Seconds between two scans."""
@@ -80,7 +78,7 @@ class RealRun:
         share, length = np.nanmean(self.shares_on_wall), self._path_length()
         sentences = [
             f"{what} Over {len(self.run.stamps)} scans and {length:.1f} m of path, {share:.0%} of the "
-            f"scans' end points lie within {100 * _ON_WALL:.0f} cm of a wall of the map. What is missing "
+            f"scans' end points lie within {100 * ON_WALL:.0f} cm of a wall of the map. What is missing "
             "are people and things that the map does not have, and errors of the pose. The effective "
             "sample size falls when few particles explain a scan; the extent grows while the scans leave "
             "the place open.",
@@ -231,7 +229,7 @@ class RealRun:
             return finish(
                 figure,
                 "real-run-time",
-                f"Over time: share of the scan's end points within {100 * _ON_WALL:.0f} cm of a wall, "
+                f"Over time: share of the scan's end points within {100 * ON_WALL:.0f} cm of a wall, "
                 "extent of the particles, effective sample size, and how long an update took.",
             )
 
@@ -250,13 +248,11 @@ def real_run(settings: ExperimentSettings, sweep: ParameterSweep) -> RealRun:
     start = recording.start()
     if start is not None:
         localizer.set_pose(start)
-    walls = distance_to_occupied(grid)
+    walls = WallFit(grid)
     shares: list[float] = []
 
     def watch(scan: Scan, estimate: Estimate) -> None:
-        points = transform_points(estimate.map_from_base, scan.points_in_base())
-        near = sample_field(walls, grid, points) <= _ON_WALL
-        shares.append(float(near.mean()) if len(points) else np.nan)
+        shares.append(walls.share(scan, estimate.map_from_base))
 
     run = sweep.here("Real run", track, [(localizer, recording.messages(), watch)])[0]
     return RealRun(

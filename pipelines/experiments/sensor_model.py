@@ -32,7 +32,7 @@ _SMALL = 0.8
 
 
 @dataclass(frozen=True, eq=False)
-class SensorModel:
+class SensorModelResult:
     """The course's table; this library's is the same mixture."""
 
     table: NDArray[np.float64]
@@ -130,6 +130,6 @@ class SensorModel:
             )
 
 
-def sensor_model(settings: ExperimentSettings, sweep: ParameterSweep) -> SensorModel:
+def sensor_model(settings: ExperimentSettings, sweep: ParameterSweep) -> SensorModelResult:
     """The table as it is; nothing is measured."""
-    return SensorModel(sensor_table())
+    return SensorModelResult(sensor_table())

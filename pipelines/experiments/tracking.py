@@ -1,6 +1,5 @@
 """A filter run over scans and odometry, and what it said at each scan."""
 
-import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.replay import replay
 
 
 class Estimate(Protocol):
@@ -72,18 +72,13 @@ def track(
     """Feed messages to a filter that has been told where to start; ``watch`` sees every scan too."""
     stamps, poses, sizes, seconds = [], [], [], []
     clouds = [_cloud(filter_)] if with_start else []
-    for message in messages:
-        if not isinstance(message, Scan):
-            filter_.add_odometry(message)
-            continue
-        began = time.perf_counter()
-        estimate = filter_.add_scan(message)
-        seconds.append(time.perf_counter() - began)
-        stamps.append(message.stamp)
-        poses.append(estimate.map_from_base)
+    for replayed in replay(messages, filter_):
+        seconds.append(replayed.seconds)
+        stamps.append(replayed.scan.stamp)
+        poses.append(replayed.answer.map_from_base)
         clouds.append(_cloud(filter_))
-        sizes.append(estimate.effective_sample_size)
-        watch(message, estimate)
+        sizes.append(replayed.answer.effective_sample_size)
+        watch(replayed.scan, replayed.answer)
     return Track(
         np.array(stamps, dtype=np.int64),
         np.array(poses).reshape(-1, 3),

@@ -13,7 +13,7 @@ from racecar.mapping.mapper import Mapper
 from racecar.maps.errors import UserError
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.checkpoint import Checkpoint, Start
+from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.mapping_run import save_mapping
 from racecar.pipelines.runs.other_process import in_fresh_process
 
@@ -58,22 +58,22 @@ class MapOutput:
         in_fresh_process(partial(_save_checkpoint, self))
 
 
-def resume(output: MapOutput, *, anew: bool, announce: Callable[[str], None]) -> Start:
+def resume(output: MapOutput, *, anew: bool, announce: Callable[[str], None]) -> MappingStart:
     """What to begin with: the mapper of a drive whose node was killed not long ago, which is announced, or a
     new one."""
     checkpoint = output.checkpoint()
     if anew or not checkpoint.path.is_file():
-        return Start(Mapper(output.config))
+        return MappingStart(Mapper(output.config))
     if time.time() - checkpoint.path.stat().st_mtime > _RESUMED_WITHIN:
         announce(f"{checkpoint.path} is of an earlier drive and is left aside.")
-        return Start(Mapper(output.config))
+        return MappingStart(Mapper(output.config))
     try:
         resumed = checkpoint.resume(output.config)
     except UserError as error:
         announce(f"The checkpoint is left aside and the drive begins anew: {error}")
         resumed = None
     if resumed is None:
-        return Start(Mapper(output.config))
+        return MappingStart(Mapper(output.config))
     announce(f"The node was killed: the drive goes on from {checkpoint.path}.")
     return resumed
 

@@ -40,7 +40,7 @@ from racecar.pipelines.live.ros.messages import fill_pose, grid_message, header
 from racecar.pipelines.live.ros.parameters import declare
 from racecar.pipelines.live.ros.run import sister_node
 from racecar.pipelines.live.worker import Worker
-from racecar.pipelines.runs.checkpoint import Start
+from racecar.pipelines.runs.checkpoint import MappingStart
 
 if TYPE_CHECKING:
     from racecar.pipelines.live.viewer import LiveView
@@ -74,7 +74,9 @@ class MapperNode(LiveNode):
         "odometry": "the map rests on the scans alone",
     }
 
-    def __init__(self, node: Any, output: MapOutput, start: Start, view: "LiveView | None" = None) -> None:
+    def __init__(
+        self, node: Any, output: MapOutput, start: MappingStart, view: "LiveView | None" = None
+    ) -> None:
         """Raises UserError that names a parameter at fault."""
         super().__init__(node, "mapper", _WORK, _SIDE_WORK, after=start.mapper.last_stamp)
         self._output, self._mapper, self._messages = output, start.mapper, start.messages

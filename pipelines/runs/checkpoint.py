@@ -25,7 +25,7 @@ _log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class MappingStart:
     """What a run begins with, or goes on from."""
 
     mapper: Mapper
@@ -45,7 +45,7 @@ class Checkpoint:
         self._run = json.dumps(run, sort_keys=True)
         self._due = time.monotonic() + EVERY_SECONDS
 
-    def resume(self, config: MappingConfig) -> Start | None:
+    def resume(self, config: MappingConfig) -> MappingStart | None:
         """What to go on from; None when there is nothing.
 
         Raises UserError when the file that is there is of another run, or cannot be read.
@@ -57,7 +57,7 @@ class Checkpoint:
             raise UserError(f"{self.path} is of another bag or of other settings.")
         try:
             mapper = Mapper.from_arrays(config, arrays)
-            return Start(mapper, int(arrays["messages"]), part_of("besides", arrays))
+            return MappingStart(mapper, int(arrays["messages"]), part_of("besides", arrays))
         except (KeyError, ValueError, IndexError, TypeError) as error:
             raise UserError(f"{self.path} is damaged.") from error
 

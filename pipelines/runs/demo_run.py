@@ -16,7 +16,7 @@ from racecar.pipelines.evaluation.evaluation import TrajectoryErrors, compare
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.runs.localization_run import replay, save_localization
+from racecar.pipelines.runs.localization_run import run_localization, save_localization
 from racecar.pipelines.runs.mapping_run import build_map, save_mapping
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
@@ -99,7 +99,7 @@ def _localize(
     localizer.set_pose(start)
     report.add("inputs", {"bag": bag.name, "map": "map", "seed": seed, "start": start})
     with BagReader(bag) as reader:
-        run = replay(reader, localizer, grid, report, quiet=quiet)
+        run = run_localization(reader, localizer, grid, report, quiet=quiet)
     errors = compare(run.trajectory, truth, reference_from_map=world_from_map)
     report.add("accuracy", {"against_ground_truth": errors.summary()})
     (folder / "localized").mkdir()

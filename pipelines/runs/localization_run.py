@@ -1,17 +1,14 @@
 """From a bag and a map to the car's poses and their files: what ``racecar localize`` and ``demo`` share."""
 
 import time
-from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import IDENTITY, transform_points
-from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import find_map
 from racecar.maps.sensing.odometry import Odometry
@@ -19,6 +16,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.evaluation.wall_fit import WallFit
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum, save_tum
 from racecar.pipelines.pictures.overlay import Moment, save_overlay
@@ -27,8 +25,6 @@ from racecar.pipelines.view.recorder import Recorder
 
 LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", "report.json")
 
-_ON_WALL = 0.10
-"""Metres from a wall within which a scan's end point counts as on it."""
 _POOR_FIT = 0.5
 """Share of end points on walls below which a person should look twice."""
 _CONVERGED = 0.2
@@ -40,7 +36,7 @@ _SAME_SESSION = 1_000_000_000
 
 @dataclass(eq=False)
 class LocalizationRun:
-    """What a replay gave, one entry per scan."""
+    """What the localizer said of a bag, one entry per scan."""
 
     estimates: list[PoseEstimate] = field(default_factory=list)
     shares_on_wall: list[float] = field(default_factory=list)
@@ -63,18 +59,7 @@ def mapping_trajectory(map_path: Path) -> Trajectory | None:
     return load_tum(path) if path.is_file() else None
 
 
-def estimates(
-    messages: Iterable[Scan | Odometry], localizer: Localizer
-) -> Iterator[tuple[Scan, PoseEstimate]]:
-    """Feed messages to a localizer; yields every scan and what comes of it."""
-    for message in messages:
-        if isinstance(message, Scan):
-            yield message, localizer.add_scan(message)
-        else:
-            localizer.add_odometry(message)
-
-
-def replay(
+def run_localization(
     reader: BagReader,
     localizer: Localizer,
     grid: OccupancyGrid,
@@ -90,7 +75,7 @@ def replay(
     has none the search goes on over the whole map, and the report says so. What comes in and out goes to a
     ``recorder`` too. Raises UserError when the bag holds no usable scan.
     """
-    run, walls = LocalizationRun(), distance_to_occupied(grid)
+    run, walls = LocalizationRun(), WallFit(grid)
     with progress_bar("Localizing", reader.message_count, quiet=quiet) as advance_to:
         for message in reader:
             if isinstance(message, Scan):
@@ -99,7 +84,7 @@ def replay(
                 with report.stage("localizing"):
                     _add_scan(run, message, localizer)
                 with report.stage("judging"):
-                    _judge(run, message, grid, walls, reader.messages_read / max(reader.message_count, 1))
+                    _judge(run, message, walls, reader.messages_read / max(reader.message_count, 1))
             else:
                 localizer.add_odometry(message)
             if recorder is not None:
@@ -155,13 +140,11 @@ def _record(message: Scan | Odometry, run: LocalizationRun, localizer: Localizer
     recorder.write_particles(message.stamp, *localizer.particles())
 
 
-def _judge(
-    run: LocalizationRun, scan: Scan, grid: OccupancyGrid, walls: NDArray[np.float32], progress: float
-) -> None:
+def _judge(run: LocalizationRun, scan: Scan, walls: WallFit, progress: float) -> None:
     """How much of the scan lies on walls, and at a few moments of the drive the scan itself."""
     map_from_base = run.estimates[-1].map_from_base
     points = transform_points(map_from_base, scan.points_in_base())
-    share = float(np.mean(sample_field(walls, grid, points) <= _ON_WALL)) if len(points) else np.nan
+    share = walls.share_of_points(points)
     run.shares_on_wall.append(share)
     if progress * _MOMENTS >= len(run.moments) + 0.5:
         run.moments.append(Moment(scan.stamp, map_from_base, points, share))

@@ -16,12 +16,13 @@ from racecar.maps.map_files import load_map, save_map
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.session_file import SESSION_FILE, save_session
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.pictures.map_picture import save_map_picture
-from racecar.pipelines.runs.checkpoint import Checkpoint, Start
+from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.progress import progress_bar
 
@@ -102,7 +103,7 @@ def save_mapping(result: MappingResult, report: Report, folder: Path, title: str
 
 def _resumed(
     config: MappingConfig, checkpoint: Checkpoint | None, announce: Callable[[str], None]
-) -> Start | None:
+) -> MappingStart | None:
     try:
         resumed = checkpoint.resume(config) if checkpoint else None
     except UserError as error:
@@ -115,7 +116,7 @@ def _resumed(
 
 def _begin(
     reader: BagReader, config: MappingConfig, report: Report, stop: StopRequest, *, quiet: bool
-) -> Start:
+) -> MappingStart:
     """The first messages, mapped with the odometry's lag as the first turns tell it.
 
     The mapper learns it by itself, but has placed skewed scans until then, which lead to a little less than
@@ -131,13 +132,13 @@ def _begin(
                 if mapper.odometry_lag.is_settled or stop.is_made:
                     break
         if mapper.odometry_lag.nanoseconds == lag or stop.is_made:
-            return Start(mapper, taken)
+            return MappingStart(mapper, taken)
         lag = mapper.odometry_lag.nanoseconds
-    return Start(Mapper(config, lag))
+    return MappingStart(Mapper(config, lag))
 
 
 def _feed(
-    start: Start,
+    start: MappingStart,
     reader: BagReader,
     report: Report,
     checkpoint: Checkpoint | None,
@@ -164,10 +165,7 @@ def _feed(
 
 def _hand_on(message: Scan | Odometry, mapper: Mapper, report: Report) -> None:
     with report.stage("scan matching"):
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-        else:
-            mapper.add_odometry(message)
+        feed(message, mapper)
 
 
 def _timed(reader: BagReader, report: Report) -> Iterator[Scan | Odometry]:

@@ -27,7 +27,7 @@ _CAUTION = 0.7
 
 
 @dataclass(frozen=True, eq=False)
-class Drive:
+class CarMotion:
     """How a car moved, every ``TICK`` seconds."""
 
     map_from_base: Pose
@@ -62,7 +62,7 @@ def drive_route(
     max_speed: float,
     rounds: int = 1,
     max_seconds: float = math.inf,
-) -> Drive:
+) -> CarMotion:
     """Drive a route a number of times and stop at its end, or drive until the time is over."""
     start = route.map_from_base[0]
     car = Car(*start)
@@ -77,11 +77,11 @@ def drive_route(
     return _as_drive(record)
 
 
-def _as_drive(record: list[tuple[float, float, float, float, float]]) -> Drive:
+def _as_drive(record: list[tuple[float, float, float, float, float]]) -> CarMotion:
     columns = np.array(record)
     poses = columns[:, :3].copy()
     poses[:, 2] = wrap_angle(poses[:, 2])
-    return Drive(poses, columns[:, 3], columns[:, 4])
+    return CarMotion(poses, columns[:, 3], columns[:, 4])
 
 
 def _legs(

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose, compose, interpolate, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
-from racecar.pipelines.simulation.driver import TICK, Drive
+from racecar.pipelines.simulation.driver import TICK, CarMotion
 
 BEAMS = 1081
 ANGLE_MIN = float(np.radians(-135.0))
@@ -22,7 +22,7 @@ TIME_OFFSETS: NDArray[np.float64] = TIME_INCREMENT * np.arange(BEAMS, dtype=np.f
 _BEAM_TICKS: NDArray[np.float64] = TIME_OFFSETS / TICK
 
 
-def scan_ticks(drive: Drive) -> NDArray[np.int64]:
+def scan_ticks(drive: CarMotion) -> NDArray[np.int64]:
     """(S,) the tick of each sweep's first beam, for all sweeps that end before the drive does."""
     last = len(drive.speed) - 1 - int(np.ceil(_BEAM_TICKS[-1]))
     return np.arange(0, last + 1, PERIOD_TICKS, dtype=np.int64)
@@ -30,7 +30,7 @@ def scan_ticks(drive: Drive) -> NDArray[np.int64]:
 
 def sweep(
     grid: OccupancyGrid,
-    drive: Drive,
+    drive: CarMotion,
     tick: int,
     legs: tuple[NDArray[np.float64], NDArray[np.float64]],
     leg_radius: float,

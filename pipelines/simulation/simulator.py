@@ -16,7 +16,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.simulation import laser_sensor
 from racecar.pipelines.simulation.coverage_route import choose_start, plan_route
-from racecar.pipelines.simulation.driver import TICK, Drive, drive_route
+from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
@@ -26,7 +26,7 @@ START_NS = 1_700_000_000_000_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class LaserSweep:
     """One message of the laser."""
 
     stamp: int
@@ -46,7 +46,7 @@ class Sweep:
         )
 
 
-_Message: TypeAlias = Sweep | tuple[Odometry, Odometry]
+_Message: TypeAlias = LaserSweep | tuple[Odometry, Odometry]
 """A sweep, or the odometry measured and true."""
 
 
@@ -71,7 +71,7 @@ class Simulation:
         """Where the car is and how it moves, 50 times a second, in the map."""
         return true_odometry(self.drive, START_NS)
 
-    def sweeps(self) -> Iterator[Sweep]:
+    def sweeps(self) -> Iterator[LaserSweep]:
         """What the laser says, 40 times a second."""
         generator = np.random.default_rng([self._config.seed, 2])
         walkers = Walkers(self._config.walkers, self._lattice, np.random.default_rng([self._config.seed, 3]))
@@ -82,7 +82,7 @@ class Simulation:
             legs_after = walkers.walk(laser_sensor.SCAN_TIME)
             ranges = laser_sensor.sweep(self._grid, self.drive, int(tick), (legs, legs_after), LEG_RADIUS)
             noise, dropouts = self._config.range_noise, self._config.dropouts
-            yield Sweep(stamp, laser_sensor.measure(ranges, noise, dropouts, generator))
+            yield LaserSweep(stamp, laser_sensor.measure(ranges, noise, dropouts, generator))
             legs = legs_after
 
     def messages(self) -> Iterator[Scan | Odometry]:
@@ -98,7 +98,7 @@ class Simulation:
             yield scan
         yield from odometry
 
-    def _drive(self) -> Drive:
+    def _drive(self) -> CarMotion:
         config, lattice = self._config, self._lattice
         wanted = None if config.start is None else np.array(config.start)
         route = plan_route(lattice, choose_start(self._grid, lattice, wanted))
@@ -123,7 +123,7 @@ def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], No
         writer.write_static_transform(laser_sensor.BASE_FROM_LASER)
         written = 0
         for message in messages:
-            if isinstance(message, Sweep):
+            if isinstance(message, LaserSweep):
                 _write_sweep(writer, message)
                 written += 1
                 progress(written / scans)
@@ -134,10 +134,10 @@ def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], No
 
 
 def _stamp_of(message: _Message) -> int:
-    return message.stamp if isinstance(message, Sweep) else message[0].stamp
+    return message.stamp if isinstance(message, LaserSweep) else message[0].stamp
 
 
-def _write_sweep(writer: BagWriter, sweep: Sweep) -> None:
+def _write_sweep(writer: BagWriter, sweep: LaserSweep) -> None:
     writer.write_scan(
         sweep.stamp,
         sweep.ranges,

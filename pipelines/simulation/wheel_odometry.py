@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose, between, wrap_angle
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.simulation.car import MAX_ACCELERATION, MAX_SIDE_ACCELERATION
-from racecar.pipelines.simulation.driver import TICK, Drive
+from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
 
 PERIOD_TICKS = 4
@@ -42,7 +42,7 @@ NOISE = {
 
 
 def measure_odometry(
-    drive: Drive, start_ns: int, level: NoiseLevel, slip: float, generator: np.random.Generator
+    drive: CarMotion, start_ns: int, level: NoiseLevel, slip: float, generator: np.random.Generator
 ) -> list[Odometry]:
     """Odometry every 20 ms from the first pose on, in a frame that starts where the car does.
 
@@ -71,20 +71,20 @@ def measure_odometry(
     ]
 
 
-def true_odometry(drive: Drive, start_ns: int) -> Iterator[Odometry]:
+def true_odometry(drive: CarMotion, start_ns: int) -> Iterator[Odometry]:
     """``map_from_base`` and the twist as they are, every 20 ms."""
     for tick in range(0, len(drive.speed), PERIOD_TICKS):
         twist = np.array([drive.speed[tick], 0.0, drive.turning_speed[tick]])
         yield Odometry(start_ns + round(tick * TICK * 1e9), drive.map_from_base[tick], twist)
 
 
-def _true_steps(drive: Drive) -> Pose:
+def _true_steps(drive: CarMotion) -> Pose:
     """(N, 3) each period's motion, seen from its beginning."""
     poses = drive.map_from_base[::PERIOD_TICKS]
     return between(poses[:-1], poses[1:])
 
 
-def _slip_per_step(drive: Drive, slip: float) -> NDArray[np.float64]:
+def _slip_per_step(drive: CarMotion, slip: float) -> NDArray[np.float64]:
     """(N, 2) by what share each period's distance and rotation are overstated; braking understates."""
     speed, turning_speed = drive.speed[::PERIOD_TICKS], drive.turning_speed[::PERIOD_TICKS]
     acceleration = np.diff(np.abs(speed)) / (PERIOD_TICKS * TICK)

@@ -14,7 +14,7 @@ from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.messages import POINT_CLOUD, TRANSFORMS, ros2_types
 from racecar.pipelines.bags.writer import BagWriter
-from racecar.pipelines.simulation.driver import TICK, Drive
+from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.simulator import START_NS, Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
@@ -47,7 +47,7 @@ def write_drive(folder: Path, plan: str, azimuths: int, settings: SimulationConf
 
 
 def turn_of_sensor(
-    grid: OccupancyGrid, drive: Drive, tick: int, azimuths: int, generator: np.random.Generator
+    grid: OccupancyGrid, drive: CarMotion, tick: int, azimuths: int, generator: np.random.Generator
 ) -> NDArray[np.float32]:
     """(N, 4) x, y, z in the frame of the sensor and seconds since the tick; columns differ in time."""
     after = TURN_TICKS * np.arange(azimuths) / azimuths

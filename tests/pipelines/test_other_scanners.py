@@ -16,7 +16,7 @@ from racecar.maps.map_files import load_map
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.shipped import shipped_map
-from racecar.pipelines.runs.localization_run import estimates
+from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
@@ -108,7 +108,7 @@ def test_localizes(scanner: Scanner, start: str) -> None:
     localizer = Localizer(building(), LocalizationConfig(), np.random.default_rng(0))
     if start == "told":
         localizer.set_pose(truth[0])
-    found = np.array([estimate.map_from_base for _, estimate in estimates(messages, localizer)])
+    found = np.array([replayed.answer.map_from_base for replayed in replay(messages, localizer)])
     missed = np.hypot(*(found - truth)[:, :2].T)
     settled = missed[len(missed) // 5 :]
     assert settled.mean() < 0.03

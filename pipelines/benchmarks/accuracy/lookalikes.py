@@ -7,7 +7,7 @@ from racecar.maps.geometry.se2 import Pose, compose, wrap_angle
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from racecar.pipelines.benchmarks.accuracy.kernels import best_agreement
+from racecar.pipelines.benchmarks.accuracy.lookalike_kernels import best_agreement
 
 _SPACING = 0.25
 """Metres between the places that are compared."""

@@ -4,9 +4,8 @@ from collections.abc import Mapping
 
 from rich.table import Table
 
-from racecar.pipelines.benchmarks.accuracy.figures import FindingFigures, TrackingFigures
-from racecar.pipelines.benchmarks.recordings.figures import RecordingFigures
-from racecar.pipelines.benchmarks.slam.tables import add_columns, new_table
+from racecar.pipelines.benchmarks.accuracy.accuracy_benchmark import FindingFigures, TrackingFigures
+from racecar.pipelines.benchmarks.markdown_table import add_columns, new_table
 
 
 def tracking_table(runs: Mapping[str, TrackingFigures]) -> Table:
@@ -42,24 +41,5 @@ def finding_table(runs: Mapping[str, FindingFigures]) -> Table:
             "" if run.noticed is None else f"{100 * run.noticed / run.places:.1f} %",
             f"{100 * run.share_found:.1f} %",
             f"{run.median_seconds:.2f}",
-        )
-    return table
-
-
-def recordings_table(runs: Mapping[str, RecordingFigures]) -> Table:
-    """How far the localizer was from where scans fit best; distances are of those that agree."""
-    table = new_table(
-        "Recordings from an unknown start: every 50th scan beside an exhaustive match within 4 m"
-    )
-    distances = ("mean (m)", "largest (m)", "beyond 0.15 m")
-    add_columns(table, "recording", "scans compared", *distances, "searches")
-    for name, run in runs.items():
-        table.add_row(
-            name,
-            f"{run.scans_compared}",
-            f"{run.mean_m:.3f}",
-            f"{run.largest_m:.3f}",
-            f"{len(run.beyond)}",
-            f"{run.searches}",
         )
     return table

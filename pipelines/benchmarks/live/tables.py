@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 
 from rich.table import Table
 
-from racecar.pipelines.benchmarks.live.figures import LiveFigures
+from racecar.pipelines.benchmarks.live.node_benchmark import LiveFigures
 
 
 def live_table(figures: Sequence[LiveFigures], speed: float) -> Table:

@@ -12,7 +12,7 @@ from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import Pose, between, compose, mean_angle
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.benchmarks.localizer.kernels import march_rays
+from racecar.pipelines.benchmarks.localizer.reference_kernels import march_rays
 
 _NOISE = 0.02
 _SQUASH = 2.2

@@ -4,10 +4,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from rich import box
 from rich.table import Table
 
-from racecar.pipelines.benchmarks.localizer.figures import LocalizerFigures
+from racecar.pipelines.benchmarks.localizer.localizer_benchmark import LocalizerFigures
+from racecar.pipelines.benchmarks.markdown_table import add_columns, new_table
 
 _Figure = Callable[[LocalizerFigures], float]
 
@@ -60,7 +60,8 @@ _TIMES: dict[str, _Figure] = {
 
 def checks_table(maps: Mapping[str, LocalizerFigures]) -> Table:
     """Each check's value on each map, its bar, and whether it holds."""
-    table = _table("Speed of the localizer", "check", "bar", *maps, "holds")
+    table = new_table("Speed of the localizer")
+    add_columns(table, "check", "bar", *maps, "holds")
     for check in CHECKS:
         bar = f"{'≤' if check.is_upper else '≥'} {check.bar:{'.0%' if check.shape == '.2%' else 'g'}}"
         values = (f"{check.figure(figures):{check.shape}}" for figures in maps.values())
@@ -71,19 +72,12 @@ def checks_table(maps: Mapping[str, LocalizerFigures]) -> Table:
 
 def times_table(maps: Mapping[str, LocalizerFigures]) -> Table:
     """What the ratios were made from, and where the time of a step goes."""
-    table = _table("Behind it", "figure", *maps)
+    table = new_table("Behind it")
+    add_columns(table, "figure", *maps)
     for name, figure in _TIMES.items():
         table.add_row(name, *(f"{figure(figures):.3f}" for figures in maps.values()))
     for part in next(iter(maps.values())).step_parts_ms:
         values = (f"{figures.step_parts_ms[part]:.3f}" for figures in maps.values())
         table.add_row(f"of the step: {part} (ms)", *values)
     table.add_row("steps that resampled", *(f"{figures.resampled:.0%}" for figures in maps.values()))
-    return table
-
-
-def _table(title: str, name: str, *columns: str) -> Table:
-    table = Table(title=title, title_justify="left", box=box.MARKDOWN)
-    table.add_column(name)
-    for column in columns:
-        table.add_column(column, justify="right")
     return table

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 
 from racecar.mapping.config import MappingConfig
+from racecar.pipelines.benchmarks.slam.log_benchmark import LogFigures, measure_all
 from racecar.pipelines.benchmarks.slam.logs import BenchmarkLog
-from racecar.pipelines.benchmarks.slam.mapped_logs import LogFigures, measure_all
 
 _LEFT_OUT = {
     "without refinement": {"refine": False},

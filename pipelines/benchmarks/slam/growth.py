@@ -13,11 +13,14 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.map_files import load_map
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
 from racecar.maps.shipped import shipped_map
+from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.files.report import resident_memory_mb
 from racecar.pipelines.runs.other_process import in_fresh_process
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.simulation.path_smoothing import lengths_along
+from racecar.pipelines.simulation.simulated_drive import every_nth_scan
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
@@ -106,17 +109,12 @@ def _by_part(seconds: NDArray[np.float64]) -> list[float]:
 
 def _mapping(mapper: Mapper, simulation: Simulation) -> Iterator[float]:
     """Map a drive scan by scan; yields the seconds of processor time that each took."""
-    seen = 0
-    for message in simulation.messages():
-        if isinstance(message, Odometry):
-            mapper.add_odometry(message)
-            continue
-        seen += 1
-        if seen % _TAKEN:
-            continue
-        started = time.process_time()
-        mapper.add_scan(message)
-        yield time.process_time() - started
+    for replayed in replay(_taken(simulation), mapper, clock=time.process_time):
+        yield replayed.seconds
+
+
+def _taken(simulation: Simulation) -> Iterator[Scan | Odometry]:
+    return every_nth_scan(simulation.messages(), _TAKEN, first=_TAKEN - 1)
 
 
 def _beginning_again(

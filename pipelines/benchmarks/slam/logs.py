@@ -1,11 +1,9 @@
 """Where the logs of the SLAM benchmark lie: bags, each with its true relations beside it."""
 
-import os
 from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-import racecar
 from racecar.maps.errors import UserError
 
 _SUBFOLDER = "slam_benchmark"
@@ -19,12 +17,6 @@ class BenchmarkLog:
     name: str
     bag: Path
     relations: Path
-
-
-def recordings_folder() -> Path:
-    """Where recordings are looked for: named by RACECAR_DATA, else ``shared/data`` beside the project."""
-    beside_project = Path(racecar.__file__).parents[2] / "shared" / "data"
-    return Path(os.environ.get("RACECAR_DATA", beside_project))
 
 
 def find_logs(folder: Path, names: Collection[str] = ()) -> list[BenchmarkLog]:

@@ -1,13 +1,13 @@
-"""The tables of the benchmarks, in Markdown, so that they can be pasted into a page as they are."""
+"""What the mapper came to on the SLAM benchmark and on a long drive, as tables."""
 
 from collections.abc import Mapping
 
-from rich import box
 from rich.table import Table
 
+from racecar.pipelines.benchmarks.markdown_table import add_columns, new_table
 from racecar.pipelines.benchmarks.slam.false_loops import FalseLoopFigures
 from racecar.pipelines.benchmarks.slam.growth import GrowthFigures
-from racecar.pipelines.benchmarks.slam.mapped_logs import LogFigures
+from racecar.pipelines.benchmarks.slam.log_benchmark import LogFigures
 from racecar.pipelines.benchmarks.slam.published import PUBLISHED, SOURCES
 
 _UNKNOWN = "–"
@@ -121,17 +121,3 @@ def _published(log: str) -> list[str]:
         f"{figures.graph_mapping_translation_m:.3f}",
         f"{figures.gmapping_translation_m:.3f}",
     ]
-
-
-def new_table(title: str, caption: str | None = None) -> Table:
-    """A table in Markdown."""
-    table = Table(title=title, caption=caption, title_justify="left", caption_justify="left")
-    table.box = box.MARKDOWN
-    return table
-
-
-def add_columns(table: Table, name: str, *figures: str) -> None:
-    """A column of names, and columns of figures."""
-    table.add_column(name)
-    for figure in figures:
-        table.add_column(figure, justify="right")

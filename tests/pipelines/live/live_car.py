@@ -19,7 +19,7 @@ from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import TRANSFORMS, nanoseconds, ros2_types
 from racecar.pipelines.simulation import laser_sensor
 from racecar.pipelines.simulation.plans.ring import draw_ring
-from racecar.pipelines.simulation.simulator import Simulation, Sweep
+from racecar.pipelines.simulation.simulator import LaserSweep, Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 SECONDS = 110.0
@@ -36,7 +36,7 @@ def simulation() -> Simulation:
 
 
 @cache
-def recorded() -> list[tuple[int, Sweep | tuple[Odometry, Odometry], Pose]]:
+def recorded() -> list[tuple[int, LaserSweep | tuple[Odometry, Odometry], Pose]]:
     """What the car says, when, and where it truly is then."""
     drive = simulation()
     truth = dict(zip(drive.ground_truth.stamps.tolist(), drive.ground_truth.map_from_base, strict=True))
@@ -106,13 +106,13 @@ class LiveCar:
             time.sleep(max(0.0, started + (due - first) * 1e-9 - time.monotonic()))
             of_wall = wall - first + self.shift
             self.place = truth
-            if isinstance(said, Sweep):
+            if isinstance(said, LaserSweep):
                 self._send_scan(said, said.stamp + of_wall, truth)
             else:
                 self._send_odometry(said[0], said[0].stamp + of_wall, truth)
             self._next += 1
 
-    def _send_scan(self, sweep: Sweep, stamp: int, truth: Pose) -> None:
+    def _send_scan(self, sweep: LaserSweep, stamp: int, truth: Pose) -> None:
         from sensor_msgs.msg import LaserScan
 
         from racecar.pipelines.live.ros.messages import header, time_message

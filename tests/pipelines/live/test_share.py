@@ -51,9 +51,11 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
             from racecar.mapping.mapper import Mapper
             from racecar.pipelines.live.map_saving import MapOutput
             from racecar.pipelines.live.mapper_node import MapperNode
-            from racecar.pipelines.runs.checkpoint import Start
+            from racecar.pipelines.runs.checkpoint import MappingStart
 
-            MapperNode(node, MapOutput(Path("nowhere"), MappingConfig(), {}), Start(Mapper(MappingConfig())))
+            MapperNode(
+                node, MapOutput(Path("nowhere"), MappingConfig(), {}), MappingStart(Mapper(MappingConfig()))
+            )
         declared = {name: parameter.value for name, parameter in node._parameters.items()}
     for name, value in told.items():
         assert name in declared

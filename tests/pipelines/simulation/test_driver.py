@@ -20,7 +20,7 @@ from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.simulation.car import BODY_CENTERS, BODY_RADIUS, MAX_STEERING, WHEELBASE, Car
 from racecar.pipelines.simulation.coverage_route import Route, choose_start, plan_route
-from racecar.pipelines.simulation.driver import TICK, Drive, drive_route
+from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
 from racecar.pipelines.simulation.driving_lattice import (
     MIN_TURNING_RADIUS,
     DrivingLattice,
@@ -35,7 +35,7 @@ from racecar.pipelines.simulation.plans.canvas import FloorCanvas
 class Trip:
     grid: OccupancyGrid
     route: Route
-    drive: Drive
+    drive: CarMotion
 
 
 def go(grid: OccupancyGrid, max_speed: float = 2.0, rounds: int = 1, seconds: float = np.inf) -> Trip:
@@ -121,14 +121,14 @@ def test_the_car_sees_the_whole_map_from_near(name: str, request: pytest.Fixture
 
 @pytest.mark.parametrize("name", TRIPS)
 def test_the_car_comes_home_and_stops(name: str, request: pytest.FixtureRequest) -> None:
-    drive: Drive = request.getfixturevalue(name).drive
+    drive: CarMotion = request.getfixturevalue(name).drive
     np.testing.assert_allclose(drive.map_from_base[-1, :2], drive.map_from_base[0, :2], atol=0.15)
     assert drive.speed[-1] == 0.0
 
 
 @pytest.mark.parametrize("name", TRIPS)
 def test_the_motion_is_that_of_a_car(name: str, request: pytest.FixtureRequest) -> None:
-    drive: Drive = request.getfixturevalue(name).drive
+    drive: CarMotion = request.getfixturevalue(name).drive
     assert np.abs(drive.speed).max() <= 6.0
     sharpest = np.tan(MAX_STEERING) / WHEELBASE
     assert np.all(np.abs(drive.turning_speed) <= sharpest * np.abs(drive.speed) + 1e-9)

@@ -18,7 +18,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.simulation import laser_sensor
-from racecar.pipelines.simulation.driver import TICK, Drive
+from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
@@ -122,9 +122,9 @@ def test_slip_overstates_starts_and_bends_and_understates_braking() -> None:
         assert end[0] == pytest.approx(drive.map_from_base[-1, 0] * (1.0 + sign * 0.25), rel=0.01)
 
 
-def straight_drive(speed: NDArray[np.float64]) -> Drive:
+def straight_drive(speed: NDArray[np.float64]) -> CarMotion:
     x = np.concatenate([[0.0], np.cumsum(speed[1:] * TICK)])
-    return Drive(np.column_stack([x, 0 * x, 0 * x]), speed, np.zeros(len(speed)))
+    return CarMotion(np.column_stack([x, 0 * x, 0 * x]), speed, np.zeros(len(speed)))
 
 
 def test_a_standing_car_has_quiet_odometry() -> None:
@@ -198,7 +198,7 @@ def test_a_leg_is_seen_where_and_as_wide_as_it_is(
     distance: float, bearing: float, pose: tuple[float, float, float]
 ) -> None:
     empty = OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 0.05, np.zeros(3))
-    drive = Drive(np.tile(pose, (10, 1)), np.zeros(10), np.zeros(10))
+    drive = CarMotion(np.tile(pose, (10, 1)), np.zeros(10), np.zeros(10))
     leg = compose(
         compose(np.array(pose), laser_sensor.BASE_FROM_LASER),
         [distance * np.cos(bearing), distance * np.sin(bearing), 0.0],

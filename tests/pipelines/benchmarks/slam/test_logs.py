@@ -3,7 +3,8 @@ from pathlib import Path
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.benchmarks.slam.logs import find_logs, recordings_folder
+from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
+from racecar.pipelines.benchmarks.slam.logs import find_logs
 
 
 @pytest.fixture

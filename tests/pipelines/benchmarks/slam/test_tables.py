@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.table import Table
 
 from racecar.pipelines.benchmarks.slam.false_loops import FalseLoopFigures
-from racecar.pipelines.benchmarks.slam.mapped_logs import LogFigures
+from racecar.pipelines.benchmarks.slam.log_benchmark import LogFigures
 from racecar.pipelines.benchmarks.slam.tables import (
     ablation_table,
     accuracy_table,

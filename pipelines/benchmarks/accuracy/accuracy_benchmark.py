@@ -1,27 +1,24 @@
 """How right the localizer is: every row of the README's table, measured."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.distance_field import distance_to_occupied
+from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
-from racecar.pipelines.benchmarks.accuracy.drives import (
-    Drive,
-    Run,
-    carried_away,
-    move_furniture,
-    random_start,
-    run,
-    simulate,
-)
+from racecar.pipelines.benchmarks.accuracy.crowd import among_people
+from racecar.pipelines.benchmarks.accuracy.furniture import move_furniture
+from racecar.pipelines.benchmarks.accuracy.kidnapping import join_as_kidnappings
+from racecar.pipelines.benchmarks.accuracy.localized_drive import LocalizedDrive, localize_drive
 from racecar.pipelines.benchmarks.accuracy.lookalikes import Lookalikes
 from racecar.pipelines.simulation import laser_sensor
+from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulate_drive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 MAPS = ("building", "track")
@@ -36,6 +33,8 @@ _RIGHT = 0.25
 """Metres."""
 _FIND_SECONDS, _NOTICE_SECONDS, _FIND_AGAIN_SECONDS = 3.0, 1.0, 3.0
 _BETWEEN_KIDNAPPINGS = 6.0
+_ROOM = 0.5
+"""Metres of free floor about the pose at which a drive starts."""
 _FAR = 2.0
 """Metres that a kidnapped car is carried at least."""
 
@@ -109,9 +108,11 @@ class AccuracyBenchmark:
                 seed=seed,
                 max_speed=_TRACKING_SPEED,
                 duration=seconds,
-                start=random_start(world, rng),
+                start=_random_start(world, rng),
             )
-            drive = simulate(world, settings, _CROWD)
+            drive = simulate_drive(world, settings)
+            people = np.random.default_rng([settings.seed, 7])
+            drive = replace(drive, messages=list(among_people(drive.messages, _CROWD, people)))
             runs.append(self._run(self._grids[map_name], drive, seed))
         return _tracking_figures(runs)
 
@@ -121,7 +122,7 @@ class AccuracyBenchmark:
         settings = SimulationConfig(
             noise=NoiseLevel.SLIGHT, seed=99, max_speed=_TRACKING_SPEED, duration=seconds
         )
-        drive = simulate(self._grids[map_name], settings)
+        drive = simulate_drive(self._grids[map_name], settings)
         return _tracking_figures([self._run(self._grids[map_name], drive, 0)])
 
     def global_start(self, places: dict[str, int]) -> FindingFigures:
@@ -134,7 +135,7 @@ class AccuracyBenchmark:
             for drive, lookalikes in starts:
                 left_out += lookalikes
                 localizer.scatter()
-                results.append(run(localizer, drive))
+                results.append(localize_drive(localizer, drive))
         seconds = np.array([_right_after(result) for result in results])
         found = sum(bool(result.metres[-1] < _RIGHT) for result in results)
         return FindingFigures(len(results), left_out, found, None, float(np.median(seconds)))
@@ -144,15 +145,15 @@ class AccuracyBenchmark:
         self._announce(f"Kidnapped {times} times: {map_name}")
         starts = list(self._distinct_drives(map_name, times + 1, _BETWEEN_KIDNAPPINGS))
         drives = [drive for drive, _ in starts]
-        whole, kidnappings = carried_away(drives)
+        whole, kidnappings = join_as_kidnappings(drives)
         localizer = self._localizer(self._grids[map_name], 0)
-        localizer.set_pose(whole.map_from_base[0])
-        result = run(localizer, whole)
+        localizer.set_pose(whole.truth.map_from_base[0])
+        result = localize_drive(localizer, whole)
         found = noticed = 0
         seconds = []
-        for first, last in zip(kidnappings, [*kidnappings[1:], len(whole.stamps)], strict=True):
+        for first, last in zip(kidnappings, [*kidnappings[1:], len(whole.truth)], strict=True):
             soon = slice(first, first + round(_NOTICE_SECONDS * _SCANS_PER_SECOND))
-            part = Run(result.estimates[first:last], result.errors[first:last])
+            part = result.segment(first, last)
             noticed += any(
                 estimate.lost_probability > _LOST or estimate.is_start for estimate in result.estimates[soon]
             )
@@ -165,20 +166,24 @@ class AccuracyBenchmark:
         grid = self._grids[map_name]
         runs = []
         for seed in range(self.seeds):
-            start = random_start(grid, np.random.default_rng([seed, 5]))
-            drive = simulate(grid, SimulationConfig(seed=seed, duration=seconds, start=start, **settings))
+            start = _random_start(grid, np.random.default_rng([seed, 5]))
+            drive = simulate_drive(
+                grid, SimulationConfig(seed=seed, duration=seconds, start=start, **settings)
+            )
             runs.append(self._run(grid, drive, seed))
         return _tracking_figures(runs)
 
-    def _run(self, grid: OccupancyGrid, drive: Drive, seed: int) -> Run:
+    def _run(self, grid: OccupancyGrid, drive: SimulatedDrive, seed: int) -> LocalizedDrive:
         localizer = self._localizer(grid, seed)
-        localizer.set_pose(drive.map_from_base[0])
-        return run(localizer, drive)
+        localizer.set_pose(drive.truth.map_from_base[0])
+        return localize_drive(localizer, drive)
 
     def _localizer(self, grid: OccupancyGrid, seed: int) -> Localizer:
         return Localizer(grid, self._settings, np.random.default_rng(seed))
 
-    def _distinct_drives(self, map_name: str, count: int, seconds: float) -> Iterator[tuple[Drive, int]]:
+    def _distinct_drives(
+        self, map_name: str, count: int, seconds: float
+    ) -> Iterator[tuple[SimulatedDrive, int]]:
         """Drives of some seconds from random places, each with how many look-alikes were passed over for it.
 
         No two in a row are near each other.
@@ -186,20 +191,20 @@ class AccuracyBenchmark:
         grid, rng = self._grids[map_name], np.random.default_rng(17)
         lookalikes = Lookalikes(grid)
         settings = SimulationConfig(noise=NoiseLevel.SLIGHT, max_speed=_TRACKING_SPEED, duration=600.0)
-        long_drive = simulate(grid, settings)
+        long_drive = simulate_drive(grid, settings)
         length = round(seconds * _SCANS_PER_SECOND)
         before: Pose | None = None
         passed = 0
         while count > 0:
-            first = int(rng.integers(len(long_drive.stamps) - length))
-            pose = long_drive.map_from_base[first]
+            first = int(rng.integers(len(long_drive.truth) - length))
+            pose = long_drive.truth.map_from_base[first]
             if before is not None and np.hypot(*(pose - before)[:2]) < _FAR:
                 continue
             if lookalikes.has(pose, laser_sensor.BASE_FROM_LASER, laser_sensor.BEARINGS):
                 passed += 1
                 continue
-            yield long_drive.between(first, first + length), passed
-            before = long_drive.map_from_base[first + length - 1]
+            yield long_drive.segment(first, first + length), passed
+            before = long_drive.truth.map_from_base[first + length - 1]
             count, passed = count - 1, 0
 
 
@@ -224,7 +229,7 @@ def measure_accuracy(
     return tracking, finding
 
 
-def _tracking_figures(runs: Sequence[Run]) -> TrackingFigures:
+def _tracking_figures(runs: Sequence[LocalizedDrive]) -> TrackingFigures:
     metres = np.concatenate([result.metres for result in runs])
     alarms = 0
     for result in runs:
@@ -244,8 +249,15 @@ def _tracking_figures(runs: Sequence[Run]) -> TrackingFigures:
     )
 
 
-def _right_after(result: Run) -> float:
+def _right_after(result: LocalizedDrive) -> float:
     """Seconds after which the estimate was right and stayed so; inf when it was not in the end."""
     wrong = np.flatnonzero(result.metres >= _RIGHT)
     first_right = int(wrong[-1]) + 1 if len(wrong) else 0
     return first_right / _SCANS_PER_SECOND if first_right < len(result.metres) else np.inf
+
+
+def _random_start(grid: OccupancyGrid, rng: np.random.Generator) -> tuple[float, float, float]:
+    """A pose with room about it."""
+    is_roomy = (grid.cells == FREE) & (distance_to_occupied(grid) > _ROOM)
+    x, y = grid.center_of(rng.choice(np.argwhere(is_roomy), size=1))[0]
+    return float(x), float(y), float(rng.uniform(-np.pi, np.pi))

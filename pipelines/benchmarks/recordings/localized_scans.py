@@ -1,4 +1,4 @@
-"""A recording's scans where the localizer put them, and the stretches of way about them."""
+"""A recording's scans where the localizer put them, and the segments of way about them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,8 +11,8 @@ from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.benchmarks.accuracy.matcher import Stretch
-from racecar.pipelines.runs.localization_run import estimates
+from racecar.pipelines.bags.replay import replay
+from racecar.pipelines.benchmarks.recordings.exhaustive_matcher import ScanSegment
 
 _EVERY = 8
 """Scans."""
@@ -28,7 +28,7 @@ class LocalizedScans:
     searches: int
     """How often the place was searched for."""
 
-    def stretch_about(self, index: int, own_trajectory: Trajectory, reach: int) -> Stretch:
+    def segment_about(self, index: int, own_trajectory: Trajectory, reach: int) -> ScanSegment:
         """One in eight of so many scans before and after one, a multiple of eight, seen from where it was
         taken.
 
@@ -40,14 +40,14 @@ class LocalizedScans:
         way = dict(zip(own_trajectory.stamps.tolist(), own_trajectory.map_from_base, strict=True))
         own_from_base = np.array([way[scan.stamp] for scan in scans])
         beams = [select_beams(scan, len(scan.bearings), own_trajectory.poses_at) for scan in scans]
-        return Stretch(beams, between(way[self.scans[index].stamp], own_from_base))
+        return ScanSegment(beams, between(way[self.scans[index].stamp], own_from_base))
 
 
 def localize(messages: Iterable[Scan | Odometry], localizer: Localizer) -> LocalizedScans:
     """Feed all messages to a localizer."""
     scans, poses, searches = [], [], 0
-    for scan, estimate in estimates(messages, localizer):
-        searches += estimate.is_start
-        scans.append(scan)
-        poses.append(estimate.map_from_base)
+    for replayed in replay(messages, localizer):
+        searches += replayed.answer.is_start
+        scans.append(replayed.scan)
+        poses.append(replayed.answer.map_from_base)
     return LocalizedScans(scans, np.array(poses), searches)

@@ -14,18 +14,18 @@ from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.benchmarks.accuracy.drives import Drive, simulate
-from racecar.pipelines.benchmarks.accuracy.kernels import mean_fits
-from racecar.pipelines.benchmarks.accuracy.matcher import ExhaustiveMatcher, Stretch
-from racecar.pipelines.benchmarks.recordings.figures import (
+from racecar.pipelines.benchmarks.recordings.exhaustive_matcher import ExhaustiveMatcher, ScanSegment
+from racecar.pipelines.benchmarks.recordings.exhaustive_matcher_kernels import mean_fits
+from racecar.pipelines.benchmarks.recordings.localized_scans import LocalizedScans, localize
+from racecar.pipelines.benchmarks.recordings.recordings_benchmark import (
     Comparison,
     compare_scans,
     find_recordings,
     measure_recording,
     recording_figures,
 )
-from racecar.pipelines.benchmarks.recordings.localized import LocalizedScans, localize
 from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulate_drive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 BEARINGS = np.linspace(-2.3, 2.3, 271)
@@ -54,18 +54,18 @@ def beams_of(scan: Scan) -> Beams:
     return Beams(scan.bearings, scan.ranges, scan.base_from_laser, scan.max_range)
 
 
-def alone(scan: Scan) -> Stretch:
-    return Stretch([beams_of(scan)], IDENTITY[None])
+def alone(scan: Scan) -> ScanSegment:
+    return ScanSegment([beams_of(scan)], IDENTITY[None])
 
 
-def own_trajectory(drive: Drive) -> Trajectory:
+def own_trajectory(drive: SimulatedDrive) -> Trajectory:
     """On a map with another frame."""
-    return Trajectory(drive.stamps, compose([5.0, -2.0, 1.0], drive.map_from_base))
+    return Trajectory(drive.truth.stamps, compose([5.0, -2.0, 1.0], drive.truth.map_from_base))
 
 
 @pytest.fixture(scope="module")
-def drive() -> Drive:
-    return simulate(rooms(), SimulationConfig(duration=2.0, seed=3, start=(3.0, 4.0, 0.3)))
+def drive() -> SimulatedDrive:
+    return simulate_drive(rooms(), SimulationConfig(duration=2.0, seed=3, start=(3.0, 4.0, 0.3)))
 
 
 def test_points_fit_by_their_distance_from_walls() -> None:
@@ -106,16 +106,16 @@ def test_a_covered_laser_tells_nothing_of_a_stretch() -> None:
     near = compose(truth, [0.5, 0.3, 0.2])
     best, gain = matcher.match(alone(scan), near)
     best_of_both, gain_of_both = matcher.match(
-        Stretch([beams_of(covered), beams_of(scan)], np.zeros((2, 3))), near
+        ScanSegment([beams_of(covered), beams_of(scan)], np.zeros((2, 3))), near
     )
     np.testing.assert_allclose(best_of_both, best, atol=0.02)
     assert gain_of_both == pytest.approx(gain, abs=0.02)
 
 
-def test_a_localizer_that_is_right_agrees(drive: Drive) -> None:
+def test_a_localizer_that_is_right_agrees(drive: SimulatedDrive) -> None:
     grid = rooms()
     localizer = Localizer(grid, LocalizationConfig(), np.random.default_rng(0))
-    localizer.set_pose(drive.map_from_base[0])
+    localizer.set_pose(drive.truth.map_from_base[0])
     localized = localize(drive.messages, localizer)
     comparisons = compare_scans(localized, own_trajectory(drive), ExhaustiveMatcher(grid), every=20)
     assert [each.scan for each in comparisons] == [20, 40, 60, 80]
@@ -126,11 +126,11 @@ def test_a_localizer_that_is_right_agrees(drive: Drive) -> None:
     assert 0.0 < figures.mean_m <= figures.largest_m < 0.1
 
 
-def test_a_localizer_that_is_wrong_is_told(drive: Drive) -> None:
+def test_a_localizer_that_is_wrong_is_told(drive: SimulatedDrive) -> None:
     """Its map is the building's, moved by two metres."""
     moved = rooms(np.array([2.0, 0.0, 0.0]))
     localizer = Localizer(moved, LocalizationConfig(), np.random.default_rng(0))
-    localizer.set_pose(drive.map_from_base[0] + [2.0, 0.0, 0.0])
+    localizer.set_pose(drive.truth.map_from_base[0] + [2.0, 0.0, 0.0])
     localized = localize(drive.messages, localizer)
     comparisons = compare_scans(localized, own_trajectory(drive), ExhaustiveMatcher(rooms()), every=40)
     assert all(1.9 < each.metres < 2.1 and each.gain > 0.2 for each in comparisons)
@@ -140,41 +140,43 @@ def test_the_motion_during_a_sweep_is_undone() -> None:
     settings = SimulationConfig(
         duration=1.5, seed=3, start=(3.0, 4.0, 0.3), max_speed=5.0, noise=NoiseLevel.NONE
     )
-    drive = simulate(rooms(), settings)
-    localized = LocalizedScans([m for m in drive.messages if isinstance(m, Scan)], drive.map_from_base, 0)
+    drive = simulate_drive(rooms(), settings)
+    localized = LocalizedScans(
+        [m for m in drive.messages if isinstance(m, Scan)], drive.truth.map_from_base, 0
+    )
     last = len(localized.scans) - 2
 
     def error(scan: Beams) -> float:
-        map_from_laser = compose(drive.map_from_base[last], scan.base_from_laser)
+        map_from_laser = compose(drive.truth.map_from_base[last], scan.base_from_laser)
         ranges = cast_ray_fan(rooms(), map_from_laser[None], scan.bearings, 30.0)[0]
         return float(np.median(np.abs(ranges - scan.ranges)))
 
-    undone = localized.stretch_about(last, own_trajectory(drive), 0).scans[0]
+    undone = localized.segment_about(last, own_trajectory(drive), 0).scans[0]
     assert error(undone) < 0.5 * error(beams_of(localized.scans[last]))
 
 
-def test_the_scans_about_one_tell_where_it_is_though_it_looks_like_elsewhere(drive: Drive) -> None:
-    wrong = compose(drive.map_from_base, [0.3, 0.2, 0.0])
+def test_the_scans_about_one_tell_where_it_is_though_it_looks_like_elsewhere(drive: SimulatedDrive) -> None:
+    wrong = compose(drive.truth.map_from_base, [0.3, 0.2, 0.0])
     scans = [message for message in drive.messages if isinstance(message, Scan)]
     scans[40] = replace(scans[0], stamp=scans[40].stamp)
     localized = LocalizedScans(scans, wrong, searches=0)
     matcher = ExhaustiveMatcher(rooms())
     alone_at, _ = matcher.match(alone(scans[40]), wrong[40])
-    assert np.hypot(*(alone_at - drive.map_from_base[40])[:2]) > 0.5
-    place, _ = matcher.match(localized.stretch_about(40, own_trajectory(drive), 40), wrong[40])
-    assert np.hypot(*(place - drive.map_from_base[40])[:2]) < 0.1
+    assert np.hypot(*(alone_at - drive.truth.map_from_base[40])[:2]) > 0.5
+    place, _ = matcher.match(localized.segment_about(40, own_trajectory(drive), 40), wrong[40])
+    assert np.hypot(*(place - drive.truth.map_from_base[40])[:2]) < 0.1
     wrong[40] = alone_at
     (comparison,) = compare_scans(localized, own_trajectory(drive), matcher, every=41)
     assert comparison.metres > 0.5
 
 
-def test_the_match_counts_that_the_others_agree_with(drive: Drive) -> None:
+def test_the_match_counts_that_the_others_agree_with(drive: SimulatedDrive) -> None:
     scans = [message for message in drive.messages if isinstance(message, Scan)]
-    localized = LocalizedScans(scans, drive.map_from_base, searches=0)
+    localized = LocalizedScans(scans, drive.truth.map_from_base, searches=0)
     offs = [0.1, 1.5, 0.12, 3.0, 0.05]
 
     class Matcher:
-        def match(self, stretch: Stretch, map_from_here: Pose) -> tuple[Pose, float]:
+        def match(self, segment: ScanSegment, map_from_here: Pose) -> tuple[Pose, float]:
             off = offs.pop()
             return compose(map_from_here, [off, 0.0, 0.0]), off / 10
 
@@ -184,21 +186,23 @@ def test_the_match_counts_that_the_others_agree_with(drive: Drive) -> None:
     assert comparison.agrees
 
 
-def test_a_stretch_lies_as_the_scans_were_taken(drive: Drive) -> None:
+def test_a_stretch_lies_as_the_scans_were_taken(drive: SimulatedDrive) -> None:
     scans = [message for message in drive.messages if isinstance(message, Scan)]
-    localized = LocalizedScans(scans, drive.map_from_base, searches=0)
+    localized = LocalizedScans(scans, drive.truth.map_from_base, searches=0)
     own = own_trajectory(drive)
-    stretch = localized.stretch_about(30, own, 160)
+    segment = localized.segment_about(30, own, 160)
     expected = [select_beams(scan, len(scan.bearings), own.poses_at) for scan in scans[6::8]]
-    for beams, wanted in zip(stretch.scans, expected, strict=True):
+    for beams, wanted in zip(segment.scans, expected, strict=True):
         np.testing.assert_array_equal(beams.ranges, wanted.ranges)
     np.testing.assert_allclose(
-        stretch.here_from_base, between(drive.map_from_base[30], drive.map_from_base[6::8]), atol=1e-9
+        segment.here_from_base,
+        between(drive.truth.map_from_base[30], drive.truth.map_from_base[6::8]),
+        atol=1e-9,
     )
-    np.testing.assert_allclose(stretch.here_from_base[3], IDENTITY, atol=1e-9)
+    np.testing.assert_allclose(segment.here_from_base[3], IDENTITY, atol=1e-9)
     first_in_base = transform_points(scans[6].base_from_laser, expected[0].end_points)
-    first = transform_points(stretch.here_from_base[0], first_in_base)
-    np.testing.assert_allclose(stretch.end_points()[: len(first)], first)
+    first = transform_points(segment.here_from_base[0], first_in_base)
+    np.testing.assert_allclose(segment.end_points()[: len(first)], first)
 
 
 def test_scans_are_sorted_by_how_far_the_matches_are() -> None:

@@ -2,7 +2,7 @@
 
 A scan alone may fit best elsewhere where the building has changed, people stand about or beams hit the floor;
 together with those before and after it, laid beside one another as on the map of the recording, where the two
-maps differ. So each is matched alone and in shorter and longer stretches, and of these matches the one counts
+maps differ. So each is matched alone and in shorter and longer segments, and of these matches the one counts
 that the others agree with best. A disagreement tells where to look, not who is right. And a match searches
 about the localizer's pose: of one that is lost it tells that it is wrong, but not where the car is.
 """
@@ -21,8 +21,8 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map, save_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.benchmarks.accuracy.matcher import ExhaustiveMatcher
-from racecar.pipelines.benchmarks.recordings.localized import LocalizedScans, localize
+from racecar.pipelines.benchmarks.recordings.exhaustive_matcher import ExhaustiveMatcher
+from racecar.pipelines.benchmarks.recordings.localized_scans import LocalizedScans, localize
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.mapping_run import build_map
@@ -35,7 +35,7 @@ _AGREES = 0.15
 
 
 @dataclass(frozen=True)
-class Recording:
+class RecordedDrive:
     """A bag and the map to find it on."""
 
     bag: Path
@@ -75,14 +75,14 @@ class RecordingFigures:
     """How often the place was searched for: at the start, after gaps and when the car seemed lost."""
 
 
-def find_recordings(folder: Path) -> dict[str, Recording]:
+def find_recordings(folder: Path) -> dict[str, RecordedDrive]:
     """The recordings there are in a folder, by name."""
     home = folder / "racecar"
     basement = home / "maps" / "stata_basement.yaml"
     known = {
-        "session_A on stata_basement": Recording(home / "session_A", basement),
-        "localization_bag1 on stata_basement": Recording(home / "localization_bag1.bag", basement),
-        "session_A on our own map": Recording(home / "session_A", None),
+        "session_A on stata_basement": RecordedDrive(home / "session_A", basement),
+        "localization_bag1 on stata_basement": RecordedDrive(home / "localization_bag1.bag", basement),
+        "session_A on our own map": RecordedDrive(home / "session_A", None),
     }
     return {
         name: recording
@@ -97,12 +97,12 @@ def measure_recordings(
     """All the recordings there are in a folder, by name."""
     figures = {}
     for name, recording in find_recordings(folder).items():
-        announce(f"Recording: {name}")
+        announce(f"RecordedDrive: {name}")
         figures[name] = measure_recording(recording, settings, seed=0)
     return figures
 
 
-def measure_recording(recording: Recording, settings: Config, seed: int) -> RecordingFigures:
+def measure_recording(recording: RecordedDrive, settings: Config, seed: int) -> RecordingFigures:
     """Localize a recording from anywhere on the map, and match every 50th scan."""
     own = _mapped(recording.bag, settings)
     grid = _as_read(own.grid) if recording.map is None else load_map(recording.map)
@@ -120,8 +120,8 @@ def compare_scans(
 
     def compare(index: int) -> Comparison:
         map_from_base = localized.map_from_base[index]
-        stretches = [localized.stretch_about(index, own_trajectory, reach) for reach in _REACHES]
-        matches = [matcher.match(stretch, map_from_base) for stretch in stretches]
+        segments = [localized.segment_about(index, own_trajectory, reach) for reach in _REACHES]
+        matches = [matcher.match(segment, map_from_base) for segment in segments]
         best, gain = matches[_agreed([pose for pose, _ in matches])]
         return Comparison(index + 1, float(np.hypot(*(best - map_from_base)[:2])), gain)
 

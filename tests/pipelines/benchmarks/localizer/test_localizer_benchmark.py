@@ -15,10 +15,10 @@ from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from racecar.pipelines.benchmarks.localizer.drive import Stopwatch
-from racecar.pipelines.benchmarks.localizer.figures import LocalizerFigures, Workload, rays_off
-from racecar.pipelines.benchmarks.localizer.kernels import add_up_loads, add_up_scattered_loads
+from racecar.pipelines.benchmarks.localizer.localizer_benchmark import LocalizerFigures, Workload, rays_off
 from racecar.pipelines.benchmarks.localizer.plain_filter import PlainFilter
+from racecar.pipelines.benchmarks.localizer.reference_kernels import add_up_loads, add_up_scattered_loads
+from racecar.pipelines.benchmarks.localizer.stopwatch import Stopwatch
 from racecar.pipelines.benchmarks.localizer.tables import CHECKS, checks_table, times_table
 from racecar.pipelines.cli import run
 from racecar.pipelines.simulation.plans.ring import draw_ring
@@ -76,9 +76,9 @@ def test_the_figures_of_a_small_map(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.setattr("racecar.pipelines.benchmarks.localizer.figures.FULL", SMALL)
+    monkeypatch.setattr("racecar.pipelines.benchmarks.localizer.localizer_benchmark.FULL", SMALL)
     monkeypatch.setattr(
-        "racecar.pipelines.benchmarks.localizer.figures.benchmark_maps", lambda: {"ring": ring}
+        "racecar.pipelines.benchmarks.localizer.localizer_benchmark.benchmark_maps", lambda: {"ring": ring}
     )
     path = tmp_path / "figures.json"
     assert run(["benchmark", "localizer", "--json", str(path)]) == 0
@@ -151,7 +151,7 @@ def test_marched_rays_end_where_exact_ones_do(ring: OccupancyGrid) -> None:
 def test_a_ratio_is_taken_within_rounds(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rounds of a fast and of a slow processor tell the same, and one with a disturbance little."""
     watch, now = Stopwatch(), [0.0]
-    monkeypatch.setattr("racecar.pipelines.benchmarks.localizer.drive.time.thread_time", lambda: now[0])
+    monkeypatch.setattr("racecar.pipelines.benchmarks.localizer.stopwatch.time.thread_time", lambda: now[0])
 
     def work(seconds: float) -> None:
         now[0] += seconds

@@ -15,7 +15,7 @@ from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from racecar.pipelines.benchmarks.accuracy.kernels import mean_fits
+from racecar.pipelines.benchmarks.recordings.exhaustive_matcher_kernels import mean_fits
 
 _WINDOW, _TURN_WINDOW = 4.0, np.radians(60.0)
 """Metres and radians about a pose that are searched."""
@@ -32,7 +32,7 @@ _BEHIND = 0.3
 
 
 @dataclass(frozen=True, eq=False)
-class Stretch:
+class ScanSegment:
     """Scans taken on some way, and where each was taken, seen from one place on it."""
 
     scans: list[Beams]
@@ -58,19 +58,19 @@ class ExhaustiveMatcher:
         cells = np.argwhere((grid.cells == FREE) & (self._distances > _CLEARANCE))
         self._places = grid.center_of(cells[np.all(cells % step == step // 2, axis=1)])
 
-    def match(self, stretch: Stretch, map_from_here: Pose) -> tuple[Pose, float]:
-        """The pose (3,) that fits a stretch best, and by how much more than the given one (3,) it does.
+    def match(self, segment: ScanSegment, map_from_here: Pose) -> tuple[Pose, float]:
+        """The pose (3,) that fits a segment best, and by how much more than the given one (3,) it does.
 
         The given one is the middle of the search. Fits are means over the end points: 1 on a wall, 1/2 at
         0.1 m and 0 behind a wall.
         """
-        points = stretch.end_points()
-        base_from_laser = stretch.scans[0].base_from_laser
+        points = segment.end_points()
+        base_from_laser = segment.scans[0].base_from_laser
         candidates = self._coarsely(_thinned(points, _COARSE_POINTS), map_from_here, base_from_laser)
         points = _thinned(points, _FINE_POINTS)
         found = [self._finely(points, pose) for pose in (map_from_here, *candidates)]
         poses = np.array([map_from_here, *found])
-        fits = self._fits_in_sight(stretch, poses)
+        fits = self._fits_in_sight(segment, poses)
         best = int(np.argmax(fits))
         return poses[best], float(fits[best] - fits[0])
 
@@ -99,11 +99,11 @@ class ExhaustiveMatcher:
             pose = poses[np.argmax(self._fits(points, poses))]
         return pose
 
-    def _fits_in_sight(self, stretch: Stretch, map_from_here: Pose) -> NDArray[np.float64]:
-        """(P,) fits of a stretch from poses (P, 3); behind a wall end points fit not at all."""
-        count = -(-_FINE_POINTS // len(stretch.scans))
+    def _fits_in_sight(self, segment: ScanSegment, map_from_here: Pose) -> NDArray[np.float64]:
+        """(P,) fits of a segment from poses (P, 3); behind a wall end points fit not at all."""
+        count = -(-_FINE_POINTS // len(segment.scans))
         fits, returns = np.zeros(len(map_from_here)), 0
-        for scan, here_from_base in zip(stretch.scans, stretch.here_from_base, strict=True):
+        for scan, here_from_base in zip(segment.scans, segment.here_from_base, strict=True):
             weight = int(np.count_nonzero(np.isfinite(scan.ranges)))
             if weight > 0:  # a covered laser tells nothing
                 fits += weight * self._fits_of_scan(scan, compose(map_from_here, here_from_base), count)

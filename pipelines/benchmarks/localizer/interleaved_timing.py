@@ -11,16 +11,17 @@ from racecar.localization.floor.walls import find_walls
 from racecar.localization.refinement.refinement import refine
 from racecar.localization.sensor.beam_model import BeamModel
 from racecar.maps.geometry.se2 import Pose, between, compose
-from racecar.pipelines.benchmarks.localizer.drive import MeasuredDrive, Stopwatch
-from racecar.pipelines.benchmarks.localizer.kernels import add_up_loads, add_up_scattered_loads
+from racecar.pipelines.benchmarks.localizer.measured_drive import MeasuredDrive
 from racecar.pipelines.benchmarks.localizer.plain_filter import PlainFilter
+from racecar.pipelines.benchmarks.localizer.reference_kernels import add_up_loads, add_up_scattered_loads
+from racecar.pipelines.benchmarks.localizer.stopwatch import Stopwatch
 
 PARTS = ("beams", "sensor", "resampling", "moments", "refinement")
 """Of the step, that can be measured alone."""
 _START_DEVIATIONS = np.array([0.05, 0.05, 0.02])
 
 
-class Turns:
+class InterleavedTiming:
     """What is compared, on one drive. Everything finds the caches warm, as in a tight loop."""
 
     def __init__(

@@ -7,8 +7,8 @@ from threading import Event, Thread
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.pipelines.benchmarks.localizer.drive import MeasuredDrive
-from racecar.pipelines.benchmarks.localizer.kernels import spin
+from racecar.pipelines.benchmarks.localizer.measured_drive import MeasuredDrive
+from racecar.pipelines.benchmarks.localizer.reference_kernels import spin
 
 _TRIAL_TURNS = 10_000_000
 

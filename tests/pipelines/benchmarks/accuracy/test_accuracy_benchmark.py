@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.benchmarks.accuracy import figures as benchmark_accuracy
-from racecar.pipelines.benchmarks.accuracy.figures import AccuracyBenchmark
-from racecar.pipelines.benchmarks.recordings import figures as benchmark_accuracy_recordings
+from racecar.pipelines.benchmarks.accuracy import accuracy_benchmark
+from racecar.pipelines.benchmarks.accuracy.accuracy_benchmark import AccuracyBenchmark
+from racecar.pipelines.benchmarks.recordings import recordings_benchmark
 from racecar.pipelines.cli import run
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
 
@@ -37,16 +37,16 @@ def test_places_are_found_from_nothing() -> None:
 def test_the_command_tells_every_row(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found = benchmark_accuracy.FindingFigures(10, 3, 9, 10, 0.5)
-    tracked = benchmark_accuracy.TrackingFigures(1, 160, 0.0111, 0.02, 0.03, 0.1, 0.95, 0, 2)
+    found = accuracy_benchmark.FindingFigures(10, 3, 9, 10, 0.5)
+    tracked = accuracy_benchmark.TrackingFigures(1, 160, 0.0111, 0.02, 0.03, 0.1, 0.95, 0, 2)
     for row in ("tracking", "racing", "changed_map", "long_drive"):
         monkeypatch.setattr(AccuracyBenchmark, row, lambda *_: tracked)
     for row in ("global_start", "kidnapped"):
         monkeypatch.setattr(AccuracyBenchmark, row, lambda *_: found)
     (tmp_path / "racecar" / "session_A").mkdir(parents=True)
-    beyond = [benchmark_accuracy_recordings.Comparison(50, 0.3, 0.1)]
-    matched = benchmark_accuracy_recordings.RecordingFigures(37, 0.0456, 0.1, beyond, 5)
-    monkeypatch.setattr(benchmark_accuracy_recordings, "measure_recording", lambda *_, **__: matched)
+    beyond = [recordings_benchmark.Comparison(50, 0.3, 0.1)]
+    matched = recordings_benchmark.RecordingFigures(37, 0.0456, 0.1, beyond, 5)
+    monkeypatch.setattr(recordings_benchmark, "measure_recording", lambda *_, **__: matched)
     monkeypatch.setenv("RACECAR_DATA", str(tmp_path))
     path = tmp_path / "figures.json"
     assert run(["benchmark", "accuracy", "--seeds", "1", "--json", str(path)]) == 0

@@ -22,10 +22,11 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
-from racecar.pipelines.benchmarks.localizer.drive import MeasuredDrive, Stopwatch
-from racecar.pipelines.benchmarks.localizer.threads import pace_of_other_thread
-from racecar.pipelines.benchmarks.localizer.turns import PARTS, Turns
-from racecar.pipelines.benchmarks.slam.logs import recordings_folder
+from racecar.pipelines.benchmarks.localizer.interleaved_timing import PARTS, InterleavedTiming
+from racecar.pipelines.benchmarks.localizer.measured_drive import MeasuredDrive
+from racecar.pipelines.benchmarks.localizer.other_thread import pace_of_other_thread
+from racecar.pipelines.benchmarks.localizer.stopwatch import Stopwatch
+from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
 
 _OFF = 3.0
 """Cells."""
@@ -122,7 +123,7 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
     drive = MeasuredDrive(grid, config, workload.steps_in_all, workload.warm_up_steps, seed)
     rng = np.random.default_rng([seed, 1])
     model = BeamModel(free_space, table, config.squash)
-    turns = Turns(drive, model, free_space, table, workload.spread_particles, rng)
+    turns = InterleavedTiming(drive, model, free_space, table, workload.spread_particles, rng)
     turns.take(workload.steps, Stopwatch())  # compiles what is compared
     for _ in range(workload.rounds):
         watch.begin_round()

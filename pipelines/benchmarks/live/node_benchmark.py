@@ -3,60 +3,40 @@
 import os
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, field
 from json import loads
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from geometry_msgs.msg import PoseWithCovarianceStamped
-from nav_msgs.msg import Odometry as OdometryMessage
-from sensor_msgs.msg import LaserScan
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.warm_up import warm_up
 from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import IDENTITY, Pose, transform_points
-from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
+from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.map_files import load_map
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.bags.converters.odometry import planar_pose
-from racecar.pipelines.bags.messages import nanoseconds
 from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.bags.replay import replay
+from racecar.pipelines.benchmarks.live.node_listener import NodeListener, listening
+from racecar.pipelines.benchmarks.live.played_drives import PlayedDrive, recorded_drive, simulated_drive
 from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.evaluation.wall_fit import WallFit
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report, resident_memory_mb
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.live.node import sensor_qos
 from racecar.pipelines.live.ros.processes import private_environment, racecar_process
-from racecar.pipelines.live.ros.run import ros_node, served
-from racecar.pipelines.runs.localization_run import estimates
 from racecar.pipelines.runs.mapping_run import build_map
-from racecar.pipelines.simulation.simulator import Simulation, write_bag
-from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
-_ON_WALL = 0.10
-"""Metres from a wall within which a scan's end point counts as on it."""
 _DOMAINS = range(30, 100)
 """Of ROS, which others on the machine hardly use."""
 _READY_SECONDS = 120.0
 _MEMORY_EVERY = 1.0
 """Seconds."""
-
-
-@dataclass(frozen=True)
-class LiveDrive:
-    """A bag to be played, and what is known of it."""
-
-    name: str
-    bag: Path
-    map: Path
-    truth: Trajectory | None = None
 
 
 @dataclass
@@ -122,24 +102,9 @@ def measure_drives(
     return figures
 
 
-def simulated_drive(folder: Path, seconds: float, seed: int) -> LiveDrive:
-    """A drive through the shipped building, whose truth is known."""
-    config = SimulationConfig(noise="slight", seed=seed, duration=seconds)
-    simulation = Simulation(load_map(Path("building")), config)
-    bag = folder / "simulated"
-    write_bag(simulation, bag, lambda share: None)
-    return LiveDrive("simulated", bag, Path("building"), simulation.ground_truth)
-
-
-def recorded_drive(recordings: Path) -> LiveDrive | None:
-    """The race car in the basement, where there are recordings."""
-    bag = recordings / "racecar" / "session_A"
-    if not bag.exists():
-        return None
-    return LiveDrive("session_A", bag, recordings / "racecar" / "maps" / "stata_basement.yaml")
-
-
-def measure_localizer(drive: LiveDrive, config: LocalizationConfig, domain: int, speed: float) -> LiveFigures:
+def measure_localizer(
+    drive: PlayedDrive, config: LocalizationConfig, domain: int, speed: float
+) -> LiveFigures:
     """Replay a drive offline, then play it to the node, so many times as fast, from the same start."""
     warm_up(LocalizationConfig())
     with BagReader(drive.bag) as reader:
@@ -147,7 +112,7 @@ def measure_localizer(drive: LiveDrive, config: LocalizationConfig, domain: int,
         figures.scans = reader.topics[reader.scan_topic].message_count
         figures.odometry = reader.topics[reader.odom_topic].message_count if reader.odom_topic else 0
         start = _find_start(reader, drive, config)
-        offline = _replay(reader, drive, config, start)
+        offline = _localize_offline(reader, drive, config, start)
         pose = [f"{value:.6f}" for value in start]
         arguments = ["live", "localize", "--map", str(drive.map), "--no-memory", "--initial-pose", *pose]
         summary, heard = _run(arguments, drive, reader.odom_topic, domain, speed)
@@ -163,7 +128,7 @@ def measure_localizer(drive: LiveDrive, config: LocalizationConfig, domain: int,
     return figures
 
 
-def measure_mapper(drive: LiveDrive, config: MappingConfig, domain: int, speed: float) -> LiveFigures:
+def measure_mapper(drive: PlayedDrive, config: MappingConfig, domain: int, speed: float) -> LiveFigures:
     """Map a drive offline, then play it to the node, so many times as fast."""
     with BagReader(drive.bag) as reader, tempfile.TemporaryDirectory() as folder:
         figures = LiveFigures(drive.name, "mapper")
@@ -185,30 +150,30 @@ def measure_mapper(drive: LiveDrive, config: MappingConfig, domain: int, speed: 
     return figures
 
 
-def _find_start(reader: BagReader, drive: LiveDrive, config: LocalizationConfig) -> Pose:
+def _find_start(reader: BagReader, drive: PlayedDrive, config: LocalizationConfig) -> Pose:
     """(3,) known, or found by a search of the whole map."""
     if drive.truth is not None:
         start: Pose = drive.truth.map_from_base[0]
         return start
     localizer = Localizer(load_map(drive.map), config, np.random.default_rng(0))
-    for _, estimate in estimates(reader, localizer):
-        return estimate.map_from_base
+    for replayed in replay(reader, localizer):
+        return replayed.answer.map_from_base
     raise UserError(f"{drive.bag} holds no usable scan.")
 
 
-def _replay(reader: BagReader, drive: LiveDrive, config: LocalizationConfig, start: Pose) -> Trajectory:
+def _localize_offline(
+    reader: BagReader, drive: PlayedDrive, config: LocalizationConfig, start: Pose
+) -> Trajectory:
     localizer = Localizer(load_map(drive.map), config, np.random.default_rng(0))
     localizer.set_pose(start)
-    stamps, poses = [], []
-    for _, estimate in estimates(reader, localizer):
-        stamps.append(estimate.stamp)
-        poses.append(estimate.map_from_base)
-    return Trajectory(np.array(stamps, dtype=np.int64), np.array(poses))
+    estimates = [replayed.answer for replayed in replay(reader, localizer)]
+    stamps = np.array([estimate.stamp for estimate in estimates], dtype=np.int64)
+    return Trajectory(stamps, np.array([estimate.map_from_base for estimate in estimates]))
 
 
 def _run(
-    arguments: list[str], drive: LiveDrive, odom_topic: str | None, domain: int, speed: float
-) -> "tuple[dict[str, Any], _Heard]":
+    arguments: list[str], drive: PlayedDrive, odom_topic: str | None, domain: int, speed: float
+) -> tuple[dict[str, Any], NodeListener]:
     """Play the bag to a node; its summary, with its memory of every second, and what was heard of it."""
     environment = private_environment(domain)
     os.environ.update({name: environment[name] for name in environment if name.startswith("ROS_")})
@@ -216,7 +181,7 @@ def _run(
         summary, log = Path(folder) / "summary.json", Path(folder) / "log"
         remapped = ["--ros-args", "-r", f"odom:={odom_topic}"] if odom_topic else []
         command = [*arguments, "--json", str(summary), *remapped]
-        with _listening() as heard, racecar_process(command, environment, log) as node:
+        with listening() as heard, racecar_process(command, environment, log) as node:
             _wait_for(lambda: heard.is_node_there() or node.poll() is not None)
             if node.poll() is not None:
                 raise UserError(f"The node does not start: {log.read_text().strip()}")
@@ -240,61 +205,6 @@ def _stolen_seconds() -> float:
     except (OSError, IndexError):
         return float("nan")
     return int(stolen) / os.sysconf("SC_CLK_TCK")
-
-
-class _Heard:
-    """What a node told."""
-
-    def __init__(self, node: Any) -> None:
-        self._node = node
-        self._poses: dict[int, Pose] = {}
-        self._scans_at: dict[int, float] = {}
-        self._poses_at: dict[int, float] = {}
-        self.pose_messages = 0
-        node.create_subscription(LaserScan, "/scan", self._on_scan, sensor_qos(1000))
-        node.create_subscription(PoseWithCovarianceStamped, "/amcl_pose", self._on_pose, 1000)
-        node.create_subscription(OdometryMessage, "/pf/pose/odom", self._on_odometry, 1000)
-
-    def is_node_there(self) -> bool:
-        """Whether another node listens to scans."""
-        return int(self._node.count_subscribers("/scan")) > 1
-
-    def latency_ms(self) -> dict[str, float]:
-        """Median and 99th percentile from a scan's arrival here to that of its pose."""
-        both = [
-            (self._scans_at[stamp], at) for stamp, at in self._poses_at.items() if stamp in self._scans_at
-        ]
-        if not both:
-            return {}
-        median, high = np.quantile([1e3 * (pose - scan) for scan, pose in both], [0.5, 0.99])
-        return {"median": float(median), "percentile_99": float(high)}
-
-    def trajectory(self) -> Trajectory:
-        """The poses by the stamps of their scans."""
-        stamps = sorted(self._poses)
-        return Trajectory(
-            np.array(stamps, dtype=np.int64), np.array([self._poses[s] for s in stamps]).reshape(-1, 3)
-        )
-
-    def _on_scan(self, message: Any) -> None:
-        self._scans_at[nanoseconds(message.header.stamp)] = time.monotonic()
-
-    def _on_pose(self, message: Any) -> None:
-        self._poses_at[nanoseconds(message.header.stamp)] = time.monotonic()
-        pose = planar_pose(message)
-        if pose is not None:
-            self._poses[nanoseconds(message.header.stamp)] = pose
-
-    def _on_odometry(self, message: Any) -> None:
-        self.pose_messages += 1
-
-
-@contextmanager
-def _listening() -> Iterator[_Heard]:
-    with ros_node("racecar_benchmark", []) as node:
-        heard = _Heard(node)
-        with served(node):
-            yield heard
 
 
 def _wait_for(condition: Callable[[], bool]) -> None:
@@ -323,15 +233,13 @@ def _mean_error(estimated: Trajectory, truth: Trajectory) -> float:
     return float(errors.positions.mean())
 
 
-def _share_on_walls(reader: BagReader, trajectory: Trajectory, drive: LiveDrive) -> float:
-    """How much of the scans lies on walls, seen from the poses that were told for them."""
-    grid = load_map(drive.map)
-    walls = distance_to_occupied(grid)
+def _share_on_walls(reader: BagReader, trajectory: Trajectory, drive: PlayedDrive) -> float:
+    """How much of the scans lies on walls, seen from the poses that were estimated for them."""
+    walls = WallFit(load_map(drive.map))
     poses = dict(zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True))
-    shares = []
-    for message in reader:
-        if isinstance(message, Scan) and message.stamp in poses:
-            points = transform_points(poses[message.stamp], message.points_in_base())
-            if len(points):
-                shares.append(float(np.mean(sample_field(walls, grid, points) <= _ON_WALL)))
-    return float(np.mean(shares)) if shares else 0.0
+    shares = [
+        walls.share(message, poses[message.stamp])
+        for message in reader
+        if isinstance(message, Scan) and message.stamp in poses
+    ]
+    return float(np.nanmean(shares)) if np.isfinite(shares).any() else 0.0

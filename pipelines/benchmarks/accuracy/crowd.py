@@ -1,0 +1,48 @@
+"""People who stand about the car, in the way of its laser."""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import wrap_angle
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+
+_PERSON_WIDTH = 0.5
+"""Metres, across the shoulders."""
+_NEAREST_PERSON, _FARTHEST_PERSON = 0.7, 4.0
+"""Metres from the laser."""
+_BEARING_WALK = 0.03
+"""Radians by which a person's bearing wanders from scan to scan (standard deviation)."""
+
+
+def among_people(
+    messages: Iterable[Scan | Odometry], share: float, rng: np.random.Generator
+) -> Iterator[Scan | Odometry]:
+    """The messages, with a ``share`` of each scan's beams stopped by people."""
+    people = np.empty((0, 2))
+    for message in messages:
+        if not isinstance(message, Scan):
+            yield message
+            continue
+        people[:, 0] = wrap_angle(people[:, 0] + _BEARING_WALK * rng.standard_normal(len(people)))
+        while True:
+            ranges, hit = _in_front(message, people)
+            if hit >= share:
+                break
+            newcomer = rng.uniform([-np.pi, _NEAREST_PERSON], [np.pi, _FARTHEST_PERSON])
+            people = np.vstack([people, newcomer])
+        people = people[-200:] if hit < 1.1 * share else people[1:]
+        yield replace(message, ranges=ranges)
+
+
+def _in_front(scan: Scan, people: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
+    """Ranges (N,) with people (P, 2), bearing and distance, in the way, and the share of beams they stop."""
+    ranges = scan.ranges.copy()
+    for bearing, distance in people:
+        half = np.arctan(0.5 * _PERSON_WIDTH / distance)
+        is_stopped = (np.abs(wrap_angle(scan.bearings - bearing)) < half) & (ranges > distance)
+        ranges[is_stopped] = distance
+    return ranges, float(np.mean(ranges != scan.ranges))

@@ -1,0 +1,35 @@
+"""Comparing a scan with the exact scans of many places, at every heading."""
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+_ALIKE, _ALIKE_SHARE = 0.2, 0.03
+"""Ranges agree within so many metres, and so much of the range: places lie apart, and so do headings."""
+
+
+@njit(cache=True, nogil=True)
+def best_agreement(
+    views: NDArray[np.float32], scan: NDArray[np.float32], offsets: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(P, 2) the largest share of a scan's beams that agree with each view (headings,), and at which heading.
+
+    ``offsets`` (B,) are the bearings of the beams, counted in headings.
+    """
+    places, headings = views.shape
+    whole = np.floor(offsets + 0.5).astype(np.int64) % headings
+    around = np.empty(2 * headings, dtype=np.float32)
+    best = np.zeros((places, 2))
+    for place in range(places):
+        around[:headings] = views[place]
+        around[headings:] = views[place]
+        for heading in range(headings):
+            agreeing = 0
+            for beam in range(len(scan)):
+                seen = around[heading + whole[beam]]
+                if abs(seen - scan[beam]) < _ALIKE + _ALIKE_SHARE * scan[beam]:
+                    agreeing += 1
+            if agreeing > best[place, 0]:
+                best[place, 0], best[place, 1] = agreeing, heading
+    best[:, 0] /= len(scan)
+    return best

@@ -1,0 +1,32 @@
+"""How well scans lie on walls."""
+
+import numpy as np
+import pytest
+
+from racecar.maps.geometry.se2 import IDENTITY
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.evaluation.wall_fit import WallFit
+
+
+@pytest.fixture
+def walls() -> WallFit:
+    """A wall along y from x = 2.0 to 2.05 m."""
+    cells = np.full((80, 80), FREE, dtype=np.int8)
+    cells[:, 40] = OCCUPIED
+    return WallFit(OccupancyGrid(cells, 0.05, IDENTITY))
+
+
+def scan(ranges: list[float]) -> Scan:
+    beams = np.zeros(len(ranges))
+    return Scan(0, beams, np.array(ranges), beams, IDENTITY, 10.0)
+
+
+def test_the_share_of_end_points_near_a_wall(walls: WallFit) -> None:
+    pose = np.array([0.5, 2.0, 0.0])
+    assert walls.share(scan([1.52, 1.44, 1.60, 1.0]), pose) == 0.75
+    assert walls.share(scan([1.52, 1.44, 1.60, 1.0]), pose + np.array([0.5, 0.0, 0.0])) == 0.25
+
+
+def test_a_scan_without_returns_has_no_share(walls: WallFit) -> None:
+    assert np.isnan(walls.share(scan([np.inf, np.nan]), IDENTITY))
