@@ -4,6 +4,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +13,8 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.files.pose_memory import load_pose
 from racecar.pipelines.files.report import write_json
+from racecar.pipelines.files.text_file import read_text
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 
 _LONGEST_BRIDGE = 3600.0
@@ -81,13 +82,36 @@ class PoseMemory:
         """What was remembered for this map, or None. Raises UserError when it is damaged."""
         if not self.path.is_file():
             return None
-        map_from_base, covariance = load_pose(self.path)
-        contents = json.loads(self.path.read_text(encoding="utf-8"))
-        stamp, odom_from_base = contents.get("odometry_stamp"), np.array(contents.get("odom_from_base"))
-        if not isinstance(stamp, int) or odom_from_base.shape != (3,) or odom_from_base.dtype != np.float64:
+        contents = self._read()
+        map_from_base, covariance = _numbers(contents, "map_from_base"), _numbers(contents, "covariance")
+        if map_from_base.shape != (3,) or not _is_covariance(covariance):
+            raise UserError(f"{self.path} holds no remembered pose; remove it, or give the start yourself.")
+        stamp, odom_from_base = contents.get("odometry_stamp"), _numbers(contents, "odom_from_base")
+        if not isinstance(stamp, int) or odom_from_base.shape != (3,):
             stamp, odom_from_base = None, np.zeros(3)
-        if not np.all(np.linalg.eigvalsh((covariance + covariance.T) / 2) >= 0.0):
-            raise UserError(f"{self.path} holds no remembered pose; remove it.")
         return RememberedPose(
             map_from_base, covariance, stamp, odom_from_base, LaserPlace.from_fields(contents.get("laser"))
         )
+
+    def _read(self) -> dict[str, Any]:
+        """Empty where the file holds something else."""
+        try:
+            contents = json.loads(read_text(self.path))
+        except ValueError:
+            return {}
+        return contents if isinstance(contents, dict) else {}
+
+
+def _numbers(contents: dict[str, Any], name: str) -> NDArray[np.float64]:
+    """Finite numbers of any shape; empty where there are none of that name."""
+    try:
+        numbers = np.array(contents.get(name), dtype=np.float64)
+    except (TypeError, ValueError):
+        return np.empty(0)
+    return numbers if np.isfinite(numbers).all() else np.empty(0)
+
+
+def _is_covariance(matrix: NDArray[np.float64]) -> bool:
+    if matrix.shape != (3, 3):
+        return False
+    return bool(np.all(np.linalg.eigvalsh((matrix + matrix.T) / 2) >= 0.0))

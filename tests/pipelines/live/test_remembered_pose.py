@@ -41,6 +41,30 @@ def test_a_pose_is_remembered_for_its_map_only(tmp_path: Path) -> None:
     assert PoseMemory(tmp_path, replace(GRID, resolution=0.2)).load() is None
 
 
+def test_what_was_saved_last_comes_back_to_the_bit(tmp_path: Path) -> None:
+    memory = PoseMemory(tmp_path, GRID)
+    pose, covariance = np.array([1.25, -3.5, 0.1 + 0.2]), np.diag([0.01, 0.02, 1e-5])
+    for share in (0.0, 1.0):  # the second replaces the first
+        saved = replace(estimate(), map_from_base=share * pose, covariance=covariance)
+        memory.save(saved, 10**18 + 1, share * pose, None)
+    found = memory.load()
+    assert found is not None
+    assert found.map_from_base.tobytes() == pose.tobytes()
+    assert found.covariance.tobytes() == covariance.tobytes()
+    assert (found.odometry_stamp, found.odom_from_base.tobytes()) == (10**18 + 1, pose.tobytes())
+    assert [path.name for path in tmp_path.iterdir()] == [memory.path.name]
+
+
+@pytest.mark.parametrize("odometry", ['"x"', "[1, 2]", "[1, 2, null]", "[1, 2, NaN]"])
+def test_damaged_odometry_is_not_remembered(tmp_path: Path, odometry: str) -> None:
+    memory = PoseMemory(tmp_path, GRID)
+    pose = '"map_from_base": [1, 2, 3], "covariance": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]'
+    memory.path.write_text(f'{{{pose}, "odometry_stamp": 5, "odom_from_base": {odometry}}}')
+    found = memory.load()
+    assert found is not None
+    assert found.odometry_stamp is None
+
+
 def test_where_the_laser_sits_is_remembered(tmp_path: Path) -> None:
     assert remembered(tmp_path).laser is None
     memory = PoseMemory(tmp_path, GRID)
@@ -79,9 +103,31 @@ def test_odometry_that_began_anew_tells_nothing(tmp_path: Path, stamp: int, far:
     assert found.carried_to(stamp * SECOND, compose(found.odom_from_base, [far, 0.0, 0.0])) is None
 
 
-@pytest.mark.parametrize("text", ["", "[1", "{}", '{"map_from_base": [1, 2, 3], "covariance": [[1]]}'])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "[1",
+        "[]",
+        "7",
+        "{}",
+        '{"map_from_base": "x"}',
+        '{"map_from_base": [1, 2], "covariance": [[1]]}',
+        '{"map_from_base": [1, 2, 3], "covariance": [[1]]}',
+        '{"map_from_base": [1, 2, null], "covariance": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}',
+        '{"map_from_base": [1, 2, 3], "covariance": [[1, 0, 0], [0, 1, 0], [0, 0, NaN]]}',
+        '{"map_from_base": [1, 2, 3], "covariance": [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}',
+    ],
+)
 def test_a_damaged_memory_is_an_error_that_names_the_file(tmp_path: Path, text: str) -> None:
     memory = PoseMemory(tmp_path, GRID)
     memory.path.write_text(text)
     with pytest.raises(UserError, match=memory.path.name):
+        memory.load()
+
+
+def test_a_memory_that_cannot_be_read_is_an_error(tmp_path: Path) -> None:
+    memory = PoseMemory(tmp_path, GRID)
+    memory.path.write_bytes(b"\xff\xfe\xfa")
+    with pytest.raises(UserError, match="not a text file"):
         memory.load()
