@@ -1,13 +1,23 @@
 """The map as a cloud of points, for programs that show or process point clouds."""
 
 import ctypes
+from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.maps.errors import UserError
 from racecar.maps.whole_files import write_atomically
+
+
+def require_open3d() -> None:
+    """Raises UserError where open3d, which writes the file, is missing: it takes 900 MB."""
+    if find_spec("open3d") is None:
+        raise UserError(
+            "A PLY file takes open3d, which is not installed: pip install open3d, or leave out --ply."
+        )
 
 
 def save_point_map(points: NDArray[np.float32], spacing: float, path: Path) -> None:
@@ -24,10 +34,10 @@ def save_point_map(points: NDArray[np.float32], spacing: float, path: Path) -> N
 
 
 def _import_open3d() -> ModuleType:
-    """Large and slow to load, hence only where it is used."""
+    """Only here, because it is large and slow to load and nothing else needs it."""
     import libusb_package
 
-    # It links against libusb, which a bare machine lacks; once loaded, this one is found.
+    # It links against libusb, which a bare machine lacks; once it is loaded, open3d finds it.
     ctypes.CDLL(str(libusb_package.get_library_path()), mode=ctypes.RTLD_GLOBAL)
     import open3d
 

@@ -1,0 +1,61 @@
+"""Large packages that serve one purpose are needed for that purpose alone."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from bag_samples import write_bag
+
+from racecar.pipelines.cli import run
+
+_IMPORT_EVERYTHING = """
+import sys
+from importlib import import_module
+from pkgutil import walk_packages
+
+sys.modules.update({"open3d": None, "rerun": None, "rerun.blueprint": None})  # whoever imports these fails
+
+import racecar
+from racecar.maps.errors import UserError
+from racecar.pipelines.live.ros.start import start_ros
+
+try:
+    start_ros()
+    has_ros = True
+except UserError:
+    has_ros = False
+
+for module in walk_packages(racecar.__path__, "racecar."):
+    if module.name.startswith("racecar.pipelines.live.") and not has_ros:
+        continue
+    print(module.name, "imported")
+    try:
+        import_module(module.name)
+    except ModuleNotFoundError as error:
+        print(module.name, error.name.partition(".")[0])
+"""
+
+
+def test_open3d_is_imported_nowhere_and_rerun_by_the_viewers_alone() -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", _IMPORT_EVERYTHING], capture_output=True, text=True, timeout=300, check=True
+    )
+    found = dict(line.split() for line in done.stdout.splitlines())
+    failed = {module: package for module, package in found.items() if package != "imported"}
+    assert {"racecar.pipelines.files.point_map", "racecar.mapping.mapper"} <= found.keys()
+    assert "racecar.pipelines.view.rerun_log" in failed
+    assert failed.keys() <= {"racecar.pipelines.view.rerun_log", "racecar.pipelines.live.viewer"}
+    assert set(failed.values()) == {"rerun"}
+
+
+def test_a_ply_without_open3d_is_refused_before_the_map_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag, out = write_bag(tmp_path / "drive.bag", 20), tmp_path / "out"
+    monkeypatch.setitem(sys.modules, "open3d", None)
+    assert run(["map", str(bag), "--out", str(out), "--ply"]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "pip install open3d" in said
+    assert not out.exists()
