@@ -126,7 +126,7 @@ def localize(
     from racecar.maps.map_files import load_map
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.report import write_json
-    from racecar.pipelines.live.localizer_node import LocalizerNode, Start
+    from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
     from racecar.pipelines.live.ros.run import ros_node, spin
     from racecar.pipelines.runs.interrupts import stop_request
     from racecar.pipelines.runs.other_process import start_beside
@@ -135,7 +135,7 @@ def localize(
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
     settings = load_config(config).localization
     start_beside(partial(warm_up_filter, settings))
-    start = Start(
+    start = LocalizerStart(
         grid=None if map is None else load_map(map),
         initial_pose=None if initial_pose is None else np.array(initial_pose),
         anywhere=anywhere,

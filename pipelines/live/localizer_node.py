@@ -52,7 +52,7 @@ _KNOWN_WITHIN = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Start:
+class LocalizerStart:
     """Where the localizer's node begins, besides what its parameters say."""
 
     grid: OccupancyGrid | None
@@ -75,7 +75,7 @@ class LocalizerNode(LiveNode):
     }
 
     def __init__(
-        self, node: Any, config: LocalizationConfig, start: Start, view: "LiveView | None" = None
+        self, node: Any, config: LocalizationConfig, start: LocalizerStart, view: "LiveView | None" = None
     ) -> None:
         """Builds the map's range table. Raises UserError when the map or a parameter is at fault."""
         super().__init__(node, "localizer", _WORK, _SIDE_WORK)

@@ -15,7 +15,7 @@ from racecar.pipelines.bags.messages import decode, nanoseconds, rotation_matrix
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.view.recorder import MAP_TOPIC, PARTICLES_TOPIC, POSE_TOPIC, SCAN_TOPIC
-from racecar.pipelines.view.scene import Cloud, Scene, Sight
+from racecar.pipelines.view.scene import ParticleCloud, Scene, Sight
 
 _MOST_SIGHTS = 4000
 """Of longer runs every so manieth scan is shown, so that a browser can hold them."""
@@ -40,7 +40,7 @@ def read_record(path: Path, title: str, about: str) -> Scene:
                 grid = _grid_of(message)
             elif name == PARTICLES_TOPIC:
                 clouds.append(
-                    Cloud(stamp, np.array([_pose_of(pose) for pose in message.poses]).reshape(-1, 3))
+                    ParticleCloud(stamp, np.array([_pose_of(pose) for pose in message.poses]).reshape(-1, 3))
                 )
             else:
                 stamps.append(stamp)

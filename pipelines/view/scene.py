@@ -20,7 +20,7 @@ class Sight:
 
 
 @dataclass(frozen=True, eq=False)
-class Cloud:
+class ParticleCloud:
     """Particles at a time."""
 
     stamp: int
@@ -42,6 +42,6 @@ class Scene:
     loops: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))
     """(L, 2, 2) the places that each loop closure ties together."""
     sights: list[Sight] = field(default_factory=list)
-    clouds: list[Cloud] = field(default_factory=list)
+    clouds: list[ParticleCloud] = field(default_factory=list)
     deviations: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     """(S, 2) standard deviations of place (m) and heading (rad), a row for each pose of the trajectory."""

@@ -43,9 +43,9 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
     told = yaml.safe_load((SHARE / f"{kind}.yaml").read_text())["/**"]["ros__parameters"]
     with ros_node("test_parameters", ["--ros-args", "--params-file", str(SHARE / f"{kind}.yaml")]) as node:
         if kind == "localizer":
-            from racecar.pipelines.live.localizer_node import LocalizerNode, Start
+            from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
 
-            LocalizerNode(node, LocalizationConfig(), Start(None))
+            LocalizerNode(node, LocalizationConfig(), LocalizerStart(None))
         else:
             from racecar.mapping.config import MappingConfig
             from racecar.mapping.mapper import Mapper

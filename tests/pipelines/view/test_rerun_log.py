@@ -11,7 +11,7 @@ from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.view.scene import Cloud, Scene, Sight
+from racecar.pipelines.view.scene import ParticleCloud, Scene, Sight
 
 pytest.importorskip("rerun")
 
@@ -30,7 +30,7 @@ def whole_scene() -> Scene:
         PATH[::5, :2],
         PATH[None, [0, 19], :2],
         [Sight(int(stamp), np.ones((5, 2), dtype=np.float32)) for stamp in STAMPS],
-        [Cloud(int(stamp), np.tile(pose, (4, 1))) for stamp, pose in zip(STAMPS, PATH, strict=True)],
+        [ParticleCloud(int(stamp), np.tile(pose, (4, 1))) for stamp, pose in zip(STAMPS, PATH, strict=True)],
         np.full((20, 2), 0.1),
     )
 
