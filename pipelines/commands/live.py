@@ -14,7 +14,7 @@ from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputF
 from racecar.pipelines.live.ros.arguments import RosCommand
 
 if TYPE_CHECKING:
-    from racecar.pipelines.live.viewer import LiveView
+    from racecar.pipelines.live.display.browser_view import LiveView
 
 ViewOption = Annotated[
     bool, typer.Option("--view", help="Show everything in the browser, on this machine only.")
@@ -59,7 +59,7 @@ def _page(is_wanted: bool, title: str, port: int | None) -> "Iterator[LiveView |
 
     from rich.console import Console
 
-    from racecar.pipelines.live.viewer import live_view
+    from racecar.pipelines.live.display.browser_view import live_view
 
     with live_view(title, port) as page:
         Console(highlight=False, soft_wrap=True).print(f"Look at {page.page}", markup=False)
@@ -187,10 +187,10 @@ def map(
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import write_json
-    from racecar.pipelines.live.free_memory import keep_memory_together
-    from racecar.pipelines.live.map_saving import MapOutput, resume
     from racecar.pipelines.live.mapper_node import MapperNode
     from racecar.pipelines.live.ros.run import ros_node, spin
+    from racecar.pipelines.live.saving.map_saving import MapOutput, resume
+    from racecar.pipelines.live.work.free_memory import keep_memory_together
     from racecar.pipelines.runs.interrupts import stop_request
 
     settings = load_config(config).mapping

@@ -8,43 +8,35 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-from geometry_msgs.msg import PointStamped, PoseArray, PoseWithCovarianceStamped
+from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 from nav_msgs.msg import Odometry as OdometryMessage
-from nav_msgs.msg import Path as PathMessage
-from numpy.typing import NDArray
-from sensor_msgs.msg import PointCloud2
-from std_srvs.srv import Empty
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import IDENTITY, Pose, transform_points
+from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.messages import frame_name, nanoseconds
-from racecar.pipelines.live.driven_path import DrivenPath
-from racecar.pipelines.live.node import LATCHED, LiveNode
+from racecar.pipelines.live.display.localizer_display import DISPLAY_WORK, LocalizerDisplay
+from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.remembered_pose import PoseMemory, RememberedPose
-from racecar.pipelines.live.ros.bulk_messages import path_bytes, pose_array_bytes
-from racecar.pipelines.live.ros.messages import (
-    cloud_message,
-    grid_message,
-    grid_of,
-    odometry_message,
-    pose_message,
-    start_pose,
-)
-from racecar.pipelines.live.ros.parameters import declare, declare_settings, watch_settings
+from racecar.pipelines.live.ros.messages import grid_of, odometry_message, pose_message
+from racecar.pipelines.live.ros.parameters import declare_settings, watch_settings
+from racecar.pipelines.live.ros.qos import LATCHED
+from racecar.pipelines.live.start_requests import START_WORK, StartRequests
+from racecar.pipelines.live.work.schedule import Schedule
 
 if TYPE_CHECKING:
-    from racecar.pipelines.live.viewer import LiveView
+    from racecar.pipelines.live.display.browser_view import LiveView
 
-_WORK = {"scan": 80, "place": 4, "map": 1, "settings": 4}
-_SIDE_WORK = {"map": 1, "cloud": 1, "particles": 1, "path": 1, "memory": 1, "view": 1}
+_WORK = {**START_WORK, "scan": 80, "map": 1, "settings": 4}
+_SIDE_WORK = {**DISPLAY_WORK, "map": 1, "memory": 1}
+_REMEMBER_EVERY = 1.0
+"""Seconds; what a node that is killed forgets is no longer than that: by judgement."""
 _LOST = 0.5
 """Probability from which the car counts as lost; a place that was just found begins with as much doubt."""
 _KNOWN_WITHIN = 0.5
@@ -80,27 +72,29 @@ class LocalizerNode(LiveNode):
         """Builds the map's range table. Raises UserError when the map or a parameter is at fault."""
         super().__init__(node, "localizer", _WORK, _SIDE_WORK)
         self._config = declare_settings(node, config)
-        self._begin, self._view = start, view
+        self._begin = start
         self._maps_taken = 0
         self._localizer: Localizer | None = None
         self._grid: OccupancyGrid | None = None
         self._memory: PoseMemory | None = None
         self._remembered: RememberedPose | None = None
         self._estimate: PoseEstimate | None = None
-        self._path = DrivenPath()
         self._last_odometry: tuple[int, Odometry] | None = None
-        self._due: dict[str, float] = {}
-        self._declare_rates()
-        self._create_publishers()
+        self._schedule = Schedule({"memory": _REMEMBER_EVERY})
+        map_frame = self.parameters.map_frame
+        self._display = LocalizerDisplay(
+            node, map_frame, self.side, view, publishes_map=start.grid is not None
+        )
+        self._requests = StartRequests(node, map_frame, self.worker, lambda: self._localizer, self.inform)
+        self._odometry_topic = node.create_publisher(OdometryMessage, "pf/pose/odom", 10)
+        self._pose_topic = node.create_publisher(PoseWithCovarianceStamped, "amcl_pose", 10)
         if start.grid is not None:
             self._take_localizer(start.grid, self._new_localizer(start.grid))
 
     def start(self) -> None:
         """Begin to listen."""
         node = self.node
-        node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, 10)
-        node.create_subscription(PointStamped, "clicked_point", self._on_clicked_point, 10)
-        node.create_service(Empty, "reinitialize_global_localization", self._on_global)
+        self._requests.start()
         if self._begin.grid is None:
             node.create_subscription(OccupancyGridMessage, "map", self._on_map, LATCHED)
             self.faults.tell("no_map", f"No map has come on {node.resolve_topic_name('map')} yet.")
@@ -150,39 +144,6 @@ class LocalizerNode(LiveNode):
             odom_frame = frame_name(message.header.frame_id)
             self.transforms.publish(message.header.stamp, estimate.map_from_base, odom_frame, stated)
 
-    def _declare_rates(self) -> None:
-        meanings = {
-            "particle_rate": (5.0, "times per second that particles are published, when anybody listens"),
-            "cloud_rate": (10.0, "times per second that the laid-over scan is published, likewise"),
-            "clicked_radius": (1.0, "metres to which a point clicked in RViz is taken to be exact"),
-        }
-        values = {
-            name: declare(self.node, name, default, meaning, read_only=True)
-            for name, (default, meaning) in meanings.items()
-        }
-        for name, value in values.items():
-            if not isinstance(value, int | float) or not 0.0 < value <= 1000.0:
-                raise UserError(f"The parameter {name} is {value!r}; give a positive number.")
-        self._periods = {
-            "particles": 1.0 / values["particle_rate"],
-            "cloud": 1.0 / values["cloud_rate"],
-            "path": 1.0,
-            "memory": 1.0,
-            "view": 0.2,
-        }
-        self._clicked_radius = float(values["clicked_radius"])
-
-    def _create_publishers(self) -> None:
-        create = self.node.create_publisher
-        self._odometry_topic = create(OdometryMessage, "pf/pose/odom", 10)
-        self._pose_topic = create(PoseWithCovarianceStamped, "amcl_pose", 10)
-        self._particle_topic = create(PoseArray, "particle_cloud", 1)
-        self._cloud_topic = create(PointCloud2, "scan_on_map", 1)
-        self._path_topic = create(PathMessage, "path", LATCHED)
-        self._map_topic = (
-            create(OccupancyGridMessage, "map", LATCHED) if self._begin.grid is not None else None
-        )
-
     def _new_localizer(self, grid: OccupancyGrid) -> Localizer:
         """With random numbers of its own, as the one before goes on while this is built."""
         self._maps_taken += 1
@@ -197,11 +158,7 @@ class LocalizerNode(LiveNode):
         before, self._estimate = self._estimate, None
         self._memory = PoseMemory(self._begin.memory, grid) if self._begin.memory is not None else None
         self._grid, self._localizer = grid, localizer
-        if self._view is not None:
-            self._view.show_map(grid)
-        if self._map_topic is not None:
-            now = self.node.get_clock().now().to_msg()
-            self._map_topic.publish(grid_message(now, self.parameters.map_frame, grid))
+        self._display.show_map(grid)
         if before is not None:
             localizer.set_pose(before.map_from_base, before.covariance + np.diag([0.01, 0.01, 0.01]))
         elif self._begin.initial_pose is not None:
@@ -228,7 +185,7 @@ class LocalizerNode(LiveNode):
         stamp, sample = self._last_odometry
         carried = remembered.carried_to(stamp, sample.odom_from_base)
         if carried is not None:
-            self.worker.inbox.put("place", lambda: self._set_pose(*carried))
+            self._requests.set_pose(*carried)
 
     def _locate(self, message: Any, arrival: int) -> None:
         localizer = self._localizer
@@ -252,8 +209,9 @@ class LocalizerNode(LiveNode):
             self.transforms.publish(stamp, estimate.map_from_base, "", None)
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
         self._judge(estimate)
-        self._path.add(estimate.map_from_base)
-        self._show(stamp, scan, estimate, localizer)
+        self._display.show(stamp, scan, estimate, localizer)
+        if self._schedule.is_due("memory"):
+            self.side.inbox.put("memory", self._remember)
 
     def _publish_odometry(self, stamp: Any, estimate: PoseEstimate, twist: Pose) -> None:
         parameters = self.parameters
@@ -277,42 +235,6 @@ class LocalizerNode(LiveNode):
         else:
             self.faults.end("lost", "The scans fit the map again.")
 
-    def _show(self, stamp: Any, scan: Scan, estimate: PoseEstimate, localizer: Localizer) -> None:
-        """What is published for people, when it is due and they look; another thread makes it."""
-        frame, put = self.parameters.map_frame, self.side.inbox.put
-        if self._is_due("cloud") and self.is_heard(self._cloud_topic):
-            put("cloud", partial(self._publish_cloud, stamp, scan, estimate.map_from_base))
-        if self._is_due("particles") and self.is_heard(self._particle_topic):
-            put(
-                "particles",
-                lambda: self._particle_topic.publish(
-                    pose_array_bytes(stamp, frame, localizer.particles()[0])
-                ),
-            )
-        if self._is_due("path") and self.is_heard(self._path_topic):
-            put("path", lambda: self._path_topic.publish(path_bytes(stamp, frame, self._path.poses)))
-        if self._view is not None and self._is_due("view"):
-            put("view", partial(self._show_in_browser, self._view, scan, estimate, localizer))
-        if self._is_due("memory"):
-            put("memory", self._remember)
-
-    def _is_due(self, what: str) -> bool:
-        now = time.monotonic()
-        if now < self._due.get(what, 0.0):
-            return False
-        self._due[what] = now + self._periods[what]
-        return True
-
-    def _publish_cloud(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
-        points = transform_points(map_from_base, scan.points_in_base())
-        self._cloud_topic.publish(cloud_message(stamp, self.parameters.map_frame, points))
-
-    def _show_in_browser(
-        self, view: "LiveView", scan: Scan, estimate: PoseEstimate, localizer: Localizer
-    ) -> None:
-        points = transform_points(estimate.map_from_base, scan.points_in_base())
-        view.show(estimate.map_from_base, points, self._path.poses, localizer.particles()[0])
-
     def _remember(self) -> None:
         """Write the pose down, if it is known well."""
         localizer, estimate, odometry = self._localizer, self._estimate, self._last_odometry
@@ -327,48 +249,6 @@ class LocalizerNode(LiveNode):
             self.faults.end("memory", "The pose is remembered again.")
         except UserError as error:
             self.faults.tell("memory", f"The pose is not remembered for the next start: {error}")
-
-    def _on_initial_pose(self, message: Any) -> None:
-        def work() -> None:
-            self._check_frame(message)
-            self._set_pose(*start_pose(message))
-
-        self.worker.inbox.put("place", work)
-
-    def _on_clicked_point(self, message: Any) -> None:
-        def work() -> None:
-            self._check_frame(message)
-            point = np.array([message.point.x, message.point.y])
-            self._known_localizer().set_position(point, self._clicked_radius)
-            self.inform(f"The car is sought about ({point[0]:.2f}, {point[1]:.2f}).")
-
-        self.worker.inbox.put("place", work)
-
-    def _on_global(self, _request: Any, response: Any) -> Any:
-        def work() -> None:
-            self._known_localizer().scatter()
-            self.inform("The car is sought on the whole map.")
-
-        self.worker.inbox.put("place", work)
-        return response
-
-    def _set_pose(self, pose: Pose, covariance: NDArray[np.float64] | None) -> None:
-        self._known_localizer().set_pose(pose, covariance)
-        x, y, yaw = pose
-        self.inform(f"The car is sought about ({x:.2f}, {y:.2f}), heading {yaw:.2f} rad.")
-
-    def _known_localizer(self) -> Localizer:
-        if self._localizer is None:
-            raise UserError("There is no map yet, so no place on it can be set.")
-        return self._localizer
-
-    def _check_frame(self, message: Any) -> None:
-        frame = frame_name(message.header.frame_id)
-        if frame not in ("", self.parameters.map_frame):
-            raise UserError(
-                f"A place given in the frame {frame!r} is left out; give it in {self.parameters.map_frame!r} "
-                "(in RViz: Fixed Frame)."
-            )
 
     def _on_settings(self, config: LocalizationConfig) -> None:
         def work() -> None:

@@ -5,33 +5,22 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
-
 from racecar.pipelines.files.report import peak_memory_mb
-from racecar.pipelines.live.diagnostics import Diagnostics
-from racecar.pipelines.live.faults import Faults
-from racecar.pipelines.live.health import Health
 from racecar.pipelines.live.intake.fixed_transforms import FixedTransforms
 from racecar.pipelines.live.intake.sensors import ODOMETRY_TYPE, SCAN_TYPE, Sensors
+from racecar.pipelines.live.monitoring.diagnostics import Diagnostics
+from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.pipelines.live.monitoring.health import Health
 from racecar.pipelines.live.ros.message_types import message_class
 from racecar.pipelines.live.ros.parameters import car_parameters
+from racecar.pipelines.live.ros.qos import sensor_qos
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
-from racecar.pipelines.live.worker import Worker
+from racecar.pipelines.live.work.worker import Worker
 
-LATCHED = QoSProfile(
-    depth=1, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
-)
 _SILENT_AFTER = 1.0
 """Seconds without a message after which a topic has stopped."""
 _PATIENCE = 3.0
 """Seconds after the start for which a topic may be silent."""
-
-
-def sensor_qos(depth: int) -> QoSProfile:
-    """As sensors publish; deep, because what is waiting when Python is busy must not be lost."""
-    return QoSProfile(
-        depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
-    )
 
 
 class LiveNode(ABC):
@@ -123,10 +112,6 @@ class LiveNode(ABC):
     @abstractmethod
     def figures(self) -> Mapping[str, Any]:
         """What ``/diagnostics`` says besides rates and latency."""
-
-    def is_heard(self, publisher: Any) -> bool:
-        """Whether anybody listens to a topic."""
-        return bool(publisher.get_subscription_count())
 
     def _warn(self, sentence: str) -> None:
         self.node.get_logger().warning(sentence)

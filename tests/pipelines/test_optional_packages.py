@@ -45,7 +45,10 @@ def test_open3d_is_imported_nowhere_and_rerun_by_the_viewers_alone() -> None:
     failed = {module: package for module, package in found.items() if package != "imported"}
     assert {"racecar.pipelines.files.point_map", "racecar.mapping.mapper"} <= found.keys()
     assert "racecar.pipelines.view.rerun_log" in failed
-    assert failed.keys() <= {"racecar.pipelines.view.rerun_log", "racecar.pipelines.live.viewer"}
+    assert failed.keys() <= {
+        "racecar.pipelines.view.rerun_log",
+        "racecar.pipelines.live.display.browser_view",
+    }
     assert set(failed.values()) == {"rerun"}
 
 

@@ -14,7 +14,7 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import nanoseconds
-from racecar.pipelines.live.node import sensor_qos
+from racecar.pipelines.live.ros.qos import sensor_qos
 from racecar.pipelines.live.ros.run import ros_node, served
 
 

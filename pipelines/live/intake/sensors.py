@@ -26,9 +26,9 @@ from racecar.pipelines.bags.messages import (
     nanoseconds,
     ros2_types,
 )
-from racecar.pipelines.live.faults import Faults
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.intake.steady_clock import SteadyClock, TopicClock
+from racecar.pipelines.live.monitoring.faults import Faults
 
 SCAN_TYPE, ODOMETRY_TYPE = LASER_SCAN, ODOMETRY
 """What the nodes listen to; any other type that the converters' registry knows would do."""

@@ -83,6 +83,15 @@ def declare(
     return list(value) if isinstance(value, array) else value
 
 
+def declare_positive(node: Any, name: str, default: float, meaning: str) -> float:
+    """Declare a positive number that is fixed once the node runs. Raises UserError that names it when it is
+    not one."""
+    value = declare(node, name, default, meaning, read_only=True)
+    if not isinstance(value, int | float) or not 0.0 < value <= 1000.0:
+        raise UserError(f"The parameter {name} is {value!r}; give a positive number, 1000 at most.")
+    return float(value)
+
+
 def declare_settings(node: Any, settings: SettingsT) -> SettingsT:
     """Declare every setting as a parameter with its meaning and bounds, a nested one by its dotted name; the
     settings with what ROS overrides of them.

@@ -58,7 +58,7 @@ class LiveCar:
         from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import LaserScan
 
-        from racecar.pipelines.live.node import LATCHED
+        from racecar.pipelines.live.ros.qos import LATCHED
         from racecar.pipelines.live.ros.transform_type import transform_message_type
 
         self.scans_on = self.odometry_on = True

@@ -48,8 +48,8 @@ class Stage:
 def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
     from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-    from racecar.pipelines.live.node import LATCHED
     from racecar.pipelines.live.ros.processes import private_environment, racecar_process
+    from racecar.pipelines.live.ros.qos import LATCHED
     from racecar.pipelines.live.ros.run import ros_node, served
 
     folder = tmp_path_factory.mktemp("live")
@@ -241,7 +241,7 @@ def test_what_people_look_at_comes_when_they_listen(stage: Stage) -> None:
     from rclpy.qos import qos_profile_sensor_data
     from sensor_msgs.msg import PointCloud2
 
-    from racecar.pipelines.live.node import LATCHED
+    from racecar.pipelines.live.ros.qos import LATCHED
 
     heard: dict[str, list[Any]] = {"particle_cloud": [], "scan_on_map": [], "path": []}
     for (topic, messages), (kind, qos) in zip(
@@ -294,7 +294,7 @@ def test_settings_change_while_running(stage: Stage) -> None:
 def test_a_map_of_another_size_is_taken_while_driving(stage: Stage) -> None:
     from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-    from racecar.pipelines.live.node import LATCHED
+    from racecar.pipelines.live.ros.qos import LATCHED
 
     topic = stage.publisher(OccupancyGridMessage, "/map", LATCHED)
     wider = OccupancyGrid(

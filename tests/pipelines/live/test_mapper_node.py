@@ -87,7 +87,7 @@ class Stage:
 def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
     from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
-    from racecar.pipelines.live.node import LATCHED
+    from racecar.pipelines.live.ros.qos import LATCHED
     from racecar.pipelines.live.ros.run import ros_node, served
 
     folder = tmp_path_factory.mktemp("mapping")
@@ -144,7 +144,7 @@ def nearest(points: np.ndarray, others: np.ndarray) -> np.ndarray:
 def test_map_to_odometry_and_the_graph_are_published(stage: Stage) -> None:
     from visualization_msgs.msg import MarkerArray
 
-    from racecar.pipelines.live.node import LATCHED
+    from racecar.pipelines.live.ros.qos import LATCHED
 
     heard: list[Any] = []
     stage.node.create_subscription(MarkerArray, "/pose_graph", heard.append, LATCHED)

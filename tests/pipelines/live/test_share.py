@@ -49,8 +49,8 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
         else:
             from racecar.mapping.config import MappingConfig
             from racecar.mapping.mapper import Mapper
-            from racecar.pipelines.live.map_saving import MapOutput
             from racecar.pipelines.live.mapper_node import MapperNode
+            from racecar.pipelines.live.saving.map_saving import MapOutput
             from racecar.pipelines.runs.checkpoint import MappingStart
 
             MapperNode(

@@ -8,8 +8,8 @@ from racecar.maps.errors import UserError
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.registry import SCAN_CONVERTERS
 from racecar.pipelines.bags.messages import ros2_types
-from racecar.pipelines.live.faults import Faults
 from racecar.pipelines.live.intake import sensors
+from racecar.pipelines.live.monitoring.faults import Faults
 
 SONAR = "sensor_msgs/msg/Range"
 

@@ -18,8 +18,8 @@ def node() -> Iterator[Any]:
 
 def test_a_lost_delivery_is_asked_for_again(node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     from racecar.pipelines.live.intake import fixed_transforms
-    from racecar.pipelines.live.node import LATCHED
     from racecar.pipelines.live.ros.messages import transform_bytes
+    from racecar.pipelines.live.ros.qos import LATCHED
     from racecar.pipelines.live.ros.transform_type import transform_message_type
 
     told = transform_bytes(0, "base_link", "laser", [0.27, 0.0, 0.0])

@@ -1,6 +1,6 @@
 import numpy as np
 
-from racecar.pipelines.live.driven_path import DrivenPath
+from racecar.pipelines.live.display.driven_path import DrivenPath
 
 
 def test_an_hour_of_driving_stays_a_path_of_bounded_length() -> None:

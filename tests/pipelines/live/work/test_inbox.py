@@ -1,8 +1,8 @@
 from threading import Thread
 
-from racecar.pipelines.live.faults import Faults
-from racecar.pipelines.live.intake.inbox import Inbox
-from racecar.pipelines.live.worker import Worker
+from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.pipelines.live.work.inbox import Inbox
+from racecar.pipelines.live.work.worker import Worker
 
 
 def test_work_comes_out_in_the_order_it_went_in() -> None:

@@ -5,8 +5,8 @@ from collections.abc import Callable, Mapping
 from threading import Thread
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.live.faults import Faults
-from racecar.pipelines.live.intake.inbox import Inbox, Work
+from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.pipelines.live.work.inbox import Inbox, Work
 
 _log = logging.getLogger(__name__)
 

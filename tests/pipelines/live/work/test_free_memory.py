@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from racecar.pipelines.files.report import resident_memory_mb
-from racecar.pipelines.live.free_memory import give_back_free_memory
+from racecar.pipelines.live.work.free_memory import give_back_free_memory
 
 BLOCKS = 2000
 NUMBERS = 8000
@@ -36,7 +36,7 @@ import sys
 
 import numpy as np
 
-from racecar.pipelines.live.free_memory import keep_memory_together
+from racecar.pipelines.live.work.free_memory import keep_memory_together
 from racecar.pipelines.files.report import resident_memory_mb
 
 if sys.argv[1] == "apart":

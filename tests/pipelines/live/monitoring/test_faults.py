@@ -1,7 +1,7 @@
 import pytest
 
-from racecar.pipelines.live import faults as module
-from racecar.pipelines.live.faults import Faults
+from racecar.pipelines.live.monitoring import faults as module
+from racecar.pipelines.live.monitoring.faults import Faults
 
 
 @pytest.fixture

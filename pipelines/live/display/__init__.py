@@ -1,0 +1,1 @@
+"""What nodes show to people, in RViz and in the browser."""

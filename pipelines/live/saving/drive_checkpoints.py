@@ -1,0 +1,71 @@
+"""Checkpoints of a live drive, from which it goes on when its node was killed."""
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from racecar.mapping.arrays import Arrays
+from racecar.mapping.mapper import Snapshot
+from racecar.maps.errors import UserError
+from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.pipelines.live.ros.parameters import declare
+from racecar.pipelines.live.work.worker import Worker
+from racecar.pipelines.runs.checkpoint import Checkpoint
+
+CHECKPOINT_WORK = {"checkpoint": 1}
+"""The kind of work for the worker, and how much of it may wait."""
+
+_LEAST_REST = 50.0
+"""Times as long as writing takes: a long drive has a large checkpoint, and 2 % of a core are well spent."""
+
+
+@dataclass(frozen=True, eq=False)
+class DriveSnapshot:
+    """A drive as it was at one moment."""
+
+    arrays: Snapshot
+    messages: int
+    """How many of them the mapper had taken."""
+    besides: Arrays
+    """What is kept besides the mapper."""
+
+
+class DriveCheckpoints:
+    """Writes a checkpoint from time to time; where it cannot be written the drive goes on without."""
+
+    def __init__(self, node: Any, checkpoint: Checkpoint, worker: Worker, faults: Faults) -> None:
+        """Raises UserError that names a parameter at fault."""
+        self._checkpoint, self._worker, self._faults = checkpoint, worker, faults
+        self._period = _declare_period(node)
+        self._due = time.monotonic() + self._period
+
+    def save_when_due(self, take_snapshot: Callable[[], DriveSnapshot]) -> None:
+        """Let the worker write a snapshot that is taken now, if it is time."""
+        if time.monotonic() < self._due:
+            return
+        self._due = float("inf")
+        snapshot = take_snapshot()
+        self._worker.inbox.put("checkpoint", lambda: self._save(snapshot))
+
+    def remove(self) -> None:
+        """The drive is over."""
+        self._checkpoint.remove()
+
+    def _save(self, snapshot: DriveSnapshot) -> None:
+        began = time.monotonic()
+        try:
+            self._checkpoint.save(snapshot.arrays(), snapshot.messages, snapshot.besides)
+            self._faults.end("checkpoint", "Checkpoints are written again.")
+        except (UserError, OSError) as error:
+            self._faults.tell("checkpoint", f"No checkpoint is written: {error}")
+        now = time.monotonic()
+        self._due = now + max(self._period, _LEAST_REST * (now - began))
+
+
+def _declare_period(node: Any) -> float:
+    meaning = "seconds between two checkpoints, from which the drive goes on when the node was killed"
+    seconds = declare(node, "checkpoint_every", 15.0, meaning, read_only=True)
+    if not isinstance(seconds, int | float) or not 0.1 <= seconds <= 86400.0:
+        raise UserError(f"The parameter checkpoint_every is {seconds!r}; give seconds, at least 0.1.")
+    return float(seconds)

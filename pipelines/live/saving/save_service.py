@@ -1,0 +1,59 @@
+"""The service ``save_map``: the map so far as files, while the drive goes on."""
+
+from collections.abc import Callable
+from concurrent.futures import Future, TimeoutError
+from contextlib import ExitStack
+from typing import Any
+
+from std_srvs.srv import Trigger
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.pipelines.live.ros.run import sister_node
+from racecar.pipelines.live.saving.drive_checkpoints import DriveSnapshot
+from racecar.pipelines.live.saving.map_saving import MapOutput
+
+_SNAPSHOT_SECONDS = 120.0
+"""For which to wait for the mapper to come to it: it may be closing loops, and is behind for no longer, by
+judgement."""
+
+
+class SaveService:
+    """Answers when the files are there.
+
+    It has a thread of its own, and the work a process of its own, so the drive goes on meanwhile.
+    """
+
+    def __init__(
+        self,
+        node: Any,
+        output: MapOutput,
+        request_snapshot: Callable[[], "Future[DriveSnapshot]"],
+        faults: Faults,
+        inform: Callable[[str], None],
+    ) -> None:
+        """``request_snapshot``: asks for the drive as it is, which may fail with a UserError."""
+        self._node, self._output, self._request_snapshot = node, output, request_snapshot
+        self._faults, self._inform = faults, inform
+        self._served = ExitStack()
+
+    def start(self) -> None:
+        """Begin to serve."""
+        saver = self._served.enter_context(sister_node(self._node, "racecar_map_saver"))
+        saver.create_service(Trigger, "save_map", self._on_save)
+
+    def stop(self) -> None:
+        """Finish what is being saved, and stop."""
+        self._served.close()
+
+    def _on_save(self, _request: Any, response: Any) -> Any:
+        try:
+            snapshot = self._request_snapshot().result(_SNAPSHOT_SECONDS)
+            self._output.save_snapshot(snapshot.arrays(), snapshot.messages, snapshot.besides)
+        except (UserError, OSError, RuntimeError, TimeoutError) as error:
+            response.success, response.message = False, f"The map was not saved: {error}"
+            self._faults.tell("saving", response.message, lasting=False)
+            return response
+        response.success, response.message = True, f"The map is saved in {self._output.folder}."
+        self._inform(response.message)
+        return response

@@ -1,0 +1,96 @@
+"""Where people say that the car is: by an initial pose, a clicked point, or by asking for a global search."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
+from numpy.typing import NDArray
+from std_srvs.srv import Empty
+
+from racecar.localization.localizer import Localizer
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.bags.messages import frame_name
+from racecar.pipelines.live.ros.messages import start_pose
+from racecar.pipelines.live.ros.parameters import declare_positive
+from racecar.pipelines.live.work.worker import Worker
+
+START_WORK = {"place": 4}
+"""The kind of work for the worker, and how much of it may wait: a person clicks no faster."""
+
+
+class StartRequests:
+    """Hands what comes on the topics ``initialpose`` and ``clicked_point`` and by the service
+    ``reinitialize_global_localization`` to the localizer."""
+
+    def __init__(
+        self,
+        node: Any,
+        map_frame: str,
+        worker: Worker,
+        localizer: Callable[[], Localizer | None],
+        inform: Callable[[str], None],
+    ) -> None:
+        """``localizer``: the one in use, None before there is a map. Raises UserError that names a parameter
+        at fault."""
+        self._node, self._map_frame, self._worker = node, map_frame, worker
+        self._localizer, self._inform = localizer, inform
+        self._clicked_radius = declare_positive(
+            node, "clicked_radius", 1.0, "metres to which a point clicked in RViz is taken to be exact"
+        )
+
+    def start(self) -> None:
+        """Begin to listen."""
+        node = self._node
+        node.create_subscription(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, 10)
+        node.create_subscription(PointStamped, "clicked_point", self._on_clicked_point, 10)
+        node.create_service(Empty, "reinitialize_global_localization", self._on_global)
+
+    def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
+        """Let the worker start from a pose (3,) with a covariance (3, 3), None for the settings' own."""
+        self._worker.inbox.put("place", partial(self._start_from, map_from_base, covariance))
+
+    def _on_initial_pose(self, message: Any) -> None:
+        def work() -> None:
+            self._check_frame(message)
+            self._start_from(*start_pose(message))
+
+        self._worker.inbox.put("place", work)
+
+    def _on_clicked_point(self, message: Any) -> None:
+        def work() -> None:
+            self._check_frame(message)
+            point = np.array([message.point.x, message.point.y])
+            self._known_localizer().set_position(point, self._clicked_radius)
+            self._inform(f"The car is sought about ({point[0]:.2f}, {point[1]:.2f}).")
+
+        self._worker.inbox.put("place", work)
+
+    def _on_global(self, _request: Any, response: Any) -> Any:
+        def work() -> None:
+            self._known_localizer().scatter()
+            self._inform("The car is sought on the whole map.")
+
+        self._worker.inbox.put("place", work)
+        return response
+
+    def _start_from(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
+        self._known_localizer().set_pose(map_from_base, covariance)
+        x, y, yaw = map_from_base
+        self._inform(f"The car is sought about ({x:.2f}, {y:.2f}), heading {yaw:.2f} rad.")
+
+    def _known_localizer(self) -> Localizer:
+        localizer = self._localizer()
+        if localizer is None:
+            raise UserError("There is no map yet, so no place on it can be set.")
+        return localizer
+
+    def _check_frame(self, message: Any) -> None:
+        frame = frame_name(message.header.frame_id)
+        if frame not in ("", self._map_frame):
+            raise UserError(
+                f"A place given in the frame {frame!r} is left out; give it in {self._map_frame!r} "
+                "(in RViz: Fixed Frame)."
+            )
