@@ -84,11 +84,13 @@ def map(
     ):
         with report.stage("loading"):  # after the bag was opened, so that its faults are told at once
             from racecar.pipelines.commands.mapping_summary import print_mapping
-            from racecar.pipelines.files.point_map import save_point_map
             from racecar.pipelines.files.session_file import load_session
             from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
+            from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.mapping_run import build_map, save_mapping
             from racecar.pipelines.view.mapping_record import record_mapping
+        requested = ["points.ply"] if ply else []
+        outputs_with(requested)  # what is missing for them is told now rather than after hours
         earlier = load_session(continue_, verify_loops=settings.verify_loops) if continue_ else None
         checkpoint = Checkpoint(out, describe_run(reader, settings))
         console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
@@ -101,13 +103,10 @@ def map(
             checkpoint=checkpoint,
             announce=lambda sentence: console.print(sentence, markup=False),
         )
-        if ply:
-            with report.stage("writing"):
-                save_point_map(result.points, result.grid.resolution, folder / "points.ply")
         if record:
             with report.stage("recording"):
                 record_mapping(reader, result, folder)
-        save_mapping(result, report, folder, title=bag.name)
+        save_mapping(result, report, folder, title=bag.name, requested=requested)
     checkpoint.remove()
     if json is not None:
         report.write(json)

@@ -6,7 +6,7 @@ from rich.console import Console
 
 from racecar.pipelines.commands.printed_warnings import print_warnings
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.mapping_run import MAP_FILES
+from racecar.pipelines.runs.map_outputs import MAP_FILES
 
 
 def print_mapping(report: Report, folder: Path) -> None:
@@ -20,6 +20,5 @@ def print_mapping(report: Report, folder: Path) -> None:
         f"into a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s."
     )
     print_warnings(report.warnings)
-    console.print(
-        f"Look at {folder / 'map.png'}; also in {folder}: {', '.join(MAP_FILES[1:])}.", markup=False
-    )
+    others = ", ".join(name for name in MAP_FILES if name != "map.png")
+    console.print(f"Look at {folder / 'map.png'}; also in {folder}: {others}.", markup=False)

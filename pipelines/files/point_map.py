@@ -33,6 +33,12 @@ def save_point_map(points: NDArray[np.float32], spacing: float, path: Path) -> N
             raise OSError(f"open3d could not write {partial}")
 
 
+def require_open3d() -> None:
+    """Raises UserError where open3d is not installed."""
+    if find_spec("open3d") is None:
+        raise UserError("--ply needs open3d, which is not installed; install it with: pip install open3d.")
+
+
 def _import_open3d() -> ModuleType:
     """Only here, because it is large and slow to load and nothing else needs it."""
     import libusb_package

@@ -1,7 +1,7 @@
 """From a bag to a map and its files: what ``racecar map`` and ``racecar demo`` share."""
 
 import signal
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from itertools import islice
 from pathlib import Path
 
@@ -12,32 +12,18 @@ from racecar.mapping.mapper import Mapper, MappingResult
 from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between
-from racecar.maps.map_files import load_map, save_map
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.files.session_file import SESSION_FILE, save_session
-from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.pictures.map_picture import save_map_picture
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
+from racecar.pipelines.runs.map_outputs import REPORT_FILE, WrittenMap, outputs_with
 from racecar.pipelines.runs.progress import progress_bar
 
 _FIRST_TURNS, _ROUNDS = 5000, 3
 """Messages among which turns are sought, as a car may stand for long; and how often."""
-
-MAP_FILES = (
-    "map.png",
-    "map.yaml",
-    "map.pgm",
-    "trajectory.tum",
-    "pose_graph.g2o",
-    SESSION_FILE,
-    "report.json",
-)
 
 
 def build_map(
@@ -83,22 +69,14 @@ def build_map(
     return result
 
 
-def save_mapping(result: MappingResult, report: Report, folder: Path, title: str) -> None:
-    """Write every file of a mapping run into an existing folder."""
+def save_mapping(
+    result: MappingResult, report: Report, folder: Path, title: str, *, requested: Collection[str] = ()
+) -> None:
+    """Write every file of a mapping run into an existing folder, and those that were ``requested`` too."""
     with report.stage("writing"):
-        save_map(result.grid, folder / "map.yaml")
-        save_tum(result.trajectory, folder / "trajectory.tum")
-        save_g2o(result.map_from_keyframe, result.constraints, folder / "pose_graph.g2o")
-        save_map_picture(
-            folder / "map.png",
-            load_map(folder),  # as whoever reads the files sees it
-            result.trajectory,
-            result.map_from_keyframe,
-            result.constraints,
-            title,
-        )
-        save_session(result.session, folder / SESSION_FILE)
-    report.write(folder / "report.json")
+        for output in outputs_with(requested):
+            output.write(WrittenMap(result, folder, title))
+    report.write(folder / REPORT_FILE)
 
 
 def _resumed(

@@ -13,7 +13,7 @@ from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.runs.mapping_run import MAP_FILES
+from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 

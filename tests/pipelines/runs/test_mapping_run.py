@@ -17,7 +17,8 @@ from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.mapping_run import MAP_FILES, build_map, save_mapping
+from racecar.pipelines.runs.map_outputs import MAP_FILES
+from racecar.pipelines.runs.mapping_run import build_map, save_mapping
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 

@@ -1,0 +1,41 @@
+"""Compiled loops are used by their own package only, which wraps them in what others may call.
+
+import-linter has no contract for modules of a name's pattern, each with an importer of its own.
+"""
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import racecar
+
+ROOT = Path(racecar.__file__).parent
+ROOMS = ("maps", "mapping", "localization", "pipelines")
+SHARED = ("racecar.maps.geometry", "racecar.localization.numerics")
+"""Numerics that the loops of a whole room call."""
+
+
+def imports_of(path: Path) -> Iterator[str]:
+    """Names of the modules that a file imports from."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+def package_of(path: Path) -> str:
+    return ".".join(("racecar", *path.relative_to(ROOT).parent.parts))
+
+
+def test_kernels_are_imported_by_their_own_package_only() -> None:
+    strangers, imported = [], 0
+    for path in sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py")):
+        for module in sorted({name for name in imports_of(path) if name.endswith("_kernels")}):
+            imported += 1
+            package = module.rpartition(".")[0]
+            if package not in (*SHARED, package_of(path)):
+                strangers.append(f"{path.relative_to(ROOT)} imports {module}")
+    assert imported > 20
+    assert strangers == []

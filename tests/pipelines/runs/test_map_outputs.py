@@ -1,0 +1,61 @@
+"""The files of a mapping run, and how one is added."""
+
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.cli import run
+from racecar.pipelines.files import point_map
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs import map_outputs
+from racecar.pipelines.runs.map_outputs import MapOutputKind, WrittenMap, outputs_with
+from racecar.pipelines.runs.mapping_run import save_mapping
+
+
+def write_title(map_: WrittenMap) -> None:
+    (map_.folder / "title.txt").write_text(map_.title)
+
+
+def refuse() -> None:
+    raise UserError("No.")
+
+
+def test_an_output_is_one_entry_of_the_list(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    extra = MapOutputKind(
+        ("extra.txt",), lambda map_: (map_.folder / "extra.txt").touch(), only_on_request=True
+    )
+    monkeypatch.setattr(map_outputs, "MAP_OUTPUTS", (MapOutputKind(("title.txt",), write_title), extra))
+    result: Any = SimpleNamespace()
+    save_mapping(result, Report("racecar map"), tmp_path, "a drive")
+    assert {path.name for path in tmp_path.iterdir()} == {"title.txt", "report.json"}
+    assert (tmp_path / "title.txt").read_text() == "a drive"
+    save_mapping(result, Report("racecar map"), tmp_path, "a drive", requested=["extra.txt"])
+    assert (tmp_path / "extra.txt").exists()
+
+
+def test_what_an_output_needs_is_asked_for_only_with_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    needy = MapOutputKind(("needy.txt",), write_title, only_on_request=True, require=refuse)
+    monkeypatch.setattr(map_outputs, "MAP_OUTPUTS", (needy,))
+    assert outputs_with() == []
+    with pytest.raises(UserError, match="No"):
+        outputs_with(["needy.txt"])
+
+
+def test_a_cloud_without_open3d_is_refused_before_the_bag_is_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag, out = tmp_path / "drive.bag", tmp_path / "out"
+    arguments = ["--map", "track", "--out", str(bag), "--duration", "1", "--quiet"]
+    assert run(["simulate", *arguments]) == 0
+    monkeypatch.setattr(point_map, "find_spec", lambda name: None)
+    monkeypatch.setattr(
+        "racecar.pipelines.runs.mapping_run.build_map", lambda *_, **__: pytest.fail("mapped")
+    )
+    assert run(["map", str(bag), "--out", str(out), "--ply"]) == 2
+    shown = capsys.readouterr().err
+    assert shown.count("\n") == 1
+    assert "open3d" in shown
+    assert not out.exists()
