@@ -39,6 +39,22 @@ def between(world_from_a: ArrayLike, world_from_b: ArrayLike) -> Pose:
     return _broadcast(_between, world_from_a, world_from_b)
 
 
+def adjoint(a_from_b: ArrayLike) -> NDArray[np.float64]:
+    """(..., 3, 3) for poses (..., 3): carries a twist from the tangent frame of b to that of a.
+
+    Solà, Deray and Atchuthan, "A micro Lie theory for state estimation in robotics", 2018, equation 159. The
+    transpose carries an information matrix of a twist the other way, ``adjoint.T @ information @ adjoint``.
+    """
+    x, y, yaw = np.moveaxis(np.asarray(a_from_b, dtype=np.float64), -1, 0)
+    matrix = np.zeros((*np.shape(yaw), 3, 3))
+    matrix[..., 0, 0] = matrix[..., 1, 1] = np.cos(yaw)
+    matrix[..., 1, 0] = np.sin(yaw)
+    matrix[..., 0, 1] = -np.sin(yaw)
+    matrix[..., 0, 2], matrix[..., 1, 2] = y, -x
+    matrix[..., 2, 2] = 1.0
+    return matrix
+
+
 def are_apart(pose: Pose, other: Pose, limits: tuple[float, float]) -> bool:
     """Are two poses (3,) farther apart, or turned more, than ``limits`` in metres and radians?"""
     x, y, turn = between(pose, other)

@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, compose, inverse
 
 numbers = st.floats(-50.0, 50.0)
 poses = st.tuples(numbers, numbers, numbers).map(np.array)
@@ -35,3 +35,16 @@ def test_many_at_once_are_what_each_is(one: Pose, many: Pose) -> None:
     np.testing.assert_allclose(compose(many, one), [compose(each, one) for each in many], atol=1e-12)
     np.testing.assert_allclose(between(many, many[::-1]), list(map(between, many, many[::-1])), atol=1e-12)
     np.testing.assert_allclose(inverse(many), [inverse(each) for each in many], atol=1e-12)
+
+
+@given(poses, st.tuples(*[st.floats(-1.0, 1.0)] * 3).map(np.array))
+def test_adjoint_carries_small_motions_from_one_frame_to_the_other(a_from_b: Pose, twist: Pose) -> None:
+    small = 1e-6 * twist
+    moved_in_a = compose(compose(a_from_b, small), inverse(a_from_b))
+    np.testing.assert_allclose(adjoint(a_from_b) @ small, moved_in_a, atol=1e-9)
+
+
+@given(poses, many_poses)
+def test_adjoints_multiply_as_their_poses_do(one: Pose, many: Pose) -> None:
+    np.testing.assert_allclose(adjoint(compose(one, many)), adjoint(one) @ adjoint(many), atol=1e-9)
+    np.testing.assert_array_equal(adjoint(many), [adjoint(each) for each in many])
