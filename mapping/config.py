@@ -2,6 +2,11 @@
 
 from pydantic import Field
 
+from racecar.mapping.graph.config import PoseGraphConfig
+from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, RenderingConfig
+from racecar.mapping.loops.config import LoopClosureConfig
+from racecar.mapping.odometry.config import DeadReckoningConfig
+from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.maps.settings import Settings
 
 
@@ -23,3 +28,10 @@ class MappingConfig(Settings):
         default=True,
         description="Test loop closures by what scans look through, and by their neighbours.",
     )
+    odometry: DeadReckoningConfig = DeadReckoningConfig()
+    graph: PoseGraphConfig = PoseGraphConfig()
+    loops: LoopClosureConfig = LoopClosureConfig()
+    rendering: RenderingConfig = RenderingConfig()
+    despeckling: DespecklingConfig = DespecklingConfig()
+    growing_grid: GrowingGridConfig = GrowingGridConfig()
+    place_recognition: PlaceRecognitionConfig = PlaceRecognitionConfig()

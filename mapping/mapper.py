@@ -4,7 +4,7 @@ import time
 from array import array
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -14,19 +14,20 @@ from racecar.mapping.arrays import Arrays, named, part_of, pose_or_nan
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.mapping.grid.despeckling import without_specks
-from racecar.mapping.grid.rendering import NO_RAYS, Rays, pack_rays, rays_of, render, returns_of
+from racecar.mapping.grid.despeckling import despeckled
+from racecar.mapping.grid.rendering import Rays, pack_rays, rays_of, render, returns_of
 from racecar.mapping.keyframes.drive import Drive
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.keyframes.keyframe_tracking import TIED_TO, constrain, place, place_far, place_left_alone
 from racecar.mapping.keyframes.known_places import ALL_HELD, ties_to_known
 from racecar.mapping.keyframes.refinement import refine_scans
 from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.loops.verifiers import verifiers
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
 from racecar.mapping.odometry.calibration import calibrate
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.mapping.odometry.lag import OdometryLag
-from racecar.mapping.session.merging import join
+from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
@@ -90,10 +91,11 @@ class Mapper:
     def __init__(self, config: MappingConfig, odometry_lag: int = 0) -> None:
         """``odometry_lag`` in nanoseconds as far as it is known; it is learned as the car turns."""
         self._config = config
-        self._reckoning = DeadReckoning(odometry_lag)
-        self._graph = PoseGraph()
+        self._reckoning = DeadReckoning(config.odometry, odometry_lag)
+        self._graph = PoseGraph(config.graph)
         self._keyframes = ScanStore()
-        self._loops = LoopCloser(self._keyframes, verify=config.verify_loops)
+        active = verifiers(config.loops) if config.verify_loops else []
+        self._loops = LoopCloser(self._keyframes, config.loops, active)
         self._drive = Drive()
         self._map_from_keyframe: Pose = np.zeros((0, 3))
         self._rays: list[Rays] = []
@@ -150,12 +152,13 @@ class Mapper:
         """A mapper of the same settings that goes on from where another was. Raises KeyError when an array
         is missing."""
         mapper = cls(config)
-        session = Session.from_arrays(arrays, verify=config.verify_loops)
-        mapper._keyframes, mapper._rays, mapper._loops = session.keyframes, session.rays, session.loops
+        session = Session.from_arrays(arrays)
+        mapper._keyframes, mapper._rays = session.keyframes, session.rays
+        mapper._loops = replace(mapper._loops, store=session.keyframes, history=session.loops)
         mapper._map_from_keyframe = session.map_from_keyframe
-        mapper._graph = PoseGraph(session.constraints)
+        mapper._graph = PoseGraph(config.graph, session.constraints)
         mapper._drive = Drive.from_arrays(part_of("drive", arrays))
-        mapper._reckoning = DeadReckoning.from_arrays(part_of("reckoning", arrays))
+        mapper._reckoning = DeadReckoning.from_arrays(part_of("reckoning", arrays), config.odometry)
         mapper._wheel_steps = array("d", arrays["wheel_steps"].ravel().tolist())
         mapper._known_since = int(arrays["known_since"])
         mapper._seconds = dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True))
@@ -197,15 +200,19 @@ class Mapper:
             self._settle()
         session = self.session()
         if earlier is not None:
-            with self._timed("joining"):
-                session = join(earlier, session)
+            with self._timed("merging"):
+                session = merge(
+                    earlier, session, self._loops, self._config.place_recognition, self._config.graph
+                )
         report(0.3)
         map_from_laser = self._place_scans(session)
         report(0.8)
         with self._timed("rendering"):
             returns = returns_of(session.rays, session.map_from_keyframe)
-            grid = render(session.rays, session.map_from_keyframe, self._config.resolution)
-            grid = without_specks(grid, returns)
+            grid = render(
+                session.rays, session.map_from_keyframe, self._config.resolution, self._config.rendering
+            )
+            grid = despeckled(grid, returns, self._config.despeckling)
         report(1.0)
         map_from_base = compose(map_from_laser, inverse(self._reckoning.base_from_laser))
         return MappingResult(
@@ -276,7 +283,7 @@ class Mapper:
             if is_after_gap and not is_tied and self._has_driven():
                 self._known_since = index
         self._drive.start_keyframe(guesses, chosen)
-        self._rays.append(rays_of(scan, points))
+        self._rays.append(rays_of(scan, points, self._config.rendering))
         self._reckoning.start_keyframe(step, prepared)
         if index % _LEARN_LAG_EVERY == 0:
             self._reckoning.learn_lag()
@@ -300,7 +307,11 @@ class Mapper:
         """Of the last keyframes before one, give up those whose place earlier ones show well enough."""
         first = max(until - _CAN_BE_SAVED_EVERY, 0)
         candidates = np.arange(first, max(until, 0))
-        if len(candidates) == 0 or np.sum(self._keyframes.is_held) <= ALL_HELD or not self._loops.submaps:
+        if (
+            len(candidates) == 0
+            or np.sum(self._keyframes.is_held) <= ALL_HELD
+            or not self._loops.history.submaps
+        ):
             return
         with self._timed("scan matching"):
             ties = ties_to_known(candidates, self._map_from_keyframe, self._loops)
@@ -313,7 +324,7 @@ class Mapper:
             last_from_later = between(self._map_from_keyframe[until - 1], self._map_from_keyframe[until:])
             self._map_from_keyframe = np.concatenate([settled, compose(settled[-1], last_from_later)])
         self._give_up(np.array([tie.to_keyframe for tie in ties]))
-        self._graph.give_up(self._keyframes.is_held, first)
+        self._graph.trim(self._keyframes.is_held, first)
 
     def _give_up(self, keyframes: NDArray[np.int64]) -> None:
         """Forget what some keyframes saw, and the scans after each."""
@@ -321,7 +332,7 @@ class Mapper:
         self._give_up_scans(held[np.isin(self._drive.keyframe_of(held), keyframes)])
         self._keyframes.give_up(keyframes)
         for keyframe in keyframes.tolist():
-            self._rays[keyframe] = NO_RAYS
+            self._rays[keyframe] = Rays.none()
 
     def _give_up_scans_before(self, until: int) -> None:
         """Of the scans between keyframes, give up those for which there is no room, the earliest first. Where
@@ -355,7 +366,7 @@ class Mapper:
             np.tile(inverse(self._reckoning.base_from_laser), (len(self._keyframes), 1)),
             self._map_from_keyframe,
             self._graph.constraints,
-            self._loops,
+            self._loops.history,
         )
 
     def _place(self, index: int, guesses: Pose, *, is_after_gap: bool) -> tuple[Pose, int]:
@@ -410,16 +421,19 @@ class Mapper:
     def _close_loops(self, *, is_tied: bool) -> None:
         steps = self._map_from_keyframe[-2:]
         distance = float(np.hypot(*(steps[-1, :2] - steps[0, :2])))
-        if self._loops.add_keyframe(distance, is_tied=is_tied) is None:
+        if self._loops.add_keyframe(distance, is_matched=is_tied) is None:
             return
         with self._timed("loop closure"):
             closures = self._loops.close(self._map_from_keyframe)
         if not closures:
             return
         with self._timed("optimization"):
-            tied_until = self._loops.tied_until(_LOOPS_NOT_TIED)
+            history = self._loops.history
             self._map_from_keyframe = self._graph.close(
-                closures, self._map_from_keyframe, self._loops.groups(), tied_until
+                closures,
+                self._map_from_keyframe,
+                history.graph.groups(),
+                history.tied_until(_LOOPS_NOT_TIED),
             )
 
     def _calibrate(self, first: int) -> None:
@@ -427,7 +441,7 @@ class Mapper:
         measured = self._measured_steps()
         known = first + np.flatnonzero(~np.isnan(measured[first:, 0]))
         matched = between(self._map_from_keyframe[known], self._map_from_keyframe[1:][known])
-        self._reckoning.calibration = calibrate(measured[known], matched)
+        self._reckoning.calibration = calibrate(measured[known], matched, self._config.odometry.calibration)
 
     def _measured_steps(self) -> Pose:
         """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not."""
@@ -440,7 +454,7 @@ class Mapper:
             return
         self._map_from_keyframe = self._graph.optimize_roughly(self._map_from_keyframe)
         self._calibrate(0)
-        graph = PoseGraph()
+        graph = PoseGraph(self._config.graph)
         is_held = self._keyframes.is_held
         every = range(len(is_held))
         pairs = np.array([(i - back, i) for i in every for back in TIED_TO if back <= i])
@@ -464,7 +478,7 @@ class Mapper:
             for constraint in constrain(passes, self._map_from_keyframe, self._keyframes):
                 graph.add(constraint)
         self._graph = graph
-        self._map_from_keyframe = graph.settle(self._map_from_keyframe)
+        self._map_from_keyframe = graph.optimize_finally(self._map_from_keyframe)
 
     def _counts(self, session: Session) -> dict[str, int]:
         constraints = session.constraints

@@ -12,9 +12,9 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 
 _SCANS, _TURN = 120, 0.06
-"""With so many radians of the way round from one to the next: more than a round."""
+"""Scans and the radians of the way round from one to the next: more than a round, so that a loop closes."""
 _PERIOD = 100_000_000
-"""Nanoseconds."""
+"""Nanoseconds between scans: those of a laser of ten scans a second, since all kernels serve any."""
 
 
 def warm_up() -> None:
@@ -28,7 +28,8 @@ def warm_up() -> None:
         ranges = cast_rays(room, map_from_base, bearings, 30.0)
         mapper.add_scan(Scan(k * _PERIOD, bearings, ranges, np.zeros_like(bearings), IDENTITY, 30.0))
     session = mapper.session()
-    GrowingGrid(config.resolution).draw(session.rays, session.map_from_keyframe)
+    grid = GrowingGrid(config.resolution, config.rendering, config.growing_grid)
+    grid.draw(session.rays, session.map_from_keyframe)
 
 
 def _ring() -> OccupancyGrid:

@@ -1,8 +1,8 @@
 """Submaps as the nodes of a pose graph: rough, and solved quickly however long the drive was.
 
-The keyframes nearest to the middle of a submap move as one. All that the constraints between two such groups
-tell is taken together to one, by a step of Gauss-Newton from where the groups are now. Cf. Grisetti et al.,
-"Hierarchical Optimization on Manifolds for Online 2D and 3D Mapping", ICRA 2010.
+The keyframes nearest to the middle of a submap move as one. All constraints between two such groups are
+condensed to one, by a Gauss-Newton step from where the groups are now. Cf. Grisetti et al., "Hierarchical
+Optimization on Manifolds for Online 2D and 3D Mapping", ICRA 2010.
 """
 
 from dataclasses import dataclass, replace
@@ -11,17 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
-from racecar.maps.geometry.se2 import Pose, between, compose, interpolate
+from racecar.maps.geometry.se2 import Pose, adjoint, between, compose, interpolate
 
 
 @dataclass(frozen=True, eq=False)
 class Groups:
-    """Which submap each keyframe goes with."""
+    """Which submap each keyframe moves with."""
 
     middles: NDArray[np.int64]
-    """(M,) the keyframes in the middle of the submaps, rising; at least one."""
-    doubt: NDArray[np.float64]
-    """(K,) metres driven up to each keyframe, where scans do not tie one to the last counted as many more."""
+    """(M,) the keyframes in the middle of the submaps, ascending; at least one."""
+    accumulated_drift: NDArray[np.float64]
+    """(K,) metres driven up to each keyframe, a step that no scan match confirms counted as many more."""
 
     def nearest(self) -> NDArray[np.int64]:
         """(K,) the group of each keyframe."""
@@ -29,9 +29,9 @@ class Groups:
         return np.where(share > 0.5, after, before)
 
     def carry(self, map_from_keyframe: Pose, map_from_middle: Pose) -> Pose:
-        """The keyframes' poses (K, 3), moved so that the middles come to lie at (M, 3).
+        """The keyframes' poses (K, 3), moved so that the middles lie at ``map_from_middle`` (M, 3).
 
-        Between two middles the way in which one is moved goes over to that of the other.
+        The correction of a keyframe is interpolated between those of the middles before and after it.
         """
         before, after, share = self._neighbours()
 
@@ -42,19 +42,23 @@ class Groups:
         return interpolate(moved_with(before), moved_with(after), share)
 
     def _neighbours(self) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-        """The groups (K,) before and after each keyframe, and its share (K,) of the way between: 0 to 1."""
-        following = np.searchsorted(self.middles, np.arange(len(self.doubt)), side="right")
+        """The groups (K,) before and after each keyframe, and how far (K,) it lies between them: 0 to 1."""
+        following = np.searchsorted(self.middles, np.arange(len(self.accumulated_drift)), side="right")
         before, after = np.maximum(following - 1, 0), np.minimum(following, len(self.middles) - 1)
-        start, end = self.doubt[self.middles[before]], self.doubt[self.middles[after]]
-        share = (self.doubt - start) / np.maximum(end - start, 1e-9)
+        drift = self.accumulated_drift
+        start, end = drift[self.middles[before]], drift[self.middles[after]]
+        share = (drift - start) / np.maximum(end - start, 1e-9)
         return before, after, np.clip(share, 0.0, 1.0)
 
 
-def between_groups(constraints: ConstraintList, map_from_keyframe: Pose, groups: Groups) -> list[Constraint]:
-    """The constraints of the keyframes (K, 3) with groups in their stead.
+def between_groups(
+    constraints: ConstraintList, map_from_keyframe: Pose, groups: Groups, match_loss_width: float
+) -> list[Constraint]:
+    """The constraints between keyframes (K, 3) as constraints between their groups.
 
-    Loop closures connect middles and stay as they are. Scan matches are weighed by how well they fit now, as
-    their Cauchy loss does, and what becomes of them is not robust any more.
+    Loop closures connect middles and stay as they are. Scan matches are weighted by how well they fit now, as
+    by their Cauchy loss of ``match_loss_width`` standard deviations; what they are condensed to has no robust
+    loss any more.
     """
     group = groups.nearest()
     is_loop = constraints.are("loop_closure")
@@ -64,24 +68,29 @@ def between_groups(constraints: ConstraintList, map_from_keyframe: Pose, groups:
         replace(constraints[k], from_keyframe=int(first[k]), to_keyframe=int(second[k]))
         for k in np.flatnonzero(is_loop).tolist()
     ]
-    return _taken_together(local, map_from_keyframe, group, map_from_keyframe[groups.middles]) + closures
+    middle = map_from_keyframe[groups.middles]
+    return _condensed(local, map_from_keyframe, group, middle, match_loss_width) + closures
 
 
-def _taken_together(
-    local: ConstraintList, map_from_keyframe: Pose, group: NDArray[np.int64], middle: Pose
+def _condensed(
+    local: ConstraintList,
+    map_from_keyframe: Pose,
+    group: NDArray[np.int64],
+    middle: Pose,
+    match_loss_width: float,
 ) -> list[Constraint]:
     """One constraint for each pair of groups, with their middles at (M, 3), that any connect."""
     edges = local.to_arrays()
     first, second = edges["keyframes"].T
     error = between(edges["poses"], between(map_from_keyframe[first], map_from_keyframe[second]))
-    information = _weighed(edges["information"], local.are("scan_matching"), error)
-    # A group that moves by delta in its middle's tangent frame makes it error + jacobian delta.
-    jacobian = _adjoint(between(map_from_keyframe[second], middle[group[second]]))
-    weighed = jacobian.transpose(0, 2, 1) @ information
+    information = _weighted(edges["information"], local.are("scan_matching"), error, match_loss_width)
+    # Moving a group by delta in its middle's tangent frame changes the error to error + jacobian delta.
+    jacobian = adjoint(between(map_from_keyframe[second], middle[group[second]]))
+    weighted = jacobian.transpose(0, 2, 1) @ information
     pairs, pair = np.unique(group[first] * len(middle) + group[second], return_inverse=True)
     hessian, gradient = np.zeros((len(pairs), 3, 3)), np.zeros((len(pairs), 3, 1))
-    np.add.at(hessian, pair, weighed @ jacobian)
-    np.add.at(gradient, pair, weighed @ error[:, :, None])
+    np.add.at(hessian, pair, weighted @ jacobian)
+    np.add.at(gradient, pair, weighted @ error[:, :, None])
     delta = -np.linalg.solve(hessian, gradient)[:, :, 0]
     earlier, later = np.divmod(pairs, len(middle))
     measured = compose(between(middle[earlier], middle[later]), delta)
@@ -91,17 +100,9 @@ def _taken_together(
     ]
 
 
-def _weighed(
-    information: NDArray[np.float64], is_robust: NDArray[np.bool_], error: Pose
+def _weighted(
+    information: NDArray[np.float64], is_robust: NDArray[np.bool_], error: Pose, width: float
 ) -> NDArray[np.float64]:
-    """Information (N, 3, 3), less of it where a scan match, which is robust, misses by an error (N, 3)."""
+    """Information (N, 3, 3) times the Cauchy weight at an error (N, 3), for those that are robust."""
     squared = (error[:, None] @ information @ error[:, :, None])[:, :, 0]
-    return information / np.where(is_robust[:, None], 1.0 + squared, 1.0)[:, :, None]
-
-
-def _adjoint(poses: Pose) -> NDArray[np.float64]:
-    """(N, 3, 3): turns a motion in the tangent frame of b into one of a, where ``a_from_b`` are (N, 3)."""
-    x, y, yaw = poses.T
-    cos, sin, zero = np.cos(yaw), np.sin(yaw), np.zeros(len(poses))
-    rows = [[cos, -sin, y], [sin, cos, -x], [zero, zero, zero + 1.0]]
-    return np.moveaxis(np.array(rows), -1, 0)
+    return information / np.where(is_robust[:, None], 1.0 + squared / width**2, 1.0)[:, :, None]

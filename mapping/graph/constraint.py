@@ -13,7 +13,9 @@ from racecar.maps.geometry.se2 import Pose
 Kind = Literal["odometry", "scan_matching", "loop_closure"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 _ROWS, _COLUMNS = np.triu_indices(3)
+"""Of the upper half of a symmetric matrix (3, 3), which holds all of it by definition."""
 _OF_UPPER = np.array([[0, 1, 2], [1, 3, 4], [2, 4, 5]])
+"""Which of the six numbers of that half each entry of the matrix is, by definition of symmetry."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,8 +32,8 @@ class Constraint:
 
 
 class ConstraintList:
-    """A growing list of constraints in a fifth of the memory that they take as objects; of the information,
-    which is symmetric, it holds one half."""
+    """A growing list of constraints in a fifth of the memory that they take as objects. Information matrices
+    are symmetric, so only their upper halves are stored."""
 
     def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
         self._ends, self._kinds = array("i"), array("b")
@@ -58,11 +60,11 @@ class ConstraintList:
         self._kinds.append(KINDS.index(constraint.kind))
 
     def ends_of(self, k: int) -> tuple[int, int]:
-        """The keyframes that one connects, without making more of it."""
+        """The keyframes that one connects, without building the whole constraint."""
         return self._ends[2 * k], self._ends[2 * k + 1]
 
     def kind_of(self, k: int) -> Kind:
-        """Likewise its kind."""
+        """The kind of one, likewise."""
         return KINDS[self._kinds[k]]
 
     def are(self, kind: Kind) -> NDArray[np.bool_]:
@@ -79,8 +81,8 @@ class ConstraintList:
         return ConstraintList.from_arrays(self.to_arrays())
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """``keyframes`` (C, 2) int32, ``poses`` (C, 3), ``information`` (C, 3, 3) and ``kinds`` (C,) int8, by
-        their places in ``KINDS``."""
+        """``keyframes`` (C, 2) int32, ``poses`` (C, 3), ``information`` (C, 3, 3) and ``kinds`` (C,) int8,
+        the indices into ``KINDS``."""
         return {
             "keyframes": np.array(self._ends, dtype=np.int32).reshape(-1, 2),
             "poses": np.array(self._poses).reshape(-1, 3),
@@ -90,7 +92,7 @@ class ConstraintList:
 
     @classmethod
     def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> "ConstraintList":
-        """The constraints that were written so."""
+        """The constraints that `to_arrays` wrote."""
         constraints = cls()
         constraints._ends.frombytes(arrays["keyframes"].astype(np.int32).tobytes())
         constraints._poses.frombytes(arrays["poses"].astype(np.float64).tobytes())

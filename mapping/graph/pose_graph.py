@@ -1,9 +1,9 @@
 """The pose graph: keyframes as nodes, constraints as edges, solved by GTSAM.
 
 Scan matches and loop closures have a Cauchy loss. That of the loop closures is annealed: wide at first, so
-that true closures far from the present estimate still pull, and narrow in the end, so that false ones let go.
-Odometry is not robust: where it is all there is, along bare corridors, a robust chain would tear at one link
-instead of sharing the error out.
+that true closures far from the present estimate still pull, and narrow in the end, so that false ones lose
+their influence. Odometry has no robust loss: where it is all there is, along bare corridors, a robust chain
+would tear at one link instead of sharing out the error.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,70 +13,67 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.coarse_graph import Groups, between_groups
+from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 
 _ANCHOR_SIGMA = 1e-4
-_LOCAL_WIDTH = 1.0
-_LOOP_WIDTHS = (30.0, 5.0, 1.0)
-_TOLERANCE = 1e-4
-_ROUGH_TOLERANCE = 1e-3
-_ONE_BY_ONE = 4000
-"""Keyframes, at most, that are optimized each for itself while the drive goes on."""
-_STRAINED = (0.15, 0.03)
-_REFUTED = (0.3, 0.06)
+"""Metres and radians of the prior on the first pose: small beside any measurement, so that it stays where it
+is, and large enough for the equations to remain well conditioned."""
 
 
 class PoseGraph:
     """Constraints between keyframes.
 
-    Their factors are made anew each time, which takes at most a seventh of the time that solving does: kept,
+    Their factors are built for each solution, which takes at most a seventh of the time of solving; kept,
     they would take twice the memory of the constraints.
     """
 
-    def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
+    def __init__(self, config: PoseGraphConfig, constraints: Iterable[Constraint] = ()) -> None:
+        self.config = config
         self.constraints = ConstraintList(constraints)
 
     def add(self, constraint: Constraint) -> None:
-        """Take a constraint into the graph; they come in the order of their second keyframes, loop closures
-        excepted."""
+        """Take a constraint into the graph; all but loop closures come in the order of their second
+        keyframes."""
         self.constraints.append(constraint)
 
-    def give_up(self, is_held: NDArray[np.bool_], first: int) -> None:
-        """Of what ties two keyframes from ``first`` on that are not held, (K,), keep only loop closures and
-        matches of neighbours. Those constraints come to be in the order of their second keyframes."""
+    def trim(self, is_kept: NDArray[np.bool_], first: int) -> None:
+        """Of the constraints between two keyframes from ``first`` on whose scans are not kept, (K,), leave
+        only loop closures and matches of neighbours. The constraints from there on are then sorted by their
+        second keyframes."""
         start, ends = self._start_of(first), self.constraints.to_arrays()["keyframes"]
         are_neighbours = (ends[:, 1] == ends[:, 0] + 1) & self.constraints.are("scan_matching")
-        is_worth = is_held[ends].any(axis=1) | are_neighbours | self.constraints.are("loop_closure")
-        kept = start + np.flatnonzero(is_worth[start:])
-        kept = kept[np.argsort(ends[kept, 1], kind="stable")]
-        self.constraints = self.constraints.chosen(np.append(np.arange(start), kept))
+        is_worth = is_kept[ends].any(axis=1) | are_neighbours | self.constraints.are("loop_closure")
+        left = start + np.flatnonzero(is_worth[start:])
+        left = left[np.argsort(ends[left, 1], kind="stable")]
+        self.constraints = self.constraints.chosen(np.append(np.arange(start), left))
 
     def optimize(self, poses: Pose) -> Pose:
-        """The poses (K, 3) that agree best with all constraints; the first one is held where it is."""
-        return self._anneal(poses, _LOOP_WIDTHS, _TOLERANCE)
+        """The poses (K, 3) that agree best with all constraints; the first one stays where it is."""
+        return self._anneal(poses, self.config.loop_loss_widths, self.config.tolerance)
 
     def optimize_roughly(self, poses: Pose, first: int = 0) -> Pose:
-        """The same to a few centimetres, which is as much as a drive that goes on has use for; keyframes
-        before ``first`` are held where they are."""
-        return self._anneal(poses, _LOOP_WIDTHS[:2], _ROUGH_TOLERANCE, first)
+        """The same to a few centimetres, enough while the drive goes on; keyframes before ``first`` stay
+        where they are."""
+        return self._anneal(poses, self.config.loop_loss_widths[:2], self.config.rough_tolerance, first)
 
     def optimize_by_groups(self, poses: Pose, groups: Groups) -> Pose:
-        """`optimize_roughly`, but where there are many keyframes they are moved by groups, and then only the
-        latest of them one by one."""
-        first = max(len(poses) - _ONE_BY_ONE, 0)
+        """`optimize_roughly`, but of very many keyframes only the latest are solved one by one, after all
+        have been moved by groups."""
+        first = max(len(poses) - self.config.most_solved_singly, 0)
         if first > 0:
-            graph = PoseGraph(between_groups(self.constraints, poses, groups))
-            middles = graph._anneal(poses[groups.middles], _LOOP_WIDTHS[:2], _ROUGH_TOLERANCE)
+            coarse = between_groups(self.constraints, poses, groups, self.config.match_loss_width)
+            middles = PoseGraph(self.config, coarse).optimize_roughly(poses[groups.middles])
             poses = groups.carry(poses, middles)
         return self.optimize_roughly(poses, first)
 
     def optimize_since(self, poses: Pose, first: int) -> Pose:
-        """`optimize` for the keyframes from ``first`` on; those before are held where they are.
+        """`optimize` for the keyframes from ``first`` on; those before stay where they are.
 
         The poses may be those of the first keyframes only.
         """
-        return self._anneal(poses, _LOOP_WIDTHS[-1:], _TOLERANCE, first)
+        return self._anneal(poses, self.config.loop_loss_widths[-1:], self.config.tolerance, first)
 
     def _anneal(self, poses: Pose, widths: tuple[float, ...], tolerance: float, first: int = 0) -> Pose:
         local, loops = gtsam.NonlinearFactorGraph(), []
@@ -86,7 +83,7 @@ class PoseGraph:
             if constraint.kind == "loop_closure":
                 loops.append(constraint)
             else:
-                local.add(_factor(constraint, _LOCAL_WIDTH, poses, first))
+                local.add(_factor(constraint, self.config.match_loss_width, poses, first))
         if first == 0:
             _anchor(local, 0, poses[0])
         for width in widths if loops else widths[-1:]:
@@ -104,54 +101,53 @@ class PoseGraph:
     def _start_of(self, first: int) -> int:
         """Where the constraints of keyframes from ``first`` on begin.
 
-        Those that were added long before are not looked at, so that this costs the same all day.
+        Those added long before are not visited, so the cost does not grow with the length of the drive.
         """
         for k in reversed(range(len(self.constraints))):
             if self.constraints.ends_of(k)[1] < first and self.constraints.kind_of(k) != "loop_closure":
                 return k + 1
         return 0
 
-    def settle(self, poses: Pose) -> Pose:
-        """Optimize, and once more without the loop closures that the solution does not bear out."""
+    def optimize_finally(self, poses: Pose) -> Pose:
+        """Optimize, and once more without the loop closures that the solution refutes."""
         poses = self.optimize(poses)
         return self.optimize(poses) if self._drop_refuted(poses) else poses
 
     def close(self, closures: Sequence[Constraint], poses: Pose, groups: Groups, tied_until: int = 0) -> Pose:
         """Take loop closures into the graph; where they strain the poses (K, 3), optimize these roughly.
 
-        At first only those from keyframe ``tied_until`` on, which costs the same all day; when the strain is
-        not theirs, all.
+        At first only those from keyframe ``tied_until`` on, which costs the same however long the drive was;
+        if that leaves a closure strained, all.
         """
         for closure in closures:
             self.add(closure)
-        if tied_until > 0 and _are_strained(closures, poses):
+        if tied_until > 0 and self._are_strained(closures, poses):
             poses = self.optimize_roughly(poses, tied_until)
-        return self.optimize_by_groups(poses, groups) if _are_strained(closures, poses) else poses
+        return self.optimize_by_groups(poses, groups) if self._are_strained(closures, poses) else poses
+
+    def _are_strained(self, closures: Sequence[Constraint], poses: Pose) -> bool:
+        """Does any closure contradict the poses (K, 3) so much that it is worth optimizing anew?"""
+        limits = (self.config.strained_distance, self.config.strained_angle)
+        return any(_is_contradicted(closure, poses, limits) for closure in closures)
 
     def _drop_refuted(self, poses: Pose) -> bool:
-        """Take out the loop closures that the solution does not bear out; tells whether there were any."""
-        kept = [
+        """Take out the loop closures that the solution refutes; returns whether there were any."""
+        limits = (self.config.refuted_distance, self.config.refuted_angle)
+        left = [
             k
             for k in range(len(self.constraints))
             if self.constraints.kind_of(k) != "loop_closure"
-            or not is_strained(self.constraints[k], poses, _REFUTED)
+            or not _is_contradicted(self.constraints[k], poses, limits)
         ]
-        found = len(kept) < len(self.constraints)
-        self.constraints = self.constraints.chosen(kept)
+        found = len(left) < len(self.constraints)
+        self.constraints = self.constraints.chosen(left)
         return found
 
 
-def is_strained(constraint: Constraint, poses: Pose, limits: tuple[float, float] = _STRAINED) -> bool:
-    """Does a constraint contradict the poses (K, 3) by more than ``limits``, metres and radians?
-
-    The usual limits are those beyond which it is worth optimizing anew.
-    """
+def _is_contradicted(constraint: Constraint, poses: Pose, limits: tuple[float, float]) -> bool:
+    """Do the poses (K, 3) contradict a constraint by more than ``limits``, metres and radians?"""
     solved = between(poses[constraint.from_keyframe], poses[constraint.to_keyframe])
     return are_apart(constraint.from_pose_to_pose, solved, limits)
-
-
-def _are_strained(constraints: Sequence[Constraint], poses: Pose) -> bool:
-    return any(is_strained(constraint, poses) for constraint in constraints)
 
 
 def _noise(constraint: Constraint, width: float) -> gtsam.noiseModel.Base:
@@ -162,7 +158,7 @@ def _noise(constraint: Constraint, width: float) -> gtsam.noiseModel.Base:
 
 
 def _factor(constraint: Constraint, width: float, poses: Pose, first: int) -> gtsam.NoiseModelFactor:
-    """A constraint as a factor; keyframes before ``first`` are held where they are in the poses (K, 3)."""
+    """A constraint as a factor; keyframes before ``first`` are fixed at their poses (K, 3)."""
     noise = _noise(constraint, width)
     start, end = constraint.from_keyframe, constraint.to_keyframe
     if start >= first:
@@ -177,10 +173,10 @@ def _anchor(graph: gtsam.NonlinearFactorGraph, key: int, pose: Pose) -> None:
 
 
 def _ordering(keyframes: range, ends: Iterable[tuple[int, int]]) -> gtsam.Ordering:
-    """In which order to eliminate keyframes, by nested dissection [Karypis and Kumar 1998]. Where a drive has
-    come to the same places for hours, it takes a tenth of the time that gtsam's usual COLAMD takes.
+    """The order in which keyframes are eliminated, by nested dissection (Karypis and Kumar, 1998). For a
+    drive that has passed the same places for hours it takes a tenth of the time of gtsam's default, COLAMD.
 
-    METIS crashes on a keyframe that nothing connects with another, so each is taken to be with the next.
+    METIS crashes on a keyframe that no constraint connects to another, so each is connected to the next.
     """
     graph = gtsam.SymbolicFactorGraph()
     graph.push_factor(keyframes[0])

@@ -1,28 +1,21 @@
-"""The grid of a drive that is still going on, drawn again and again at little cost.
+"""The grid of a drive that is still going on, updated again and again at little cost.
 
-Keyframes that have settled are counted once and stay; only the latest are drawn afresh each time. When the
-graph moves what was drawn, all is drawn anew: over some calls where there is much, and shown as it was until
-then.
+Keyframes that have settled are counted once for good; only the latest are drawn afresh each time. When the
+graph moves what was drawn, everything is redrawn: over several calls where there is much, and the old drawing
+is shown until then.
 """
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.grid.rendering import Rays, not_given_up, occupancy
+from racecar.mapping.grid.config import GrowingGridConfig, RenderingConfig
+from racecar.mapping.grid.rendering import Rays, kept, occupancy
 from racecar.mapping.grid.rendering_kernels import cast_scan
 from racecar.maps.geometry.se2 import Pose, between, transform_points
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
-
-_LATEST = 80
-"""Keyframes whose poses the mapper still adjusts as a matter of course."""
-_MOVED = 0.5
-"""Cells by which a settled keyframe may move, or what it sees at ten metres, before all is drawn anew."""
-_AT_ONCE = 200
-"""Keyframes that are drawn anew in one call, so that the next map comes within a second or so."""
-_GROWTH = 10.0
-"""Metres of spare room when the grid must grow."""
 
 _Counts = NDArray[np.uint16]
 
@@ -30,25 +23,29 @@ _Counts = NDArray[np.uint16]
 class GrowingGrid:
     """Draws the grid of all keyframes so far; it belongs to one thread."""
 
-    def __init__(self, resolution: float) -> None:
-        self._shown = _Canvas(resolution)
-        self._anew: _Canvas | None = None
+    def __init__(self, resolution: float, rendering: RenderingConfig, config: GrowingGridConfig) -> None:
+        self._new_canvas = partial(_Canvas, resolution, rendering, config)
+        self._config = config
+        self._shown = self._new_canvas()
+        self._next: _Canvas | None = None
+        """What replaces the shown one once all is redrawn."""
         self.redrawn = 0
-        """How often all was drawn anew because the graph had moved it."""
+        """How often everything was redrawn because the graph had moved it."""
 
     def draw(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
         """The grid that rays (K) seen from poses (K, 3) draw; those of the last call are the first of them.
 
         K is at least 1.
         """
-        until = max(len(rays) - _LATEST, len(self._shown.drawn))
-        if self._anew is None and self._shown.is_outdated(map_from_laser):
+        until = max(len(rays) - self._config.unsettled_keyframes, len(self._shown.drawn))
+        if self._next is None and self._shown.is_outdated(map_from_laser):
             self.redrawn += 1
-            self._anew = _Canvas(self._shown.resolution)
-        if self._anew is not None:
-            self._anew.settle(rays, map_from_laser, _reached(rays, len(self._anew.drawn), until))
-            if len(self._anew.drawn) == until:
-                self._shown, self._anew = self._anew, None
+            self._next = self._new_canvas()
+        if self._next is not None:
+            end = _reached(rays, len(self._next.drawn), until, self._config.redrawn_at_once)
+            self._next.settle(rays, map_from_laser, end)
+            if len(self._next.drawn) == until:
+                self._shown, self._next = self._next, None
         self._shown.settle(rays, map_from_laser, until)
         return self._shown.with_latest(rays, map_from_laser)
 
@@ -56,10 +53,11 @@ class GrowingGrid:
 class _Canvas:
     """Counts of the settled keyframes, and the cells that were shown last."""
 
-    def __init__(self, resolution: float) -> None:
+    def __init__(self, resolution: float, rendering: RenderingConfig, config: GrowingGridConfig) -> None:
         self.resolution = resolution
+        self._rendering, self._config = rendering, config
         self.drawn: Pose = np.zeros((0, 3))
-        """Of the settled keyframes, as each was drawn."""
+        """Poses of the settled keyframes, as each was drawn."""
         self._hits: _Counts = np.zeros((0, 0), dtype=np.uint16)
         self._passes: _Counts = np.zeros((0, 0), dtype=np.uint16)
         self._low = np.full(2, np.nan)
@@ -71,20 +69,20 @@ class _Canvas:
     def is_outdated(self, map_from_laser: Pose) -> bool:
         """Do the settled keyframes lie elsewhere now?"""
         steps = between(self.drawn, map_from_laser[: len(self.drawn)])
-        moved = np.hypot(steps[:, 0], steps[:, 1]) + 10.0 * np.abs(steps[:, 2])
-        return bool(np.any(moved > _MOVED * self.resolution))
+        moved = np.hypot(steps[:, 0], steps[:, 1]) + self._config.sight * np.abs(steps[:, 2])
+        return bool(np.any(moved > self._config.max_shift * self.resolution))
 
     def settle(self, rays: Sequence[Rays], map_from_laser: Pose, until: int) -> None:
         """Count the keyframes before one for good."""
         first = len(self.drawn)
-        for k in not_given_up(rays, range(first, until)):
+        for k in kept(rays, range(first, until)):
             touched = _touched(rays[k], map_from_laser[k])
             self._make_room(touched)
             self._count(touched, rays[k].returns, self._hits, self._passes)
         self.drawn = np.concatenate([self.drawn, map_from_laser[first:until]])
 
     def with_latest(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
-        """The grid with the keyframes (K) that have not settled, which are not kept."""
+        """The grid with the keyframes (K) that have not settled, whose counts are dropped again."""
         latest = range(len(self.drawn), len(rays))
         touched = [_touched(rays[k], map_from_laser[k]) for k in latest]
         for points in touched:
@@ -95,11 +93,11 @@ class _Canvas:
             self._count(points, rays[k].returns, hits, passes)
         outdated.include(self._dirty)
         box = outdated.slices()
-        self._cells[box] = occupancy(hits[box], passes[box])
+        self._cells[box] = occupancy(hits[box], passes[box], self._rendering)
         return OccupancyGrid(self._cells.copy(), self.resolution, np.append(self._low, 0.0))
 
     def _make_room(self, points: NDArray[np.float64]) -> None:
-        """Let the grid grow until it holds points (N, 2) of the map."""
+        """Grow the grid until it contains points (N, 2) of the map."""
         low, high = points.min(axis=0), points.max(axis=0)
         if np.isnan(self._low[0]):
             self._low = np.floor(low / self.resolution) * self.resolution
@@ -115,7 +113,7 @@ class _Canvas:
         self._dirty.move(before[::-1])
 
     def _count(self, touched: NDArray[np.float64], returns: int, hits: _Counts, passes: _Counts) -> None:
-        """Count what a keyframe hits and passes, from the points (N + 1, 2) that it touched."""
+        """Count the cells that a keyframe hits and passes, from the points (N + 1, 2) that it touched."""
         self._mark += 1
         touched = (touched - self._low) / self.resolution
         ends, (column, row) = touched[:-1], touched[-1]
@@ -125,41 +123,42 @@ class _Canvas:
 
     def _spare(self, missing: NDArray[np.float64]) -> NDArray[np.int64]:
         """Cells to add on a side, from the metres that are missing there."""
-        wanted = np.where(missing >= 0.0, missing + _GROWTH, 0.0)
+        wanted = np.where(missing >= 0.0, missing + self._config.growth, 0.0)
         return np.ceil(wanted / self.resolution).astype(np.int64)
 
 
 class _Box:
-    """Rows and columns within which the cells shown are not what is counted."""
+    """The rows and columns whose cells have to be computed from the counts again."""
 
     def __init__(self) -> None:
+        # Empty: beyond any grid, the wrong way round.
         self._low, self._high = np.full(2, 2**30), np.full(2, -(2**30))
 
     def add(self, cells: NDArray[np.int64]) -> None:
-        """Let it hold cells (N, 2), row and column."""
+        """Extend it to contain cells (N, 2), row and column."""
         self._low = np.minimum(self._low, cells.min(axis=0))
         self._high = np.maximum(self._high, cells.max(axis=0) + 1)
 
     def include(self, other: "_Box") -> None:
-        """Let it hold another box."""
+        """Extend it to contain another box."""
         self._low, self._high = np.minimum(self._low, other._low), np.maximum(self._high, other._high)
 
     def move(self, cells: NDArray[np.int64]) -> None:
-        """Follow the grid when it grows by so many rows and columns before the first."""
+        """Follow the grid when it grows by ``cells`` (2,) rows and columns before the first."""
         self._low, self._high = self._low + cells, self._high + cells
 
     def slices(self) -> tuple[slice, slice]:
-        """What to index the grid with."""
+        """The box as an index into the grid."""
         (first_row, first_column), (last_row, last_column) = self._low.tolist(), self._high.tolist()
         return slice(first_row, last_row), slice(first_column, last_column)
 
 
-def _reached(rays: Sequence[Rays], first: int, until: int) -> int:
-    """The keyframe before which those to be drawn in one call end, from the first on."""
-    seen = not_given_up(rays, range(first, until))
-    return until if len(seen) <= _AT_ONCE else seen[_AT_ONCE]
+def _reached(rays: Sequence[Rays], first: int, until: int, most: int) -> int:
+    """The keyframe before which those to be drawn in one call end: from the first on, at most so many."""
+    seen = kept(rays, range(first, until))
+    return until if len(seen) <= most else seen[most]
 
 
 def _touched(ray: Rays, pose: Pose) -> NDArray[np.float64]:
-    """(N + 1, 2) where the rays of a keyframe end, and at last where they begin."""
+    """(N + 1, 2) the ends of a keyframe's rays, and last their start."""
     return np.concatenate([transform_points(pose, ray.ends), pose[None, :2]])

@@ -19,8 +19,8 @@ def cast_scan(
     """Count for each cell whether this scan hit it or, failing that, passed it: once per scan.
 
     The start and the ``ends`` (N, 2), column and row, are in cells; ``marks`` remembers the last scan,
-    ``mark``, that touched a cell. Grid traversal after Amanatides
-    and Woo, "A fast voxel traversal algorithm", 1987.
+    ``mark``, that touched a cell. Grid traversal after Amanatides and Woo, "A fast voxel traversal
+    algorithm", 1987.
     """
     rows, columns = hits.shape
     for i in range(len(ends)):

@@ -12,7 +12,8 @@ from scipy.spatial import cKDTree
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes.first_pass import SAME_PASS, near_and_alike
 from racecar.mapping.keyframes.keyframe_tracking import constrain
-from racecar.mapping.loops.loop_closure import LoopCloser, nearest_pairs
+from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.loops.submap_matching import nearest_pairs
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.matching.see_through import see_through
 from racecar.maps.geometry.se2 import IDENTITY, Pose
@@ -50,7 +51,7 @@ def _pairs_with_known(
     the most alike of these."""
     is_held = loops.store.is_held.copy()
     held = np.flatnonzero(is_held)
-    is_sure = loops.are_near(candidates, held, _SURELY_NEAR)
+    is_sure = loops.history.graph.are_near(candidates, held, _SURELY_NEAR)
     places = map_from_keyframe[held]
     tree = cKDTree(places[:, :2])
     pairs = []

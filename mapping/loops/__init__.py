@@ -1,1 +1,1 @@
-"""Loop closure over submaps."""
+"""Loop closure: places that the car has been to before are found, matched and verified."""

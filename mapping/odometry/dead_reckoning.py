@@ -1,4 +1,5 @@
-"""Dead reckoning: how far the laser has moved since the last keyframe, as wheels, scans and habit tell it."""
+"""Dead reckoning: the laser's motion since the last keyframe, by wheels, by scans and at a steady
+velocity."""
 
 from dataclasses import astuple
 
@@ -7,41 +8,37 @@ from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
 from racecar.mapping.matching.scan_store import PreparedScan
-from racecar.mapping.odometry.calibration import OdometryCalibration
+from racecar.mapping.odometry.calibration import WheelCalibration
+from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.odometry.deskew import by_odometry, by_velocity, deskew, deskew_cloud
 from racecar.mapping.odometry.lag import OdometryLag
 from racecar.mapping.odometry.scan_odometry import ScanOdometry
-from racecar.mapping.odometry.turn_search import turned_as_seen
+from racecar.mapping.odometry.turn_search import with_turn_seen
 from racecar.mapping.odometry.velocity_filter import VelocityFilter
 from racecar.maps.geometry.se2 import IDENTITY, Pose, are_apart, between, compose
 from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
-_LOST = (1.0, 0.5)
-"""Metres and radians by which scan odometry may miss a step between keyframes."""
-_SELDOM = 0.075
-"""Seconds between two scans, from which on scan odometry is asked along bare corridors too; between scans
-that come more often the laser moves too little for it."""
-
 
 class DeadReckoning:
-    """Follows the laser from scan to scan; none of its guesses is to be trusted alone.
+    """Follows the laser from scan to scan; none of its guesses can be trusted alone.
 
     Wheels slip, and some logs count backwards; scan odometry sticks along bare corridors and arcs; and a car
-    does not always go on as before. Which guess is right shows when a keyframe is matched from each.
+    does not always keep its velocity. Which guess is right shows when a keyframe is matched from each.
     """
 
-    def __init__(self, odometry_lag: int = 0) -> None:
+    def __init__(self, config: DeadReckoningConfig, odometry_lag: int = 0) -> None:
         """``odometry_lag`` in nanoseconds, as far as it is known beforehand."""
-        self.calibration = OdometryCalibration()
+        self._config = config
+        self.calibration = WheelCalibration.unknown(config.calibration)
         self.scans_without_odometry = 0
         self.base_from_laser: Pose = IDENTITY
-        """As it was told last."""
-        self.odometry_lag = OdometryLag(odometry_lag)
+        """As the latest scan has it."""
+        self.odometry_lag = OdometryLag(config.lag, odometry_lag)
         """As it was learned last."""
         self._odometry = OdometryBuffer(lag=odometry_lag)
-        self._scan_odometry = ScanOdometry()
-        self._filter = VelocityFilter()
+        self._scan_odometry = ScanOdometry(config.scan_odometry)
+        self._filter = VelocityFilter(config.velocity_filter)
         self._points: NDArray[np.float64] = np.zeros((0, 2))
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
         self._stamp = 0
@@ -54,7 +51,7 @@ class DeadReckoning:
         self._velocity: Pose = IDENTITY
 
     def add_odometry(self, odometry: Odometry) -> None:
-        """Take a sample of wheel odometry; one that does not continue the last begins it anew."""
+        """Take a sample of wheel odometry; one that does not continue the last starts it afresh."""
         if self._odometry.jumps_to(odometry):
             self._odometry = OdometryBuffer(lag=self.odometry_lag.nanoseconds)
             self._by_wheels = self._keyframe_by_wheels = None
@@ -74,20 +71,20 @@ class DeadReckoning:
         elif is_trusted:
             motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
         else:
-            motion = turned_as_seen(self._points, points, self._last_motion)
+            motion = with_turn_seen(self._points, points, self._last_motion, self._config.turn_search)
         self._points, self._sweep = points, points if cloud is None else cloud
         by_scans = self._scan_odometry.register(self._sweep, motion)
         self._last_motion, self._by_scans = between(self._by_scans, by_scans), by_scans
         seconds, self._stamp = (scan.stamp - self._stamp) * 1e-9, scan.stamp
         if not is_followed:
             self._filter.begin(scan.stamp, self.motions()[0], self._last_motion / max(seconds, 1e-3))
-        elif seconds > _SELDOM:
+        elif seconds > self._config.sparse_interval:
             self._filter.observe(between(self._keyframe_by_scans, by_scans))
         return points
 
     def motions(self) -> Pose:
         """(H, 3) guesses of keyframe_from_laser, the most trusted first: by the wheels or, where they are
-        silent, by the filter; by scan odometry; and by going on with the velocity of the last keyframe."""
+        silent, by the velocity filter; by scan odometry; and at the velocity of the last keyframe step."""
         by_scans = between(self._keyframe_by_scans, self._by_scans)
         guesses = [by_scans, self._velocity * (self._stamp - self._keyframe_stamp)]
         step = self.wheel_step()
@@ -106,7 +103,8 @@ class DeadReckoning:
     def start_keyframe(self, step: Pose, keyframe: PreparedScan) -> None:
         """From here on the current scan is the keyframe; it lies ``step`` (3,) from the last one."""
         self._filter.start_keyframe(keyframe)
-        if are_apart(step, between(self._keyframe_by_scans, self._by_scans), _LOST):
+        limits = (self._config.lost_distance, self._config.lost_angle)
+        if are_apart(step, between(self._keyframe_by_scans, self._by_scans), limits):
             self._begin_scan_odometry()
         self.odometry_lag.add_turn(self._stamp, float(step[2]))
         self._velocity = step / max(self._stamp - self._keyframe_stamp, 1)
@@ -114,7 +112,7 @@ class DeadReckoning:
         self._keyframe_by_scans, self._keyframe_by_wheels = self._by_scans, self._by_wheels
 
     def learn_lag(self) -> None:
-        """Set the clock of the wheels by that of the scans; the current scan must be the keyframe."""
+        """Learn by how much odometry is stamped late, and apply it; the current scan must be the keyframe."""
         if self.odometry_lag.learn(self._odometry):
             self._odometry.lag = self.odometry_lag.nanoseconds
             if self._by_wheels is not None:
@@ -124,25 +122,26 @@ class DeadReckoning:
     def _begin_scan_odometry(self) -> None:
         """Begin anew with the current scan.
 
-        Lost once, scan odometry goes on with the motion that misled it, to where its local map is empty and
-        nothing stops it.
+        Once lost, scan odometry goes on with the motion that misled it, to where its local map is empty and
+        nothing corrects it.
         """
-        self._scan_odometry = ScanOdometry()
+        self._scan_odometry = ScanOdometry(self._config.scan_odometry)
         self._by_scans, self._last_motion = self._scan_odometry.register(self._sweep, IDENTITY), IDENTITY
 
     def restart_scan_odometry(self) -> None:
-        """Forget of scan odometry what `to_arrays` does not tell."""
+        """Forget what `to_arrays` does not hold of scan odometry."""
         self._points = np.zeros((0, 2))
-        self._scan_odometry = ScanOdometry.from_arrays(self._scan_odometry.to_arrays())
+        arrays = self._scan_odometry.to_arrays()
+        self._scan_odometry = ScanOdometry.from_arrays(arrays, self._config.scan_odometry)
 
     def to_arrays(self) -> Arrays:
-        """All there is to know; right after a restart of scan odometry another goes on from it exactly.
+        """The whole state; right after `restart_scan_odometry` another goes on from it to the same bits.
 
-        Poses (3,) are float64, metres and radians; stamps int64, nanoseconds. ``calibration`` (5,) holds the
-        fields of `OdometryCalibration`, ``base_from_laser`` is where the laser sits, ``odometry_stamps`` (M,)
-        and ``odometry_poses`` (M, 3) are the latest odom_from_base. ``by_scans`` and ``by_wheels`` are the
-        laser now, in the frames of scan odometry and of the wheels, ``keyframe_by_...`` the same at the last
-        keyframe; NaN where wheels tell nothing. ``last_motion`` leads from the last scan to this one;
+        Poses (3,) are float64, metres and radians; stamps int64, nanoseconds. ``calibration`` (7,) holds the
+        fields of `WheelCalibration`, ``base_from_laser`` is the laser's mount, ``odometry_stamps`` (M,) and
+        ``odometry_poses`` (M, 3) are the latest odom_from_base. ``by_scans`` and ``by_wheels`` are the laser
+        now, in the frames of scan odometry and of the wheels, ``keyframe_by_...`` the same at the last
+        keyframe; NaN where the wheels were silent. ``last_motion`` leads from the last scan to this one;
         ``velocity`` is per nanosecond.
         """
         stamps, poses = self._odometry.samples
@@ -166,13 +165,13 @@ class DeadReckoning:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "DeadReckoning":
+    def from_arrays(cls, arrays: Arrays, config: DeadReckoningConfig) -> "DeadReckoning":
         """Dead reckoning that goes on from where another was."""
-        reckoning = cls()
-        reckoning.calibration = OdometryCalibration(*arrays["calibration"].tolist())
+        reckoning = cls(config)
+        reckoning.calibration = WheelCalibration(*arrays["calibration"].tolist())
         reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
         reckoning.base_from_laser = arrays["base_from_laser"].astype(np.float64)
-        reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays))
+        reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays), config.lag)
         reckoning._odometry.lag = reckoning.odometry_lag.nanoseconds
         for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
             reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
@@ -184,12 +183,13 @@ class DeadReckoning:
         reckoning._keyframe_by_scans = arrays["keyframe_by_scans"].astype(np.float64)
         reckoning._keyframe_by_wheels = pose_or_none(arrays["keyframe_by_wheels"])
         reckoning._velocity = arrays["velocity"].astype(np.float64)
-        reckoning._scan_odometry = ScanOdometry.from_arrays(part_of("scan_odometry", arrays))
-        reckoning._filter = VelocityFilter.from_arrays(part_of("velocity_filter", arrays))
+        scan_odometry, velocity_filter = part_of("scan_odometry", arrays), part_of("velocity_filter", arrays)
+        reckoning._scan_odometry = ScanOdometry.from_arrays(scan_odometry, config.scan_odometry)
+        reckoning._filter = VelocityFilter.from_arrays(velocity_filter, config.velocity_filter)
         return reckoning
 
     def _place_laser(self, base_from_laser: Pose) -> None:
-        """Where the laser sits may be told late; what the wheels said until then is of another place."""
+        """The mount may become known late; what the wheels reported until then is of another point."""
         if np.array_equal(base_from_laser, self.base_from_laser):
             return
         moved = between(self.base_from_laser, base_from_laser)

@@ -11,11 +11,11 @@ from racecar.maps.sensing.odometry import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
 LaserMotion: TypeAlias = Callable[[NDArray[np.float64]], Pose]
-"""Tells where the laser is (N, 3) so many seconds (N,) after the stamp, seen from where it was then."""
+"""Where the laser is (N, 3) so many seconds (N,) after the stamp, in its own frame at the stamp."""
 
 
 def by_odometry(scan: Scan, odometry: OdometryBuffer) -> LaserMotion:
-    """The motion as wheels tell it; none while they tell nothing."""
+    """The motion that the wheels report; none before their first sample."""
     if len(odometry) == 0:
         return by_velocity(IDENTITY)
 
@@ -32,7 +32,7 @@ def by_velocity(velocity: Pose) -> LaserMotion:
 
     def laser_from_later(seconds: NDArray[np.float64]) -> Pose:
         x, y, turn = (seconds[:, None] * velocity).T
-        # The chord of an arc is shorter than the arc, and points half the turn aside.
+        # The chord of an arc is shorter than the arc, and deviates from its start by half the turn.
         shorter = np.sinc(0.5 * turn / np.pi)
         cos, sin = shorter * np.cos(0.5 * turn), shorter * np.sin(0.5 * turn)
         return np.column_stack([cos * x - sin * y, sin * x + cos * y, turn])
@@ -43,10 +43,10 @@ def by_velocity(velocity: Pose) -> LaserMotion:
 def deskew(scan: Scan, motion: LaserMotion) -> NDArray[np.float64]:
     """End points (M, 2) of the returns in the laser frame at the scan's stamp.
 
-    Each beam is carried from the laser's pose at its own time. Where the sensor does not time its
+    Each beam is transformed from the laser's pose at its own time. Where the sensor does not time its
     beams, the points are as measured.
     """
-    return _carry(scan.points_in_laser(), scan.time_offsets[scan.is_return], motion)
+    return _at_stamp(scan.points_in_laser(), scan.time_offsets[scan.is_return], motion)
 
 
 def deskew_cloud(scan: Scan, motion: LaserMotion) -> NDArray[np.float64] | None:
@@ -54,13 +54,13 @@ def deskew_cloud(scan: Scan, motion: LaserMotion) -> NDArray[np.float64] | None:
     if scan.cloud is None:
         return None
     points, offsets = scan.cloud.points, scan.cloud.time_offsets
-    return _carry(points.astype(np.float64), offsets.astype(np.float64), motion)
+    return _at_stamp(points.astype(np.float64), offsets.astype(np.float64), motion)
 
 
-def _carry(
+def _at_stamp(
     points: NDArray[np.float64], offsets: NDArray[np.float64], motion: LaserMotion
 ) -> NDArray[np.float64]:
-    """Points (N, 2) or (N, 3), seen ``offsets`` (N,) seconds after the stamp, as they lie at the stamp."""
+    """Points (N, 2) or (N, 3), seen ``offsets`` (N,) seconds after the stamp, in the frame at the stamp."""
     if len(points) == 0 or not np.any(offsets):
         return points
     laser_from_beam = motion(offsets)

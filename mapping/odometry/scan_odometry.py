@@ -16,46 +16,40 @@ from kiss_icp.voxelization import voxel_down_sample
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, pack, unpack
+from racecar.mapping.odometry.config import ScanOdometryConfig
 from racecar.mapping.odometry.upright import upright_points
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
-
-_VOXEL_SIZE = 0.25
-_POINTS_PER_VOXEL = 6
-"""KISS-ICP's 20 are for volumes; along a wall they only cost time."""
-_LOCAL_MAP_RADIUS = 100.0
-_UPDATE_DISTANCE = 0.2
-_UPDATE_ANGLE = 0.1
-_INITIAL_THRESHOLD = 0.5
-_REMEMBERED = 60
-"""Updates of the local map that outlast a restart: the last twelve metres of path, or more."""
 
 
 class ScanOdometry:
     """Poses in an odometry frame of its own, from one scan to the next.
 
     In the local map a sensor with many rows is free in height, roll and pitch too, and drifts there; what
-    is told is its motion in its own level plane, which that drift does not touch.
+    is reported is its motion in its own level plane, which that drift does not touch.
     """
 
-    def __init__(self, threshold: float = _INITIAL_THRESHOLD) -> None:
-        """``threshold`` in metres: how far a prediction is off, to begin with."""
-        config = KISSConfig()
-        config.data.max_range = _LOCAL_MAP_RADIUS
-        config.mapping.voxel_size = _VOXEL_SIZE
-        config.mapping.max_points_per_voxel = _POINTS_PER_VOXEL
-        config.adaptive_threshold.initial_threshold = threshold
-        config.adaptive_threshold.min_motion_th = 0.01
-        config.registration.max_num_threads = 1
-        self._threshold: AdaptiveThreshold = get_threshold_estimator(config)
-        self._registration: Registration = get_registration(config)
-        self._local_map: VoxelHashMap = get_voxel_hash_map(config)
+    def __init__(self, config: ScanOdometryConfig) -> None:
+        self._config = config
+        kiss = KISSConfig()
+        kiss.data.max_range = config.local_map_radius
+        kiss.mapping.voxel_size = config.voxel_size
+        kiss.mapping.max_points_per_voxel = config.points_per_voxel
+        kiss.adaptive_threshold.initial_threshold = config.initial_threshold
+        kiss.adaptive_threshold.min_motion_th = config.min_motion
+        kiss.registration.max_num_threads = 1
+        self._threshold: AdaptiveThreshold = get_threshold_estimator(kiss)
+        self._registration: Registration = get_registration(kiss)
+        self._local_map: VoxelHashMap = get_voxel_hash_map(kiss)
         self._local_from_sensor: NDArray[np.float64] = np.eye(4)
         self._local_from_updated: NDArray[np.float64] | None = None
-        self._updates: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque(maxlen=_REMEMBERED)
+        self._updates: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque(
+            maxlen=config.remembered_updates
+        )
         self._pose: Pose = IDENTITY
 
     def to_arrays(self) -> Arrays:
-        """What is needed to go on: not all of the local map, which cannot be had, but its latest updates.
+        """What is needed to go on: not all of the local map, which KISS-ICP does not give, but its latest
+        updates.
 
         ``pose`` (3,) and ``local_from_sensor`` (4, 4), metres and radians, in frames of its own;
         ``threshold`` () in metres; of each of U updates the sensor's place ``updates`` (U, 4, 4) and its
@@ -72,9 +66,10 @@ class ScanOdometry:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "ScanOdometry":
+    def from_arrays(cls, arrays: Arrays, config: ScanOdometryConfig) -> "ScanOdometry":
         """Scan odometry that goes on from where another was."""
-        odometry = cls(float(arrays["threshold"]))
+        threshold = float(arrays["threshold"])
+        odometry = cls(config.model_copy(update={"initial_threshold": threshold}))
         odometry._pose = arrays["pose"].astype(np.float64)
         clouds = unpack(arrays["update_points"].astype(np.float64), arrays["update_lengths"])
         for cloud, local_from_sensor in zip(clouds, arrays["updates"].astype(np.float64), strict=True):
@@ -89,25 +84,33 @@ class ScanOdometry:
         one kind. ``last_from_now`` (3,) is the motion since the last scan, as predicted.
         """
         last, guess = self._local_from_sensor, self._local_from_sensor @ _to_matrix(last_from_now)
-        in_space = upright_points(points) if points.shape[1] == 3 else _at_height_zero(points)
+        in_space = (
+            upright_points(points, self._config.upright) if points.shape[1] == 3 else _at_height_zero(points)
+        )
         self._local_from_sensor = self._align(in_space, guess) if len(in_space) else guess
         self._pose = compose(self._pose, _motion(last, self._local_from_sensor))
         return self._pose
 
     def _align(self, points: NDArray[np.float64], guess: NDArray[np.float64]) -> NDArray[np.float64]:
-        cloud = voxel_down_sample(points, 0.5 * _VOXEL_SIZE)
+        # KISS-ICP's own factors: half a voxel for the map, one and a half for registration, three sigmas.
+        cloud = voxel_down_sample(points, 0.5 * self._config.voxel_size)
         sigma = self._threshold.get_threshold()
         aligned: NDArray[np.float64] = self._registration.align_points_to_map(
-            points=voxel_down_sample(cloud, 1.5 * _VOXEL_SIZE),
+            points=voxel_down_sample(cloud, 1.5 * self._config.voxel_size),
             voxel_map=self._local_map,
             initial_guess=guess,
             max_correspondance_distance=3.0 * sigma,
             kernel=sigma,
         )
         self._threshold.update_model_deviation(_between(guess, aligned))
-        if self._local_from_updated is None or _is_far(_motion(self._local_from_updated, aligned)):
+        if self._local_from_updated is None or self._is_far(_motion(self._local_from_updated, aligned)):
             self._update(cloud, aligned)
         return aligned
+
+    def _is_far(self, motion: Pose) -> bool:
+        """Has the sensor moved enough since the last update of the local map for another?"""
+        distance, angle = np.hypot(motion[0], motion[1]), abs(motion[2])
+        return bool(distance >= self._config.update_distance or angle >= self._config.update_angle)
 
     def _update(self, cloud: NDArray[np.float64], local_from_sensor: NDArray[np.float64]) -> None:
         self._local_map.update(cloud, local_from_sensor)
@@ -117,10 +120,6 @@ class ScanOdometry:
 
 def _at_height_zero(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.column_stack([points, np.zeros(len(points))])
-
-
-def _is_far(motion: Pose) -> bool:
-    return bool(np.hypot(motion[0], motion[1]) >= _UPDATE_DISTANCE or abs(motion[2]) >= _UPDATE_ANGLE)
 
 
 def _motion(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> Pose:

@@ -1,33 +1,29 @@
 """A session: what a later drive needs of earlier ones to carry on their map.
 
-As arrays it has these names; K keyframes, C constraints, S submaps, E edges, H hypotheses:
+Its arrays; K keyframes, C constraints, S submaps, E edges, H hypotheses:
 
 ============================  ==================  ============================================================
-name                          shape, type         meaning
-============================  ==================  ============================================================
-keyframe_from_base            (K, 3) float64      inverse of the laser's place on the car: metres, radians
-map_from_keyframe             (K, 3) float64      poses of the laser in the map: metres, radians
-scans.counts                  (K,) int16          points of each keyframe; 0 where it was given up
-scans.points                  (sum, 2) float32    metres in the laser frame, ascending in bearing
-scans.normals                 (sum, 2) float32    unit vectors towards the laser; (0, 0) where there is none
-rays.lengths                  (K,) int64          rays of each keyframe; likewise
-rays.returns                  (K,) int64          how many of them met something; these come first
-rays.ends                     (sum, 2) float32    metres in the laser frame
-constraints.keyframes         (C, 2) int32        from, to
+name                          shape, type         meaning ============================  ==================
+============================================================ keyframe_from_base            (K, 3) float64
+inverse of the laser's mount on the car: metres, radians map_from_keyframe             (K, 3) float64
+poses of the laser in the map: metres, radians scans.counts                  (K,) int16          points of
+each keyframe; 0 where it was trimmed scans.points                  (sum, 2) float32    metres in the laser
+frame, ascending in bearing scans.normals                 (sum, 2) float32    unit vectors towards the laser;
+(0, 0) where there is none rays.lengths                  (K,) int64          rays of each keyframe; likewise
+rays.returns                  (K,) int64          how many of them are returns; these come first rays.ends
+(sum, 2) float32    metres in the laser frame constraints.keyframes         (C, 2) int32        from, to
 constraints.poses             (C, 3) float64      the second keyframe seen from the first: metres, radians
 constraints.information       (C, 3, 3) float64   in the tangent frame of the second keyframe
-constraints.kinds             (C,) int8           0 odometry, 1 scan matching, 2 loop closure
-loops.submaps                 (S, 3) int32        first, middle and last keyframe
-loops.path                    (K,) float64        metres driven
-loops.doubt                   (K,) float64        the same, more where scans tie a keyframe to none before it
-loops.edges                   (E, 3) float64      submap, submap, metres of doubt from one to the other
-loops.hypothesis_submaps      (H, 2) int32        fixed, moving; both of this session
+constraints.kinds             (C,) int8           0 odometry, 1 scan matching, 2 loop closure loops.submaps
+(S, 3) int32        first, middle and last keyframe loops.path                    (K,) float64        metres
+driven loops.doubt                   (K,) float64        accumulated drift: the same, more where no scan match
+confirms a step loops.edges                   (E, 3) float64      submap, submap, accumulated drift between
+them in metres driven loops.hypothesis_submaps      (H, 2) int32        fixed, moving; both of this session
 loops.hypothesis_poses        (H, 3) float64      middle of the moving one seen from that of the fixed one
 loops.hypothesis_information  (H, 3, 3) float64   in the tangent frame of the moving one
 loops.hypothesis_reaches      (H,) float64        metres that were searched to find it
-loops.hypothesis_accepted     (H,) bool           is it held for true?
-loops.log_names               (L,) text           what loop closure has counted
-loops.log_counts              (L,) int64          how often
+loops.hypothesis_accepted     (H,) bool           is it a loop closure? loops.log_names               (L,)
+text           what loop closure counted loops.log_counts              (L,) int64          how often
 ============================  ==================  ============================================================
 """
 
@@ -35,19 +31,18 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, named, pack, part_of, unpack
 from racecar.mapping.graph.constraint import ConstraintList
-from racecar.mapping.grid.rendering import NO_RAYS, Rays
-from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.matching.scan_store import ScanStore
-from racecar.maps.geometry.se2 import Pose, compose, inverse
+from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
 
 
 @dataclass(eq=False)
 class Session:
-    """Keyframes, what ties them together, and where they pass the same place."""
+    """Keyframes, the constraints between them, and where they pass the same place."""
 
     keyframes: ScanStore
     rays: list[Rays]
@@ -57,10 +52,10 @@ class Session:
     map_from_keyframe: Pose
     """(K, 3)"""
     constraints: ConstraintList
-    loops: LoopCloser
+    loops: LoopHistory
 
     def frozen(self) -> "Session":
-        """The same as it is now, for another thread to tell of; what never changes is shared."""
+        """The same as it is now, for another thread to write; what never changes is shared."""
         return Session(
             copy(self.keyframes),
             list(self.rays),
@@ -75,8 +70,8 @@ class Session:
         arrays = self.constraints.to_arrays()
         a_from_base, b_from_base = np.moveaxis(self.keyframe_from_base[arrays["keyframes"]], 1, 0)
         moved = compose(compose(inverse(a_from_base), arrays["poses"]), b_from_base)
-        adjoint = _adjoint(b_from_base)
-        information = np.swapaxes(adjoint, 1, 2) @ arrays["information"] @ adjoint
+        to_b = adjoint(b_from_base)
+        information = np.swapaxes(to_b, 1, 2) @ arrays["information"] @ to_b
         return ConstraintList.from_arrays({**arrays, "poses": moved, "information": information})
 
     def to_arrays(self) -> Arrays:
@@ -93,28 +88,15 @@ class Session:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays, *, verify: bool) -> "Session":
-        """The session that was written so. Raises KeyError when an array is missing."""
-        keyframes = ScanStore.from_arrays(part_of("scans", arrays))
+    def from_arrays(cls, arrays: Arrays) -> "Session":
+        """The session that `to_arrays` wrote. Raises KeyError when an array is missing."""
         ends = unpack(arrays["rays.ends"].astype(np.float32), arrays["rays.lengths"])
         returns = arrays["rays.returns"].tolist()
         return cls(
-            keyframes,
-            [Rays.to(*rays) if len(rays[0]) else NO_RAYS for rays in zip(ends, returns, strict=True)],
+            ScanStore.from_arrays(part_of("scans", arrays)),
+            [Rays.to(*rays) for rays in zip(ends, returns, strict=True)],
             arrays["keyframe_from_base"].astype(np.float64),
             arrays["map_from_keyframe"].astype(np.float64),
             ConstraintList.from_arrays(part_of("constraints", arrays)),
-            LoopCloser.from_arrays(part_of("loops", arrays), keyframes, verify=verify),
+            LoopHistory.from_arrays(part_of("loops", arrays)),
         )
-
-
-def _adjoint(pose: Pose) -> NDArray[np.float64]:
-    """(N, 3, 3) of SE(2): each carries a twist from the frame of b to that of a, for a_from_b (N, 3)."""
-    x, y, yaw = pose.T
-    adjoint = np.zeros((len(pose), 3, 3))
-    adjoint[:, 0, 0] = adjoint[:, 1, 1] = np.cos(yaw)
-    adjoint[:, 1, 0] = np.sin(yaw)
-    adjoint[:, 0, 1] = -np.sin(yaw)
-    adjoint[:, 0, 2], adjoint[:, 1, 2] = y, -x
-    adjoint[:, 2, 2] = 1.0
-    return adjoint

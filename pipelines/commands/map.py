@@ -91,7 +91,7 @@ def map(
             from racecar.pipelines.view.mapping_record import record_mapping
         requested = ["points.ply"] if ply else []
         outputs_with(requested)  # what is missing for them is told now rather than after hours
-        earlier = load_session(continue_, verify_loops=settings.verify_loops) if continue_ else None
+        earlier = load_session(continue_) if continue_ else None
         checkpoint = Checkpoint(out, describe_run(reader, settings))
         console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
         result = build_map(

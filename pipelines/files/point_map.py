@@ -12,14 +12,6 @@ from racecar.maps.errors import UserError
 from racecar.maps.whole_files import write_atomically
 
 
-def require_open3d() -> None:
-    """Raises UserError where open3d, which writes the file, is missing: it takes 900 MB."""
-    if find_spec("open3d") is None:
-        raise UserError(
-            "A PLY file takes open3d, which is not installed: pip install open3d, or leave out --ply."
-        )
-
-
 def save_point_map(points: NDArray[np.float32], spacing: float, path: Path) -> None:
     """Write points (N, 2), in metres, as a PLY in the plane z = 0, one point per cube of edge ``spacing``.
 

@@ -28,7 +28,7 @@ def save_session(session: Session, path: Path) -> None:
     save_arrays(session.to_arrays(), path, "racecar session")
 
 
-def load_session(folder: Path, *, verify_loops: bool) -> Session:
+def load_session(folder: Path) -> Session:
     """The session that ``racecar map`` left in a folder. Raises UserError when there is none to be read."""
     path = folder / SESSION_FILE
     if not path.is_file():
@@ -38,7 +38,7 @@ def load_session(folder: Path, *, verify_loops: bool) -> Session:
         )
     arrays = load_arrays(path, "racecar session")
     try:
-        return Session.from_arrays(arrays, verify=verify_loops)
+        return Session.from_arrays(arrays)
     except (KeyError, ValueError, IndexError, TypeError) as error:
         raise _damaged(path) from error
 

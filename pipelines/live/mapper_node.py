@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from geometry_msgs.msg import PoseStamped
 
+from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
@@ -62,10 +63,11 @@ class MapperNode(LiveNode):
         if place is not None:
             self.sensors.remember_place(place)
         self._drawer = Worker("drawer", DRAWING_WORK, self.faults, self.survive)
+        config = output.config
         self._display = MapperDisplay(
             node,
             self.parameters.map_frame,
-            output.config.resolution,
+            GrowingGrid(config.resolution, config.rendering, config.growing_grid),
             self.side,
             self._drawer,
             view,

@@ -40,17 +40,17 @@ class MapperDisplay:
         self,
         node: Any,
         map_frame: str,
-        resolution: float,
+        grid: GrowingGrid,
         worker: Worker,
         drawer: Worker,
         view: "LiveView | None",
         health: Health,
     ) -> None:
-        """``resolution``: the side of a map cell in metres; ``drawer``: draws the map, which beside other
-        work would wait while a checkpoint is written."""
+        """``drawer`` draws the map into ``grid``; beside other work it would wait while a checkpoint is
+        written."""
         self._map_frame, self._worker, self._drawer = map_frame, worker, drawer
         self._view, self._health = view, health
-        self._grid = GrowingGrid(resolution)
+        self._grid = grid
         self._path = DrivenPath()
         self._schedule = Schedule(_PERIODS)
         create = node.create_publisher

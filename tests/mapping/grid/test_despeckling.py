@@ -1,9 +1,10 @@
-"""What is small, alone and was seen for a moment is not told to be a wall."""
+"""What is small, isolated and was seen only briefly is no wall."""
 
 import numpy as np
 import pytest
 
-from racecar.mapping.grid.despeckling import without_specks
+from racecar.mapping.grid.config import DespecklingConfig
+from racecar.mapping.grid.despeckling import despeckled
 from racecar.maps.grid.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
 
 RESOLUTION = 0.05
@@ -26,6 +27,10 @@ def line(length: float, x: float, y: float) -> np.ndarray:
     return grid.center_of(places)
 
 
+def cleaned_of(grid: OccupancyGrid, returns: list[np.ndarray]) -> OccupancyGrid:
+    return despeckled(grid, returns, DespecklingConfig())
+
+
 def seen(points: np.ndarray, times: int) -> list[np.ndarray]:
     """The returns of each keyframe; some times of all, the points are among them."""
     return [points if k < times else np.zeros((0, 2)) for k in range(KEYFRAMES)]
@@ -37,7 +42,7 @@ def seen(points: np.ndarray, times: int) -> list[np.ndarray]:
 def test_only_what_is_small_and_hardly_seen_goes(length: float, times: int, stays: bool) -> None:
     blob = line(length, 5.0, 5.0)
     grid = grid_of(blob)
-    cleaned = without_specks(grid, seen(blob, times))
+    cleaned = cleaned_of(grid, seen(blob, times))
     rows, columns = grid.cell_of(blob).T
     assert np.all(cleaned.cells[rows, columns] == (OCCUPIED if stays else UNKNOWN))
     assert np.all(cleaned.cells[grid.cells < OCCUPIED] == 0)
@@ -46,7 +51,7 @@ def test_only_what_is_small_and_hardly_seen_goes(length: float, times: int, stay
 def test_what_stands_at_a_wall_belongs_to_it() -> None:
     wall, beside = line(4.0, 3.0, 5.0), line(0.2, 4.0, 5.1)
     grid = grid_of(wall, beside)
-    cleaned = without_specks(grid, seen(np.concatenate([wall, beside]), 2))
+    cleaned = cleaned_of(grid, seen(np.concatenate([wall, beside]), 2))
     np.testing.assert_array_equal(cleaned.cells, grid.cells)
 
 
@@ -54,15 +59,15 @@ def test_looks_from_several_places_at_parts_of_it_count_together() -> None:
     blob = line(0.5, 5.0, 5.0)
     grid = grid_of(blob)
     parts = [blob[k % len(blob)][None] for k in range(KEYFRAMES)]
-    np.testing.assert_array_equal(without_specks(grid, parts).cells, grid.cells)
+    np.testing.assert_array_equal(cleaned_of(grid, parts).cells, grid.cells)
 
 
 def test_a_car_that_has_hardly_moved_keeps_all_it_sees() -> None:
     blob = line(0.2, 5.0, 5.0)
     grid = grid_of(blob)
-    np.testing.assert_array_equal(without_specks(grid, [blob]).cells, grid.cells)
+    np.testing.assert_array_equal(cleaned_of(grid, [blob]).cells, grid.cells)
 
 
 def test_an_empty_floor_stays_so() -> None:
     grid = grid_of()
-    np.testing.assert_array_equal(without_specks(grid, seen(np.zeros((0, 2)), 0)).cells, grid.cells)
+    np.testing.assert_array_equal(cleaned_of(grid, seen(np.zeros((0, 2)), 0)).cells, grid.cells)

@@ -1,13 +1,25 @@
+"""The grid of a drive that goes on is that of all keyframes so far."""
+
 import numpy as np
 import pytest
 
-from racecar.mapping.grid import growing_grid
+from racecar.mapping.grid.config import GrowingGridConfig, RenderingConfig
 from racecar.mapping.grid.growing_grid import GrowingGrid
-from racecar.mapping.grid.rendering import NO_RAYS, Rays, render
+from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.grid.rendering import render as render_with
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 
 RESOLUTION = 0.05
+
+
+def growing_grid(redrawn_at_once: int = 200) -> GrowingGrid:
+    config = GrowingGridConfig(redrawn_at_once=redrawn_at_once)
+    return GrowingGrid(RESOLUTION, RenderingConfig(), config)
+
+
+def render(rays: list[Rays], poses: Pose) -> OccupancyGrid:
+    return render_with(rays, poses, RESOLUTION, RenderingConfig())
 
 
 @pytest.fixture
@@ -43,76 +55,70 @@ def share_of_walls(walls: OccupancyGrid, grid: OccupancyGrid) -> float:
 @pytest.mark.parametrize("step", [1, 37])
 def test_it_ends_in_the_grid_that_is_drawn_at_once(drive: tuple[list[Rays], Pose], step: int) -> None:
     rays, poses = drive
-    growing = GrowingGrid(RESOLUTION)
+    growing = growing_grid()
     for count in [*range(1, len(rays), step), len(rays)]:
         grid = growing.draw(rays[:count], poses[:count])
-    assert_same(grid, render(rays, poses, RESOLUTION))
+    assert_same(grid, render(rays, poses))
     assert growing.redrawn == 0
 
 
 def test_latest_keyframes_are_drawn_where_they_are_now(drive: tuple[list[Rays], Pose]) -> None:
     rays, poses = drive
-    growing = GrowingGrid(RESOLUTION)
+    growing = growing_grid()
     moved = poses.copy()
     moved[-40:, :2] += 0.4
     growing.draw(rays, moved)
-    assert_same(growing.draw(rays, poses), render(rays, poses, RESOLUTION))
+    assert_same(growing.draw(rays, poses), render(rays, poses))
     assert growing.redrawn == 0
 
 
-def test_all_is_drawn_anew_when_a_loop_moves_it(
-    drive: tuple[list[Rays], Pose], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_all_is_redrawn_when_a_loop_moves_it(drive: tuple[list[Rays], Pose]) -> None:
     rays, poses = drive
-    growing = GrowingGrid(RESOLUTION)
+    growing = growing_grid(redrawn_at_once=len(rays))
     bent = poses.copy()
     bent[:, 1] += np.linspace(0.0, 2.0, len(bent))
-    monkeypatch.setattr(growing_grid, "_AT_ONCE", len(rays))
     growing.draw(rays, bent)
-    assert_same(growing.draw(rays, poses), render(rays, poses, RESOLUTION))
+    assert_same(growing.draw(rays, poses), render(rays, poses))
     assert growing.redrawn == 1
 
 
-def test_a_large_grid_is_drawn_anew_over_some_calls(
-    drive: tuple[list[Rays], Pose], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(growing_grid, "_AT_ONCE", 100)
+def test_a_large_grid_is_redrawn_over_several_calls(drive: tuple[list[Rays], Pose]) -> None:
     rays, poses = drive
-    growing, bent = GrowingGrid(RESOLUTION), poses.copy()
+    growing, bent = growing_grid(redrawn_at_once=100), poses.copy()
     bent[:, 1] += np.linspace(0.0, 2.0, len(bent))
     before = growing.draw(rays[:290], bent[:290])
     meanwhile = [growing.draw(rays[:count], poses[:count]) for count in (290, 295)]
     after = growing.draw(rays, poses)
-    bent_walls = render(rays[:200], bent[:200], RESOLUTION)
+    bent_walls = render(rays[:200], bent[:200])
     shown = [share_of_walls(bent_walls, grid) for grid in (before, *meanwhile)]
     assert min(shown) > 0.7
     assert share_of_walls(bent_walls, after) < 0.3
-    assert_same(after, render(rays, poses, RESOLUTION))
+    assert_same(after, render(rays, poses))
     assert growing.redrawn == 1
 
 
-def test_what_creeps_is_drawn_anew_in_the_end(drive: tuple[list[Rays], Pose]) -> None:
+def test_what_creeps_is_redrawn_in_the_end(drive: tuple[list[Rays], Pose]) -> None:
     rays, poses = drive
-    growing = GrowingGrid(RESOLUTION)
+    growing = growing_grid()
     for share in np.linspace(1.0, 0.0, 21):
         grid = growing.draw(rays, poses + share * np.array([0.0, 0.2, 0.0]))
     assert growing.redrawn >= 4
-    assert share_of_walls(render(rays, poses, RESOLUTION), grid) > 0.6
+    assert share_of_walls(render(rays, poses), grid) > 0.6
 
 
-def test_keyframes_that_were_given_up_are_not_drawn_anew(drive: tuple[list[Rays], Pose]) -> None:
+def test_keyframes_that_were_trimmed_are_not_redrawn(drive: tuple[list[Rays], Pose]) -> None:
     rays, poses = drive
-    growing, bent = GrowingGrid(RESOLUTION), poses + np.array([0.0, 0.5, 0.0])
+    growing, bent = growing_grid(), poses + np.array([0.0, 0.5, 0.0])
     growing.draw(rays, bent)
-    left = [NO_RAYS if 50 <= k < 120 else each for k, each in enumerate(rays)]
-    seen = [k for k, each in enumerate(left) if each is not NO_RAYS]
+    left = [Rays.none() if 50 <= k < 120 else each for k, each in enumerate(rays)]
+    seen = [k for k, each in enumerate(left) if each.are_kept]
     grid = growing.draw(left, poses)
-    assert_same(grid, render([rays[k] for k in seen], poses[seen], RESOLUTION))
+    assert_same(grid, render([rays[k] for k in seen], poses[seen]))
 
 
 def test_a_grid_that_was_handed_out_stays_as_it_was(drive: tuple[list[Rays], Pose]) -> None:
     rays, poses = drive
-    growing = GrowingGrid(RESOLUTION)
+    growing = growing_grid()
     first = growing.draw(rays[:100], poses[:100])
     before = first.cells.copy()
     growing.draw(rays, poses)

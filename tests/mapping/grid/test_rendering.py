@@ -1,4 +1,4 @@
-"""The grid shows what the rays tell: free up to a wall, occupied on it, unknown behind it."""
+"""The grid shows what the rays saw: free up to a wall, occupied on it, unknown behind it."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -7,15 +7,26 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial import cKDTree
 from worlds import BEARINGS, ROOM, points_at, scan_at
 
-from racecar.mapping.grid.rendering import NO_RAYS, Rays, pack_rays, rays_of, render, returns_of
+from racecar.mapping.grid import rendering
+from racecar.mapping.grid.config import RenderingConfig
+from racecar.mapping.grid.rendering import Rays, pack_rays, returns_of
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, transform_points
-from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN
+from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 from racecar.maps.sensing.scan import Scan
 
 RESOLUTION = 0.05
+DEFAULT = RenderingConfig()
 WALLS = ROOM + 0.017  # not along the edges of cells
 places = st.tuples(st.floats(-2.0, 2.5), st.floats(-1.8, 2.2), st.floats(-np.pi, np.pi)).map(np.array)
 at_origin = IDENTITY[None]
+
+
+def rays_of(scan: Scan, points: np.ndarray, config: RenderingConfig = DEFAULT) -> Rays:
+    return rendering.rays_of(scan, points, config)
+
+
+def render(rays: list[Rays], poses: Pose, resolution: float) -> OccupancyGrid:
+    return rendering.render(rays, poses, resolution, DEFAULT)
 
 
 def rays_at(pose: Pose) -> Rays:
@@ -42,11 +53,11 @@ def test_rays_end_within_a_millimetre_and_stay_so(ends: np.ndarray) -> None:
 @given(st.lists(st.one_of(st.none(), st.integers(0, 5)), max_size=6), st.integers(0, 2**32))
 def test_packed_rays_are_the_same_rays(counts: list[int | None], seed: int) -> None:
     rng = np.random.default_rng(seed)
-    seen = [NO_RAYS if count is None else Rays.to(rng.normal(size=(count, 2)), count) for count in counts]
+    seen = [Rays.none() if count is None else Rays.to(rng.normal(size=(count, 2)), count) for count in counts]
     packed = list(seen)
     pack_rays(packed)
     for before, after in zip(seen, packed, strict=True):
-        assert (after is NO_RAYS) == (before is NO_RAYS)
+        assert after.are_kept == before.are_kept
         assert after.returns == before.returns
         np.testing.assert_array_equal(after.ends, before.ends)
 

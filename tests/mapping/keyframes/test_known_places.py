@@ -6,7 +6,9 @@ from worlds import box, store_of
 
 from racecar.mapping.keyframes import known_places
 from racecar.mapping.keyframes.known_places import ties_to_known
-from racecar.mapping.loops.loop_closure import Hypothesis, LoopCloser
+from racecar.mapping.loops.config import LoopClosureConfig
+from racecar.mapping.loops.hypothesis import Hypothesis
+from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 
 RING = np.concatenate(
@@ -29,7 +31,7 @@ def laps(count: int) -> Pose:
 
 def driven(walls: np.ndarray, poses: Pose) -> LoopCloser:
     """Loop closure over the keyframes of a drive, that has found nothing yet."""
-    loops = LoopCloser(store_of(walls, poses))
+    loops = LoopCloser(store_of(walls, poses), LoopClosureConfig(), [])
     for distance in np.hypot(*np.diff(poses[:, :2], axis=0, prepend=poses[:1, :2]).T):
         loops.add_keyframe(float(distance))
     return loops
@@ -37,11 +39,11 @@ def driven(walls: np.ndarray, poses: Pose) -> LoopCloser:
 
 def close_loops(loops: LoopCloser, poses: Pose, first_pass: int) -> None:
     """From every second submap after the first so many keyframes to the nearest before."""
-    earlier = [submap for submap in loops.submaps if submap.middle < first_pass]
+    earlier = [submap for submap in loops.history.submaps if submap.middle < first_pass]
     middles = poses[[submap.middle for submap in earlier], :2]
-    for moving in loops.submaps[len(earlier) :: 2]:
+    for moving in loops.history.submaps[len(earlier) :: 2]:
         nearest = int(np.argmin(np.hypot(*(middles - poses[moving.middle, :2]).T)))
-        loops.accept([Hypothesis(earlier[nearest], moving, IDENTITY, np.eye(3), 1.0)])
+        loops.history.accept([Hypothesis(earlier[nearest], moving, IDENTITY, np.eye(3), 1.0)])
 
 
 @pytest.mark.parametrize("count", [2, 3])

@@ -1,5 +1,7 @@
 """Second rounds are recognized, first ones are not, and look-alikes are left alone."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,20 +9,26 @@ from hypothesis import strategies as st
 from worlds import box, store_of
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.loops.loop_closure import LoopCloser, nearest_pairs
-from racecar.mapping.loops.submap import HALF_LENGTH, SPACING
+from racecar.mapping.loops.config import LoopClosureConfig, SubmapConfig
+from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.loops.see_through_verifier import SeeThroughVerifier
+from racecar.mapping.loops.submap_graph import SubmapGraph
+from racecar.mapping.loops.verifier import LoopVerifier
+from racecar.mapping.loops.verifiers import verifiers
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 
 RING = np.concatenate(
     [box(-6, -4, 6, 4), box(-4, -2, 4, 2), box(-1, 2, 0, 2.5), box(2, -4, 2.4, -3.4), box(5.5, 1, 6, 3)]
 )
-"""12 x 8 m about a block, with things along the walls by which to tell where one is."""
+"""12 x 8 m about a block, with things along the walls that make each place unique."""
 
 STEP = 0.3
+CONFIG = LoopClosureConfig()
+ALL = verifiers(CONFIG)
 
 
-def way(corners: list[tuple[float, float]], rounds: float) -> Pose:
-    """(K, 3) keyframes ``STEP`` apart along the sides of a polygon, round and round."""
+def laps(corners: list[tuple[float, float]], rounds: float) -> Pose:
+    """(K, 3) keyframes ``STEP`` apart along the sides of a polygon, lap after lap."""
     ends = np.array([*corners, corners[0]], dtype=float)
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ends, axis=0).T))])
     at = np.arange(0.0, rounds * along[-1], STEP) % along[-1]
@@ -31,7 +39,7 @@ def way(corners: list[tuple[float, float]], rounds: float) -> Pose:
 
 
 def drifted(true: Pose, bias: tuple[float, float, float]) -> Pose:
-    """The same way by dead reckoning that errs by ``bias`` (3,) in each step."""
+    """The same path by dead reckoning that errs by ``bias`` (3,) in each step."""
     poses = [true[0]]
     for step in between(true[:-1], true[1:]):
         poses.append(compose(poses[-1], compose(step, bias)))
@@ -39,9 +47,15 @@ def drifted(true: Pose, bias: tuple[float, float, float]) -> Pose:
 
 
 def closures(
-    walls: np.ndarray, true: Pose, known: Pose, *, verify: bool = True, sight: float = 30.0
+    walls: np.ndarray,
+    true: Pose,
+    known: Pose,
+    active: Sequence[LoopVerifier] = ALL,
+    *,
+    sight: float = 30.0,
+    config: LoopClosureConfig = CONFIG,
 ) -> list[Constraint]:
-    closer = LoopCloser(store_of(walls, true, sight), verify=verify)
+    closer = LoopCloser(store_of(walls, true, sight), config, active)
     found = []
     for k in range(len(true)):
         step = IDENTITY if k == 0 else between(known[k - 1], known[k])
@@ -61,26 +75,26 @@ AROUND = [(-5.0, -3.0), (5.0, -3.0), (5.0, 3.0), (-5.0, 3.0)]
 
 @pytest.mark.parametrize("bias", [(0.0, 0.0, 0.0), (0.004, 0.0, 0.0), (0.0, 0.002, -0.0008)])
 def test_a_second_round_closes_loops_that_are_true(bias: tuple[float, float, float]) -> None:
-    true = way(AROUND, 1.8)
+    true = laps(AROUND, 1.8)
     found = closures(RING, true, drifted(true, bias))
     assert len(found) >= 3
     once_round = 32.0 / STEP
     for closure in found:
         assert closure.kind == "loop_closure"
         assert abs(closure.to_keyframe - closure.from_keyframe - once_round) < 6.0 / STEP
-    is_told = np.array([np.diag(c.information) > 100.0 for c in found])  # 0.1 m, 6 degrees
-    assert is_told.mean() > 0.9
-    assert (np.abs(errors(found, true)) < [0.06, 0.06, 0.01])[is_told].all()
+    is_observed = np.array([np.diag(c.information) > 100.0 for c in found])  # 0.1 m, 6 degrees
+    assert is_observed.mean() > 0.9
+    assert (np.abs(errors(found, true)) < [0.06, 0.06, 0.01])[is_observed].all()
 
 
 def test_a_first_round_has_nothing_to_close() -> None:
-    true = way(AROUND, 0.8)
+    true = laps(AROUND, 0.8)
     assert closures(RING, true, true) == []
 
 
 def test_look_alikes_far_from_where_the_car_may_be_are_left_alone() -> None:
-    """Two rings of the same shape, 30 m apart: what is known of the way tells them apart."""
-    first = way(AROUND, 0.95)
+    """Two rings of the same shape, 30 m apart: the distance driven tells them apart."""
+    first = laps(AROUND, 0.95)
     aside = np.array([30.0, 0.0, 0.0])
     true = np.concatenate([first, compose(aside, first)])
     both = np.concatenate([RING, RING + aside[:2]])
@@ -89,44 +103,75 @@ def test_look_alikes_far_from_where_the_car_may_be_are_left_alone() -> None:
 
 @pytest.mark.parametrize("bias", [(0.0, 0.0, 0.0), (0.012, 0.0, 0.0)])
 def test_a_row_of_equal_niches_closes_no_wrong_loop(bias: tuple[float, float, float]) -> None:
-    """Up and down a street; the niches are 2 m apart, and only its ends tell where one is."""
+    """Up and down a street; the niches are 2 m apart, and only its ends make places unique."""
     niches = [box(x, side, x + 0.8, side * 1.3) for x in np.arange(-15.0, 15.0, 2.0) for side in (-2.0, 2.0)]
     street = np.concatenate([box(-18, -2.6, 18, 2.6), box(-14, -0.1, 14, 0.1), *niches])
-    true = way([(0.0, -1.0), (15.0, -1.0), (15.0, 1.0), (-15.0, 1.0), (-15.0, -1.0)], 1.4)
+    true = laps([(0.0, -1.0), (15.0, -1.0), (15.0, 1.0), (-15.0, 1.0), (-15.0, -1.0)], 1.4)
     found = closures(street, true, drifted(true, bias), sight=6.0)
     assert found
     assert (np.abs(errors(found, true)) < [0.25, 0.25, 0.05]).all()
 
 
 def test_one_submap_that_fits_is_believed_only_without_verification() -> None:
-    """The round is over by one submap; the next one would be its witness."""
-    true = way(AROUND, 1.07)
+    """The round is over by one submap; the next one would support it."""
+    true = laps(AROUND, 1.07)
     assert closures(RING, true, true) == []
-    assert len(closures(RING, true, true, verify=False)) == 1
+    assert len(closures(RING, true, true, [])) == 1
+
+
+class Refusal(LoopVerifier):
+    """A verifier that objects to all it is asked about."""
+
+    def __init__(self, *, at_once: bool) -> None:
+        self.at_once = at_once
+        self.asked = 0
+
+    def refutes(self, match: object, store: object) -> bool:
+        self.asked += self.at_once
+        return self.at_once
+
+    def leaves_open(self, *_: object) -> bool:
+        self.asked += not self.at_once
+        return not self.at_once
+
+
+class Silence(LoopVerifier):
+    """A verifier that overrides nothing."""
+
+
+@pytest.mark.parametrize("at_once", [True, False])
+def test_a_verifier_of_ones_own_is_heard(at_once: bool) -> None:
+    true, refusal = laps(AROUND, 1.8), Refusal(at_once=at_once)
+    assert closures(RING, true, true, [*ALL, refusal]) == []
+    assert refusal.asked > 0
+    assert closures(RING, true, true, [Silence()]) != []
+
+
+def test_scans_that_are_looked_through_refute_a_loop() -> None:
+    """Nothing satisfies an agreement above one, so no hypothesis is left."""
+    true = laps(AROUND, 1.8)
+    strict = CONFIG.see_through.model_copy(update={"min_agreement": 1.01})
+    assert closures(RING, true, true, [SeeThroughVerifier(strict)]) == []
+    assert closures(RING, true, true, [SeeThroughVerifier(CONFIG.see_through)]) != []
 
 
 @settings(max_examples=25, deadline=None)
-@given(st.lists(st.floats(0.02, 0.9), min_size=40, max_size=120))
-def test_submaps_follow_each_other_at_even_distances(steps: list[float]) -> None:
-    closer = LoopCloser(store_of(RING, np.zeros((0, 3))))
+@given(st.lists(st.floats(0.02, 0.9), min_size=40, max_size=120), st.floats(1.0, 4.0), st.floats(1.0, 5.0))
+def test_submaps_follow_each_other_at_even_distances(
+    steps: list[float], spacing: float, half_length: float
+) -> None:
+    config, graph = SubmapConfig(spacing=spacing, half_length=half_length), SubmapGraph()
     path = np.cumsum(steps)
     for k, step in enumerate(steps):
-        submap = closer.add_keyframe(step)
+        submap = graph.add_keyframe(step, config)
         if submap is not None:
             assert submap.last == k
     longest = max(steps)
     path -= path[0] - steps[0]
-    for submap in closer.submaps:
+    for submap in graph.submaps:
         reach = path[submap.middle] - path[submap.first], path[submap.last] - path[submap.middle]
-        assert max(reach) <= HALF_LENGTH + 2 * longest
-        assert min(reach) >= HALF_LENGTH - 2 * longest
-    middles = path[[submap.middle for submap in closer.submaps]]
-    assert (np.abs(np.diff(middles) - SPACING) <= longest + 1e-9).all()
-    assert len(middles) >= (path[-1] - 2 * HALF_LENGTH) / (SPACING + longest) - 2
-
-
-def test_pairs_that_see_alike_come_first() -> None:
-    first = np.array([[0.0, 0.0, 0.0], [5.0, 0.0, 0.0]])
-    second = np.array([[0.1, 0.0, np.pi], [0.5, 0.0, 0.1], [5.2, 0.0, 0.0]])
-    a, b = nearest_pairs(first, second, 2)
-    assert set(zip(a.tolist(), b.tolist(), strict=True)) == {(0, 1), (1, 2)}
+        assert max(reach) <= half_length + 2 * longest
+        assert min(reach) >= half_length - 2 * longest
+    middles = path[[submap.middle for submap in graph.submaps]]
+    assert (np.abs(np.diff(middles) - spacing) <= longest + 1e-9).all()
+    assert len(middles) >= (path[-1] - 2 * half_length) / (spacing + longest) - 2

@@ -1,4 +1,6 @@
-"""What wheels, scans and habit tell of the way since the last keyframe."""
+"""What wheels, scans and the last velocity say about the motion since the last keyframe."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 from worlds import ROOM, points_at, scan_at
 
 from racecar.mapping.matching.scan_store import prepare_scan
-from racecar.mapping.odometry.calibration import OdometryCalibration
+from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.sensing.odometry import Odometry
@@ -21,17 +23,17 @@ steps = st.tuples(st.floats(-0.2, 0.2), st.floats(-0.02, 0.02), st.floats(-0.15,
 
 
 def drive(
-    step: Pose, count: int, *, odom_from_map: Pose | None = IDENTITY, place_told_at: int = 0
+    step: Pose, count: int, *, odom_from_map: Pose | None = IDENTITY, known_from: int = 0
 ) -> DeadReckoning:
     """The first scan is the keyframe; ``count`` more follow, the base a ``step`` (3,) further at each."""
-    reckoning = DeadReckoning()
+    reckoning = DeadReckoning(DeadReckoningConfig())
     map_from_base = START
     for number in range(count + 1):
         stamp = number * PERIOD
         if odom_from_map is not None:
             reckoning.add_odometry(Odometry(stamp, compose(odom_from_map, map_from_base), IDENTITY))
-        told = PLACE if number >= place_told_at else IDENTITY
-        reckoning.advance(scan_at(ROOM, compose(map_from_base, PLACE), stamp, told))
+        known = PLACE if number >= known_from else IDENTITY
+        reckoning.advance(scan_at(ROOM, compose(map_from_base, PLACE), stamp, known))
         if number == 0:
             reckoning.start_keyframe(IDENTITY, SEEN)
         map_from_base = compose(map_from_base, step)
@@ -53,7 +55,7 @@ def base_after(step: Pose, count: int) -> Pose:
 
 @settings(max_examples=15, deadline=None)
 @given(steps, poses)
-def test_wheels_and_scans_tell_the_motion_of_the_laser(step: Pose, odom_from_map: Pose) -> None:
+def test_wheels_and_scans_report_the_motion_of_the_laser(step: Pose, odom_from_map: Pose) -> None:
     """Wherever the odometry frame lies."""
     by_wheels, by_scans, _ = drive(step, 3, odom_from_map=odom_from_map).motions()
     expected = laser_step(step, 3)
@@ -61,10 +63,10 @@ def test_wheels_and_scans_tell_the_motion_of_the_laser(step: Pose, odom_from_map
     np.testing.assert_allclose(by_scans, expected, atol=0.05)
 
 
-@pytest.mark.parametrize("told_at", [1, 2, 3])
-def test_where_the_laser_sits_may_be_told_late(told_at: int) -> None:
+@pytest.mark.parametrize("known_from", [1, 2, 3])
+def test_the_mount_of_the_laser_may_become_known_late(known_from: int) -> None:
     step = np.array([0.1, 0.0, 0.05])
-    reckoning = drive(step, 3, place_told_at=told_at)
+    reckoning = drive(step, 3, known_from=known_from)
     np.testing.assert_allclose(reckoning.wheel_step(), laser_step(step, 3), atol=1e-9)
     np.testing.assert_array_equal(reckoning.base_from_laser, PLACE)
 
@@ -72,7 +74,7 @@ def test_where_the_laser_sits_may_be_told_late(told_at: int) -> None:
 def test_wheels_are_trusted_first_and_corrected() -> None:
     reckoning = drive(np.array([0.1, 0.0, 0.02]), 3)
     measured = reckoning.wheel_step()
-    reckoning.calibration = OdometryCalibration(turn_per_metre=0.1, turn_scale=1.1, path_scale=0.9)
+    reckoning.calibration = replace(reckoning.calibration, turn_per_metre=0.1, turn_scale=1.1, path_scale=0.9)
     assert not np.allclose(reckoning.calibration.correct(measured), measured, atol=0.01)
     np.testing.assert_allclose(reckoning.motions()[0], reckoning.calibration.correct(measured))
     np.testing.assert_allclose(reckoning.wheel_step(), measured)
@@ -80,7 +82,7 @@ def test_wheels_are_trusted_first_and_corrected() -> None:
 
 @settings(max_examples=10, deadline=None)
 @given(steps, st.integers(1, 4))
-def test_habit_is_the_velocity_of_the_last_keyframe(step: Pose, later: int) -> None:
+def test_the_last_guess_keeps_the_velocity_of_the_last_keyframe_step(step: Pose, later: int) -> None:
     """Whatever the sensors say."""
     reckoning = drive(IDENTITY, 2)
     reckoning.start_keyframe(step, SEEN)
@@ -89,7 +91,7 @@ def test_habit_is_the_velocity_of_the_last_keyframe(step: Pose, later: int) -> N
     np.testing.assert_allclose(reckoning.motions()[-1], step * later / 2, atol=1e-9)
 
 
-def test_a_keyframe_starts_the_way_anew() -> None:
+def test_a_keyframe_resets_the_motion() -> None:
     reckoning = drive(np.array([0.1, 0.0, 0.02]), 3)
     reckoning.start_keyframe(laser_step(np.array([0.1, 0.0, 0.02]), 3), SEEN)
     np.testing.assert_allclose(reckoning.motions(), np.zeros((3, 3)), atol=1e-12)
@@ -115,7 +117,7 @@ def test_odometry_that_has_stopped_is_not_taken_for_standing_still(late: float, 
 @pytest.mark.parametrize(
     ("pause", "waited", "is_known"), [(0.9, 0.4, True), (1.5, 0.7, False), (1.5, 1.45, True)]
 )
-def test_a_pause_of_the_odometry_is_not_taken_for_a_straight_way(
+def test_a_pause_of_the_odometry_is_not_taken_for_straight_motion(
     pause: float, waited: float, is_known: bool
 ) -> None:
     """Odometry that comes again covers scans that waited for it."""
@@ -127,8 +129,8 @@ def test_a_pause_of_the_odometry_is_not_taken_for_a_straight_way(
     assert reckoning.scans_without_odometry == (not is_known)
 
 
-def test_over_a_jump_of_the_odometry_scans_tell_the_way_until_the_next_keyframe() -> None:
-    """Its driver was started anew and counts from zero."""
+def test_over_a_jump_of_the_odometry_scans_report_the_motion_until_the_next_keyframe() -> None:
+    """Its driver was restarted and counts from zero."""
     step = np.array([0.1, 0.0, 0.02])
     reckoning = drive(step, 3, odom_from_map=np.array([4.0, 3.0, 1.0]))
     by_wheels = IDENTITY
@@ -154,7 +156,7 @@ def test_without_odometry_the_velocity_is_trusted_after_a_while() -> None:
 
 
 def test_where_wheels_fall_silent_the_velocity_begins_at_once() -> None:
-    """With the speed and from the place that they told last."""
+    """With the speed and from the place that they reported last."""
     step = np.array([0.02, 0.0, 0.01])
     reckoning = drive(step, 3)
     silent = range(9, 32)

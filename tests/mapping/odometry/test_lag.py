@@ -1,7 +1,10 @@
+"""The lag of odometry is learned from turns, and none is made up."""
+
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from racecar.mapping.odometry.config import OdometryLagConfig
 from racecar.mapping.odometry.lag import OdometryLag
 from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
 
@@ -15,14 +18,16 @@ def heading(seconds: float) -> float:
 def drive(
     seconds: float, late: float, wheel_scale: float = 1.0, wheel_noise: float = 0.0, wheels_every: int = 1
 ) -> OdometryLag:
-    """Scans ten times a second, and wheels, up to fifty times a second, stamped ``late`` by so much."""
-    rng, lag, wheels = np.random.default_rng(0), OdometryLag(), OdometryBuffer()
-    told = heading(-late)
+    """Scans ten times a second, and wheels, up to fifty times a second, stamped ``late`` seconds late."""
+    rng, lag, wheels = np.random.default_rng(0), OdometryLag(OdometryLagConfig()), OdometryBuffer()
+    by_wheels = heading(-late)
     for tick in range(int(50 * seconds)):
         now = tick / 50
-        told += wheel_scale * (heading(now - late) - heading(now - 0.02 - late)) + wheel_noise * rng.normal()
+        by_wheels += (
+            wheel_scale * (heading(now - late) - heading(now - 0.02 - late)) + wheel_noise * rng.normal()
+        )
         if tick % wheels_every == 0:
-            wheels.add(Odometry(round(now * SECOND), np.array([0.0, 0.0, told]), np.zeros(3)))
+            wheels.add(Odometry(round(now * SECOND), np.array([0.0, 0.0, by_wheels]), np.zeros(3)))
         if tick % 5 == 0:
             turn = heading(now) - heading(now - 0.1) + 0.002 * rng.normal()
             lag.add_turn(round(now * SECOND), turn)
@@ -36,11 +41,11 @@ def test_the_lag_is_learned_from_turns(size: float, sign: float, wheel_scale: fl
     assert abs(drive(40.0, sign * size, wheel_scale).nanoseconds * 1e-9 - sign * size) < 0.025
 
 
-def test_wheels_that_tell_nothing_have_no_lag() -> None:
+def test_noisy_wheels_have_no_lag() -> None:
     assert drive(40.0, 0.2, wheel_noise=0.3).nanoseconds == 0
 
 
-def test_wheels_that_tell_the_same_have_no_lag() -> None:
+def test_wheels_that_agree_have_no_lag() -> None:
     assert drive(40.0, 0.0, wheel_noise=0.002).nanoseconds == 0
 
 
@@ -48,14 +53,14 @@ def test_a_car_that_hardly_turned_is_not_judged() -> None:
     assert drive(0.6, 0.2).nanoseconds == 0
 
 
-def test_samples_far_apart_tell_no_short_lag() -> None:
+def test_samples_far_apart_show_no_short_lag() -> None:
     assert drive(40.0, 0.1, wheels_every=10).nanoseconds == 0
     assert drive(40.0, 0.1, wheels_every=2).nanoseconds != 0
 
 
 def test_another_goes_on_from_arrays() -> None:
     lag = drive(40.0, 0.2)
-    again = OdometryLag.from_arrays(lag.to_arrays())
+    again = OdometryLag.from_arrays(lag.to_arrays(), OdometryLagConfig())
     assert again.nanoseconds == lag.nanoseconds
     for name, values in lag.to_arrays().items():
         assert np.array_equal(values, again.to_arrays()[name])

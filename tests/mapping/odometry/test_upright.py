@@ -1,12 +1,17 @@
-"""Walls are told from floors and ceilings."""
+"""Walls are distinguished from floors and ceilings."""
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from racecar.mapping.odometry.upright import upright_points
+from racecar.mapping.odometry import upright
+from racecar.mapping.odometry.config import UprightConfig
 
 GENERATOR_SEED = 5
+
+
+def upright_points(points: np.ndarray) -> np.ndarray:
+    return upright.upright_points(points, UprightConfig())
 
 
 def plate(height: float) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""A laser that nothing but its scans and its velocity tells of is followed, also where scans tell little."""
+"""A laser is followed by its scans and its velocity alone, also where scans constrain it little."""
 
 import numpy as np
 import pytest
@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from worlds import BEARINGS, CORRIDOR, MAX_RANGE, ROOM, points_at, ranges
 
 from racecar.mapping.matching.scan_store import prepare_scan
+from racecar.mapping.odometry.config import VelocityFilterConfig
 from racecar.mapping.odometry.deskew import by_velocity
 from racecar.mapping.odometry.velocity_filter import VelocityFilter
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
@@ -35,7 +36,7 @@ def sweep(walls: np.ndarray, velocity: Pose, seconds: float, noise: float = 0.0)
 
 def begun(walls: np.ndarray, velocity: Pose = IDENTITY) -> VelocityFilter:
     """At START, which is the keyframe."""
-    tracker = VelocityFilter()
+    tracker = VelocityFilter(VelocityFilterConfig())
     tracker.begin(0, IDENTITY, velocity)
     tracker.start_keyframe(prepare_scan(points_at(walls, START)))
     return tracker
@@ -51,7 +52,7 @@ def follow(
 @settings(max_examples=20, deadline=None)
 @given(velocities)
 def test_place_and_velocity_come_to_be_known(velocity: Pose) -> None:
-    """Although sweeps are bent, and at first nothing tells by how much."""
+    """Although sweeps are bent, and at first it is unknown by how much."""
     tracker = begun(ROOM)
     assert follow(tracker, ROOM, velocity, range(1, 25))
     assert tracker.is_trusted
@@ -61,7 +62,7 @@ def test_place_and_velocity_come_to_be_known(velocity: Pose) -> None:
 
 
 @pytest.mark.parametrize("speed", [1.0, 4.0])
-def test_velocity_carries_on_where_scans_tell_nothing_of_the_way(speed: float) -> None:
+def test_velocity_carries_on_where_scans_show_no_distance(speed: float) -> None:
     """Along a corridor without an end every place is like the next."""
     velocity = np.array([speed, 0.0, 0.0])
     tracker = begun(CORRIDOR, velocity)
@@ -70,7 +71,7 @@ def test_velocity_carries_on_where_scans_tell_nothing_of_the_way(speed: float) -
     np.testing.assert_allclose(tracker.keyframe_from_laser[0], 20 * PERIOD * 1e-9 * speed, atol=0.15)
 
 
-def test_scan_odometry_tells_of_the_way_only_where_scans_do_not() -> None:
+def test_scan_odometry_counts_only_where_matches_show_no_distance() -> None:
     """A car that stops in a bare corridor would go on by its velocity; in a room the match knows better."""
     velocity = np.array([0.5, 0.0, 0.0])
     in_corridor, in_room = begun(CORRIDOR, velocity), begun(ROOM)
@@ -113,7 +114,7 @@ def test_one_that_was_written_goes_on_to_the_same_bits() -> None:
     velocity = np.array([1.0, 0.0, 0.5])
     tracker = begun(ROOM)
     follow(tracker, ROOM, velocity, range(1, 10))
-    other = VelocityFilter.from_arrays(tracker.to_arrays())
+    other = VelocityFilter.from_arrays(tracker.to_arrays(), VelocityFilterConfig())
     for each in (tracker, other):
         follow(each, ROOM, velocity, range(10, 15))
     np.testing.assert_array_equal(tracker.keyframe_from_laser, other.keyframe_from_laser)

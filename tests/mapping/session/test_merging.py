@@ -1,14 +1,18 @@
-"""A drive finds its place on an earlier map from wherever it came, or says that it does not."""
+"""A drive finds its place on an earlier map from anywhere, or says that it does not."""
 
 import numpy as np
 import pytest
 from worlds import box, store_of
 
-from racecar.mapping.graph import pose_graph
+from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.session.merging import join
+from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.loops.verifiers import verifiers
+from racecar.mapping.session.config import PlaceRecognitionConfig
+from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
@@ -17,15 +21,22 @@ BARE_RING = np.concatenate([box(-6, -4, 6, 4), box(-4, -2, 4, 2)])
 """12 x 8 m about a block; half round it looks the same again."""
 
 RING = np.concatenate([BARE_RING, box(-1, 2, 0, 2.5), box(2, -4, 2.4, -3.4), box(5.5, 1, 6, 3)])
-"""With things along the walls by which to tell where one is."""
+"""With things along the walls that make each place unique."""
 
 CORNERS = np.array([(-5.0, -3.0), (5.0, -3.0), (5.0, 3.0), (-5.0, 3.0)])
 ELSEWHERE = np.array([40.0, -25.0, 2.5])
 EARLIER_LASER, LATER_LASER = np.array([0.3, 0.0, 0.0]), np.array([-0.1, 0.05, 3.0])
+CONFIG = LoopClosureConfig()
+DEFAULT_GRAPH = PoseGraphConfig()
 
 
-def way(start: float, metres: float) -> Pose:
-    """(K, 3) places of the laser 0.3 m apart, round the block."""
+def merged(earlier: Session, later: Session, graph: PoseGraphConfig = DEFAULT_GRAPH) -> Session:
+    loops = LoopCloser(later.keyframes, CONFIG, verifiers(CONFIG), later.loops)
+    return merge(earlier, later, loops, PlaceRecognitionConfig(), graph)
+
+
+def path(start: float, metres: float) -> Pose:
+    """(K, 3) poses of the laser 0.3 m apart, round the block."""
     ends = np.concatenate([CORNERS, CORNERS[:1]])
     along = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(ends, axis=0).T))])
     at = np.arange(start, start + metres, 0.3)
@@ -40,11 +51,11 @@ def way(start: float, metres: float) -> Pose:
 def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_laser: Pose) -> Session:
     """What a drive along ``true`` (K, 3) ends in, in a frame of its own."""
     store = store_of(walls, true)
-    loops = LoopCloser(store)
+    loops = LoopHistory()
     known = compose(frame_from_world, true)
     steps = between(known[:-1], known[1:])
     for step in [IDENTITY, *steps]:
-        loops.add_keyframe(float(np.hypot(step[0], step[1])))
+        loops.graph.add_keyframe(float(np.hypot(step[0], step[1])), CONFIG.submaps)
     constraints = [
         Constraint(k, k + 1, step, np.diag([1e4, 1e4, 1e5]), "scan_matching") for k, step in enumerate(steps)
     ]
@@ -57,9 +68,9 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
 
 
 def test_the_later_drive_lies_where_it_was() -> None:
-    first, second = way(0.0, 34.0), way(11.0, 20.0)
+    first, second = path(0.0, 34.0), path(11.0, 20.0)
     earlier = session(RING, first, IDENTITY, EARLIER_LASER)
-    joint = join(earlier, session(RING, second, ELSEWHERE, LATER_LASER))
+    joint = merged(earlier, session(RING, second, ELSEWHERE, LATER_LASER))
     true = np.concatenate([first, second])
     assert np.abs(between(true, joint.map_from_keyframe)).max() < 0.01
     loops = [c for c in joint.constraints if c.kind == "loop_closure"]
@@ -70,9 +81,9 @@ def test_the_later_drive_lies_where_it_was() -> None:
 
 
 def test_constraints_lie_in_the_order_in_which_a_pose_graph_takes_them() -> None:
-    first, second = way(0.0, 34.0), way(11.0, 20.0)
+    first, second = path(0.0, 34.0), path(11.0, 20.0)
     earlier = session(RING, first, IDENTITY, IDENTITY)
-    joint = join(earlier, session(RING, second, ELSEWHERE, IDENTITY))
+    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY))
     local = [c for c in joint.constraints if c.kind != "loop_closure"]
     is_between = [c.from_keyframe < len(first) <= c.to_keyframe for c in local]
     assert len(local) - sum(is_between) == 2 * (len(first) - 1 + len(second) - 1)
@@ -82,18 +93,18 @@ def test_constraints_lie_in_the_order_in_which_a_pose_graph_takes_them() -> None
 
 
 @pytest.mark.parametrize("one_by_one", [10, 100])
-def test_long_drives_are_joined_by_groups(monkeypatch: pytest.MonkeyPatch, one_by_one: int) -> None:
-    monkeypatch.setattr(pose_graph, "_ONE_BY_ONE", one_by_one)
-    first, second = way(0.0, 34.0), way(11.0, 20.0)
+def test_long_drives_are_merged_by_groups(one_by_one: int) -> None:
+    config = PoseGraphConfig(most_solved_singly=one_by_one)
+    first, second = path(0.0, 34.0), path(11.0, 20.0)
     earlier = session(RING, first, IDENTITY, IDENTITY)
-    joint = join(earlier, session(RING, second, ELSEWHERE, IDENTITY))
+    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), config)
     assert np.abs(between(np.concatenate([first, second]), joint.map_from_keyframe)).max() < 0.01
 
 
 def test_constraints_between_bases_know_the_place_of_either_laser() -> None:
-    first, second = way(0.0, 34.0), way(11.0, 20.0)
+    first, second = path(0.0, 34.0), path(11.0, 20.0)
     earlier = session(RING, first, IDENTITY, EARLIER_LASER)
-    joint = join(earlier, session(RING, second, ELSEWHERE, LATER_LASER))
+    joint = merged(earlier, session(RING, second, ELSEWHERE, LATER_LASER))
     bases = compose(joint.map_from_keyframe, joint.keyframe_from_base)
     np.testing.assert_allclose(bases[-1], compose(second[-1], inverse(LATER_LASER)), atol=0.02)
     for c in joint.constraints_between_bases():
@@ -102,10 +113,10 @@ def test_constraints_between_bases_know_the_place_of_either_laser() -> None:
 
 
 def test_a_third_drive_carries_on_what_two_have_made() -> None:
-    first, second, third = way(0.0, 16.0), way(4.0, 26.0), way(18.0, 14.0)
-    both = join(session(RING, first, IDENTITY, IDENTITY), session(RING, second, ELSEWHERE, IDENTITY))
-    read = Session.from_arrays(both.to_arrays(), verify=True)
-    joint = join(read, session(RING, third, inverse(ELSEWHERE), IDENTITY))
+    first, second, third = path(0.0, 16.0), path(4.0, 26.0), path(18.0, 14.0)
+    both = merged(session(RING, first, IDENTITY, IDENTITY), session(RING, second, ELSEWHERE, IDENTITY))
+    read = Session.from_arrays(both.to_arrays())
+    joint = merged(read, session(RING, third, inverse(ELSEWHERE), IDENTITY))
     true = np.concatenate([first, second, third])
     assert np.abs(between(true, joint.map_from_keyframe)).max() < 0.02
 
@@ -118,9 +129,9 @@ def test_a_third_drive_carries_on_what_two_have_made() -> None:
         (np.concatenate([box(-7, -5, 7, 5), box(-4.5, -2, 3.5, 1.5), box(0, -5, 1, -4)]), 20.0),
     ],
 )
-def test_a_place_that_is_not_recognized_is_not_joined(walls: np.ndarray, metres: float) -> None:
+def test_a_place_that_is_not_recognized_is_not_merged(walls: np.ndarray, metres: float) -> None:
     earlier_walls = BARE_RING if walls is BARE_RING else RING
-    earlier = session(earlier_walls, way(0.0, 34.0), IDENTITY, IDENTITY)
-    later = session(walls, way(11.0, metres), ELSEWHERE, IDENTITY)
+    earlier = session(earlier_walls, path(0.0, 34.0), IDENTITY, IDENTITY)
+    later = session(walls, path(11.0, metres), ELSEWHERE, IDENTITY)
     with pytest.raises(UserError, match="not recognized anywhere"):
-        join(earlier, later)
+        merged(earlier, later)

@@ -32,7 +32,7 @@ def test_same_arrays_same_bytes(tmp_path: Path) -> None:
 
 def test_folder_without_a_session(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=rf"no {SESSION_FILE} in .*; name a folder"):
-        load_session(tmp_path, verify_loops=True)
+        load_session(tmp_path)
 
 
 @pytest.mark.parametrize("share", [0.0, 0.3, 0.99])
@@ -42,7 +42,7 @@ def test_cut_file(tmp_path: Path, share: float) -> None:
     contents = whole.read_bytes()
     (tmp_path / SESSION_FILE).write_bytes(contents[: int(share * len(contents))])
     with pytest.raises(UserError, match=f"{SESSION_FILE} is damaged"):
-        load_session(tmp_path, verify_loops=True)
+        load_session(tmp_path)
 
 
 def test_flipped_bits_are_found(tmp_path: Path) -> None:
@@ -60,34 +60,34 @@ def test_other_files_of_numpy(tmp_path: Path) -> None:
     path = tmp_path / SESSION_FILE
     np.savez(path, poses=np.zeros(3))
     with pytest.raises(UserError, match=r"no file of racecar's"):
-        load_session(tmp_path, verify_loops=True)
+        load_session(tmp_path)
     with path.open("wb") as file:
         np.save(file, np.zeros(3))
     with pytest.raises(UserError, match=r"no file of racecar's"):
-        load_session(tmp_path, verify_loops=True)
+        load_session(tmp_path)
 
 
 def test_pickles_are_not_opened(tmp_path: Path) -> None:
     path = tmp_path / SESSION_FILE
     np.savez(path, format=np.array({"a": 1}, dtype=object), version=np.array(VERSION))
     with pytest.raises(UserError, match="damaged"):
-        load_session(tmp_path, verify_loops=True)
+        load_session(tmp_path)
 
 
 def test_a_checkpoint_is_no_session(tmp_path: Path) -> None:
     save_arrays(ARRAYS, tmp_path / SESSION_FILE, "racecar checkpoint")
     with pytest.raises(UserError, match="is not a racecar session"):
-        load_session(tmp_path, verify_loops=True)
+        load_session(tmp_path)
 
 
 def test_newer_version(tmp_path: Path) -> None:
     marks = {"format": np.array("racecar session"), "version": np.array(VERSION + 1)}
     np.savez(tmp_path / SESSION_FILE, **marks)
     with pytest.raises(UserError, match=f"version {VERSION + 1} .* knows version {VERSION}"):
-        load_session(tmp_path, verify_loops=True)
+        load_session(tmp_path)
 
 
 def test_session_that_lacks_an_array(tmp_path: Path) -> None:
     save_arrays(ARRAYS, tmp_path / SESSION_FILE, "racecar session")
     with pytest.raises(UserError, match="damaged"):
-        load_session(tmp_path, verify_loops=True)
+        load_session(tmp_path)

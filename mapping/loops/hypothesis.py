@@ -1,0 +1,30 @@
+"""A loop hypothesis: two submaps that seem to show the same place."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.loops.submap import Submap
+from racecar.maps.geometry.se2 import Pose
+
+
+@dataclass(eq=False)
+class Hypothesis:
+    """A loop closure that was found and not refuted, but may still be a look-alike."""
+
+    fixed: Submap
+    moving: Submap
+    fixed_from_moving: Pose
+    """(3,) between the middles of both."""
+    information: NDArray[np.float64]
+    """(3, 3) in the tangent frame of the moving one."""
+    reach: float
+    """Metres that were searched to find it."""
+    accepted: bool = False
+
+    def as_constraint(self) -> Constraint:
+        """The loop closure between the middle keyframes."""
+        ends = self.fixed.middle, self.moving.middle
+        return Constraint(*ends, self.fixed_from_moving, self.information, "loop_closure")

@@ -1,0 +1,112 @@
+"""What loop closure knows of a drive, as a session keeps it: submaps, hypotheses, counts."""
+
+from array import array
+from bisect import bisect_left, bisect_right, insort
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from itertools import islice
+
+import numpy as np
+
+from racecar.mapping.arrays import Arrays
+from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.loops.hypothesis import Hypothesis
+from racecar.mapping.loops.submap import Submap
+from racecar.mapping.loops.submap_graph import SubmapGraph
+
+
+@dataclass(eq=False)
+class LoopHistory:
+    """Grows with the drive."""
+
+    graph: SubmapGraph = field(default_factory=SubmapGraph)
+    hypotheses: list[Hypothesis] = field(default_factory=list)
+    """In the order of their moving submaps."""
+    log: dict[str, int] = field(default_factory=dict)
+    """How often what happened."""
+
+    @property
+    def submaps(self) -> list[Submap]:
+        """In the order of the path."""
+        return self.graph.submaps
+
+    def count(self, what: str) -> None:
+        """Note that something happened once more."""
+        self.log[what] = self.log.get(what, 0) + 1
+
+    def add(self, hypothesis: Hypothesis) -> None:
+        """Take a hypothesis in at its place."""
+        insort(self.hypotheses, hypothesis, key=lambda h: h.moving.index)
+
+    def within(self, metres: float, of: Submap) -> list[Hypothesis]:
+        """The hypotheses whose moving submaps lie so near along the path to the end of one."""
+
+        def driven(hypothesis: Hypothesis) -> float:
+            return self.graph.path[hypothesis.moving.middle]
+
+        now = self.graph.path[of.last]
+        first = bisect_right(self.hypotheses, now - metres, key=driven)
+        end = bisect_left(self.hypotheses, now + metres, key=driven)
+        return self.hypotheses[first:end]
+
+    def accept(self, hypotheses: Sequence[Hypothesis]) -> list[Constraint]:
+        """Accept hypotheses; returns them as constraints."""
+        for hypothesis in hypotheses:
+            hypothesis.accepted = True
+            self.graph.close(hypothesis.fixed, hypothesis.moving)
+        return [hypothesis.as_constraint() for hypothesis in hypotheses]
+
+    def tied_until(self, loops: int) -> int:
+        """The first keyframe since which at most ``loops`` loops were closed; 0 while there were not so
+        many."""
+        accepted = (h.moving.first for h in reversed(self.hypotheses) if h.accepted)
+        return next(islice(accepted, loops, None), 0)
+
+    def frozen(self) -> "LoopHistory":
+        """The same as it is now; it does not grow."""
+        hypotheses = [replace(each) for each in self.hypotheses]
+        return LoopHistory(self.graph.copy(), hypotheses, dict(self.log))
+
+    def followed_by(self, later: "LoopHistory", drift: float) -> "LoopHistory":
+        """The submaps of both, see `SubmapGraph.followed_by`, and neither's hypotheses."""
+        return LoopHistory(self.graph.followed_by(later.graph, drift))
+
+    def to_arrays(self) -> Arrays:
+        """The whole state, by the names that `Session` documents."""
+        graph, found = self.graph, self.hypotheses
+        submaps = [[s.first, s.middle, s.last] for s in graph.submaps]
+        ends = [[h.fixed.index, h.moving.index] for h in found]
+        return {
+            "submaps": np.array(submaps, dtype=np.int32).reshape(-1, 3),
+            "path": np.array(graph.path),
+            "doubt": np.array(graph.accumulated_drift),
+            "edges": np.array(graph.edges).reshape(-1, 3),
+            "hypothesis_submaps": np.array(ends, dtype=np.int32).reshape(-1, 2),
+            "hypothesis_poses": np.array([h.fixed_from_moving for h in found]).reshape(-1, 3),
+            "hypothesis_information": np.array([h.information for h in found]).reshape(-1, 3, 3),
+            "hypothesis_reaches": np.array([h.reach for h in found]),
+            "hypothesis_accepted": np.array([h.accepted for h in found], dtype=np.bool_),
+            "log_names": np.array(list(self.log), dtype=np.str_),
+            "log_counts": np.array(list(self.log.values()), dtype=np.int64),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays) -> "LoopHistory":
+        """What `to_arrays` wrote. Raises KeyError when an array is missing."""
+        submaps = [Submap(k, *row) for k, row in enumerate(arrays["submaps"].tolist())]
+        path, drift, edges = (
+            array("d", arrays[name].ravel().tolist()) for name in ("path", "doubt", "edges")
+        )
+        hypotheses = [
+            Hypothesis(submaps[fixed], submaps[moving], pose, information, reach, accepted)
+            for (fixed, moving), pose, information, reach, accepted in zip(
+                arrays["hypothesis_submaps"].tolist(),
+                arrays["hypothesis_poses"].astype(np.float64),
+                arrays["hypothesis_information"].astype(np.float64),
+                arrays["hypothesis_reaches"].tolist(),
+                arrays["hypothesis_accepted"].tolist(),
+                strict=True,
+            )
+        ]
+        log = dict(zip(arrays["log_names"].tolist(), arrays["log_counts"].tolist(), strict=True))
+        return cls(SubmapGraph(submaps, path, drift, edges), hypotheses, log)

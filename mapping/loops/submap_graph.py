@@ -1,0 +1,111 @@
+"""The graph of submaps: how much drift may have accumulated between any two of them."""
+
+from array import array
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from racecar.mapping.graph.coarse_graph import Groups
+from racecar.mapping.loops.config import SubmapConfig
+from racecar.mapping.loops.submap import Submap
+
+_OF_A_CLOSURE = 0.1
+"""Metres of accumulated drift that a loop closure leaves: next to none, because its submaps were matched."""
+_SEARCHED = 2000
+"""Keyframes at the end of the path in which the next submap begins, so that the search costs the same all
+day."""
+
+
+@dataclass(eq=False)
+class SubmapGraph:
+    """Submaps along the path, connected to their neighbours and by loop closures.
+
+    Drift is counted in the metres driven that would accumulate as much of it.
+    """
+
+    submaps: list[Submap] = field(default_factory=list)
+    path: "array[float]" = field(default_factory=lambda: array("d"))
+    """(K,) metres driven up to each keyframe."""
+    accumulated_drift: "array[float]" = field(default_factory=lambda: array("d"))
+    """(K,) the same, each step that no scan match confirms counted as many more metres."""
+    edges: "array[float]" = field(default_factory=lambda: array("d"))
+    """Submap, submap and metres of accumulated drift between them, flat: it is read at each new submap."""
+
+    def add_keyframe(
+        self, distance: float, config: SubmapConfig, further_drift: float = 0.0
+    ) -> Submap | None:
+        """Add a keyframe ``distance`` metres after the last, since when ``further_drift`` metres have
+        accumulated besides; returns the submap that it completes."""
+        drifted = self.accumulated_drift[-1] if self.accumulated_drift else 0.0
+        self.path.append((self.path[-1] + distance) if self.path else 0.0)
+        self.accumulated_drift.append(drifted + distance + further_drift)
+        last = len(self.path) - 1
+        next_middle = (
+            self.path[self.submaps[-1].middle] + config.spacing if self.submaps else config.half_length
+        )
+        if self.path[last] < next_middle + config.half_length:
+            return None
+        offset = max(0, last - _SEARCHED)
+        path = np.array(self.path[offset:])
+        middle = int(np.searchsorted(path, next_middle)) + offset
+        first = int(np.searchsorted(path, self.path[middle] - config.half_length)) + offset
+        submap = Submap(len(self.submaps), first, middle, last)
+        if self.submaps:
+            before = self.submaps[-1]
+            since = self.accumulated_drift[middle] - self.accumulated_drift[before.middle]
+            self.edges.extend((before.index, submap.index, since))
+        self.submaps.append(submap)
+        return submap
+
+    def close(self, fixed: Submap, moving: Submap) -> None:
+        """Connect two submaps by a loop closure."""
+        self.edges.extend((fixed.index, moving.index, _OF_A_CLOSURE))
+
+    def middles(self) -> NDArray[np.int64]:
+        """(S,) the middle keyframe of each submap."""
+        return np.array([submap.middle for submap in self.submaps])
+
+    def groups(self) -> Groups:
+        """The submap that each keyframe moves with."""
+        return Groups(self.middles(), np.array(self.accumulated_drift))
+
+    def drift_from(self, submaps: NDArray[np.int64], most: float = np.inf) -> NDArray[np.float64]:
+        """(Q, S) accumulated drift in metres from some submaps (Q,) to each, infinite beyond ``most``."""
+        n = len(self.submaps)
+        edges = np.reshape(self.edges, (-1, 3))
+        graph = csr_array((edges[:, 2], (edges[:, 0].astype(int), edges[:, 1].astype(int))), shape=(n, n))
+        distances: NDArray[np.float64] = dijkstra(graph, directed=False, indices=submaps, limit=most)
+        return distances
+
+    def are_near(self, first: NDArray[np.int64], second: NDArray[np.int64], most: float) -> NDArray[np.bool_]:
+        """(P, Q) whether ``most`` metres of drift at most have accumulated between keyframes (P,) and
+        (Q,)."""
+        group = self.groups().nearest()
+        submaps, which = np.unique(group[first], return_inverse=True)
+        is_near: NDArray[np.bool_] = self.drift_from(submaps, most) <= most
+        return is_near[np.ix_(which, group[second])]
+
+    def copy(self) -> "SubmapGraph":
+        """The same as it is now; it does not grow."""
+        return SubmapGraph(list(self.submaps), self.path[:], self.accumulated_drift[:], self.edges[:])
+
+    def followed_by(self, later: "SubmapGraph", drift: float) -> "SubmapGraph":
+        """Both, the keyframes and submaps of the later one numbered after those of this one; nothing connects
+        them yet. Over the gap between the two ``drift`` metres have accumulated."""
+        keyframes, submaps = len(self.path), len(self.submaps)
+        moved = [
+            Submap(submaps + s.index, keyframes + s.first, keyframes + s.middle, keyframes + s.last)
+            for s in later.submaps
+        ]
+        driven = self.path[-1] if self.path else 0.0
+        drifted = self.accumulated_drift[-1] if self.accumulated_drift else 0.0
+        edges = np.reshape(later.edges, (-1, 3)) + np.array([submaps, submaps, 0.0])
+        return SubmapGraph(
+            [*self.submaps, *moved],
+            array("d", [*self.path, *(driven + metres for metres in later.path)]),
+            array("d", [*self.accumulated_drift, *(drifted + drift + m for m in later.accumulated_drift)]),
+            array("d", [*self.edges, *edges.ravel()]),
+        )
