@@ -10,7 +10,7 @@ from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between, transform_points
 
 _CELLS_PER_ROW = 1_000_003
-"""So that each cell has a number of its own: far more than a submap is wide."""
+"""In the numbering of cells: far more than a submap is wide, so that each cell has a number of its own."""
 
 
 @dataclass(frozen=True)
