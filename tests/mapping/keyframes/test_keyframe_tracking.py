@@ -7,10 +7,11 @@ from hypothesis import strategies as st
 from worlds import CORRIDOR, ROOM, box, store_of
 
 from racecar.mapping.keyframes.keyframe_tracking import constrain, place
-from racecar.mapping.odometry.calibration import OdometryCalibration
+from racecar.mapping.odometry.calibration import WheelCalibration
+from racecar.mapping.odometry.config import WheelCalibrationConfig
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 
-WORTH = OdometryCalibration().worth
+WORTH = WheelCalibration.unknown(WheelCalibrationConfig()).worth
 BEFORE = 12
 AHEAD = np.array([0.1, 0.0, 0.0])
 
