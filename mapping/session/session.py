@@ -3,27 +3,31 @@
 Its arrays; K keyframes, C constraints, S submaps, E edges, H hypotheses:
 
 ============================  ==================  ============================================================
-name                          shape, type         meaning ============================  ==================
-============================================================ keyframe_from_base            (K, 3) float64
-inverse of the laser's mount on the car: metres, radians map_from_keyframe             (K, 3) float64
-poses of the laser in the map: metres, radians scans.counts                  (K,) int16          points of
-each keyframe; 0 where it was trimmed scans.points                  (sum, 2) float32    metres in the laser
-frame, ascending in bearing scans.normals                 (sum, 2) float32    unit vectors towards the laser;
-(0, 0) where there is none rays.lengths                  (K,) int64          rays of each keyframe; likewise
-rays.returns                  (K,) int64          how many of them are returns; these come first rays.ends
-(sum, 2) float32    metres in the laser frame constraints.keyframes         (C, 2) int32        from, to
+name                          shape, type         meaning
+============================  ==================  ============================================================
+keyframe_from_base            (K, 3) float64      inverse of the laser's mount on the car: metres, radians
+map_from_keyframe             (K, 3) float64      poses of the laser in the map: metres, radians
+scans.counts                  (K,) int16          points of each keyframe; 0 where it was trimmed
+scans.points                  (sum, 2) float32    metres in the laser frame, ascending in bearing
+scans.normals                 (sum, 2) float32    unit vectors towards the laser; (0, 0) where there is none
+rays.lengths                  (K,) int64          rays of each keyframe; likewise
+rays.returns                  (K,) int64          how many of them are returns; these come first
+rays.ends                     (sum, 2) float32    metres in the laser frame
+constraints.keyframes         (C, 2) int32        from, to
 constraints.poses             (C, 3) float64      the second keyframe seen from the first: metres, radians
 constraints.information       (C, 3, 3) float64   in the tangent frame of the second keyframe
-constraints.kinds             (C,) int8           0 odometry, 1 scan matching, 2 loop closure loops.submaps
-(S, 3) int32        first, middle and last keyframe loops.path                    (K,) float64        metres
-driven loops.doubt                   (K,) float64        accumulated drift: the same, more where no scan match
-confirms a step loops.edges                   (E, 3) float64      submap, submap, accumulated drift between
-them in metres driven loops.hypothesis_submaps      (H, 2) int32        fixed, moving; both of this session
+constraints.kinds             (C,) int8           0 odometry, 1 scan matching, 2 loop closure
+loops.submaps                 (S, 3) int32        first, middle and last keyframe
+loops.path                    (K,) float64        metres driven
+loops.doubt                   (K,) float64        accumulated drift, as metres driven that would drift as much
+loops.edges                   (E, 3) float64      submap, submap, accumulated drift between them, likewise
+loops.hypothesis_submaps      (H, 2) int32        fixed, moving; both of this session
 loops.hypothesis_poses        (H, 3) float64      middle of the moving one seen from that of the fixed one
 loops.hypothesis_information  (H, 3, 3) float64   in the tangent frame of the moving one
 loops.hypothesis_reaches      (H,) float64        metres that were searched to find it
-loops.hypothesis_accepted     (H,) bool           is it a loop closure? loops.log_names               (L,)
-text           what loop closure counted loops.log_counts              (L,) int64          how often
+loops.hypothesis_accepted     (H,) bool           is it a loop closure?
+loops.log_names               (L,) text           what loop closure counted
+loops.log_counts              (L,) int64          how often
 ============================  ==================  ============================================================
 """
 
