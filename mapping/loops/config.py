@@ -51,8 +51,8 @@ class CandidateSearchConfig(Settings):
     drift_per_metre: float = Field(
         default=0.04,
         ge=0.0,
-        description="Metres of drift to reckon with per metre driven. Measured in a prototype on aces, "
-        "intel and fr079: wide enough for all true loops.",
+        description="Metres of drift to reckon with per metre driven. Chosen in a prototype on aces, "
+        "intel and fr079, where the loops needed are found with it.",
     )
     turn_per_metre: float = Field(
         default=math.radians(0.06),
@@ -112,7 +112,7 @@ class SubmapSearchConfig(Settings):
         gt=0.0,
         le=1.0,
         description="Score of a second place, as a share of the best, from which the search is ambiguous. "
-        "Measured in a prototype on aces, intel and fr079.",
+        "Chosen in a prototype on aces, intel and fr079.",
     )
     likely_share: float = Field(
         default=0.25,
@@ -184,7 +184,7 @@ class SeeThroughVerificationConfig(Settings):
         ge=0.0,
         le=1.0,
         description="Of the points that the other scans judge, the least share that lies on their surfaces. "
-        "Measured in a prototype on aces, intel and fr079.",
+        "Chosen in a prototype on aces, intel and fr079.",
     )
     min_coverage: float = Field(
         default=0.4,
@@ -201,7 +201,7 @@ class ConsistentSupportConfig(Settings):
     max_distance: float = Field(
         default=0.35,
         gt=0.0,
-        description="Metres by which what one predicts of the other may be off. Measured in a prototype on "
+        description="Metres by which what one predicts of the other may be off. Chosen in a prototype on "
         "aces, intel and fr079.",
     )
     max_angle: float = Field(default=math.radians(2.5), gt=0.0, description="Radians likewise: 2.5 degrees.")
