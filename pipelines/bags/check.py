@@ -15,14 +15,18 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.bags.storage.chunks import BagTopic
 
-_LEAST_PATH = 0.5  # metres
-_LOWEST_ODOMETRY_RATE = 10.0  # per second
-_MUTE_SHARE = 0.5
+_LEAST_PATH = 0.5
+"""Metres; a car that was recorded for a map has gone farther, by judgement."""
+_LOWEST_ODOMETRY_RATE = 10.0
+"""Per second; below, a car at 1 m/s goes 0.1 m between two samples and may steer meanwhile: by judgement."""
+_INVALID_SHARE = 0.5
+"""Of the beams, above which the sensor is covered rather than in the open: by judgement."""
 _MISSING_SHARE = 0.02
+"""Of the steps between scans, above which they come unevenly: by judgement."""
 
 
 class _Spacing:
-    """Steps between stamps; of long logs a bounded sample of them serves."""
+    """Steps between stamps; of a long log, a sample of bounded size."""
 
     def __init__(self) -> None:
         self.first: int | None = None
@@ -46,12 +50,12 @@ class _Spacing:
 
     @property
     def rate(self) -> float:
-        """Messages per second, as a rule (the median); 0 where there are not two."""
+        """Messages per second by the median step; 0 where there are fewer than two."""
         return 1e9 / float(np.median(self._steps)) if self._steps else 0.0
 
     @property
     def missing_share(self) -> float:
-        """Share of the steps that leave at least one message out."""
+        """Share of the steps over which at least one message is missing."""
         steps = np.array(self._steps)
         return float(np.mean(steps > 1.7 * np.median(steps))) if len(steps) else 0.0
 
@@ -69,7 +73,7 @@ class _ScanFacts:
     farthest: float = 0.0
     beams: int = 0
     misses: int = 0
-    mute: int = 0
+    invalid: int = 0
 
     def add(self, scan: Scan) -> None:
         self.spacing.add(scan.stamp)
@@ -86,7 +90,7 @@ class _ScanFacts:
         misses = int(np.count_nonzero(np.isposinf(scan.ranges)))
         self.beams += beams
         self.misses += misses
-        self.mute += beams - len(returns) - misses
+        self.invalid += beams - len(returns) - misses
 
 
 @dataclass
@@ -193,7 +197,7 @@ def _describe_scans(reader: BagReader, scans: _ScanFacts) -> dict[str, Any]:
         "nearest_return_m": round(scans.nearest, 3) if scans.farthest else None,
         "farthest_return_m": round(scans.farthest, 3) if scans.farthest else None,
         "missed_share": round(scans.misses / scans.beams, 4),
-        "no_information_share": round(scans.mute / scans.beams, 4),
+        "no_information_share": round(scans.invalid / scans.beams, 4),
     }
 
 
@@ -216,10 +220,11 @@ def _describe_odometry(reader: BagReader, odometry: _OdometryFacts) -> dict[str,
 
 def _scan_findings(scans: _ScanFacts) -> list[Finding]:
     findings = []
-    if scans.mute > _MUTE_SHARE * scans.beams:
+    if scans.invalid > _INVALID_SHARE * scans.beams:
         findings.append(
             Finding(
-                f"{scans.mute / scans.beams:.0%} of the beams tell nothing (NaN, zero or below range_min).",
+                f"{scans.invalid / scans.beams:.0%} of the beams hold no reading "
+                "(NaN, zero or below range_min).",
                 "Clean the sensor's window, see that the car does not cover it, and look at range_min.",
             )
         )
@@ -245,7 +250,7 @@ def _odometry_findings(reader: BagReader, odometry: _OdometryFacts) -> list[Find
         findings.append(
             Finding(
                 f"By its odometry the car moves {odometry.path_length:.2f} m in all.",
-                "If it did drive, name another topic with --odom-topic, or leave it aside with --no-odom.",
+                "If it did drive, name another topic with --odom-topic, or ignore it with --no-odom.",
             )
         )
     if odometry.jumps:

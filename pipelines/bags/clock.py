@@ -5,11 +5,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-_LARGEST_JUMP = 3_600_000_000_000  # nanoseconds between the header's clock and the recorder's
+_LARGEST_JUMP = 3_600_000_000_000
+"""Nanoseconds between the header's clock and the recorder's; a header further off is absurd: by judgement."""
 
 
 def clock_offset(samples: Sequence[tuple[int, int]]) -> int | None:
-    """Header time minus recording time, from pairs of them in nanoseconds; None where no header tells."""
+    """Header time minus recording time, from pairs in nanoseconds; None where no header holds a time."""
     headers = {header for header, _ in samples}
     if not samples or (len(samples) > 1 and len(headers) == 1) or not any(headers):
         return None

@@ -42,13 +42,13 @@ _COUNTED = {
         "Correct it in the driver, so that scans can be corrected for the motion during a sweep.",
     ),
     "point_times_ignored": (
-        "clouds time their points over a second away from their stamp: these times are left aside.",
+        "clouds time their points over a second away from their stamp: these times are ignored.",
         "Let the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
     ),
     "changed_beam_counts": ("times the number of beams changed.", "Nothing: this is handled."),
     "scans_without_range_max": (
-        "scans do not tell the sensor's range: 60 m is assumed.",
-        "Set range_max in the driver, so that misses are told from walls.",
+        "scans do not state the sensor's range: 60 m is assumed.",
+        "Set range_max in the driver, so that misses are not taken for walls.",
     ),
 }
 

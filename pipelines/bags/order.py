@@ -9,11 +9,17 @@ from racecar.maps.sensing.scan import Scan
 
 Item = Scan | Odometry
 
-_HORIZON = 1_000_000_000  # nanoseconds of log within which messages are sorted
+_HORIZON = 1_000_000_000
+"""Nanoseconds of log within which messages are sorted; drivers and recorders delay by less: by judgement."""
 _MOST_WAITING = 10_000
-_OVERTAKEN_FAR, _OVERTAKEN = 2000, 20  # messages that came later and went before
-_JUMP = 2_000_000_000  # nanoseconds
-_LONGEST_WAIT = 500_000_000  # nanoseconds for odometry
+"""Messages, so that memory does not grow where stamps stand still."""
+_OVERTAKEN_FAR, _OVERTAKEN = 2000, 20
+"""A message that so many later ones went before is astray, with a jump of the stamp after fewer: by
+judgement."""
+_JUMP = 2_000_000_000
+"""Nanoseconds that a stamp is ahead of all before: more than sorting leaves, since that looks 1 s ahead."""
+_LONGEST_WAIT = 500_000_000
+"""Nanoseconds for odometry; a bag whose odometry pauses for longer is mapped by its scans: by judgement."""
 
 
 def in_order(items: Iterable[Item], counts: Counter[str]) -> Iterator[Item]:

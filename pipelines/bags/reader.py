@@ -1,4 +1,4 @@
-"""A bag as a stream of scans and odometry, with all that real logs have wrong with them mended or counted."""
+"""A bag as a stream of scans and odometry; whatever is wrong with real logs is mended or counted."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -115,7 +115,7 @@ class BagReader:
         self.close()
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         self._store.close()
 
     @property
@@ -150,7 +150,7 @@ class BagReader:
 
     @property
     def inputs(self) -> dict[str, object]:
-        """What is read, and what of the car is taken for granted, for reports."""
+        """What is read, and what is assumed of the car, for reports."""
         return {
             "scan_topic": self.scan_topic,
             "odom_topic": self.odom_topic,
@@ -160,12 +160,12 @@ class BagReader:
 
     @property
     def message_count(self) -> int:
-        """Messages of the chosen topics, as many as there should be."""
+        """Messages of the chosen topics that the bag announces."""
         return sum(samples.topic.message_count for samples in (self._scans, self._odometry) if samples)
 
     @property
     def counts(self) -> dict[str, int]:
-        """What was read, mended and dropped so far; but for the first two only what occurred."""
+        """What was read, mended and dropped so far: scans and odometry always, all else if it occurred."""
         counts = {"scans": 0, "odometry": 0, **self._counter}
         counts |= {"gaps": self._gaps.count, "unreadable_messages": self._store.unreadable_messages}
         return {name: count for name, count in counts.items() if count or name in ("scans", "odometry")}

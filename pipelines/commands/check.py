@@ -28,7 +28,7 @@ def check(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Tell what is in a bag and what is wrong with it, before hours are spent on it.
+    """Show what is in a bag and what is wrong with it, before hours are spent on it.
 
     Example: racecar check drive.bag
     """
@@ -77,9 +77,7 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
     beams = f"{scans['beams_fewest']}"
     if scans["beams_most"] != scans["beams_fewest"]:
         beams += f" to {scans['beams_most']}"
-    sweep = (
-        f"a sweep takes {scans['sweep_s'] * 1e3:.1f} ms" if scans["sweep_s"] else "no time per beam is told"
-    )
+    sweep = f"a sweep takes {scans['sweep_s'] * 1e3:.1f} ms" if scans["sweep_s"] else "no time per beam"
     x, y, yaw = sensor["place"]
     rows = [
         (
@@ -94,7 +92,7 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
         ),
         (
             "beams that",
-            f"missed: {scans['missed_share']:.1%}, told nothing: {scans['no_information_share']:.1%}",
+            f"missed: {scans['missed_share']:.1%}, no reading: {scans['no_information_share']:.1%}",
         ),
         ("sensor's place", f"x {x:g} m, y {y:g} m, yaw {yaw:g} rad ({sensor['source']})"),
     ]

@@ -55,7 +55,7 @@ def _page(is_wanted: bool, title: str, port: int | None) -> "Iterator[LiveView |
         yield None
         return
     if find_spec("rerun") is None:
-        raise UserError("To look on takes rerun, which needs Python 3.11 or newer: pip install rerun-sdk.")
+        raise UserError("--view takes rerun, which needs Python 3.11 or newer: pip install rerun-sdk.")
 
     from rich.console import Console
 
@@ -75,7 +75,7 @@ def localize(
             "--map",
             metavar="MAP",
             help="A map's YAML file, a folder with map.yaml, or a shipped map: building, track. "
-            "When not given, the map is awaited on /map.",
+            "When not given, the node waits for a map on /map.",
             show_default=False,
         ),
     ] = None,
@@ -107,7 +107,7 @@ def localize(
     seed: SeedOption = 0,
     json: JsonOption = None,
 ) -> None:
-    """Tell where the car is on a map, as it drives. Ctrl-C ends it.
+    """Estimate where the car is on a map, as it drives. Ctrl-C ends it.
 
     Topics, parameters and frames: see the README, or the commented files that `racecar live files` names.
 
@@ -163,7 +163,8 @@ def map(
     context: typer.Context,
     out: OutputFolderOption,
     anew: Annotated[
-        bool, typer.Option("--anew", help="Do not go on with a drive whose node was killed.")
+        bool,
+        typer.Option("--anew", help="Begin a new drive even if the node was killed during the last."),
     ] = False,
     view: ViewOption = False,
     view_port: ViewPortOption = None,
@@ -197,7 +198,7 @@ def map(
     console = Console(highlight=False, soft_wrap=True)
     output = MapOutput(out, settings, {"live": True, "settings": settings.model_dump()})
     with output_folder(out):
-        pass  # so that no drive is made in vain
+        pass  # so that no drive is in vain
     keep_memory_together()
     start = resume(output, anew=anew, announce=console.print)
     with (
@@ -214,7 +215,7 @@ def map(
             drive.stop()
             if json is not None:
                 write_json(json, drive.summary())
-        console.print("Settling the map; a second Ctrl-C gives it up.")
+        console.print("Optimizing the map; a second Ctrl-C abandons it.")
         drive.save()
         console.print(f"The map is saved: {out / 'map.png'} shows it.", markup=False)
 

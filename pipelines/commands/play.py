@@ -26,7 +26,7 @@ def play(
     wait: Annotated[
         float,
         typer.Option(
-            "--wait", metavar="SECONDS", min=0.0, help="For how long to wait for a listener to the scans."
+            "--wait", metavar="SECONDS", min=0.0, help="How long to wait for a listener to the scans."
         ),
     ] = 3.0,
     listeners: Annotated[
@@ -35,7 +35,7 @@ def play(
             "--listeners",
             metavar="N",
             min=1,
-            help="Begin as soon as so many hear the scans; when not given, once nobody new has come for 3 s.",
+            help="Begin as soon as N nodes hear the scans; when not given, once nobody new has come for 3 s.",
             show_default=False,
         ),
     ] = None,

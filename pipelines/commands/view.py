@@ -55,7 +55,7 @@ def view(
 
     if find_spec("rerun") is None:
         raise UserError(
-            "To look at runs takes rerun, which needs Python 3.11 or newer: pip install rerun-sdk."
+            "Looking at runs takes rerun, which needs Python 3.11 or newer: pip install rerun-sdk."
         )
     if not folder.is_dir():
         raise UserError(

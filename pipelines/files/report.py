@@ -92,7 +92,7 @@ def peak_memory_mb() -> float:
 
 
 def resident_memory_mb(process: int | None = None) -> float:
-    """Resident memory now of a process, or of this one, in megabytes; nan where the system does not tell."""
+    """Resident memory now of a process, or of this one, in megabytes; nan where the system does not say."""
     pages = Path(f"/proc/{process or 'self'}/statm")
     return (
         int(pages.read_text().split()[1]) * resource.getpagesize() / 1e6 if pages.exists() else float("nan")

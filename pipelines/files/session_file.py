@@ -2,7 +2,7 @@
 
 Besides ``format`` (text) and ``version`` (int64) a session holds the arrays that `Session` names. A
 checkpoint holds those, the drive's under ``drive.`` as `Drive` names them, what dead reckoning keeps
-under ``reckoning.``, what tells the run that it belongs to, and under ``besides.`` what it keeps itself.
+under ``reckoning.``, what identifies the run, and under ``besides.`` what it keeps itself.
 """
 
 from pathlib import Path

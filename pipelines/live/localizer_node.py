@@ -1,4 +1,4 @@
-"""The node that tells where the car is."""
+"""The node that estimates where the car is."""
 
 import time
 from collections.abc import Mapping
@@ -36,11 +36,11 @@ if TYPE_CHECKING:
 _WORK = {**START_WORK, "scan": 80, "map": 1, "settings": 4}
 _SIDE_WORK = {**DISPLAY_WORK, "map": 1, "memory": 1}
 _REMEMBER_EVERY = 1.0
-"""Seconds; what a node that is killed forgets is no longer than that: by judgement."""
+"""Seconds; a node that is killed forgets no more than that: by judgement."""
 _LOST = 0.5
-"""Probability from which the car counts as lost; a place that was just found begins with as much doubt."""
+"""Probability from which the car counts as lost; by definition more likely lost than not."""
 _KNOWN_WITHIN = 0.5
-"""Metres of standard deviation within which the pose is worth remembering."""
+"""Metres of standard deviation within which the pose is worth remembering: by judgement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ class LocalizerNode(LiveNode):
         self._requests.start()
         if self._begin.grid is None:
             node.create_subscription(OccupancyGridMessage, "map", self._on_map, LATCHED)
-            self.faults.tell("no_map", f"No map has come on {node.resolve_topic_name('map')} yet.")
+            self.faults.report("no_map", f"No map has come on {node.resolve_topic_name('map')} yet.")
         watch_settings(node, lambda: self._config, self._on_settings)
         super().start()
 
@@ -145,15 +145,15 @@ class LocalizerNode(LiveNode):
             self.transforms.publish(message.header.stamp, estimate.map_from_base, odom_frame, stated)
 
     def _new_localizer(self, grid: OccupancyGrid) -> Localizer:
-        """With random numbers of its own, as the one before goes on while this is built."""
+        """With random numbers of its own, as the localizer before it goes on while this one is built."""
         self._maps_taken += 1
         rng = np.random.default_rng([self._begin.seed, self._maps_taken])
         return Localizer(grid, self._config, rng)
 
     def _take_localizer(self, grid: OccupancyGrid, localizer: Localizer) -> None:
-        """Go over to a map; the car stays where it is if the map has room for it there.
+        """Switch to a map; the car stays where it is if the map has room for it there.
 
-        Raises UserError when the start that the user gave is not on the map; then it is searched.
+        Raises UserError when the start that the user gave is not on the map; then it is searched for.
         """
         before, self._estimate = self._estimate, None
         self._memory = PoseMemory(self._begin.memory, grid) if self._begin.memory is not None else None
@@ -175,7 +175,7 @@ class LocalizerNode(LiveNode):
                     self.sensors.remember_place(self._remembered.laser)
         except UserError as error:
             self._remembered = None
-            self.faults.tell("memory", f"The start is searched: {error}", lasting=False)
+            self.faults.report("memory", f"The start is searched for: {error}", lasting=False)
 
     def _carry_remembered(self) -> None:
         """The car may have driven on while no node was watching; the odometry knows how far."""
@@ -229,7 +229,7 @@ class LocalizerNode(LiveNode):
 
     def _judge(self, estimate: PoseEstimate) -> None:
         if estimate.lost_probability >= _LOST and not estimate.is_start:
-            self.faults.tell(
+            self.faults.report(
                 "lost", "The scans do not fit the map where the car is taken to be: it may be lost."
             )
         else:
@@ -248,7 +248,7 @@ class LocalizerNode(LiveNode):
             self._memory.save(estimate, stamp, odom_from_base, self.sensors.place)
             self.faults.end("memory", "The pose is remembered again.")
         except UserError as error:
-            self.faults.tell("memory", f"The pose is not remembered for the next start: {error}")
+            self.faults.report("memory", f"The pose is not remembered for the next start: {error}")
 
     def _on_settings(self, config: LocalizationConfig) -> None:
         def work() -> None:
@@ -267,18 +267,20 @@ class LocalizerNode(LiveNode):
             if known is not None and _is_same(grid, known):
                 return
             localizer = self._new_localizer(grid)
-            self.worker.inbox.put("map", lambda: self._go_over_to(grid, localizer))
+            self.worker.inbox.put("map", lambda: self._switch_to(grid, localizer))
 
         self.side.inbox.put("map", build)
 
-    def _go_over_to(self, grid: OccupancyGrid, localizer: Localizer) -> None:
+    def _switch_to(self, grid: OccupancyGrid, localizer: Localizer) -> None:
         is_first = self._localizer is None
         localizer.reconfigure(self._config)  # which may have changed while its table was built
         rows, columns = grid.cells.shape
         size = f"{columns * grid.resolution:.1f} × {rows * grid.resolution:.1f} m"
         self.faults.end("no_map", f"The map has come, {size}.")
         if not is_first:
-            self.faults.tell("map", f"Another map has come, {size}; the car is located on it.", lasting=False)
+            self.faults.report(
+                "map", f"Another map has come, {size}; the car is located on it.", lasting=False
+            )
         self._take_localizer(grid, localizer)
 
 

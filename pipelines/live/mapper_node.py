@@ -137,7 +137,7 @@ class MapperNode(LiveNode):
     def _note_backlog(self, seconds: float) -> None:
         self._longest_backlog = max(self._longest_backlog, seconds)
         if seconds > _BEHIND:
-            self.faults.tell(
+            self.faults.report(
                 "behind", "The map is over a second behind the drive; it catches up.", lasting=False
             )
 

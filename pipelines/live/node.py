@@ -18,13 +18,13 @@ from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.work.worker import Worker
 
 _SILENT_AFTER = 1.0
-"""Seconds without a message after which a topic has stopped."""
+"""Seconds without a message after which a topic has stopped; the slowest scanners send twice a second."""
 _PATIENCE = 3.0
-"""Seconds after the start for which a topic may be silent."""
+"""Seconds after the start for which a topic may be silent, since DDS takes up to 3 s to find publishers."""
 
 
 class LiveNode(ABC):
-    """Takes in scans and odometry, and tells once a second how it is."""
+    """Takes in scans and odometry, and reports once a second how it is."""
 
     without: ClassVar[Mapping[str, str]]
     """What it means when the scans or the odometry stop."""
@@ -58,7 +58,7 @@ class LiveNode(ABC):
         self.side = Worker("side", side_work, self.faults, self.survive)
         self._diagnostics = Diagnostics(node, name)
         self._started = time.monotonic()
-        self._dropped_told = 0
+        self._dropped_reported = 0
         self._fixed_transforms: FixedTransforms | None = None
 
     def start(self) -> None:
@@ -73,7 +73,7 @@ class LiveNode(ABC):
         node.create_subscription(odometry_class, "odom", self._on_odometry, sensor_qos(1000))
         node.create_subscription(scan_class, "scan", self._on_scan, sensor_qos(400))
         node.create_timer(0.5, self.watch)
-        node.create_timer(1.0, self._tell)
+        node.create_timer(1.0, self._report)
 
     def stop(self) -> None:
         """Do what is waiting, and stop."""
@@ -94,8 +94,8 @@ class LiveNode(ABC):
         self.node.get_logger().info(sentence)
 
     def survive(self, error: Exception) -> None:
-        """A callback has failed: that is told, and the node lives on."""
-        self.faults.tell(
+        """A callback has failed: that is reported, and the node goes on."""
+        self.faults.report(
             "internal",
             f"A fault in racecar, not yours ({type(error).__name__}: {error}); please report it.",
             lasting=False,
@@ -125,16 +125,16 @@ class LiveNode(ABC):
         self.take_odometry(message, time.monotonic_ns())
 
     def watch(self) -> None:
-        """Twice a second: topics that stopped, a place not told, and work that is not kept up with."""
+        """Twice a second: topics that stopped, a sensor of unknown place, and work that piles up."""
         if time.monotonic() - self._started > _PATIENCE:
             for what, consequence in self.without.items():
                 self._watch_topic(what, consequence)
         if self._fixed_transforms is not None and self.sensors.misses_place:
             self._fixed_transforms.ask_again()
         dropped = sum(self.worker.inbox.dropped.values())
-        if dropped > self._dropped_told:
-            self._dropped_told = dropped
-            self.faults.tell(
+        if dropped > self._dropped_reported:
+            self._dropped_reported = dropped
+            self.faults.report(
                 "too_fast",
                 "Messages come faster than they can be worked on; the oldest are dropped.",
                 lasting=False,
@@ -144,15 +144,15 @@ class LiveNode(ABC):
         name = self.node.resolve_topic_name({"scans": "scan", "odometry": "odom"}[what])
         silence = self.health.silence(what)
         if silence == float("inf"):
-            self.faults.tell(
+            self.faults.report(
                 f"no_{what}", f"Nothing has come on {name} yet; is the driver running and the name right?"
             )
         elif silence > _SILENT_AFTER:
-            self.faults.tell(f"no_{what}", f"Nothing comes on {name} any more: {consequence}.")
+            self.faults.report(f"no_{what}", f"Nothing comes on {name} any more: {consequence}.")
         else:
             self.faults.end(f"no_{what}", f"Messages come on {name}.")
 
-    def _tell(self) -> None:
+    def _report(self) -> None:
         latency = {f"latency {name} (ms)": value for name, value in self.health.latency_ms().items()}
         rates = {f"{what} (1/s)": self.health.rate(what) for what in ("scans", "odometry", "poses")}
         self._diagnostics.publish(

@@ -70,7 +70,7 @@ class Player:
         return sum(topic.message_count for topic in self.topics)
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         self._store.close()
 
     def publish_clock(self) -> None:
@@ -79,7 +79,7 @@ class Player:
 
     def wait_for_listeners(self, seconds: float, listeners: int | None = None) -> bool:
         """Wait, for so long at most, until anybody hears the scans, and then for all who come soon after, or
-        for so many ``listeners``; tells whether anybody hears."""
+        for as many as ``listeners``; says whether anybody does."""
         scans = [topic for topic in self.topics if topic.message_type in SCAN_CONVERTERS]
         publishers = [self._publishers[topic.name] for topic in scans or self.topics]
         began = since = time.monotonic()

@@ -11,7 +11,7 @@ from racecar.pipelines.view.recorder import Recorder
 def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> None:
     """Read a bag once more and write its scans at the poses that the finished map gave them.
 
-    Only the end tells where a scan was taken: what a mapper says on the way, loops move later.
+    Where a scan was taken is known only at the end: loops move what a mapper says on the way.
     """
     trajectory = result.trajectory
     poses = dict(zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True))

@@ -18,7 +18,7 @@ from racecar.pipelines.view.recorder import MAP_TOPIC, PARTICLES_TOPIC, POSE_TOP
 from racecar.pipelines.view.scene import ParticleCloud, Scene, Sight
 
 _MOST_SIGHTS = 4000
-"""Of longer runs every so manieth scan is shown, so that a browser can hold them."""
+"""Of longer runs only every n-th scan is shown, so that a browser can hold them."""
 _YAW_VARIANCE, _X_VARIANCE, _Y_VARIANCE = 35, 0, 7
 """Places in the covariance of six coordinates, row by row."""
 

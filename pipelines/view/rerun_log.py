@@ -1,4 +1,4 @@
-"""A scene told to rerun, and how it is laid out at the first look."""
+"""A scene as a rerun recording, and how it is laid out at first."""
 
 from pathlib import Path
 
@@ -17,7 +17,7 @@ _PATH, _LOOP, _SCAN, _PARTICLE, _CAR, _SKY = (
 """Okabe and Ito's palette."""
 _FREE, _OCCUPIED, _UNKNOWN = np.array([[255, 255, 255], [27, 31, 36], [223, 227, 232]])
 _HEIGHTS = {"path": 0.05, "keyframes": 0.08, "loops": 0.1, "car": 0.12, "scan": 0.15, "particles": 0.2}
-"""Metres above the map, so that all of it is seen from above."""
+"""Metres above the map, so that everything is seen from above."""
 _CAR_LENGTH = 0.5
 _CAR_DOT = "car/place"
 """It is seen from afar; from near it would cover the particles."""
@@ -67,7 +67,7 @@ def blueprint(scene: Scene) -> rrb.Blueprint:
 
 
 def _view(name: str, origin: str, contents: list[str], eye: rrb.EyeControls3D) -> rrb.Spatial3DView:
-    """What is in the map as seen from a frame; of the way driven only what is behind the car."""
+    """What is in the map as seen from a frame; of the path only what the car has driven so far."""
     so_far = rrb.VisibleTimeRanges(
         timeline=_TIME,
         start=rrb.TimeRangeBoundary.infinite(),

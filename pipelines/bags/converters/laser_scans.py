@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan
 
 RANGE_LIMIT = 60.0
-"""Metres; readings beyond count as misses where the message does not tell the sensor's range."""
+"""Metres; readings beyond count as misses where the message does not state the sensor's range,
+since few planar scanners see farther."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +91,7 @@ class LaserScanConverter:
         return _Layout(key, _frozen(bearings[order]), _frozen(time_offsets[order]), order)
 
     def _clean_ranges(self, message: "sensor_msgs__msg__LaserScan") -> tuple[NDArray[np.float64], float]:
-        """Ranges with misses as inf and what tells nothing as nan, and the range at which misses begin."""
+        """Ranges with misses as inf and invalid readings as nan, and the range at which misses begin."""
         max_range = message.range_max
         if not 0 < max_range < np.inf:
             max_range = RANGE_LIMIT
@@ -98,17 +99,17 @@ class LaserScanConverter:
         min_range = message.range_min if 0 < message.range_min < max_range else 1e-6
         ranges = np.array(message.ranges, dtype=np.float64)
         is_miss = ranges >= max_range
-        tells_something = ranges >= min_range
+        is_valid = ranges >= min_range
         self._counts["beams"] += len(ranges)
         self._counts["beams_missed"] += int(np.count_nonzero(is_miss))
-        if not tells_something.all():
+        if not is_valid.all():
             is_nan, is_zero = np.isnan(ranges), ranges == 0
-            mute = len(ranges) - int(np.count_nonzero(tells_something))
+            invalid = len(ranges) - int(np.count_nonzero(is_valid))
             nan, zero = int(np.count_nonzero(is_nan)), int(np.count_nonzero(is_zero))
             self._counts["beams_nan"] += nan
             self._counts["beams_zero"] += zero
-            self._counts["beams_below_range_min"] += mute - nan - zero
-            ranges[~tells_something] = np.nan
+            self._counts["beams_below_range_min"] += invalid - nan - zero
+            ranges[~is_valid] = np.nan
         ranges[is_miss] = np.inf
         return ranges, max_range
 

@@ -1,4 +1,4 @@
-"""Odometry messages to samples, also where only their twist tells anything."""
+"""Odometry messages to samples, also where only their twist is set."""
 
 import math
 from collections import Counter

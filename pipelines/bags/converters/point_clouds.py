@@ -42,7 +42,7 @@ class PointCloudConverter:
         heights: tuple[float, float],
         counts: Counter[str],
     ) -> None:
-        """``points_place`` is ``base_from_points`` (4, 4), ``place`` whence the points are looked at,
+        """``points_place`` is ``base_from_points`` (4, 4), ``place`` is where the points were seen from,
         ``heights`` lowest and highest in metres in the base frame; a planar sensor's cloud is taken whole."""
         self._base_from_points = points_place
         self._base_from_laser = place.pose
@@ -52,7 +52,7 @@ class PointCloudConverter:
         self._has_many_rows: bool | None = None
 
     def convert(self, message: "sensor_msgs__msg__PointCloud2", stamp: int) -> Scan | None:
-        """The scan; None where no point is usable. The first cloud tells whether there are many rows."""
+        """The scan; None where no point is usable. The first cloud decides whether there are many rows."""
         points, offsets = self._finite_points(message)
         is_flat = len(points) > 0 and bool(np.ptp(points[:, 2]) < _FLAT)
         points = points @ self._base_from_points[:3, :3].T + self._base_from_points[:3, 3]
@@ -81,7 +81,7 @@ class PointCloudConverter:
     def _finite_points(
         self, message: "sensor_msgs__msg__PointCloud2"
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Positions (N, 3) in the frame of the message, and seconds (N,) from its stamp, zero if not told."""
+        """Positions (N, 3) in the message's frame, and seconds (N,) from its stamp, zero without times."""
         points = positions(message)
         if points is None:
             return np.empty((0, 3)), np.empty(0)

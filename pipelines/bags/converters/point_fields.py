@@ -37,9 +37,9 @@ def positions(message: "sensor_msgs__msg__PointCloud2") -> NDArray[np.float64] |
 
 
 def time_offsets(message: "sensor_msgs__msg__PointCloud2") -> NDArray[np.float64] | None:
-    """(N,) seconds from the message's stamp to each point; None where they are not told.
+    """(N,) seconds from the message's stamp to each point; None where the message has no times.
 
-    They are nan where what is told cannot be true. Whole numbers are nanoseconds since the stamp.
+    They are nan where the times cannot be right. Whole numbers are nanoseconds since the stamp.
     """
     columns = (_column(message, name, _TIMES) for name in _TIME_FIELDS)
     times = next((column for column in columns if column is not None), None)

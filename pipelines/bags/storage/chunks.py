@@ -1,8 +1,8 @@
 """Bag files read chunk by chunk, with or without their index.
 
 A recorder appends; what is written stays where it is. So a file that lost its end still holds whole
-chunks, and a short pass over it tells which messages each chunk holds and from when to when. With
-that the chunks can be loaded one after the other in the order of time: memory holds the chunks that
+chunks, and a short pass over it shows which messages each chunk holds and from when to when. With
+that, the chunks can be loaded one after the other in the order of time: memory holds the chunks that
 overlap, however long the bag.
 """
 
@@ -31,7 +31,7 @@ class BagTopic:
 
 @dataclass
 class Chunk:
-    """A stretch of a file, and which messages it holds."""
+    """A segment of a file, and which messages it holds."""
 
     begin: int
     """Byte (or page) at which the messages begin."""
@@ -59,7 +59,7 @@ class Damage:
     """A clause, such as "is cut off"."""
     bytes_read: int
     bytes_expected: int | None
-    """None where the file does not tell."""
+    """None where the file does not say."""
 
 
 class ChunkedFile(ABC):
@@ -84,7 +84,7 @@ class ChunkedFile(ABC):
         self._file_size = path.stat().st_size
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the file."""
         self._file.close()
 
     @property

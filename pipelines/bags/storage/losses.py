@@ -8,7 +8,7 @@ from racecar.pipelines.bags.storage.chunks import Damage
 def describe_losses(
     damages: Sequence[Damage], messages_read: int, messages_expected: int | None
 ) -> list[str]:
-    """Sentences about what is lost; ``messages_expected`` is None where nothing tells it."""
+    """Sentences about what is lost; ``messages_expected`` is None where it is not known."""
     if not damages:
         return []
     if messages_expected:
@@ -22,9 +22,7 @@ def describe_losses(
 def _describe(damage: Damage) -> str:
     read = damage.bytes_read / 1e6
     if damage.bytes_expected is None:
-        return (
-            f"{damage.file_name} {damage.cause}, after {read:.1f} MB; how much is missing it does not tell."
-        )
+        return f"{damage.file_name} {damage.cause}, after {read:.1f} MB; how much is missing is not known."
     if damage.bytes_read >= damage.bytes_expected:
         return f"{damage.file_name} {damage.cause}."
     lost, expected = 1 - damage.bytes_read / damage.bytes_expected, damage.bytes_expected / 1e6

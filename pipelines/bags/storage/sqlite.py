@@ -34,7 +34,7 @@ def _varint(data: bytes, position: int) -> tuple[int, int]:
 
 
 def _column(code: int, record: bytes, position: int) -> tuple[Value, int]:
-    """The value of a column of this serial type, and the position behind it; floats are not told."""
+    """The value of a column of this serial type, and the position behind it; floats are not read."""
     if code >= 12:
         end = position + (code - 12) // 2
         return record[position:end], end

@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 
 
 class _WholeBag:
-    """A ROS 2 bag that ``rosbags`` opens; should it fail on the way, the rest is salvaged."""
+    """A ROS 2 bag that ``rosbags`` opens; should that fail halfway, the rest is salvaged."""
 
     def __init__(self, path: Path, files: Sequence[Path]) -> None:
         self._files = files
@@ -82,7 +82,7 @@ class BagStore:
         """By name."""
 
     def close(self) -> None:
-        """Let go of the files."""
+        """Close the files."""
         for part in self._parts:
             part.close()
 

@@ -18,7 +18,7 @@ from racecar.pipelines.view.viewer_server import serve_viewer
 
 _PATH, _SCAN, _PARTICLE, _CAR = [0, 114, 178], [230, 159, 0], [204, 121, 167], [0, 158, 115]
 _HEIGHTS = {"path": 0.05, "scan": 0.15, "particles": 0.2, "car": 0.25}
-"""Metres above the map, so that all of it is seen from above."""
+"""Metres above the map, so that everything is seen from above."""
 _CAR_LENGTH = 0.5
 
 
@@ -41,7 +41,7 @@ class LiveView:
         path: Pose,
         particles: Pose | None = None,
     ) -> None:
-        """The car (3,), its scan (N, 2), the way driven (M, 3), and particles (P, 3)."""
+        """The car (3,), its scan (N, 2), the path driven (M, 3), and particles (P, 3)."""
         log = self._stream.log
         x, y, yaw = map_from_base
         ahead = _CAR_LENGTH * np.array([np.cos(yaw), np.sin(yaw), 0.0])

@@ -4,12 +4,14 @@ import numpy as np
 
 from racecar.maps.geometry.se2 import Pose
 
-_SPACING = 0.05  # metres
+_SPACING = 0.05
+"""Metres between poses: finer than a line is drawn, by judgement."""
 _MOST = 4000
+"""Poses, as a message of them is published every second: by judgement."""
 
 
 class DrivenPath:
-    """Poses a little apart; when they become too many, every second one goes."""
+    """Poses a little apart; when they become too many, every other one is dropped."""
 
     def __init__(self) -> None:
         self._poses = np.zeros((_MOST, 3))
@@ -17,7 +19,7 @@ class DrivenPath:
         self._spacing = _SPACING
 
     def add(self, pose: Pose) -> None:
-        """Go on to a pose (3,)."""
+        """Continue to a pose (3,)."""
         if self._count and np.hypot(*(pose - self._poses[self._count - 1])[:2]) < self._spacing:
             return
         if self._count == _MOST:

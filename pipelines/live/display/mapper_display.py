@@ -60,7 +60,7 @@ class MapperDisplay:
 
     @property
     def times_redrawn(self) -> int:
-        """How often the whole map was drawn anew."""
+        """How often the whole map was redrawn."""
         return self._grid.redrawn
 
     def show(self, stamp: Any, scan: Scan, map_from_base: Pose, mapper: Mapper) -> None:

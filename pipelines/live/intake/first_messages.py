@@ -17,11 +17,11 @@ class FirstMessages:
     """Waits to learn where the laser sits, and for odometry.
 
     A mapper learns from its first scan where the laser sits; and where a drive was broken off, only wheels
-    tell how far the car went meanwhile, so what it saw before they did would be placed as if it had stood.
+    show how far the car went meanwhile, so what it saw before they did would be placed as if it had stood.
     """
 
     def __init__(self, knows_place: Callable[[Any], bool]) -> None:
-        """``knows_place`` tells whether it is known where the laser of a scan's message sits."""
+        """``knows_place``: whether it is known where the laser of a scan's message sits."""
         self._knows_place = knows_place
         self._waiting: deque[Arrived] = deque(maxlen=_MOST_WAITING)
         self.are_taken = False

@@ -1,4 +1,4 @@
-"""``/tf_static``: where things sit on the car, told once and kept by whoever told it."""
+"""``/tf_static``: where things sit on the car, published once and kept for whoever comes later."""
 
 import time
 from collections.abc import Callable
@@ -16,10 +16,10 @@ _QOS = QoSProfile(
 
 
 class FixedTransforms:
-    """Hears ``/tf_static``.
+    """Subscribes to ``/tf_static``.
 
-    Who comes late gets what was told before once. Now and then that is lost on the way and not sent again; a
-    new subscription is sent it anew.
+    A late subscription is sent once what was published before. Now and then that is lost on the way; a new
+    subscription is sent it again.
     """
 
     def __init__(self, node: Any, take: Callable[[bytes], None]) -> None:
@@ -27,7 +27,7 @@ class FixedTransforms:
         self._subscribe()
 
     def ask_again(self) -> None:
-        """Subscribe anew, if the last time was long enough ago."""
+        """Subscribe again, if the last time was long enough ago."""
         if time.monotonic() - self._asked > _ASK_AGAIN_AFTER:
             self._node.destroy_subscription(self._subscription)
             self._subscribe()

@@ -1,4 +1,4 @@
-"""Where a laser sits on the car; nodes remember it, as ``/tf_static`` may take seconds to tell."""
+"""Where a laser sits on the car; nodes remember it, as ``/tf_static`` may take seconds to come."""
 
 from dataclasses import asdict, dataclass
 
@@ -23,7 +23,7 @@ class LaserPlace:
 
     @classmethod
     def from_fields(cls, fields: object) -> "LaserPlace | None":
-        """Of a mapping that a file held; None where it tells nothing that could be the place of a laser."""
+        """From a mapping read from a file; None where it does not hold the place of a laser."""
         try:
             names = (str(fields["base_frame"]), str(fields["laser_frame"]))  # type: ignore[index]
             matrix = np.array(fields["base_from_laser"], dtype=np.float64)  # type: ignore[index]

@@ -34,15 +34,19 @@ SCAN_TYPE, ODOMETRY_TYPE = LASER_SCAN, ODOMETRY
 """What the nodes listen to; any other type that the converters' registry knows would do."""
 
 _REMEMBERED = "the last run"
-_LONGEST_SWEEP = 0.25  # seconds
-_MOVING_SPEED = 0.05  # m/s or rad/s
+_LONGEST_SWEEP = 0.25
+"""Seconds; beam times that make a sweep longer are not believed, as the slowest scanners with such times turn
+five times a second."""
+_MOVING_SPEED = 0.05
+"""m/s or rad/s above which the car moves: by judgement."""
 _MOVING_MESSAGES = 40
+"""Messages of a moving car whose pose stands still until that is reported, about a second: by judgement."""
 _NO_TRANSFORMS = bytes([0, 1, 0, 0, 0, 0, 0, 0])
 """A serialized message without any."""
 
 
 class Sensors:
-    """Scans and odometry with steady stamps; what is wrong with them is told and lived with."""
+    """Scans and odometry with steady stamps; what is wrong with them is reported and tolerated."""
 
     def __init__(
         self,
@@ -54,7 +58,7 @@ class Sensors:
         faults: Faults,
     ) -> None:
         """``laser_pose`` (3,) overrides ``/tf_static``; ``integrate_twist``: only odometry's speeds count;
-        ``after``: the last stamp of a drive that is carried on."""
+        ``after``: the last stamp of a drive that is continued."""
         self._base_frame = base_frame
         self._laser_pose = laser_pose
         self._faults = faults
@@ -69,8 +73,8 @@ class Sensors:
         self._integrate_twist = integrate_twist
         self._odometry_converter = ODOMETRY_CONVERTERS[ODOMETRY_TYPE](integrate_twist, self._odometry_counts)
         shared = SteadyClock(after)
-        self._scan_clock = TopicClock(shared, self._teller("scans"))
-        self._odometry_clock = TopicClock(shared, self._teller("odometry"))
+        self._scan_clock = TopicClock(shared, self._jump_reporter("scans"))
+        self._odometry_clock = TopicClock(shared, self._jump_reporter("odometry"))
         self._standing: Pose | None = None
         self._moving_messages = 0
         self.take_transforms(_NO_TRANSFORMS)  # the first one takes long enough for scans to pile up
@@ -82,12 +86,12 @@ class Sensors:
 
     @property
     def misses_place(self) -> bool:
-        """Whether scans come of a laser of which nothing has told in this run where it sits."""
+        """Whether scans come from a laser whose place is not known from this run."""
         return self._misses_place
 
     def remember_place(self, place: LaserPlace) -> None:
-        """Where a laser sat when another run ended; it is there until ``/tf_static`` tells, which may take
-        seconds to come."""
+        """Where a laser sat when another run ended; it counts until ``/tf_static`` comes, which may take
+        seconds."""
         self._remembered = place
         self._scan_converter = None
 
@@ -103,10 +107,10 @@ class Sensors:
         self._scan_converter = None
 
     def scan(self, message: Any, arrival: int) -> Scan | None:
-        """The scan of a LaserScan that arrived at so many nanoseconds; None where it is to be left out."""
+        """The scan of a message that arrived at a time (nanoseconds); None where it is to be left out."""
         stamp = self._scan_clock.steady(nanoseconds(message.header.stamp), arrival)
         if stamp is None:
-            self._tell_lone_stamp("scan")
+            self._report_lone_stamp("scan")
             return None
         frame = frame_name(message.header.frame_id)
         if self._scan_converter is None or frame != self._scan_frame:
@@ -114,13 +118,13 @@ class Sensors:
         beams_changed = self._scan_counts["changed_beam_counts"]
         scan = self._scan_converter.convert(message, stamp)
         if scan is not None and self._scan_counts["changed_beam_counts"] > beams_changed:
-            self._faults.tell(
+            self._faults.report(
                 "beams",
                 f"The scans' number of beams changed to {len(scan.ranges)}; they are taken as they come.",
                 lasting=False,
             )
         if scan is None or np.isnan(scan.ranges).all():
-            self._faults.tell(
+            self._faults.report(
                 "blind",
                 "The scans hold no readings (NaN, zero or below range_min): the laser is covered or broken.",
             )
@@ -129,14 +133,14 @@ class Sensors:
         return scan
 
     def odometry(self, message: Any, arrival: int) -> Odometry | None:
-        """The sample of an Odometry message that arrived at so many nanoseconds; None where it tells none."""
+        """The sample of a message that arrived at a time (nanoseconds); None where it holds none."""
         stamp = self._odometry_clock.steady(nanoseconds(message.header.stamp), arrival)
         if stamp is None:
-            self._tell_lone_stamp("odometry message")
+            self._report_lone_stamp("odometry message")
             return None
         sample = self._odometry_converter.convert(message, stamp)
         if sample is None:
-            self._faults.tell(
+            self._faults.report(
                 "odometry_invalid", "The odometry holds poses that are not numbers; they are left out."
             )
             return None
@@ -151,16 +155,16 @@ class Sensors:
         self._scan_frame = frame
         self._misses_place = place is None or place.source == _REMEMBERED
         if place is None:
-            self._faults.tell(
+            self._faults.report(
                 "laser_place",
-                f"/tf_static does not tell where {frame or 'the laser'} sits on {self._base_frame}: it is "
+                f"/tf_static does not say where {frame or 'the laser'} sits on {self._base_frame}: it is "
                 "taken to be there; publish the transform, or set the parameter laser_pose.",
             )
             place = SensorPlace.from_pose(IDENTITY, "assumed identity")
         elif place.source == _REMEMBERED:
-            self._faults.tell(
+            self._faults.report(
                 "laser_place",
-                f"/tf_static does not tell yet where {frame} sits on {self._base_frame}: it is taken to be "
+                f"/tf_static does not say yet where {frame} sits on {self._base_frame}: it is taken to be "
                 "where it was in the last run.",
             )
         else:
@@ -197,24 +201,24 @@ class Sensors:
         elif np.abs(planar_twist(message)).max() > _MOVING_SPEED:
             self._moving_messages += 1
             if self._moving_messages == _MOVING_MESSAGES:
-                self._faults.tell(
+                self._faults.report(
                     "odometry_stands",
                     "The odometry's poses stand still while its speeds do not; set the parameter odometry "
                     "to twist.",
                 )
 
-    def _teller(self, what: str) -> Callable[[float], None]:
-        def tell(seconds: float) -> None:
-            self._faults.tell(
+    def _jump_reporter(self, what: str) -> Callable[[float], None]:
+        def report(seconds: float) -> None:
+            self._faults.report(
                 f"{what}_clock",
                 f"The stamps of the {what} jumped by {seconds:+.1f} s: a clock was set. The drive goes on.",
                 lasting=False,
             )
 
-        return tell
+        return report
 
-    def _tell_lone_stamp(self, what: str) -> None:
-        self._faults.tell(
+    def _report_lone_stamp(self, what: str) -> None:
+        self._faults.report(
             "lone_stamp",
             f"The stamp of a {what} was far from those before; it was left out.",
             lasting=False,

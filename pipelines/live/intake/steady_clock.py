@@ -13,7 +13,7 @@ _AHEAD = 2_000_000_000
 _BACK = 1_000_000_000
 """Nanoseconds by which stamps may go back, because messages overtook each other."""
 _PAUSE = 1_000_000_000
-"""Nanoseconds that a drive is taken to have paused when the clock no longer tells."""
+"""Nanoseconds that a drive is taken to have paused when the clock no longer shows it."""
 _SAME = _BACK
 """Nanoseconds within which two topics' jumps are one and the same: smaller jumps are not seen, and on a busy
 machine messages may wait for most of a second. Taken for two, they would part scans from their odometry."""
@@ -56,10 +56,10 @@ class SteadyClock:
 class TopicClock:
     """Steady stamps of one topic's messages."""
 
-    def __init__(self, shared: SteadyClock, tell_jump: Callable[[float], None]) -> None:
-        """``tell_jump`` gets the seconds by which the headers have jumped."""
+    def __init__(self, shared: SteadyClock, report_jump: Callable[[float], None]) -> None:
+        """``report_jump`` gets the seconds by which the headers have jumped."""
         self._shared = shared
-        self._tell_jump = tell_jump
+        self._report_jump = report_jump
         self._shift = 0
         self._last: _Seen | None = None
         self._suspected: _Seen | None = None
@@ -80,7 +80,7 @@ class TopicClock:
                 return None
             jump = self._suspected.jump_from(self._last)
             self._shift = self._shared.nearest_shift(self._shift + jump)
-            self._tell_jump(jump * 1e-9)
+            self._report_jump(jump * 1e-9)
         self._last, self._suspected = seen, None
         steady = header - self._shift
         self._shared.note(steady, arrival)

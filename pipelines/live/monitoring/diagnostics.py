@@ -15,7 +15,7 @@ class Diagnostics:
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
 
     def publish(self, wrong: list[str], figures: Mapping[str, Any]) -> None:
-        """Say what is wrong, which makes it a warning, and the figures."""
+        """Report what is wrong, which makes it a warning, and the figures."""
         status = DiagnosticStatus(
             level=DiagnosticStatus.WARN if wrong else DiagnosticStatus.OK,
             name=f"racecar: {self._name}",

@@ -1,4 +1,4 @@
-"""What is wrong at the moment: told once in the log when it begins, and in the diagnostics while it lasts."""
+"""What is wrong at the moment: logged once when it begins, and in the diagnostics while it lasts."""
 
 import time
 from collections.abc import Callable
@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from threading import Lock
 
 EVENT_SECONDS = 5.0
-"""For which something that happened once stays in the diagnostics."""
+"""For which an event stays in the diagnostics, long enough for a person to read it: by judgement."""
 _LOGGED_EVERY = 0.2
-"""Seconds between two sentences of the log about the same thing, whoever floods the node."""
+"""Seconds between two lines of the log about the same fault, so that bad messages do not flood it."""
 
 
 @dataclass
@@ -20,7 +20,7 @@ class _Fault:
 
 
 class Faults:
-    """The faults that last; may be told from several threads at once."""
+    """The faults that last; may be reported from several threads at once."""
 
     def __init__(self, warn: Callable[[str], None], inform: Callable[[str], None]) -> None:
         self._warn, self._inform = warn, inform
@@ -28,10 +28,10 @@ class Faults:
         self._active: dict[str, _Fault] = {}
         self._counts: dict[str, int] = {}
 
-    def tell(self, name: str, sentence: str, *, lasting: bool = True) -> None:
-        """Something is wrong until it ends or, when not ``lasting``, for some seconds after it was told last.
+    def report(self, name: str, sentence: str, *, lasting: bool = True) -> None:
+        """Something is wrong until it ends or, when not ``lasting``, for some seconds after its last report.
 
-        The log has it once: again only when it is another sentence, or was right in between.
+        It is logged once, and again only when the sentence changes or all was well in between.
         """
         now = time.monotonic()
         with self._lock:
@@ -46,7 +46,7 @@ class Faults:
             self._warn(sentence)
 
     def end(self, name: str, sentence: str) -> None:
-        """It is right again, which the log says if it was wrong."""
+        """All is well again, which is logged if it was not."""
         with self._lock:
             was_wrong = self._active.pop(name, None) is not None
         if was_wrong:

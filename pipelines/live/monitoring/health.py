@@ -1,4 +1,4 @@
-"""How well a node keeps up: rates, and the time from a scan's arrival to its pose, over the last while."""
+"""How well a node keeps up: rates, and the time from a scan's arrival to its pose, lately."""
 
 import time
 from collections import deque
@@ -9,11 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 _WINDOW = 400
+"""Messages over which rates and latencies are given, 10 s of scans at 40 Hz: by judgement."""
 _MOST_LATENCIES = 200_000
+"""Of which percentiles over the run are taken: over an hour at 40 Hz, so that memory does not grow."""
 
 
 class Health:
-    """Takes note of what came and went; may be told from several threads at once."""
+    """Counts and times what comes and goes; may be called from several threads at once."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -80,7 +82,7 @@ class Health:
         }
 
     def _last_latencies(self, most: int) -> NDArray[np.float32]:
-        """(N,) seconds of the last scans, so many at most."""
+        """(N,) seconds of the last ``most`` scans."""
         scans = np.arange(max(self._noted - most, 0), self._noted)
         return self._latencies[scans % _MOST_LATENCIES]
 

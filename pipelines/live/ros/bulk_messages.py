@@ -37,7 +37,7 @@ def path_bytes(stamp: Any, frame: str, poses: Pose) -> bytes:
 
 
 def _with_count(serialized: bytes, count: int) -> bytes:
-    """A message that ends in an empty sequence, now announcing so many elements."""
+    """A message that ends in an empty sequence, now announcing ``count`` elements."""
     return serialized[:-4] + np.array(count, dtype="<u4").tobytes()
 
 

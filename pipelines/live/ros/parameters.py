@@ -24,7 +24,7 @@ _BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at 
 
 @dataclass(frozen=True)
 class CarParameters:
-    """What both nodes must know of the car; fixed once the node runs."""
+    """What both nodes must know about the car; fixed once the node runs."""
 
     map_frame: str
     base_frame: str
@@ -37,7 +37,7 @@ class CarParameters:
 
 _CAR: dict[str, tuple[Any, str]] = {
     "map_frame": ("map", "frame of the map, of all poses that are published"),
-    "base_frame": ("base_link", "frame of the car, whose pose is told; also where /tf_static begins"),
+    "base_frame": ("base_link", "frame of the car, whose pose is published; also where /tf_static begins"),
     "tf": ("odom", "transform to publish: odom (map to odometry's frame), base (map to tf_base_frame), none"),
     "tf_base_frame": ("base_link_pf", "child frame of the transform where tf is base"),
     "transform_tolerance": (0.1, "seconds for which a transform is declared to hold beyond its time"),

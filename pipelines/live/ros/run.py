@@ -17,7 +17,8 @@ from racecar.pipelines.runs.interrupts import StopRequest
 _log = logging.getLogger(__name__)
 
 _SWITCH_SECONDS = 0.0005
-"""For which a thread may hold the interpreter while another waits; Python's 5 ms are a pose's latency."""
+"""For which a thread may hold the interpreter while another waits, since Python's own 5 ms would be added to
+a pose's latency."""
 
 
 @contextmanager
@@ -54,7 +55,7 @@ def spin(node: Any, survive: Callable[[Exception], None], stop: StopRequest) -> 
 
 
 def _new_executor() -> Any:
-    """The one that is told of messages, where ROS has it: it takes far less time than the one that asks."""
+    """The executor that is notified of messages, where ROS has it: it takes far less time than polling."""
     try:
         from rclpy.experimental import EventsExecutor
     except ImportError:

@@ -11,7 +11,7 @@ _RESTARTED = "RACECAR_FOUND_ROS"
 
 
 def start_ros() -> None:
-    """Make ``import rclpy`` work; for a ROS from PyPI the process starts itself anew with its libraries.
+    """Make ``import rclpy`` work; for a ROS from PyPI the process restarts itself with its libraries.
 
     Raises UserError where there is no ROS 2.
     """

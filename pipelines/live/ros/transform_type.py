@@ -38,7 +38,7 @@ _ROS_TYPE_MESSAGE = 18
 _SEQUENCE_BYTES = 24
 
 _Dispatch = CFUNCTYPE(c_void_p, c_void_p, c_char_p)
-_Tell = CFUNCTYPE(c_void_p, c_void_p)
+_Answer = CFUNCTYPE(c_void_p, c_void_p)
 _Refuse = CFUNCTYPE(c_bool, c_void_p, c_void_p)
 _Size = CFUNCTYPE(ctypes.c_uint32, c_void_p)
 _LargestSize = CFUNCTYPE(c_size_t, POINTER(ctypes.c_uint8))
@@ -57,9 +57,9 @@ class _TypeSupport(Structure):
         ("identifier", c_char_p),
         ("data", c_void_p),
         ("dispatch", _Dispatch),
-        ("hash", _Tell),
-        ("description", _Tell),
-        ("sources", _Tell),
+        ("hash", _Answer),
+        ("description", _Answer),
+        ("sources", _Answer),
     ]
 
 
@@ -137,7 +137,7 @@ def _declare() -> Any:
 
 
 def type_hash() -> str:
-    """What ROS tells types of the same name apart by."""
+    """By which ROS distinguishes types of the same name."""
     return sha256(dumps(_description()).encode()).hexdigest()
 
 
@@ -166,10 +166,10 @@ def _description() -> dict[str, Any]:
 def _type_support() -> _TypeSupport:
     hash_ = _Hash(1, (ctypes.c_uint8 * 32)(*bytes.fromhex(type_hash())))
     description, no_sources = _description_message(), _Sequence()
-    tells = (
-        _Tell(lambda _: addressof(hash_)),
-        _Tell(lambda _: description),
-        _Tell(lambda _: addressof(no_sources)),
+    answers = (
+        _Answer(lambda _: addressof(hash_)),
+        _Answer(lambda _: description),
+        _Answer(lambda _: addressof(no_sources)),
     )
     own = {
         b"rosidl_typesupport_fastrtps_c": _serialization(),
@@ -181,10 +181,10 @@ def _type_support() -> _TypeSupport:
     )
     for identifier, structure in own.items():
         supports[identifier] = _TypeSupport(
-            identifier, cast(ctypes.pointer(structure), c_void_p), dispatch, *tells
+            identifier, cast(ctypes.pointer(structure), c_void_p), dispatch, *answers
         )
-    support = _TypeSupport(b"rosidl_typesupport_c", None, dispatch, *tells)
-    support.kept_alive = (hash_, no_sources, tells, own, supports, dispatch)
+    support = _TypeSupport(b"rosidl_typesupport_c", None, dispatch, *answers)
+    support.kept_alive = (hash_, no_sources, answers, own, supports, dispatch)
     return support
 
 
@@ -216,14 +216,14 @@ def _description_message() -> int:
     """Address of the description as ROS keeps it; it lives as long as the process."""
     from type_description_interfaces.msg import Field, FieldType, IndividualTypeDescription, TypeDescription
 
-    def structure(told: dict[str, Any]) -> Any:
-        fields = [Field(name=field["name"], type=FieldType(**field["type"])) for field in told["fields"]]
-        return IndividualTypeDescription(type_name=told["type_name"], fields=fields)
+    def structure(described: dict[str, Any]) -> Any:
+        fields = [Field(name=field["name"], type=FieldType(**field["type"])) for field in described["fields"]]
+        return IndividualTypeDescription(type_name=described["type_name"], fields=fields)
 
-    told = _description()
+    described = _description()
     message = TypeDescription(
-        type_description=structure(told["type_description"]),
-        referenced_type_descriptions=[structure(each) for each in told["referenced_type_descriptions"]],
+        type_description=structure(described["type_description"]),
+        referenced_type_descriptions=[structure(each) for each in described["referenced_type_descriptions"]],
     )
     kind = type(TypeDescription)
     kind.__import_type_support__()

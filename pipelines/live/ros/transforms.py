@@ -1,4 +1,4 @@
-"""The transform by which everything else on the car finds its place on the map."""
+"""The transform that places everything else on the car on the map."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ class TransformBroadcaster:
         )
 
     def publish(self, stamp: Any, map_from_base: Pose, odom_frame: str, odom_from_base: Pose | None) -> None:
-        """The car's place at a stamp, by the map (3,) and by the odometry (3,), None where it told none."""
+        """The car's place at a stamp, by the map (3,) and by the odometry (3,), None where there is none."""
         if self._publisher is None:
             return
         until = nanoseconds(stamp) + self._tolerance

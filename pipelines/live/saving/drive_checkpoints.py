@@ -58,7 +58,7 @@ class DriveCheckpoints:
             self._checkpoint.save(snapshot.arrays(), snapshot.messages, snapshot.besides)
             self._faults.end("checkpoint", "Checkpoints are written again.")
         except (UserError, OSError) as error:
-            self._faults.tell("checkpoint", f"No checkpoint is written: {error}")
+            self._faults.report("checkpoint", f"No checkpoint is written: {error}")
         now = time.monotonic()
         self._due = now + max(self._period, _LEAST_REST * (now - began))
 

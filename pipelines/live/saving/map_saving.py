@@ -23,7 +23,7 @@ _RESUMED_WITHIN = 3600.0
 
 @dataclass(frozen=True)
 class MapOutput:
-    """Where the map of a live drive goes, and what the drive is told apart by."""
+    """Where the map of a live drive goes, and what identifies the drive."""
 
     folder: Path
     config: MappingConfig
@@ -65,12 +65,12 @@ def resume(output: MapOutput, *, anew: bool, announce: Callable[[str], None]) ->
     if anew or not checkpoint.path.is_file():
         return MappingStart(Mapper(output.config))
     if time.time() - checkpoint.path.stat().st_mtime > _RESUMED_WITHIN:
-        announce(f"{checkpoint.path} is of an earlier drive and is left aside.")
+        announce(f"{checkpoint.path} is of an earlier drive and is not used.")
         return MappingStart(Mapper(output.config))
     try:
         resumed = checkpoint.resume(output.config)
     except UserError as error:
-        announce(f"The checkpoint is left aside and the drive begins anew: {error}")
+        announce(f"The checkpoint is not used and the drive begins from scratch: {error}")
         resumed = None
     if resumed is None:
         return MappingStart(Mapper(output.config))

@@ -52,7 +52,7 @@ class SaveService:
             self._output.save_snapshot(snapshot.arrays(), snapshot.messages, snapshot.besides)
         except (UserError, OSError, RuntimeError, TimeoutError) as error:
             response.success, response.message = False, f"The map was not saved: {error}"
-            self._faults.tell("saving", response.message, lasting=False)
+            self._faults.report("saving", response.message, lasting=False)
             return response
         response.success, response.message = True, f"The map is saved in {self._output.folder}."
         self._inform(response.message)

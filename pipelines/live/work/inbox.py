@@ -1,4 +1,4 @@
-"""Work that waits for a thread: in the order it came, of each kind only the newest so many."""
+"""Work that waits for a thread in the order it came; of each kind only a number of the newest."""
 
 from collections import Counter, deque
 from collections.abc import Callable, Mapping

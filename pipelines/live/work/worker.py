@@ -1,4 +1,4 @@
-"""A thread that works off an inbox, and outlives whatever goes wrong with a piece of work."""
+"""A thread that does the work in an inbox, and survives whatever goes wrong with a piece of it."""
 
 import logging
 from collections.abc import Callable, Mapping
@@ -42,7 +42,7 @@ class Worker:
         try:
             work()
         except UserError as error:
-            self._faults.tell("refused", str(error), lasting=False)
+            self._faults.report("refused", str(error), lasting=False)
         except Exception as error:
             _log.exception("A piece of work failed")
             self._survive(error)

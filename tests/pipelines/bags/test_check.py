@@ -51,7 +51,7 @@ def test_what_is_wrong_is_found_each_with_a_remedy(tmp_path):
     for part in (
         "gap of",
         "number of beams changed",
-        "tell nothing",
+        "hold no reading",
         "jumps 1 times",
         "tf_static",
         "unevenly",

@@ -44,7 +44,7 @@ def test_a_cut_file_gives_what_it_has(whole, tmp_path, kind, share):
     assert len(samples) == pytest.approx(len(scans), abs=2)
     assert any("cut off" in warning for warning in reader.warnings)
     assert any(f"{len(scans) + len(samples) + 1} messages" in warning for warning in reader.warnings)
-    if kind != "mcap":  # which alone does not tell how long it was
+    if kind != "mcap":  # which alone does not say how long it was
         lost = [warning for warning in reader.warnings if f"{1 - share:.0%} of its bytes are lost" in warning]
         assert lost
     steps = {later.stamp - earlier.stamp for earlier, later in pairwise(scans)}

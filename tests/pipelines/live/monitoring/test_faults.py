@@ -19,7 +19,7 @@ def log() -> list[str]:
 def test_what_lasts_is_told_once_until_it_is_right_again(now: list[float], log: list[str]) -> None:
     faults = Faults(log.append, log.append)
     for _ in range(5):
-        faults.tell("scans", "no scans")
+        faults.report("scans", "no scans")
         now[0] += 10.0
     assert log == ["no scans"]
     assert faults.sentences == ["no scans"]
@@ -27,25 +27,25 @@ def test_what_lasts_is_told_once_until_it_is_right_again(now: list[float], log: 
     faults.end("scans", "scans again")
     assert log == ["no scans", "scans again"]
     assert faults.sentences == []
-    faults.tell("scans", "no scans")
+    faults.report("scans", "no scans")
     assert log[2:] == ["no scans"]
     assert faults.counts == {"scans": 2}
 
 
 def test_what_happened_once_passes(now: list[float], log: list[str]) -> None:
     faults = Faults(log.append, log.append)
-    faults.tell("pose", "refused", lasting=False)
+    faults.report("pose", "refused", lasting=False)
     assert faults.sentences == ["refused"]
     now[0] += module.EVENT_SECONDS + 0.1
     assert faults.sentences == []
-    faults.tell("pose", "refused", lasting=False)
+    faults.report("pose", "refused", lasting=False)
     assert log == ["refused", "refused"]
 
 
 def test_another_sentence_is_told_too_but_not_a_flood_of_them(now: list[float], log: list[str]) -> None:
     faults = Faults(log.append, log.append)
     for number in range(1000):
-        faults.tell("pose", f"refused {number}", lasting=False)
+        faults.report("pose", f"refused {number}", lasting=False)
         now[0] += 0.001
     assert log[0] == "refused 0"
     assert 2 <= len(log) <= 7
