@@ -8,17 +8,13 @@ import rerun.blueprint as rrb
 from numpy.typing import NDArray
 
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.view.rerun_style import CAR, CAR_LENGTH, LOOP, PARTICLE, PATH, SCAN, SKY, raised
 from racecar.pipelines.view.scene import Scene
 
 _TIME = "drive"
-_PATH, _LOOP, _SCAN, _PARTICLE, _CAR, _SKY = (
-    *([0, 114, 178], [213, 94, 0], [230, 159, 0], [204, 121, 167], [0, 158, 115], [86, 180, 233]),
-)
-"""Okabe and Ito's palette."""
 _FREE, _OCCUPIED, _UNKNOWN = np.array([[255, 255, 255], [27, 31, 36], [223, 227, 232]])
 _HEIGHTS = {"path": 0.05, "keyframes": 0.08, "loops": 0.1, "car": 0.12, "scan": 0.15, "particles": 0.2}
 """Metres above the map, so that everything is seen from above."""
-_CAR_LENGTH = 0.5
 _CAR_DOT = "car/place"
 """It is seen from afar; from near it would cover the particles."""
 _FIELD_OF_VIEW, _ASPECT = np.radians(48.0), 1.35
@@ -88,14 +84,14 @@ def _log(scene: Scene, stream: rr.RecordingStream) -> None:
     stream.log("about", rr.TextDocument(scene.about, media_type=rr.MediaType.MARKDOWN), static=True)
     if scene.grid is not None:
         stream.log("map/grid", as_grid_map(scene.grid), static=True)
-    path = _raised(scene.trajectory.map_from_base[:, :2], "path")
-    stream.log("map/path", rr.LineStrips3D([path], colors=_SKY, radii=-1.5), static=True)
+    path = raised(scene.trajectory.map_from_base[:, :2], _HEIGHTS["path"])
+    stream.log("map/path", rr.LineStrips3D([path], colors=SKY, radii=-1.5), static=True)
     if len(scene.keyframes):
-        places = _raised(scene.keyframes, "keyframes")
-        stream.log("map/keyframes", rr.Points3D(places, colors=_CAR, radii=-2.5), static=True)
+        places = raised(scene.keyframes, _HEIGHTS["keyframes"])
+        stream.log("map/keyframes", rr.Points3D(places, colors=CAR, radii=-2.5), static=True)
     if len(scene.loops):
-        ends = [_raised(pair, "loops") for pair in scene.loops]
-        stream.log("map/loop_closures", rr.LineStrips3D(ends, colors=_LOOP, radii=-2.0), static=True)
+        ends = [raised(pair, _HEIGHTS["loops"]) for pair in scene.loops]
+        stream.log("map/loop_closures", rr.LineStrips3D(ends, colors=LOOP, radii=-2.0), static=True)
     _log_drive(scene, stream)
 
 
@@ -104,9 +100,9 @@ def _log_drive(scene: Scene, stream: rr.RecordingStream) -> None:
     trajectory = scene.trajectory
     start = int(trajectory.stamps[0])
     height = _HEIGHTS["car"]
-    arrow = rr.Arrows3D(vectors=[[_CAR_LENGTH, 0, 0]], origins=[[0, 0, height]], colors=_CAR, radii=0.03)
+    arrow = rr.Arrows3D(vectors=[[CAR_LENGTH, 0, 0]], origins=[[0, 0, height]], colors=CAR, radii=0.03)
     stream.log("map/car", arrow, static=True)
-    stream.log(f"map/{_CAR_DOT}", rr.Points3D([[0, 0, height]], colors=_CAR, radii=-5.0), static=True)
+    stream.log(f"map/{_CAR_DOT}", rr.Points3D([[0, 0, height]], colors=CAR, radii=-5.0), static=True)
     seconds = rr.TimeColumn(_TIME, duration=(trajectory.stamps - start) * 1e-9)
     stream.send_columns(
         "map/car",
@@ -116,8 +112,8 @@ def _log_drive(scene: Scene, stream: rr.RecordingStream) -> None:
             quaternion=_quaternions(trajectory.map_from_base[:, 2]),
         ),
     )
-    places = _raised(trajectory.map_from_base[:, :2], "path")
-    stream.log("map/driven", rr.Points3D.from_fields(colors=[_PATH], radii=[-1.5]), static=True)
+    places = raised(trajectory.map_from_base[:, :2], _HEIGHTS["path"])
+    stream.log("map/driven", rr.Points3D.from_fields(colors=[PATH], radii=[-1.5]), static=True)
     stream.send_columns("map/driven", [seconds], rr.Points3D.columns(positions=places))
     if len(scene.deviations):
         place, heading = scene.deviations.T
@@ -125,12 +121,12 @@ def _log_drive(scene: Scene, stream: rr.RecordingStream) -> None:
         stream.send_columns("deviation/heading", [seconds], rr.Scalars.columns(scalars=np.degrees(heading)))
     for sight in scene.sights:
         stream.set_time(_TIME, duration=(sight.stamp - start) * 1e-9)
-        points = _raised(sight.points_in_base, "scan")
-        stream.log("map/car/scan", rr.Points3D(points, colors=_SCAN, radii=-2.0))
+        points = raised(sight.points_in_base, _HEIGHTS["scan"])
+        stream.log("map/car/scan", rr.Points3D(points, colors=SCAN, radii=-2.0))
     for cloud in scene.clouds:
         stream.set_time(_TIME, duration=(cloud.stamp - start) * 1e-9)
-        points = _raised(cloud.map_from_base[:, :2], "particles")
-        stream.log("map/particles", rr.Points3D(points, colors=_PARTICLE, radii=-2.0))
+        points = raised(cloud.map_from_base[:, :2], _HEIGHTS["particles"])
+        stream.log("map/particles", rr.Points3D(points, colors=PARTICLE, radii=-2.0))
 
 
 def as_grid_map(grid: OccupancyGrid) -> rr.GridMap:
@@ -171,11 +167,6 @@ def _extent(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     if scene.grid is not None:
         places = np.vstack([places, scene.grid.center_of(np.argwhere(scene.grid.cells >= 0))])
     return places.min(axis=0), places.max(axis=0)
-
-
-def _raised(places: NDArray[np.float64] | NDArray[np.float32], what: str) -> NDArray[np.float32]:
-    """(N, 3) places (N, 2) at the height of their kind."""
-    return np.column_stack([places, np.full(len(places), _HEIGHTS[what])]).astype(np.float32)
 
 
 def _quaternions(yaw: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.view.rerun_log import as_grid_map
+from racecar.pipelines.view.rerun_style import CAR, CAR_LENGTH, PARTICLE, PATH, SCAN, raised
 from racecar.pipelines.view.viewer_server import serve_viewer
 
-_PATH, _SCAN, _PARTICLE, _CAR = [0, 114, 178], [230, 159, 0], [204, 121, 167], [0, 158, 115]
 _HEIGHTS = {"path": 0.05, "scan": 0.15, "particles": 0.2, "car": 0.25}
 """Metres above the map, so that everything is seen from above."""
-_CAR_LENGTH = 0.5
 
 
 class LiveView:
@@ -44,16 +43,20 @@ class LiveView:
         """The car (3,), its scan (N, 2), the path driven (M, 3), and particles (P, 3)."""
         log = self._stream.log
         x, y, yaw = map_from_base
-        ahead = _CAR_LENGTH * np.array([np.cos(yaw), np.sin(yaw), 0.0])
-        arrow = rr.Arrows3D(vectors=[ahead], origins=[[x, y, _HEIGHTS["car"]]], colors=_CAR, radii=0.03)
+        ahead = CAR_LENGTH * np.array([np.cos(yaw), np.sin(yaw), 0.0])
+        arrow = rr.Arrows3D(vectors=[ahead], origins=[[x, y, _HEIGHTS["car"]]], colors=CAR, radii=0.03)
         log("map/car", arrow, static=True)
-        log("map/scan", rr.Points3D(_raised(scan_in_map, "scan"), colors=_SCAN, radii=-2.0), static=True)
+        log(
+            "map/scan",
+            rr.Points3D(raised(scan_in_map, _HEIGHTS["scan"]), colors=SCAN, radii=-2.0),
+            static=True,
+        )
         if len(path) > 1:
-            line = rr.LineStrips3D([_raised(path[:, :2], "path")], colors=_PATH, radii=-1.5)
+            line = rr.LineStrips3D([raised(path[:, :2], _HEIGHTS["path"])], colors=PATH, radii=-1.5)
             log("map/path", line, static=True)
         if particles is not None:
-            places = _raised(particles[:, :2], "particles")
-            log("map/particles", rr.Points3D(places, colors=_PARTICLE, radii=-2.0), static=True)
+            places = raised(particles[:, :2], _HEIGHTS["particles"])
+            log("map/particles", rr.Points3D(places, colors=PARTICLE, radii=-2.0), static=True)
 
 
 @contextmanager
@@ -78,7 +81,3 @@ def live_view(title: str, port: int | None) -> Iterator[LiveView]:
                 yield LiveView(stream, page)
             finally:
                 stream.disconnect()
-
-
-def _raised(points: NDArray[np.float64], what: str) -> NDArray[np.float64]:
-    return np.column_stack([points, np.full(len(points), _HEIGHTS[what])])
