@@ -63,6 +63,9 @@ class Player:
             raise
         self._publishers = {topic.name: self._publisher(topic) for topic in self.topics}
         self._clock: Any | None = None
+        for topic in self.topics:
+            if topic.encoding == "ros1":
+                ros2_types().get_msgdef(topic.message_type)  # so slow that the first messages would be late
 
     @property
     def message_count(self) -> int:
