@@ -309,7 +309,7 @@ class Mapper:
         candidates = np.arange(first, max(until, 0))
         if (
             len(candidates) == 0
-            or np.sum(self._keyframes.is_held) <= ALL_HELD
+            or np.sum(self._keyframes.is_kept) <= ALL_HELD
             or not self._loops.history.submaps
         ):
             return
@@ -324,20 +324,20 @@ class Mapper:
             last_from_later = between(self._map_from_keyframe[until - 1], self._map_from_keyframe[until:])
             self._map_from_keyframe = np.concatenate([settled, compose(settled[-1], last_from_later)])
         self._give_up(np.array([tie.to_keyframe for tie in ties]))
-        self._graph.trim(self._keyframes.is_held, first)
+        self._graph.trim(self._keyframes.is_kept, first)
 
     def _give_up(self, keyframes: NDArray[np.int64]) -> None:
         """Forget what some keyframes saw, and the scans after each."""
         held = self._drive.held_scans
         self._give_up_scans(held[np.isin(self._drive.keyframe_of(held), keyframes)])
-        self._keyframes.give_up(keyframes)
+        self._keyframes.trim(keyframes)
         for keyframe in keyframes.tolist():
             self._rays[keyframe] = Rays.none()
 
     def _give_up_scans_before(self, until: int) -> None:
         """Of the scans between keyframes, give up those for which there is no room, the earliest first. Where
         keyframes are to be given up, so are those of the latest: hundreds would go with them at once."""
-        held, keyframes_held = self._drive.held_scans, int(np.sum(self._keyframes.is_held))
+        held, keyframes_held = self._drive.held_scans, int(np.sum(self._keyframes.is_kept))
         keyframes = self._drive.keyframe_of(held)
         too_many = max(len(held) - max(_SCANS_HELD - 2 * keyframes_held, 0), 0)
         goes = keyframes < np.append(keyframes, until)[too_many]
@@ -455,7 +455,7 @@ class Mapper:
         self._map_from_keyframe = self._graph.optimize_roughly(self._map_from_keyframe)
         self._calibrate(0)
         graph = PoseGraph(self._config.graph)
-        is_held = self._keyframes.is_held
+        is_held = self._keyframes.is_kept
         every = range(len(is_held))
         pairs = np.array([(i - back, i) for i in every for back in TIED_TO if back <= i])
         pairs = pairs[is_held[pairs].all(axis=1)]
@@ -485,7 +485,7 @@ class Mapper:
         return {
             "scans": len(self._drive),
             "keyframes": len(session.keyframes),
-            "keyframes_held": int(np.sum(session.keyframes.is_held)),
+            "keyframes_held": int(np.sum(session.keyframes.is_kept)),
             "keyframes_of_earlier_drives": len(session.keyframes) - len(self._keyframes),
             "scan_matching_constraints": int(constraints.are("scan_matching").sum()),
             "odometry_constraints": int(constraints.are("odometry").sum()),

@@ -94,7 +94,7 @@ def place_far(
     many a place may look alike. Wheels that began anew tell of a way that was none: so it is matched against
     the last ones too, and sought about them where it fits nowhere.
     """
-    held = np.flatnonzero(store.is_held[:index])
+    held = np.flatnonzero(store.is_kept[:index])
     distances = np.hypot(*(poses[held] - guesses[0])[:, :2].T)
     near = held[np.argsort(distances, kind="stable")[:SEARCHED_AMONG]]
     fixed = np.union1d(near, _spaced(index, 0))
@@ -215,7 +215,7 @@ def constrain(pairs: NDArray[np.int64], poses: Pose, store: ScanStore) -> list[C
     if len(pairs) == 0:
         return []
     guesses = between(poses[pairs[:, 0]], poses[pairs[:, 1]])
-    matches = match(guesses, one_to_one(pairs), store, store, widest=_TIED_WITHIN)
+    matches = match(guesses, one_to_one(pairs), store, store, initial_distance=_TIED_WITHIN)
     good = (matches.overlap > MIN_OVERLAP) & (matches.residual < MAX_RESIDUAL)
     return [_constraint(pairs[k], matches, int(k), "scan_matching") for k in np.flatnonzero(good)]
 

@@ -49,7 +49,7 @@ def _pairs_with_known(
 ) -> NDArray[np.int64]:
     """Pairs (P, 2) of keyframes: the second is a candidate with enough earlier ones about it, the first
     the most alike of these."""
-    is_held = loops.store.is_held.copy()
+    is_held = loops.store.is_kept.copy()
     held = np.flatnonzero(is_held)
     is_sure = loops.history.graph.are_near(candidates, held, _SURELY_NEAR)
     places = map_from_keyframe[held]

@@ -63,7 +63,7 @@ def refine_scans(
     map_from_keyframe: Pose,
 ) -> Pose:
     """Poses (N, 3) of scans, from their points in the laser frame, the keyframe each follows and guesses."""
-    held = np.flatnonzero(keyframes.is_held)
+    held = np.flatnonzero(keyframes.is_kept)
     tree = cKDTree(map_from_keyframe[held, :2])
     poses = np.array(guesses)
 
@@ -122,7 +122,7 @@ def _match(
         pairings,
         keyframes,
         scans,
-        widest=_WIDEST,
+        initial_distance=_WIDEST,
         kernel_width=_KERNEL_WIDTH,
         prior_information=_PRIOR,
         both_ways=False,  # half the work, for errors that are the same to a tenth of a millimetre

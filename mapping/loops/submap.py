@@ -30,7 +30,7 @@ class Submap:
 
     def is_whole(self, store: ScanStore) -> bool:
         """Are the scans of all its keyframes kept?"""
-        return bool(store.is_held[self.first : self.last + 1].all())
+        return bool(store.is_kept[self.first : self.last + 1].all())
 
     def poses(self, map_from_keyframe: Pose) -> Pose:
         """(M, 3) poses of the keyframes in the submap's frame."""

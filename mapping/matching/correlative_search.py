@@ -10,16 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from racecar.mapping.matching.correlative_search_kernels import branch_and_bound, sliding_maximum
+from racecar.mapping.matching.config import CorrelativeSearchConfig
+from racecar.mapping.matching.correlative_search_kernels import (
+    NO_EXCLUSION,
+    Exclusion,
+    branch_and_bound,
+    sliding_maximum,
+)
 from racecar.maps.geometry.se2 import Pose, compose
 
-CELL = 0.1
-ANGLE_STEP = np.deg2rad(0.75)
 _LEVELS = 6
-_BLUR = 0.12
-_NO_EXCLUSION = np.array([-1, 0, 0])
-_RIVAL_DISTANCE = 1.0
-_RIVAL_ANGLE = np.deg2rad(10.0)
+"""Of the pyramid, so that a block of the highest, 32 cells, spans the usual window: the result is the same with
+any number of levels."""
+_BORDER = 4
+"""Cells left about the points, since beyond some standard deviations of the blur a cell's likelihood is nought."""
+_FULL = 255
+"""The likelihood one, the largest number of 8 bits: the pyramids are kept so because it saves memory."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,24 +47,31 @@ class Fit:
     score: float
     """Mean likelihood of the moved points, 0 to 1."""
     rival: float = 0.0
-    """Score of a second place, over a metre or ten degrees away, as a share of the best; 0 when all
-    others stay below the share that was asked for, or none was."""
+    """Score of a second place, clearly apart from the first, as a share of the best; 0 when all others stay
+    below the share that was asked for, or none was."""
 
 
 class LikelihoodPyramid:
     """How likely a point of another scan falls on each cell, and the maxima over ever larger blocks."""
 
-    def __init__(self, points: NDArray[np.float64], radius: float) -> None:
+    def __init__(
+        self,
+        points: NDArray[np.float64],
+        radius: float,
+        config: CorrelativeSearchConfig = CorrelativeSearchConfig(),
+    ) -> None:
         """``points`` (N, 2) in the submap's frame; those beyond ``radius`` metres are left out."""
+        self.config = config
+        cell = config.cell
         near = points[np.abs(points).max(axis=1) < radius]
         margin = 1 << (_LEVELS - 1)
-        low = np.floor(near.min(axis=0) / CELL).astype(np.int64) - 4
-        cells = np.floor(near / CELL).astype(np.int64) - low
-        size = cells.max(axis=0) + 5
+        low = np.floor(near.min(axis=0) / cell).astype(np.int64) - _BORDER
+        cells = np.floor(near / cell).astype(np.int64) - low
+        size = cells.max(axis=0) + _BORDER + 1
         empty = np.ones((size[1], size[0]), dtype=np.bool_)
         empty[cells[:, 1], cells[:, 0]] = False
-        distance = distance_transform_edt(empty) * CELL
-        likelihood = np.rint(255.0 * np.exp(-0.5 * (distance / _BLUR) ** 2)).astype(np.uint8)
+        distance = distance_transform_edt(empty) * cell
+        likelihood = np.rint(_FULL * np.exp(-0.5 * (distance / config.blur) ** 2)).astype(np.uint8)
         level = np.pad(likelihood, ((margin, 0), (margin, 0)))
         self.levels = np.empty((_LEVELS, *level.shape), dtype=np.uint8)
         self.levels[0] = level
@@ -68,7 +81,8 @@ class LikelihoodPyramid:
 
     def cells_of(self, points: NDArray[np.float64]) -> NDArray[np.int32]:
         """(..., 2) row and column of points (..., 2) of the submap's frame."""
-        cells: NDArray[np.int64] = np.floor(points[..., ::-1] / CELL).astype(np.int64) - self._origin[::-1]
+        rows_and_columns = np.floor(points[..., ::-1] / self.config.cell).astype(np.int64)
+        cells: NDArray[np.int64] = rows_and_columns - self._origin[::-1]
         return cells.astype(np.int32)
 
 
@@ -85,23 +99,24 @@ def search(
     None when the best score lies below ``min_score``; a rival is sought above ``rival_share`` of the best, or
     not at all.
     """
-    half_turns = int(np.ceil(window.turn / ANGLE_STEP))
-    turns = np.arange(-half_turns, half_turns + 1) * ANGLE_STEP
+    cell, angle_step = fixed.config.cell, fixed.config.angle_step
+    half_turns = int(np.ceil(window.turn / angle_step))
+    turns = np.arange(-half_turns, half_turns + 1) * angle_step
     cos, sin = np.cos(guess[2] + turns), np.sin(guess[2] + turns)
     x, y = moving_points[:, 0], moving_points[:, 1]
     rotated = np.stack([np.outer(cos, x) - np.outer(sin, y), np.outer(sin, x) + np.outer(cos, y)], axis=-1)
     cells = fixed.cells_of(rotated + guess[:2])
-    reach = max(int(np.ceil(window.reach / CELL)), 1)
-    full = 255 * len(moving_points)
+    reach = max(int(np.ceil(window.reach / cell)), 1)
+    full = _FULL * len(moving_points)
     score, a, dr, dc = branch_and_bound(
-        fixed.levels, cells, reach, int(min_score * full), _NO_EXCLUSION, 0, 0, False
+        fixed.levels, cells, reach, int(min_score * full), NO_EXCLUSION, False
     )
     if score < 0:
         return None
-    pose = compose(np.array([guess[0] + dc * CELL, guess[1] + dr * CELL, guess[2]]), [0.0, 0.0, turns[a]])
+    pose = compose(np.array([guess[0] + dc * cell, guess[1] + dr * cell, guess[2]]), [0.0, 0.0, turns[a]])
     if rival_share is None:
         return Fit(pose, score / full)
-    apart = int(_RIVAL_DISTANCE / CELL), int(_RIVAL_ANGLE / ANGLE_STEP)
-    least, best = int(rival_share * score), np.array([a, dr, dc])
-    second, *_ = branch_and_bound(fixed.levels, cells, reach, least, best, *apart, True)
+    apart = int(fixed.config.rival_distance / cell), int(fixed.config.rival_angle / angle_step)
+    least, about_best = int(rival_share * score), Exclusion(a, dr, dc, *apart)
+    second, *_ = branch_and_bound(fixed.levels, cells, reach, least, about_best, True)
     return Fit(pose, score / full, max(second, 0) / score)

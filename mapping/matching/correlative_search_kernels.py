@@ -1,8 +1,26 @@
 """Branch and bound over translations and rotations: the inner loops."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+
+
+class Exclusion(NamedTuple):
+    """The leaves that are left out: those about one of them."""
+
+    angle: int
+    """Its index, -1 where none is left out."""
+    row: int
+    column: int
+    cells: int
+    """How far about it."""
+    angles: int
+
+
+NO_EXCLUSION = Exclusion(-1, 0, 0, 0, 0)
+"""All leaves count, by definition of the first field."""
 
 
 @njit(cache=True, nogil=True)
@@ -45,17 +63,14 @@ def branch_and_bound(
     cells: NDArray[np.int32],
     reach: int,
     floor: int,
-    excluded: NDArray[np.int64],
-    exclusion_cells: int,
-    exclusion_angles: int,
+    excluded: Exclusion,
     first_only: bool,
 ) -> tuple[int, int, int, int]:
     """Best (score, angle, row shift, column shift) with a score above ``floor``; score -1 when there is none.
 
     ``pyramid`` (L, rows, columns): level h holds the maximum over a block of 2^h cells, which bounds
     every score inside the block from above. ``cells`` (A, N, 2) are the points' cells at each angle, already
-    moved so that the grid of level 0 begins ``2^(L-1)`` cells inside. Shifts run over [-reach, reach]. A
-    leaf within ``exclusion_cells`` and ``exclusion_angles`` of ``excluded`` (angle, row, column) is left out;
+    moved so that the grid of level 0 begins ``2^(L-1)`` cells inside. Shifts run over [-reach, reach].
     ``first_only`` returns the first leaf above the floor instead of the best.
     """
     top = len(pyramid) - 1
@@ -87,9 +102,9 @@ def branch_and_bound(
                 continue
             if h == 0:
                 if (
-                    excluded[0] >= 0
-                    and abs(a - excluded[0]) <= exclusion_angles
-                    and (dr - excluded[1]) ** 2 + (dc - excluded[2]) ** 2 <= exclusion_cells**2
+                    excluded.angle >= 0
+                    and abs(a - excluded.angle) <= excluded.angles
+                    and (dr - excluded.row) ** 2 + (dc - excluded.column) ** 2 <= excluded.cells**2
                 ):
                     continue
                 best, best_a, best_r, best_c = score, a, dr, dc

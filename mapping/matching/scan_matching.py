@@ -6,14 +6,17 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.matching.scan_matching_kernels import match_groups
+from racecar.mapping.matching.config import PointToLineConfig
+from racecar.mapping.matching.scan_matching_kernels import MatchLimits, PairedRows, match_groups
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose
 
-NO_PRIOR = np.zeros((3, 3))
-
+_NO_PRIOR = np.zeros((3, 3))
 _WORKERS = 2
+"""Threads, since the computers of small cars have few cores and other work to do."""
 _WORTH_THREADS = 64
+"""Groups from which on threads are used, since starting them takes as long as matching a few groups. By
+judgement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,31 +67,41 @@ def match(
     fixed: ScanStore,
     moving: ScanStore,
     *,
-    widest: float = 0.5,
-    kernel_width: float = 0.04,
-    prior_information: NDArray[np.float64] = NO_PRIOR,
+    initial_distance: float | None = None,
+    kernel_width: float | None = None,
+    prior_information: NDArray[np.float64] = _NO_PRIOR,
     both_ways: bool = True,
 ) -> Matches:
-    """Match G groups from their guesses (G, 3); partners are sought up to ``widest`` metres at first,
-    and those ``kernel_width`` off their line weigh a quarter. Points of the moving scans are laid on lines of
-    the fixed ones and, ``both_ways``, the other way round. ``prior_information`` (3, 3), in the units of the
-    Hessian, ties each pose to its guess."""
+    """Match G groups from their guesses (G, 3), by the settings of the fixed store.
+
+    Partners are sought up to ``initial_distance`` metres at first, and those ``kernel_width`` metres off their
+    line weigh a quarter; what is not given is as in the settings. Points of the moving scans are laid on lines
+    of the fixed ones and, ``both_ways``, the other way round. ``prior_information`` (3, 3), in the units of
+    the Hessian, ties each pose to its guess.
+    """
+    limits = _limits(fixed.config.point_to_line, initial_distance, kernel_width, both_ways)
     groups = len(guesses)
     poses = np.array(guesses, dtype=np.float64)
     hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
     scans_fixed, scans_moving = pairings.pairs.T
-    pairs = np.column_stack([fixed.row_of[scans_fixed], moving.row_of[scans_moving]]).astype(np.int64)
+    rows = np.column_stack([fixed.row_of[scans_fixed], moving.row_of[scans_moving]]).astype(np.int64)
+    pairs = PairedRows(rows, pairings.fixed_poses, pairings.moving_poses)
 
     def work(part: NDArray[np.int64]) -> None:
         if len(part) == 0:
             return
         a, b = part[0], part[-1] + 1
         match_groups(
-            poses[a:b], pairings.starts[a : b + 1], pairs,
-            pairings.fixed_poses, pairings.moving_poses,
-            prior_information, fixed.packed(), moving.packed(),
-            widest, kernel_width, both_ways, hessians[a:b], qualities[a:b],
-        )  # fmt: skip
+            poses[a:b],
+            pairings.starts[a : b + 1],
+            pairs,
+            prior_information,
+            fixed.packed(),
+            moving.packed(),
+            limits,
+            hessians[a:b],
+            qualities[a:b],
+        )
 
     if groups < _WORTH_THREADS:
         work(np.arange(groups))
@@ -96,3 +109,19 @@ def match(
         with ThreadPoolExecutor(_WORKERS) as pool:
             list(pool.map(work, np.array_split(np.arange(groups), 4 * _WORKERS)))
     return Matches(poses, hessians, qualities[:, 0], qualities[:, 1], qualities[:, 2])
+
+
+def _limits(
+    config: PointToLineConfig, initial_distance: float | None, kernel_width: float | None, both_ways: bool
+) -> MatchLimits:
+    return MatchLimits(
+        initial_distance=config.initial_distance if initial_distance is None else initial_distance,
+        final_distance=config.final_distance,
+        shrinkage=config.shrinkage,
+        kernel_width=config.kernel_width if kernel_width is None else kernel_width,
+        min_normal_agreement=config.min_normal_agreement,
+        normal_variance=config.normal_variance,
+        max_iterations=config.max_iterations,
+        min_terms=config.min_terms,
+        both_ways=both_ways,
+    )

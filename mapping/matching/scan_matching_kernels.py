@@ -3,6 +3,8 @@
 Small arrays are copied one number after the other: NumPy's ways to do it take seconds to compile.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -11,35 +13,143 @@ from racecar.maps.geometry.se2_kernels import composed, step_between
 from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
 
 TABLE_SIZE = 360
-"""Bearing bins of the look-up table; it has one entry more, so that a bin's end is the next one's start."""
+"""Bearing bins of the look-up table, one per degree, since few beams of a scan then share a bin. The table has
+one entry more, so that a bin's end is the next one's start."""
 
 UNIT = 2**15 - 1
-"""The length of a normal: its numbers are 16 bits long, which is half the memory."""
+"""The length of a normal, the largest number of 16 bits: normals are kept so because it halves their memory."""
 
-WIDEST_LINE = 0.05
-"""Variance across a line that its points may have, as a share of that along it."""
-FITS, WIDENING = 4, 1.5
-"""How often a line is tried, each time through points of a reach so much wider."""
-USUAL_NOISE = 0.015
-"""Metres."""
-
-NARROWEST = 0.15
-"""Metres within which partners are sought in the end."""
-MIN_NORMAL_DOT = 0.7
-SLIDING_FLOOR = 0.01
-MAX_ITERATIONS = 12
-
-LITTLE = 0.003
-"""Metres by which points may move before their partners are sought again; for a turn they are all taken to be
-``FAR`` metres away."""
-FAR = 10.0
-SPARE = 0.05
-"""Metres beyond the distance of partners that are searched too: until a point without one has moved so far,
-it need not be looked for again."""
+_LITTLE = 0.003
+"""Metres by which points may move before their partners are sought again. Measured on aces, fr079 and intel:
+seeking them again changes nothing but the time, a quarter of it."""
+_FAR = 10.0
+"""Metres at which all points are taken to be when a turn is counted as a movement: indoors few are farther, so
+that hardly one moves by more than `_LITTLE` unnoticed."""
+_SPARE = 0.05
+"""Metres beyond the distance of partners that are searched too, so that a point without one need not be looked
+for again until it has moved so far. It changes the time and no match, since what it skips is known to be empty."""
+_DAMPING = 1e-3
+"""Of the sum of weights, added to the diagonal of the normal equations (Levenberg, 1944), so that a direction
+that no line observes takes no step."""
+_SMALL_STEP = 1e-4
+"""Metres and radians of a step after which a match has ended, since lasers measure ten times as coarsely."""
+_NO_WEIGHT = 1e-9
+"""Sum of weights that stands for none, so that a match without a point has a residual of zero."""
 
 _FloatArray = NDArray[np.float32]
 _Normals = NDArray[np.int16]
 _Matrix = NDArray[np.float64]
+
+
+class LineLimits(NamedTuple):
+    """`LineFittingConfig` as the kernels take it; its fields are explained there."""
+
+    half_angle: float
+    half_width: float
+    max_gap_angle: float
+    min_gap: float
+    max_rms: float
+    max_aspect: float
+    attempts: int
+    widening: float
+    min_points: int
+    usual_noise: float
+
+
+class MatchLimits(NamedTuple):
+    """`PointToLineConfig` as the kernels take it, and what a caller chose."""
+
+    initial_distance: float
+    final_distance: float
+    shrinkage: float
+    kernel_width: float
+    min_normal_agreement: float
+    normal_variance: float
+    max_iterations: int
+    min_terms: float
+    both_ways: bool
+    """Whether points of the fixed scans are laid on lines of the moving ones too."""
+
+
+class PackedScans(NamedTuple):
+    """R scans of at most N points each."""
+
+    points: _FloatArray
+    """(R, N, 2) metres, ascending in bearing."""
+    normals: _Normals
+    """(R, N, 2) of length `UNIT`, (0, 0) where a point has none."""
+    counts: NDArray[np.int32]
+    """(R,) of the points that are meant."""
+    tables: NDArray[np.int16]
+    """(R, TABLE_SIZE + 1) as `fill_bearing_table` leaves them."""
+
+
+class PairedRows(NamedTuple):
+    """P pairs of scans that are matched jointly."""
+
+    rows: NDArray[np.int64]
+    """(P, 2) of the fixed scan and of the moving one, among their packed scans."""
+    fixed_poses: _Matrix
+    """(P, 3) of the fixed scan in the fixed frame."""
+    moving_poses: _Matrix
+    """(P, 3) of the moving scan in the frame of the moving group."""
+
+
+class _PolarScan(NamedTuple):
+    """One of `PackedScans`."""
+
+    points: _FloatArray
+    normals: _Normals
+    count: int
+    table: NDArray[np.int16]
+
+
+class _Partners(NamedTuple):
+    """What is known of the N points of a source from the iterations before."""
+
+    nearest: NDArray[np.int16]
+    """(N,) the target point that was nearest, -1 for none."""
+    alone: _FloatArray
+    """(N, 3) a place in the target's frame, and a distance within which no target point lies about it."""
+
+
+class _Frames(NamedTuple):
+    """Where the two scans of a pair lie."""
+
+    target_from_source: _Matrix
+    moving: _Matrix
+    """(3,) the moving scan in the frame of the moving group."""
+    is_forward: bool
+    """Whether the source is the scan that moves."""
+
+
+class _Search(NamedTuple):
+    """How partners are found in one iteration."""
+
+    max_distance: float
+    is_new: bool
+    """Whether they are sought, or those of the last time taken again."""
+
+
+class _NormalEquations(NamedTuple):
+    """Weighted sums over all point-to-line terms; the step is (x, y, yaw) in the frame of the moving group."""
+
+    xx: float
+    xy: float
+    x_yaw: float
+    yy: float
+    y_yaw: float
+    yaw_yaw: float
+    x: float
+    """Of the gradient, like the next two."""
+    y: float
+    yaw: float
+    weight: float
+    squared: float
+    """Of the residuals."""
+    terms: float
+    points: float
+    """That could have had a term."""
 
 
 @njit(cache=True, nogil=True)
@@ -88,22 +198,14 @@ def _neighbours(
 
 
 @njit(cache=True, nogil=True)
-def fit_lines(
-    points: _FloatArray,
-    half_angle: float,
-    half_width: float,
-    max_gap_angle: float,
-    min_gap: float,
-    max_rms: float,
-    on_lines: _FloatArray,
-    normals: _FloatArray,
-) -> None:
-    """Lines through points (N, 2) sorted by bearing and their neighbours, which span ``half_angle`` and
-    ``half_width`` to each side; where noise leaves them no direction, up to three times as much.
+def fit_lines(points: _FloatArray, limits: LineLimits, on_lines: _FloatArray, normals: _FloatArray) -> None:
+    """Lines through points (N, 2) sorted by bearing and their neighbours, more of them where noise leaves a
+    line no direction.
 
     ``on_lines`` (N, 2) are the points moved towards their lines: all the way where they scatter far more than
-    ``USUAL_NOISE``, hardly where less. ``normals`` (N, 2) look towards the sensor; where a surface is not
-    straight they are (0, 0), and its points stay.
+    the usual noise, hardly where less. ``normals`` (N, 2) look towards the sensor; where a surface is not
+    straight they are (0, 0), and its points stay. A point at either end, or at the seam behind the sensor,
+    where bearings jump, has neighbours on one side only.
     """
     for i in range(len(points)):
         for axis in range(2):
@@ -111,23 +213,23 @@ def fit_lines(
             normals[i, axis] = 0.0
         px, py = np.float64(points[i, 0]), np.float64(points[i, 1])
         distance = np.sqrt(px * px + py * py)
-        max_gap = max(min_gap, distance * max_gap_angle)
-        reach = max(half_width, distance * half_angle)
-        for _ in range(FITS):
+        max_gap = max(limits.min_gap, distance * limits.max_gap_angle)
+        reach = max(limits.half_width, distance * limits.half_angle)
+        for _ in range(limits.attempts):
             count, mx, my, cxx, cxy, cyy = _neighbours(points, i, reach, max_gap)
             mean, half = 0.5 * (cxx + cyy), 0.5 * (cxx - cyy)
             root = np.sqrt(half * half + cxy * cxy)
             small, large = max(mean - root, 0.0), mean + root
-            if count < 4 or small > max_rms * max_rms:
+            if count < limits.min_points or small > limits.max_rms * limits.max_rms:
                 break
-            if small > WIDEST_LINE * large:
-                reach *= WIDENING
+            if small > limits.max_aspect * large:
+                reach *= limits.widening
                 continue
             angle = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy) + 0.5 * np.pi
             nx, ny = np.cos(angle), np.sin(angle)
             if nx * px + ny * py > 0.0:
                 nx, ny = -nx, -ny
-            off = (nx * mx + ny * my) * small / (small + USUAL_NOISE * USUAL_NOISE)
+            off = (nx * mx + ny * my) * small / (small + limits.usual_noise * limits.usual_noise)
             on_lines[i, 0], on_lines[i, 1] = px + off * nx, py + off * ny
             normals[i, 0], normals[i, 1] = nx, ny
             break
@@ -177,102 +279,87 @@ def _is_alone(x: float, y: float, alone: _FloatArray, max_distance: float) -> bo
 
 
 @njit(cache=True, nogil=True)
-def _accumulate(
-    sums: _Matrix,
-    partners: NDArray[np.int16],
-    alone: _FloatArray,
-    target_from_source: _Matrix,
-    moving: _Matrix,
-    forward: bool,
-    source: _FloatArray,
-    source_normals: _Normals,
-    source_count: int,
-    target: _FloatArray,
-    target_normals: _Normals,
-    target_count: int,
-    target_table: NDArray[np.int16],
-    max_distance: float,
-    kernel_width: float,
-    seek: bool,
-) -> None:
-    """Add the point-to-line terms of one pair of scans, in one direction, to ``sums``.
-
-    ``sums`` holds the upper triangle of the Hessian (6), the gradient (3), the sum of weights, of
-    weighted squared residuals, of terms, and of points that could have had one. ``partners`` (N,) holds the
-    target point that was nearest to each source point, -1 for none; ``alone`` (N, 3) a place in the target's
-    frame, and a distance within which no target point lies about it. ``moving`` is the pose of the moving
-    scan in the moving group; ``forward`` tells whether the source is the scan that moves, and ``seek``
-    whether partners are sought or those of the last time taken again.
-    """
-    c, s, tx, ty = (
-        np.cos(target_from_source[2]),
-        np.sin(target_from_source[2]),
-        target_from_source[0],
-        target_from_source[1],
-    )
+def _with_terms(
+    sums: _NormalEquations,
+    partners: _Partners,
+    source: _PolarScan,
+    target: _PolarScan,
+    frames: _Frames,
+    search: _Search,
+    limits: MatchLimits,
+) -> _NormalEquations:
+    """The sums with the point-to-line terms of one pair of scans, in one direction, added."""
+    xx, xy, x_yaw, yy, y_yaw, yaw_yaw, gx, gy, gyaw, weights, squares, terms, points = sums
+    c, s = np.cos(frames.target_from_source[2]), np.sin(frames.target_from_source[2])
+    tx, ty = frames.target_from_source[0], frames.target_from_source[1]
+    moving, max_distance, kernel_width = frames.moving, search.max_distance, limits.kernel_width
     mc, ms = np.cos(moving[2]), np.sin(moving[2])
-    for i in range(source_count):
-        px, py = np.float64(source[i, 0]), np.float64(source[i, 1])
-        sums[12] += 1.0
+    for i in range(source.count):
+        px, py = np.float64(source.points[i, 0]), np.float64(source.points[i, 1])
+        points += 1.0
         x, y = c * px - s * py + tx, s * px + c * py + ty
-        j = int(partners[i])
-        if seek:
-            if j < 0 and _is_alone(x, y, alone[i], max_distance):
+        j = int(partners.nearest[i])
+        if search.is_new:
+            if j < 0 and _is_alone(x, y, partners.alone[i], max_distance):
                 continue
-            start = j if j >= 0 else first_by_bearing(x, y, target_table)
-            j, squared = nearest_from(start, x, y, target, target_count, max_distance + SPARE)
+            start = j if j >= 0 else first_by_bearing(x, y, target.table)
+            j, squared = nearest_from(start, x, y, target.points, target.count, max_distance + _SPARE)
             if squared > max_distance * max_distance:
                 j = -1
-                alone[i, 0], alone[i, 1], alone[i, 2] = x, y, np.sqrt(squared)
-            partners[i] = j
+                partners.alone[i, 0], partners.alone[i, 1] = x, y
+                partners.alone[i, 2] = np.sqrt(squared)
+            partners.nearest[i] = j
         if j < 0:
             continue
-        nx, ny = target_normals[j, 0] / UNIT, target_normals[j, 1] / UNIT
+        nx, ny = target.normals[j, 0] / UNIT, target.normals[j, 1] / UNIT
         if nx == 0.0 and ny == 0.0:
             continue
         # The target's normal seen from the source.
         ax, ay = c * nx + s * ny, -s * nx + c * ny
-        sx, sy = source_normals[i, 0] / UNIT, source_normals[i, 1] / UNIT
-        if (sx != 0.0 or sy != 0.0) and ax * sx + ay * sy < MIN_NORMAL_DOT:
+        sx, sy = source.normals[i, 0] / UNIT, source.normals[i, 1] / UNIT
+        if (sx != 0.0 or sy != 0.0) and ax * sx + ay * sy < limits.min_normal_agreement:
             continue
-        residual = nx * (x - target[j, 0]) + ny * (y - target[j, 1])
+        residual = nx * (x - target.points[j, 0]) + ny * (y - target.points[j, 1])
         ratio = kernel_width * kernel_width / (kernel_width * kernel_width + residual * residual)
         weight = ratio * ratio
         # Normal and lever arm in the frame of the moving group, where the step is taken.
-        if forward:
+        if frames.is_forward:
             j0, j1 = mc * ax - ms * ay, ms * ax + mc * ay
             lx, ly = mc * px - ms * py + moving[0], ms * px + mc * py + moving[1]
         else:
             j0, j1 = -(mc * nx - ms * ny), -(ms * nx + mc * ny)
             lx, ly = mc * x - ms * y + moving[0], ms * x + mc * y + moving[1]
         j2 = j1 * lx - j0 * ly
-        sums[0] += weight * j0 * j0
-        sums[1] += weight * j0 * j1
-        sums[2] += weight * j0 * j2
-        sums[3] += weight * j1 * j1
-        sums[4] += weight * j1 * j2
-        sums[5] += weight * j2 * j2
-        sums[6] += weight * j0 * residual
-        sums[7] += weight * j1 * residual
-        sums[8] += weight * j2 * residual
-        sums[9] += weight
-        sums[10] += weight * residual * residual
-        sums[11] += 1.0
+        xx += weight * j0 * j0
+        xy += weight * j0 * j1
+        x_yaw += weight * j0 * j2
+        yy += weight * j1 * j1
+        y_yaw += weight * j1 * j2
+        yaw_yaw += weight * j2 * j2
+        gx += weight * j0 * residual
+        gy += weight * j1 * residual
+        gyaw += weight * j2 * residual
+        weights += weight
+        squares += weight * residual * residual
+        terms += 1.0
+    return _NormalEquations(
+        xx, xy, x_yaw, yy, y_yaw, yaw_yaw, gx, gy, gyaw, weights, squares, terms, points
+    )  # fmt: skip
 
 
 @njit(cache=True, nogil=True)
-def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
+def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float, normal_variance: float) -> None:
     """Take the direction along which the surfaces let the scan slide out of the normal equations.
 
     Along a bare corridor the translational information is not zero but what noisy normals pretend:
-    their variance times the sum of weights. That much (``SLIDING_FLOOR`` × weight) is subtracted from the
-    smaller eigenvalue, by shrinking the Jacobian along its eigenvector.
+    their variance (square radians) times the sum of weights. That much is subtracted from the smaller
+    eigenvalue, by shrinking the Jacobian along its eigenvector.
     """
     a, b, d = hessian[0, 0], hessian[0, 1], hessian[1, 1]
     mean, half = 0.5 * (a + d), 0.5 * (a - d)
     root = np.sqrt(half * half + b * b)
     small = mean - root
-    kept = small - SLIDING_FLOOR * weight
+    kept = small - normal_variance * weight
     shrink = 0.0
     if kept > 0.0 and small > 0.0:
         shrink = np.sqrt(kept / small)
@@ -289,77 +376,68 @@ def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
 
 
 @njit(cache=True, nogil=True)
+def _scan_of(scans: PackedScans, row: int) -> _PolarScan:
+    return _PolarScan(scans.points[row], scans.normals[row], scans.counts[row], scans.tables[row])
+
+
+@njit(cache=True, nogil=True)
 def match_group(
     pose: _Matrix,
-    pairs: NDArray[np.int64],
-    fixed_poses: _Matrix,
-    moving_poses: _Matrix,
+    pairs: PairedRows,
     prior_information: _Matrix,
-    targets: tuple[_FloatArray, _Normals, NDArray[np.int32], NDArray[np.int16]],
-    sources: tuple[_FloatArray, _Normals, NDArray[np.int32], NDArray[np.int16]],
-    widest: float,
-    kernel_width: float,
-    both_ways: bool,
+    targets: PackedScans,
+    sources: PackedScans,
+    limits: MatchLimits,
     hessian: _Matrix,
     quality: _Matrix,
 ) -> None:
     """Move ``pose`` (3,), fixed_from_moving, to where the moving scans' points lie on the fixed ones' lines
-    and, ``both_ways``, the fixed ones' on the moving ones'.
+    and, where both ways are asked for, the fixed ones' on the moving ones'.
 
-    Row k of ``pairs`` names a fixed scan among ``targets`` at ``fixed_poses[k]`` and a moving one among
-    ``sources`` at ``moving_poses[k]``, each in its own group's frame. Iteratively reweighted Gauss-Newton
-    on SE(2) with the step on the right, Geman-McClure weights, and a correspondence distance that shrinks
-    from ``widest`` to ``NARROWEST``; ``prior_information`` (3, 3) ties the pose to where it started.
-    ``hessian`` (3, 3) is left in the tangent frame of the moving group, for residuals of unit variance;
-    ``quality`` (3,) as the share of points that found a partner, the weighted root mean square residual
-    and the sum of weights.
+    The fixed scans are among ``targets``, the moving ones among ``sources``. Iteratively reweighted
+    Gauss-Newton on SE(2) with the step on the right, Geman-McClure weights, and a correspondence distance that
+    shrinks; ``prior_information`` (3, 3) ties the pose to where it started. ``hessian`` (3, 3) is left in the
+    tangent frame of the moving group, for residuals of unit variance; ``quality`` (3,) as the share of points
+    that found a partner, the weighted root mean square residual and the sum of weights.
     """
-    points_t, normals_t, counts_t, tables_t = targets
-    points_s, normals_s, counts_s, tables_s = sources
-    sums = np.zeros(13)
+    sums = _NormalEquations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     gradient, regular, step = np.zeros(3), np.zeros((3, 3)), np.zeros(3)
     start = pose.copy()
-    distance = widest
-    partners = np.empty((2, len(pairs), points_t.shape[1]), dtype=np.int16)
-    partners[:] = -1
-    alone = np.zeros((2, len(pairs), points_t.shape[1], 3), dtype=np.float32)
+    distance = limits.initial_distance
+    count, most = len(pairs.rows), targets.points.shape[1]
+    nearest = np.empty((2, count, most), dtype=np.int16)
+    nearest[:] = -1
+    alone = np.zeros((2, count, most, 3), dtype=np.float32)
     moved_since = np.inf
-    for _ in range(MAX_ITERATIONS):
-        seek = distance > NARROWEST or moved_since > LITTLE
-        if seek:
+    for _ in range(limits.max_iterations):
+        search = _Search(distance, distance > limits.final_distance or moved_since > _LITTLE)
+        if search.is_new:
             moved_since = 0.0
-        sums[:] = 0.0
-        for k in range(len(pairs)):
-            t, s = pairs[k, 0], pairs[k, 1]
-            target_from_source = step_between(fixed_poses[k], composed(pose, moving_poses[k]))
-            _accumulate(
-                sums, partners[0, k], alone[0, k], target_from_source, moving_poses[k], True,
-                points_s[s], normals_s[s], counts_s[s],
-                points_t[t], normals_t[t], counts_t[t], tables_t[t],
-                distance, kernel_width, seek,
-            )  # fmt: skip
-            if not both_ways:
+        sums = _NormalEquations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+        for k in range(count):
+            target, source = _scan_of(targets, pairs.rows[k, 0]), _scan_of(sources, pairs.rows[k, 1])
+            moving = pairs.moving_poses[k]
+            target_from_source = step_between(pairs.fixed_poses[k], composed(pose, moving))
+            partners, frames = _Partners(nearest[0, k], alone[0, k]), _Frames(target_from_source, moving, True)
+            sums = _with_terms(sums, partners, source, target, frames, search, limits)
+            if not limits.both_ways:
                 continue
             source_from_target = step_between(target_from_source, np.zeros(3))
-            _accumulate(
-                sums, partners[1, k], alone[1, k], source_from_target, moving_poses[k], False,
-                points_t[t], normals_t[t], counts_t[t],
-                points_s[s], normals_s[s], counts_s[s], tables_s[s],
-                distance, kernel_width, seek,
-            )  # fmt: skip
-        hessian[0, 0], hessian[0, 1], hessian[0, 2] = sums[0], sums[1], sums[2]
-        hessian[1, 0], hessian[1, 1], hessian[1, 2] = sums[1], sums[3], sums[4]
-        hessian[2, 0], hessian[2, 1], hessian[2, 2] = sums[2], sums[4], sums[5]
-        gradient[0], gradient[1], gradient[2] = sums[6], sums[7], sums[8]
-        remove_sliding(hessian, gradient, sums[9])
-        if sums[11] < 6.0:
+            partners, frames = _Partners(nearest[1, k], alone[1, k]), _Frames(source_from_target, moving, False)
+            sums = _with_terms(sums, partners, target, source, frames, search, limits)
+        hessian[0, 0], hessian[0, 1], hessian[0, 2] = sums.xx, sums.xy, sums.x_yaw
+        hessian[1, 0], hessian[1, 1], hessian[1, 2] = sums.xy, sums.yy, sums.y_yaw
+        hessian[2, 0], hessian[2, 1], hessian[2, 2] = sums.x_yaw, sums.y_yaw, sums.yaw_yaw
+        gradient[0], gradient[1], gradient[2] = sums.x, sums.y, sums.yaw
+        remove_sliding(hessian, gradient, sums.weight, limits.normal_variance)
+        if sums.terms < limits.min_terms:
             break
         off = step_between(start, pose)
         for i in range(3):
             for j in range(3):
                 regular[i, j] = hessian[i, j] + prior_information[i, j]
                 gradient[i] += prior_information[i, j] * off[j]
-            regular[i, i] += 1e-3 * sums[9]
+            regular[i, i] += _DAMPING * sums.weight
         uncertainty = inverse_of_symmetric(regular)
         for i in range(3):
             step[i] = 0.0
@@ -368,36 +446,30 @@ def match_group(
         moved = composed(pose, step)
         for i in range(3):
             pose[i] = moved[i]
-        moved_since += abs(step[0]) + abs(step[1]) + FAR * abs(step[2])
-        settled = abs(step[0]) + abs(step[1]) < 1e-4 and abs(step[2]) < 1e-4
-        if settled and distance <= NARROWEST:
+        moved_since += abs(step[0]) + abs(step[1]) + _FAR * abs(step[2])
+        is_still = abs(step[0]) + abs(step[1]) < _SMALL_STEP and abs(step[2]) < _SMALL_STEP
+        if is_still and distance <= limits.final_distance:
             break
-        distance = max(NARROWEST, 0.7 * distance)
-    quality[0] = sums[11] / max(sums[12], 1.0)
-    quality[1] = np.sqrt(sums[10] / max(sums[9], 1e-9))
-    quality[2] = sums[9]
+        distance = max(limits.final_distance, limits.shrinkage * distance)
+    quality[0] = sums.terms / max(sums.points, 1.0)
+    quality[1] = np.sqrt(sums.squared / max(sums.weight, _NO_WEIGHT))
+    quality[2] = sums.weight
 
 
 @njit(cache=True, nogil=True)
 def match_groups(
     poses: _Matrix,
     starts: NDArray[np.int64],
-    pairs: NDArray[np.int64],
-    fixed_poses: _Matrix,
-    moving_poses: _Matrix,
+    pairs: PairedRows,
     prior_information: _Matrix,
-    targets: tuple[_FloatArray, _Normals, NDArray[np.int32], NDArray[np.int16]],
-    sources: tuple[_FloatArray, _Normals, NDArray[np.int32], NDArray[np.int16]],
-    widest: float,
-    kernel_width: float,
-    both_ways: bool,
+    targets: PackedScans,
+    sources: PackedScans,
+    limits: MatchLimits,
     hessians: _Matrix,
     qualities: _Matrix,
 ) -> None:
     """``match_group`` for G groups: group g owns rows ``starts[g]`` to ``starts[g + 1]`` of ``pairs``."""
     for g in range(len(poses)):
         a, b = starts[g], starts[g + 1]
-        match_group(
-            poses[g], pairs[a:b], fixed_poses[a:b], moving_poses[a:b], prior_information, targets, sources,
-            widest, kernel_width, both_ways, hessians[g], qualities[g],
-        )  # fmt: skip
+        own = PairedRows(pairs.rows[a:b], pairs.fixed_poses[a:b], pairs.moving_poses[a:b])
+        match_group(poses[g], own, prior_information, targets, sources, limits, hessians[g], qualities[g])

@@ -7,19 +7,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, unpack
-from racecar.mapping.matching.scan_matching_kernels import TABLE_SIZE, UNIT, fill_bearing_table, fit_lines
+from racecar.mapping.matching.config import LineFittingConfig, ScanMatchingConfig
+from racecar.mapping.matching.scan_matching_kernels import (
+    TABLE_SIZE,
+    UNIT,
+    LineLimits,
+    PackedScans,
+    fill_bearing_table,
+    fit_lines,
+)
 
 MAX_POINTS = 361
-"""Beams kept of a scan: half a degree over 180°; denser scans are thinned once the normals are known."""
+"""Beams kept of a scan: half a degree over 180°, since rows of one length are what the kernels take; denser
+scans are thinned once the normals are known."""
 
-_HALF_ANGLE = np.deg2rad(3.0)
-_HALF_WIDTH = 0.12
-_MAX_GAP_ANGLE = np.deg2rad(8.0)
-_MIN_GAP = 0.15
-_MAX_RMS = 0.04
 _BY_ROW = ("_points", "_normals", "_counts", "_tables")
 _ROOM = 256
-"""Rows to spare; to double them would copy less often, and take up to as much memory again."""
+"""Rows to spare, since to double them would take up to as much memory again; a few hundred are copied seldom."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,11 +36,13 @@ class PreparedScan:
     """(N, 2) unit vectors towards the sensor, (0, 0) where the surface is not straight."""
 
 
-def prepare_scan(points_in_laser: NDArray[np.float64]) -> PreparedScan:
+def prepare_scan(
+    points_in_laser: NDArray[np.float64], config: LineFittingConfig = LineFittingConfig()
+) -> PreparedScan:
     """Sort points (N, 2) by bearing, fit lines to them and thin to at most ``MAX_POINTS``."""
     points = points_in_laser[_bearing_order(points_in_laser)].astype(np.float32)
     on_lines, normals = np.empty_like(points), np.empty_like(points)
-    fit_lines(points, _HALF_ANGLE, _HALF_WIDTH, _MAX_GAP_ANGLE, _MIN_GAP, _MAX_RMS, on_lines, normals)
+    fit_lines(points, LineLimits(**dict(config)), on_lines, normals)
     order = _bearing_order(on_lines)[:: _step(len(points))]
     return PreparedScan(on_lines[order], normals[order])
 
@@ -56,9 +62,13 @@ def _step(count: int) -> int:
 
 
 class ScanStore:
-    """A growing array of prepared scans. Some may be given up: they are as if they had seen nothing."""
+    """A growing array of prepared scans, and the settings by which they are compared.
 
-    def __init__(self, capacity: int = 64) -> None:
+    Some scans may be trimmed: they are as if they had seen nothing.
+    """
+
+    def __init__(self, capacity: int = 64, config: ScanMatchingConfig = ScanMatchingConfig()) -> None:
+        self.config = config
         self._row_of = np.zeros(capacity, dtype=np.int32)
         self._size = 0
         self._points = np.zeros((capacity + 1, MAX_POINTS, 2), dtype=np.float32)
@@ -76,18 +86,14 @@ class ScanStore:
         return self._row_of[: self._size]
 
     @property
-    def is_held(self) -> NDArray[np.bool_]:
+    def is_kept(self) -> NDArray[np.bool_]:
         """(K,) whether there are points of each scan."""
         return self.row_of > 0
 
-    def packed(
-        self,
-    ) -> tuple[NDArray[np.float32], NDArray[np.int16], NDArray[np.int32], NDArray[np.int16]]:
-        """By rows, as the matching kernels take them: points (R, MAX_POINTS, 2), normals of the same shape
-        and of length ``UNIT``, counts (R,) of the points that are meant, and bearing tables (R, TABLE_SIZE +
-        1)."""
+    def packed(self) -> PackedScans:
+        """By rows, as the kernels take them."""
         rows = slice(self._rows)
-        return self._points[rows], self._normals[rows], self._counts[rows], self._tables[rows]
+        return PackedScans(self._points[rows], self._normals[rows], self._counts[rows], self._tables[rows])
 
     def points_of(self, index: int) -> NDArray[np.float32]:
         """(N, 2) points of one scan in its laser frame."""
@@ -102,17 +108,17 @@ class ScanStore:
         self._size += 1
         return self._size - 1
 
-    def give_up(self, indices: NDArray[np.int64]) -> None:
-        """Forget the points of some scans; their memory is free once nobody holds a copy of the store."""
+    def trim(self, indices: NDArray[np.int64]) -> None:
+        """Forget the points of some scans; their memory is free once nobody has a copy of the store."""
         row_of = self.row_of.copy()
         row_of[indices] = 0
-        held = np.flatnonzero(row_of)
-        kept = np.append(0, row_of[held])
-        row_of[held] = np.arange(1, len(kept))
-        self._row_of, self._rows = _with_room(row_of, len(self._row_of)), len(kept)
+        kept = np.flatnonzero(row_of)
+        kept_rows = np.append(0, row_of[kept])
+        row_of[kept] = np.arange(1, len(kept_rows))
+        self._row_of, self._rows = _with_room(row_of, len(self._row_of)), len(kept_rows)
         for name in _BY_ROW:
             rows = getattr(self, name)
-            setattr(self, name, _with_room(rows[kept], len(kept) + _ROOM))
+            setattr(self, name, _with_room(rows[kept_rows], len(kept_rows) + _ROOM))
 
     def extend(self, other: "ScanStore") -> None:
         """Append all scans of another store."""
@@ -124,18 +130,18 @@ class ScanStore:
     def to_arrays(self) -> Arrays:
         """Points and normals of all scans, one after the other, and how many each has."""
         points, normals, counts, _ = self.packed()
-        held = self.row_of[self.is_held]
-        is_meant = np.arange(MAX_POINTS) < counts[held, None]
+        kept = self.row_of[self.is_kept]
+        is_meant = np.arange(MAX_POINTS) < counts[kept, None]
         return {
-            "points": points[held][is_meant],
-            "normals": _of_unit_length(normals[held][is_meant]),
+            "points": points[kept][is_meant],
+            "normals": _of_unit_length(normals[kept][is_meant]),
             "counts": counts[self.row_of].astype(np.int16),
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "ScanStore":
+    def from_arrays(cls, arrays: Arrays, config: ScanMatchingConfig = ScanMatchingConfig()) -> "ScanStore":
         """The store that was written so."""
-        store = cls(max(int(np.count_nonzero(arrays["counts"])), 64))
+        store = cls(max(int(np.count_nonzero(arrays["counts"])), 64), config)
         points = unpack(arrays["points"].astype(np.float32), arrays["counts"])
         normals = unpack(arrays["normals"].astype(np.float32), arrays["counts"])
         for scan in zip(points, normals, strict=True):

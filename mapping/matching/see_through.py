@@ -5,17 +5,15 @@ hidden behind them. A point that the other scan looks through refutes the claim.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
+from racecar.mapping.matching.scan_matching_kernels import TABLE_SIZE
 from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.matching.see_through_kernels import count_see_through
 from racecar.maps.geometry.se2 import Pose, between
-
-_MAX_RANGE = 20.0
-_TOLERANCE = 0.12
-_MAX_GAP = np.deg2rad(2.5)
 
 
 @dataclass(frozen=True)
@@ -24,7 +22,7 @@ class SeeThrough:
 
     on_surface: int
     looked_through: int
-    untold: int
+    undecided: int
 
     @property
     def agreement(self) -> float:
@@ -34,7 +32,17 @@ class SeeThrough:
     @property
     def coverage(self) -> float:
         """Share of all points that lie on a surface."""
-        return self.on_surface / max(self.on_surface + self.looked_through + self.untold, 1)
+        return self.on_surface / max(self.on_surface + self.looked_through + self.undecided, 1)
+
+
+class _Limits(NamedTuple):
+    """`SeeThroughConfig` as the kernel takes it; its fields are explained there."""
+
+    min_range: float
+    max_range: float
+    tolerance: float
+    tolerance_per_metre: float
+    max_gap: float
 
 
 def see_through(store: ScanStore, pairs: NDArray[np.int64], first: Pose, second: Pose) -> SeeThrough:
@@ -43,10 +51,63 @@ def see_through(store: ScanStore, pairs: NDArray[np.int64], first: Pose, second:
     points, _, counts, tables = store.packed()
     first_from_second = between(first, second)
     second_from_first = between(second, first)
+    limits = _Limits(**dict(store.config.see_through))
     for k, (a, b) in enumerate(store.row_of[pairs]):
         for viewed, viewer, pose in ((a, b, second_from_first[k]), (b, a, first_from_second[k])):
-            count_see_through(
-                points[viewed], counts[viewed], pose, points[viewer], counts[viewer], tables[viewer],
-                _MAX_RANGE, _TOLERANCE, _MAX_GAP, tally,
-            )  # fmt: skip
+            _count(
+                points[viewed, : counts[viewed]],
+                pose,
+                points[viewer, : counts[viewer]],
+                tables[viewer],
+                limits,
+                tally,
+            )
     return SeeThrough(int(tally[0]), int(tally[1]), int(tally[2]))
+
+
+@njit(cache=True, nogil=True)
+def _count(
+    points: NDArray[np.float32],
+    viewer_from_points: NDArray[np.float64],
+    viewer: NDArray[np.float32],
+    viewer_table: NDArray[np.int16],
+    limits: _Limits,
+    tally: NDArray[np.int64],
+) -> None:
+    """Add to ``tally``: points (N, 2) that lie on the surfaces of the viewer's (M, 2), that it looks through,
+    that it cannot judge.
+
+    A point is judged where the viewer has beams on both sides of its bearing, near enough to each other, and
+    it lies beyond both or before both of their returns.
+    """
+    c, s = np.cos(viewer_from_points[2]), np.sin(viewer_from_points[2])
+    for i in range(len(points)):
+        x = c * points[i, 0] - s * points[i, 1] + viewer_from_points[0]
+        y = s * points[i, 0] + c * points[i, 1] + viewer_from_points[1]
+        distance = np.sqrt(x * x + y * y)
+        if distance > limits.max_range or distance < limits.min_range:
+            tally[2] += 1
+            continue
+        bearing = np.arctan2(y, x)
+        j = viewer_table[min(max(int((bearing + np.pi) * TABLE_SIZE / (2.0 * np.pi)), 0), TABLE_SIZE)]
+        while j < len(viewer) and np.arctan2(viewer[j, 1], viewer[j, 0]) < bearing:
+            j += 1
+        if j == 0 or j >= len(viewer):
+            tally[2] += 1
+            continue
+        left = np.arctan2(viewer[j - 1, 1], viewer[j - 1, 0])
+        right = np.arctan2(viewer[j, 1], viewer[j, 0])
+        if right - left > limits.max_gap:
+            tally[2] += 1
+            continue
+        before = np.sqrt(viewer[j - 1, 0] ** 2 + viewer[j - 1, 1] ** 2)
+        after = np.sqrt(viewer[j, 0] ** 2 + viewer[j, 1] ** 2)
+        # A point near either return, or between them on the line that joins them, lies on the surface.
+        near, far = min(before, after), max(before, after)
+        slack = limits.tolerance + limits.tolerance_per_metre * distance
+        if near - slack <= distance <= far + slack:
+            tally[0] += 1
+        elif distance < near - slack:
+            tally[1] += 1
+        else:
+            tally[2] += 1

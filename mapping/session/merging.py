@@ -90,7 +90,7 @@ def _close_loops(
     start = recognized[0].moving.index
     for query in sorted(range(known, len(loops.history.submaps)), key=lambda k: abs(k - start)):
         poses = graph.close(loops.seek(query, known, poses), poses, groups)
-    passes = pairs_with_first_pass(poses, loops.store.is_held)
+    passes = pairs_with_first_pass(poses, loops.store.is_kept)
     between_drives = passes[(passes < first).sum(axis=1) == 1]
     graph = _graph([*graph.constraints, *constrain(between_drives, poses, loops.store)], config)
     poses = graph.optimize_finally(poses)

@@ -4,7 +4,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.mapping.matching.correlative_search import ANGLE_STEP, CELL, LikelihoodPyramid, Window, search
+from racecar.mapping.matching.config import CorrelativeSearchConfig
+from racecar.mapping.matching.correlative_search import LikelihoodPyramid, Window, search
+
+CELL, ANGLE_STEP = CorrelativeSearchConfig().cell, CorrelativeSearchConfig().angle_step
 
 
 @settings(max_examples=25, deadline=None)
@@ -53,3 +56,12 @@ def test_tells_of_a_rival_along_a_corridor() -> None:
     assert alone is not None
     assert alone.rival == 0.0
     assert np.array_equal(alone.pose, fit.pose)
+
+
+def test_what_counts_as_a_place_of_its_own_is_a_setting() -> None:
+    x = np.arange(-10, 10, 0.1)
+    walls = np.concatenate([np.column_stack([x, np.full_like(x, y)]) for y in (-1.0, 1.0)])
+    wide = CorrelativeSearchConfig(rival_distance=8.0)
+    fit = search(LikelihoodPyramid(walls, 20.0, wide), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85)
+    assert fit is not None
+    assert fit.rival == 0.0

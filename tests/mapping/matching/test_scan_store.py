@@ -2,7 +2,7 @@ from copy import copy
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -22,14 +22,20 @@ def wall(
 
 @settings(deadline=None)
 @given(st.floats(-3.1, 3.1), st.floats(0.02, 0.03), st.integers(0, 2**32))
+@example(turn=-3.0625, noise=0.02734375, seed=1198187)
 def test_noise_is_smoothed_along_a_wall(turn: float, noise: float, seed: int) -> None:
-    points, normal = wall(np.random.default_rng(seed), noise, turn)
+    """Nine points in ten have a normal over several scans, not in each: where the seam behind the sensor cuts
+    the wall there are four ends instead of two, at which lines have points on one side only, and of single
+    scans with 3 cm of noise one in forty then has fewer (one in 300 elsewhere)."""
+    rng = np.random.default_rng(seed)
+    points, normal = wall(rng, noise, turn)
     scan = prepare_scan(points)
     measured, smoothed = points @ normal + 2.0, scan.points @ normal + 2.0
     assert np.sqrt(np.mean(smoothed**2)) < 0.75 * np.sqrt(np.mean(measured**2))
-    has_normal = np.any(scan.normals != 0.0, axis=1)
-    assert has_normal.mean() > 0.9
-    assert np.median(scan.normals[has_normal] @ normal) > np.cos(0.2)
+    scans = [scan, *(prepare_scan(wall(rng, noise, turn)[0]) for _ in range(11))]
+    has_normal = [np.any(each.normals != 0.0, axis=1) for each in scans]
+    assert np.mean(has_normal) > 0.9
+    assert np.median(scan.normals[has_normal[0]] @ normal) > np.cos(0.2)
 
 
 @settings(deadline=None)
@@ -75,38 +81,38 @@ def scans(count: int, rng: np.random.Generator) -> list[PreparedScan]:
     return drawn
 
 
-def holds(store: ScanStore, expected: list[PreparedScan], is_held: NDArray[np.bool_]) -> bool:
-    """Whether a store has the scans that are held, and nothing of the others."""
+def holds(store: ScanStore, expected: list[PreparedScan], is_kept: NDArray[np.bool_]) -> bool:
+    """Whether a store has the scans that are kept, and nothing of the others."""
     empty = PreparedScan(*np.zeros((2, 0, 2), dtype=np.float32))
-    wanted = [scan if held else empty for scan, held in zip(expected, is_held, strict=True)]
+    wanted = [scan if kept else empty for scan, kept in zip(expected, is_kept, strict=True)]
     points, normals, counts, _ = store.packed()
     return len(store) == len(wanted) and all(
         np.array_equal(store.points_of(k), scan.points)
         and np.array_equal(points[row, : counts[row]], scan.points)
         and np.allclose(normals[row, : counts[row]] / UNIT, scan.normals, rtol=0.0, atol=1e-4)
-        and (len(scan.points) > 0) == store.is_held[k]
+        and (len(scan.points) > 0) == store.is_kept[k]
         for k, (row, scan) in enumerate(zip(store.row_of, wanted, strict=True))
     )
 
 
 @settings(deadline=None, max_examples=50)
 @given(st.integers(1, 150), st.integers(0, 400), st.integers(0, 2**32))
-def test_scans_are_given_up_and_the_others_stay(before: int, after: int, seed: int) -> None:
+def test_scans_are_trimmed_and_the_others_stay(before: int, after: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     expected, store = scans(before + after, rng), ScanStore(1)
     for scan in expected[:before]:
         store.add(scan)
-    is_held = rng.random(before) < 0.5
+    is_kept = rng.random(before) < 0.5
     earlier = copy(store)
-    store.give_up(np.flatnonzero(~is_held))
-    assert holds(store, expected[:before], is_held)
+    store.trim(np.flatnonzero(~is_kept))
+    assert holds(store, expected[:before], is_kept)
     for scan in expected[before:]:
         store.add(scan)
-    is_held = np.append(is_held, np.ones(after, dtype=np.bool_))
-    assert holds(store, expected, is_held)
+    is_kept = np.append(is_kept, np.ones(after, dtype=np.bool_))
+    assert holds(store, expected, is_kept)
     assert holds(earlier, expected[:before], np.ones(before, dtype=np.bool_))
-    assert holds(ScanStore.from_arrays(store.to_arrays()), expected, is_held)
+    assert holds(ScanStore.from_arrays(store.to_arrays()), expected, is_kept)
     both = ScanStore()
     both.extend(store)
     both.extend(earlier)
-    assert holds(both, [*expected, *expected[:before]], np.append(is_held, np.ones(before, dtype=np.bool_)))
+    assert holds(both, [*expected, *expected[:before]], np.append(is_kept, np.ones(before, dtype=np.bool_)))

@@ -43,10 +43,10 @@ def test_neither_scan_comes_first_and_the_frame_does_not_matter(
     seen = judge(store, first, second)
     assert see_through(store, ONE_PAIR[:, ::-1], second[None], first[None]) == seen
     moved = judge(store, compose(world, first), compose(world, second))
-    tallies = np.array([(s.on_surface, s.looked_through, s.untold) for s in (seen, moved)])
+    tallies = np.array([(s.on_surface, s.looked_through, s.undecided) for s in (seen, moved)])
     assert np.abs(tallies[0] - tallies[1]).max() <= 2  # points that lie on an edge, to rounding
     points = sum(len(store.points_of(scan)) for scan in (0, 1))
-    assert seen.on_surface + seen.looked_through + seen.untold == points
+    assert seen.on_surface + seen.looked_through + seen.undecided == points
 
 
 def test_a_thing_that_came_or_went_is_looked_through() -> None:
@@ -59,7 +59,7 @@ def test_a_thing_that_came_or_went_is_looked_through() -> None:
     seen = judge(store, laser, laser)
     assert on_post.sum() > 20
     assert seen.looked_through == on_post.sum()
-    assert abs(seen.untold - on_post.sum()) < 10  # the wall behind the post, where the other scan sees none
+    assert abs(seen.undecided - on_post.sum()) < 10  # the wall behind the post, where the other scan sees none
 
 
 def test_scans_back_to_back_tell_nothing() -> None:
