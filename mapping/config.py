@@ -4,10 +4,63 @@ from pydantic import Field
 
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, RenderingConfig
+from racecar.mapping.keyframes.config import KeyframeConfig
 from racecar.mapping.loops.config import LoopClosureConfig
+from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.maps.settings import Settings
+
+
+class ScheduleConfig(Settings):
+    """How often the mapper does what it does not do at each keyframe; all counts are of keyframes."""
+
+    window: int = Field(
+        default=40,
+        ge=2,
+        le=10_000,
+        description="The latest keyframes, that are optimized while the drive goes on. By judgement: a "
+        "little over the farthest that one is tied to.",
+    )
+    window_interval: int = Field(
+        default=10,
+        ge=1,
+        le=10_000,
+        description="After how many keyframes they are optimized, and scans are trimmed. By judgement.",
+    )
+    recent_loops: int = Field(
+        default=10,
+        ge=0,
+        description="Loops closed since a keyframe, after which it is held where it is when the next loop "
+        "strains the map. By judgement: so a loop costs the same all day.",
+    )
+    lag_interval: int = Field(
+        default=10,
+        ge=1,
+        le=10_000,
+        description="After how many keyframes the lag of the wheels' clock is learned. By judgement.",
+    )
+    calibration_interval: int = Field(
+        default=50,
+        ge=1,
+        le=10_000,
+        description="After how many keyframes the wheels are calibrated anew. By judgement: some 15 m of "
+        "path.",
+    )
+    calibration_window: int = Field(
+        default=1000,
+        ge=1,
+        description="The latest keyframe steps by which they are calibrated. By judgement: some 300 m of "
+        "path, at a cost that does not grow.",
+    )
+    checkpoint_interval: int = Field(
+        default=100,
+        ge=1,
+        le=100_000,
+        description="After how many keyframes the mapper may be saved, keyframes are trimmed and what "
+        "cannot be saved is forgotten. By judgement: some seconds of work that is lost with a run that is "
+        "killed.",
+    )
 
 
 class MappingConfig(Settings):
@@ -21,7 +74,7 @@ class MappingConfig(Settings):
         default=0.2, gt=0.0, le=3.0, description="A new keyframe is due after this turn, radians."
     )
     refine: bool = Field(
-        default=True, description="Match every scan to the keyframes around it once these are settled."
+        default=True, description="Match every scan to the keyframes around it once these are optimized."
     )
     close_loops: bool = Field(default=True, description="Recognize places that the car has been to before.")
     verify_loops: bool = Field(
@@ -29,6 +82,9 @@ class MappingConfig(Settings):
         description="Test loop closures by what scans look through, and by their neighbours.",
     )
     odometry: DeadReckoningConfig = DeadReckoningConfig()
+    matching: ScanMatchingConfig = ScanMatchingConfig()
+    keyframes: KeyframeConfig = KeyframeConfig()
+    schedule: ScheduleConfig = ScheduleConfig()
     graph: PoseGraphConfig = PoseGraphConfig()
     loops: LoopClosureConfig = LoopClosureConfig()
     rendering: RenderingConfig = RenderingConfig()

@@ -1,4 +1,4 @@
-"""The scans of one drive, and how each is known to lie to the keyframes it was taken between.
+"""The scans of one drive, and how each is known to lie relative to the keyframes it was taken between.
 
 As arrays; N scans, K keyframes of this drive:
 
@@ -6,7 +6,7 @@ As arrays; N scans, K keyframes of this drive:
 name                     shape, type       meaning
 =======================  ================  ================================================================
 stamps                   (N,) int64        nanoseconds
-cloud_lengths            (N,) int64        returns of each scan that is held; keyframes are held elsewhere
+cloud_lengths            (N,) int64        returns of each scan that is kept; keyframes are kept elsewhere
 clouds                   (sum, 2) float32  metres in the laser frame, corrected for motion, thinned
 guess_counts             (N,) int64        guesses of each scan; one once the next keyframe is placed
 guesses                  (sum, 3) float64  motion of the laser since that keyframe: metres, radians
@@ -24,27 +24,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, pack, side_by_side, unpack
+from racecar.mapping.keyframes.config import TrimmingConfig
 from racecar.mapping.keyframes.refinement import guess_scans
 from racecar.mapping.matching.scan_store import thin
+from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
 from racecar.maps.geometry.se2 import Pose, between
 
-_NO_POINTS = np.zeros((0, 2), dtype=np.float32)
-_MOST_HELD = 200
-"""Scans of one keyframe, beyond which the car stands and shows nothing new."""
+_SCANS_PER_KEYFRAME = TrimmingConfig().scans_per_keyframe
 
 
 @dataclass(eq=False)
 class Drive:
     """Grows by one scan at a time; a keyframe is numbered as it comes in this drive."""
 
+    scans_per_keyframe: int = _SCANS_PER_KEYFRAME
+    """What further scans saw after a keyframe is not kept."""
     stamps: "array[int]" = field(default_factory=lambda: array("q"))
     clouds: dict[int, NDArray[np.float32]] = field(default_factory=dict)
-    """(M, 2) by scan, of those between keyframes that were not given up."""
+    """(M, 2) by scan, of those between keyframes that were not trimmed."""
     keyframe_scans: "array[int]" = field(default_factory=lambda: array("q"))
-    _settled: "array[float]" = field(default_factory=lambda: array("f"))
-    """The guess that was right of each scan before the last keyframe, flat; it is short, so it is told to
-    a micrometre."""
-    _guesses: list[Pose] = field(default_factory=list)
+    _decided: "array[float]" = field(default_factory=lambda: array("f"))
+    """The guess that was right of each scan before the last keyframe, flat; it is short, so 32 bits hold it
+    to a micrometre."""
+    _guesses: list[MotionGuesses] = field(default_factory=list)
     """All of each scan since."""
     _keyframe_from_next: "array[float]" = field(default_factory=lambda: array("d"))
 
@@ -56,48 +58,48 @@ class Drive:
         return np.searchsorted(np.array(self.keyframe_scans), scans, side="right") - 1
 
     @property
-    def held_scans(self) -> NDArray[np.int64]:
-        """(S,) the scans between keyframes that were not given up."""
+    def kept_scans(self) -> NDArray[np.int64]:
+        """(S,) the scans between keyframes that were not trimmed."""
         return np.array(list(self.clouds), dtype=np.int64)
 
-    def start_keyframe(self, guesses: Pose, chosen: int) -> None:
-        """The next scan is a keyframe; of its guesses (H, 3), and of those since the last, one was right."""
+    def start_keyframe(self, guesses: MotionGuesses, right: GuessSource) -> None:
+        """The next scan is a keyframe; of its guesses, and of those since the last, one source was right."""
         if self.keyframe_scans:
-            self._keyframe_from_next.extend(guesses[chosen])
+            self._keyframe_from_next.extend(guesses.by[right])
             for since_last in self._guesses:
-                self._settled.extend(_same_kind(since_last, chosen - len(guesses)))
+                self._decided.extend(since_last.of(right))
             self._guesses = []
         self.keyframe_scans.append(len(self.stamps))
 
-    def add(self, stamp: int, points: NDArray[np.float64], guesses: Pose) -> None:
-        """Take a scan: nanoseconds, points (M, 2) in its frame, guesses (H, 3) of keyframe_from_laser."""
-        if 0 < len(self._guesses) <= _MOST_HELD and len(points) > 0:
+    def add(self, stamp: int, points: NDArray[np.float64], guesses: MotionGuesses) -> None:
+        """Take a scan: nanoseconds, points (M, 2) in its frame, and guesses of where it is."""
+        if 0 < len(self._guesses) <= self.scans_per_keyframe and len(points) > 0:
             self.clouds[len(self)] = thin(points).astype(np.float32)
         self.stamps.append(stamp)
         self._guesses.append(guesses)
 
-    def give_up(self, scans: NDArray[np.int64], map_from_laser: Pose, map_from_keyframe: Pose) -> None:
+    def trim(self, scans: NDArray[np.int64], map_from_laser: Pose, map_from_keyframe: Pose) -> None:
         """Forget what some scans (M,) saw. They were found to lie at (M, 3) among the keyframes (K, 3); each
         goes with the one before it from now on, which is not the last."""
         before = self.keyframe_of(scans)
-        settled, steps = _in_place(self._settled), _in_place(self._keyframe_from_next)
-        settled[scans] = between(map_from_keyframe[before], map_from_laser)
+        decided, steps = _in_place(self._decided), _in_place(self._keyframe_from_next)
+        decided[scans] = between(map_from_keyframe[before], map_from_laser)
         steps[before] = between(map_from_keyframe[before], map_from_keyframe[before + 1])
         for scan in scans.tolist():
             del self.clouds[scan]
 
     def pack_clouds(self) -> None:
-        """Lay what the scans saw side by side."""
+        """Move what the scans saw into one block of memory."""
         self.clouds = dict(zip(self.clouds, side_by_side(list(self.clouds.values())), strict=True))
 
     def guess(self, scans: NDArray[np.int64], map_from_keyframe: Pose) -> Pose:
         """map_from_laser (M, 3) of some scans, by the drive's keyframes (K, 3) and the motion since each."""
-        latest = np.array([guesses[0] for guesses in self._guesses]).reshape(-1, 3)
+        latest = np.array([guesses.best for guesses in self._guesses]).reshape(-1, 3)
         stamps, keyframe_scans = np.array(self.stamps), np.array(self.keyframe_scans)
         begun = keyframe_scans[keyframe_scans < len(stamps)]  # all but one whose scan is still to come
         return guess_scans(
             stamps[scans],
-            np.concatenate([_in_place(self._settled), latest])[scans],
+            np.concatenate([_in_place(self._decided), latest])[scans],
             self.keyframe_of(scans),
             _in_place(self._keyframe_from_next),
             stamps[begun],
@@ -110,32 +112,34 @@ class Drive:
 
     def to_arrays(self) -> Arrays:
         """The arrays that the module's documentation names."""
-        clouds, lengths = pack(list(self.clouds.values()), _NO_POINTS)
+        clouds, lengths = pack(list(self.clouds.values()), np.zeros((0, 2), dtype=np.float32))
         cloud_lengths = np.zeros(len(self), dtype=np.int64)
-        cloud_lengths[self.held_scans] = lengths
-        latest, latest_counts = pack(self._guesses, np.zeros((0, 3)))
-        settled = _in_place(self._settled)
+        cloud_lengths[self.kept_scans] = lengths
+        latest, latest_counts = pack([guesses.motions for guesses in self._guesses], np.zeros((0, 3)))
+        decided = _in_place(self._decided)
         return {
             "stamps": np.array(self.stamps, dtype=np.int64),
             "clouds": clouds,
             "cloud_lengths": cloud_lengths,
-            "guesses": np.concatenate([settled, latest]),
-            "guess_counts": np.concatenate([np.ones(len(settled), dtype=np.int64), latest_counts]),
+            "guesses": np.concatenate([decided, latest]),
+            "guess_counts": np.concatenate([np.ones(len(decided), dtype=np.int64), latest_counts]),
             "keyframe_scans": np.array(self.keyframe_scans, dtype=np.int64),
             "keyframe_from_next": np.array(self._keyframe_from_next).reshape(-1, 3),
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "Drive":
+    def from_arrays(cls, arrays: Arrays, scans_per_keyframe: int = _SCANS_PER_KEYFRAME) -> "Drive":
         """The drive that was written so."""
-        settled = int(arrays["keyframe_scans"][-1])
+        decided = int(arrays["keyframe_scans"][-1])
+        latest = unpack(arrays["guesses"][decided:].astype(np.float64), arrays["guess_counts"][decided:])
         clouds = unpack(arrays["clouds"].astype(np.float32), arrays["cloud_lengths"])
         return cls(
+            scans_per_keyframe,
             array("q", arrays["stamps"].tolist()),
             {scan: cloud for scan, cloud in enumerate(clouds) if len(cloud) > 0},
             array("q", arrays["keyframe_scans"].tolist()),
-            array("f", arrays["guesses"][:settled].ravel().tolist()),
-            unpack(arrays["guesses"][settled:].astype(np.float64), arrays["guess_counts"][settled:]),
+            array("f", arrays["guesses"][:decided].ravel().tolist()),
+            [MotionGuesses.from_array(motions) for motions in latest],
             array("d", arrays["keyframe_from_next"].ravel().tolist()),
         )
 
@@ -143,12 +147,3 @@ class Drive:
 def _in_place(poses: "array[float]") -> NDArray[Any]:
     """(N, 3) that share the memory of poses one after the other; while they are used, none can be added."""
     return np.frombuffer(poses, dtype=poses.typecode).reshape(-1, 3)
-
-
-def _same_kind(guesses: Pose, from_last: int) -> Pose:
-    """The guess (3,) so far from the last one, the most trusted where there are fewer.
-
-    Wheels, which come first, may have told nothing of a scan; so guesses are counted from the last.
-    """
-    guess: Pose = guesses[max(from_last, -len(guesses))]
-    return guess

@@ -9,47 +9,45 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from racecar.mapping.keyframes.config import RevisitConfig
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 
-_EVERY = 3
-"""Keyframes: among these the pairs are chosen."""
-_REACH = 2.0
-_MAX_TURN = 1.0
-SAME_PASS = 39
-"""Keyframes; over fewer, those along the path are tied anyway."""
-_MOST = 2
-"""Pairs of a keyframe."""
+_DEFAULT = RevisitConfig()
 
 
-def pairs_with_first_pass(map_from_keyframe: Pose, is_held: NDArray[np.bool_]) -> NDArray[np.int64]:
+def pairs_with_first_pass(
+    map_from_keyframe: Pose, is_kept: NDArray[np.bool_], config: RevisitConfig = _DEFAULT
+) -> NDArray[np.int64]:
     """Pairs (P, 2) of keyframes that lie near to each other and face alike, of keyframes (K, 3) in the order
     they were driven: the earlier one belongs to the first pass there, the later one to another. Only those
-    that are held, (K,), are paired."""
-    chosen = np.flatnonzero(is_held & (np.arange(len(is_held)) % _EVERY == 0))
+    that are kept, (K,), are paired."""
+    chosen = np.flatnonzero(is_kept & (np.arange(len(is_kept)) % config.every == 0))
     poses = map_from_keyframe[chosen]
     tree = cKDTree(poses[:, :2])
     pairs = [
         (chosen[k], chosen[later])
         for later in range(len(poses))
-        for k in _of_first_pass(later, chosen, poses, tree)
+        for k in _of_first_pass(later, chosen, poses, tree, config)
     ]
     return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
-def _of_first_pass(later: int, keyframes: NDArray[np.int64], poses: Pose, tree: cKDTree) -> NDArray[np.int64]:
+def _of_first_pass(
+    later: int, keyframes: NDArray[np.int64], poses: Pose, tree: cKDTree, config: RevisitConfig
+) -> NDArray[np.int64]:
     """The nearest (L,) to one of the poses (C, 3) of ``keyframes`` (C,), of the first pass near it."""
-    alike = near_and_alike(poses[later], poses, tree)
-    earlier: NDArray[np.int64] = alike[keyframes[alike] < keyframes[later] - SAME_PASS]
+    alike = near_and_alike(poses[later], poses, tree, config)
+    earlier: NDArray[np.int64] = alike[keyframes[alike] < keyframes[later] - config.same_pass]
     if len(earlier) == 0:
         return earlier
-    first = earlier[keyframes[earlier] < keyframes[earlier[0]] + SAME_PASS]
+    first = earlier[keyframes[earlier] < keyframes[earlier[0]] + config.same_pass]
     apart = np.hypot(*(poses[first, :2] - poses[later, :2]).T)
-    nearest: NDArray[np.int64] = first[np.argsort(apart, kind="stable")[:_MOST]]
+    nearest: NDArray[np.int64] = first[np.argsort(apart, kind="stable")[: config.ties]]
     return nearest
 
 
-def near_and_alike(pose: Pose, poses: Pose, tree: cKDTree) -> NDArray[np.int64]:
+def near_and_alike(pose: Pose, poses: Pose, tree: cKDTree, config: RevisitConfig) -> NDArray[np.int64]:
     """Which of the poses (C, 3), whose places the tree has, lie near a pose (3,) and face alike; rising."""
-    near = np.array(tree.query_ball_point(pose[:2], _REACH, return_sorted=True), dtype=np.int64)
-    alike: NDArray[np.int64] = near[np.abs(wrap_angle(poses[near, 2] - pose[2])) < _MAX_TURN]
+    near = np.array(tree.query_ball_point(pose[:2], config.reach, return_sorted=True), dtype=np.int64)
+    alike: NDArray[np.int64] = near[np.abs(wrap_angle(poses[near, 2] - pose[2])) < config.max_turn]
     return alike

@@ -1,4 +1,4 @@
-"""Refinement: every scan between keyframes finds its place among the settled keyframes around it."""
+"""Refinement: every scan between keyframes finds its place among the optimized keyframes around it."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -9,24 +9,17 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.spatial import cKDTree
 
-from racecar.mapping.keyframes.keyframe_tracking import CLEARLY_BETTER, differ
+from racecar.mapping.keyframes.config import ScanRefinementConfig
+from racecar.mapping.keyframes.placement import differ
 from racecar.mapping.matching.scan_matching import Matches, Pairings, match
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
 from racecar.maps.geometry.se2 import Pose, between, compose, wrap_angle
 
-NEAR_IN_TIME = (-3, -2, -1, 0, 1, 2, 3, 4)
-NEAR_IN_SPACE = 6
-_SPATIAL_CANDIDATES = 30
-_MAX_TURN = 1.0
-_PRIOR = np.diag([5.0, 5.0, 20.0])
-_WIDEST = 0.3
-_KERNEL_WIDTH = 0.08
-"""Wider than between keyframes, whose guesses are better."""
-_POOR_SHARE = 0.7
-_USUAL_AMONG = 101
-"""Scans."""
+_DEFAULT = ScanRefinementConfig()
 _CHUNK = 1000
+"""Scans that are prepared and matched at once, so that a long drive needs the memory of few at a time."""
 _WORKERS = 2
+"""Threads, so that one chunk is prepared while another is matched."""
 
 
 def guess_scans(
@@ -61,53 +54,79 @@ def refine_scans(
     guesses: Pose,
     keyframes: ScanStore,
     map_from_keyframe: Pose,
+    config: ScanRefinementConfig = _DEFAULT,
 ) -> Pose:
     """Poses (N, 3) of scans, from their points in the laser frame, the keyframe each follows and guesses."""
-    held = np.flatnonzero(keyframes.is_kept)
-    tree = cKDTree(map_from_keyframe[held, :2])
+    among = _Keyframes(keyframes, map_from_keyframe)
     poses = np.array(guesses)
 
     def refine(first: int) -> None:
         part = slice(first, first + _CHUNK)
-        poses[part] = _refine_chunk(
-            points[part], after_keyframe[part], guesses[part], keyframes, map_from_keyframe, held, tree
-        )
+        poses[part] = _refine_chunk(points[part], after_keyframe[part], guesses[part], among, config)
 
-    with ThreadPoolExecutor(_WORKERS) as pool:  # one chunk is prepared while another is matched
+    with ThreadPoolExecutor(_WORKERS) as pool:
         list(pool.map(refine, range(0, len(points), _CHUNK)))
     return poses
+
+
+class _Keyframes:
+    """The keyframes among which scans find their places."""
+
+    def __init__(self, store: ScanStore, map_from_keyframe: Pose) -> None:
+        self.store, self.map_from_keyframe = store, map_from_keyframe
+        self._kept = np.flatnonzero(store.is_kept)
+        self._tree = cKDTree(map_from_keyframe[self._kept, :2])
+
+    def near_in_time(
+        self, after_keyframe: NDArray[np.int64], config: ScanRefinementConfig
+    ) -> list[NDArray[np.int64]]:
+        """Of each scan (N), those about the keyframe (N,) it follows."""
+        around = after_keyframe[:, None] + np.array(config.near_in_time)
+        return [row[(row >= 0) & (row < len(self.store))] for row in around]
+
+    def near_in_space(
+        self, after_keyframe: NDArray[np.int64], guesses: Pose, config: ScanRefinementConfig
+    ) -> list[NDArray[np.int64]]:
+        """Of each scan (N), those of other passes, near its guess (N, 3) and facing alike."""
+        most = min(config.spatial_candidates, len(self._kept))
+        nearest: NDArray[np.int64] = self._kept[self._tree.query(guesses[:, :2], k=np.arange(1, most + 1))[1]]
+        turned = np.abs(wrap_angle(self.map_from_keyframe[nearest, 2] - guesses[:, 2:3]))
+        other_pass = np.abs(nearest - after_keyframe[:, None]) > config.other_pass
+        return [
+            row[fits][: config.near_in_space]
+            for row, fits in zip(nearest, other_pass & (turned < config.max_turn), strict=True)
+        ]
 
 
 def _refine_chunk(
     points: Sequence[NDArray[np.float32]],
     after_keyframe: NDArray[np.int64],
     guesses: Pose,
-    keyframes: ScanStore,
-    map_from_keyframe: Pose,
-    held: NDArray[np.int64],
-    tree: cKDTree,
+    keyframes: _Keyframes,
+    config: ScanRefinementConfig,
 ) -> Pose:
-    scans = ScanStore(len(points))
+    matching_config = keyframes.store.config
+    scans = ScanStore(len(points), matching_config)
     for cloud in points:
-        scans.add(prepare_scan(cloud.astype(np.float64)))
+        scans.add(prepare_scan(cloud.astype(np.float64), matching_config.lines))
     partners = [
         np.concatenate(pair)
         for pair in zip(
-            _near_in_time(after_keyframe, len(keyframes)),
-            _near_in_space(after_keyframe, guesses, map_from_keyframe, held, tree),
+            keyframes.near_in_time(after_keyframe, config),
+            keyframes.near_in_space(after_keyframe, guesses, config),
             strict=True,
         )
     ]
-    matching = partial(_match, partners, scans, keyframes, map_from_keyframe)
+    matching = partial(_match, partners, scans, keyframes, config)
     matches = matching(np.arange(len(points)), guesses)
-    return _follow_neighbours(matches, guesses, matching)
+    return _follow_neighbours(matches, guesses, matching, config)
 
 
 def _match(
     partners: Sequence[NDArray[np.int64]],
     scans: ScanStore,
-    keyframes: ScanStore,
-    map_from_keyframe: Pose,
+    keyframes: _Keyframes,
+    config: ScanRefinementConfig,
     rows: NDArray[np.int64],
     guesses: Pose,
 ) -> Matches:
@@ -116,59 +135,39 @@ def _match(
     fixed = np.concatenate([partners[row] for row in rows]).astype(np.int64)
     pairs = np.column_stack([fixed, np.repeat(rows, counts)])
     starts = np.concatenate([[0], np.cumsum(counts)])
-    pairings = Pairings(starts, pairs, map_from_keyframe[fixed], np.zeros((len(fixed), 3)))
+    pairings = Pairings(starts, pairs, keyframes.map_from_keyframe[fixed], np.zeros((len(fixed), 3)))
     return match(
         guesses,
         pairings,
-        keyframes,
+        keyframes.store,
         scans,
-        initial_distance=_WIDEST,
-        kernel_width=_KERNEL_WIDTH,
-        prior_information=_PRIOR,
+        initial_distance=config.initial_distance,
+        kernel_width=config.kernel_width,
+        prior_information=np.diag([config.prior_position, config.prior_position, config.prior_heading]),
         both_ways=False,  # half the work, for errors that are the same to a tenth of a millimetre
     )
 
 
 def _follow_neighbours(
-    matches: Matches, guesses: Pose, matching: Callable[[NDArray[np.int64], Pose], Matches]
+    matches: Matches,
+    guesses: Pose,
+    matching: Callable[[NDArray[np.int64], Pose], Matches],
+    config: ScanRefinementConfig,
 ) -> Pose:
     """Poses (N, 3) of scans, each that fits poorly tried again from where the ones beside it came to lie.
 
-    A car that is held or pushed turns without its wheels telling, and all guesses after that are off.
+    A car that is held or pushed turns unnoticed by its wheels, and all guesses after that are off.
     """
     poses, weights = matches.poses.copy(), matches.weight.copy()
-    among = min(_USUAL_AMONG, 2 * len(poses) - 1)  # SciPy 1.15 gives zeros for a longer window
+    among = min(config.usual_among, 2 * len(poses) - 1)  # SciPy 1.15 gives zeros for a longer window
     usual = median_filter(matches.overlap, among, mode="nearest")
-    poor = np.flatnonzero(matches.overlap < _POOR_SHARE * usual)
+    poor = np.flatnonzero(matches.overlap < config.poor_share * usual)
     for rows, beside in ((poor[poor > 0], -1), (poor[poor < len(poses) - 1][::-1], 1)):
         for row in rows:
             guess = compose(poses[row + beside], between(guesses[row + beside], guesses[row]))
-            if not differ(guess, poses[row]):
+            if not differ(guess, poses[row], config):
                 continue
             again = matching(np.array([row]), guess[None])
-            if again.weight[0] > CLEARLY_BETTER * weights[row]:
+            if again.weight[0] > config.clearly_better * weights[row]:
                 poses[row], weights[row] = again.poses[0], again.weight[0]
     return poses
-
-
-def _near_in_time(after_keyframe: NDArray[np.int64], count: int) -> list[NDArray[np.int64]]:
-    around = after_keyframe[:, None] + np.array(NEAR_IN_TIME)
-    return [row[(row >= 0) & (row < count)] for row in around]
-
-
-def _near_in_space(
-    after_keyframe: NDArray[np.int64],
-    guesses: Pose,
-    map_from_keyframe: Pose,
-    held: NDArray[np.int64],
-    tree: cKDTree,
-) -> list[NDArray[np.int64]]:
-    """Keyframes of other passes, near and facing alike, of the ``held`` (H,), whose places the tree has."""
-    most = min(_SPATIAL_CANDIDATES, len(held))
-    nearest: NDArray[np.int64] = held[tree.query(guesses[:, :2], k=np.arange(1, most + 1))[1]]
-    turned = np.abs(wrap_angle(map_from_keyframe[nearest, 2] - guesses[:, 2:3]))
-    other_pass = np.abs(nearest - after_keyframe[:, None]) > len(NEAR_IN_TIME) - 2
-    return [
-        row[fits][:NEAR_IN_SPACE]
-        for row, fits in zip(nearest, other_pass & (turned < _MAX_TURN), strict=True)
-    ]

@@ -55,11 +55,11 @@ def match_submaps(
     rough = match(
         guess[None], pairings(config.rough_every), store, store, kernel_width=config.rough_kernel_width
     )
-    result = match(rough.poses, pairings(1), store, store, widest=config.max_partner_distance)
+    result = match(rough.poses, pairings(1), store, store, initial_distance=config.max_partner_distance)
     if result.residual[0] > config.max_residual:
         return None
     hessian = config.independent_pairs * result.hessians[0] / len(pairs)
-    information = match_information(hessian, float(result.residual[0]))
+    information = match_information(hessian, float(result.residual[0]), store.config.point_to_line)
     pose = result.poses[0]
     return SubmapMatch(pose, information, pairs, fixed_poses[a], compose(pose, moving_poses[b]))
 

@@ -67,5 +67,7 @@ class SubmapSearch:
             if len(self._pyramids) >= _MOST_PYRAMIDS:
                 self._pyramids.pop(next(iter(self._pyramids)))
             points = submap.points(self._store, poses, self._submaps)
-            self._pyramids[submap.index] = LikelihoodPyramid(points, self._config.radius)
+            self._pyramids[submap.index] = LikelihoodPyramid(
+                points, self._config.radius, self._store.config.correlative_search
+            )
         return self._pyramids[submap.index]

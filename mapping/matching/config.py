@@ -25,15 +25,15 @@ class LineFittingConfig(Settings):
         default=0.12,
         gt=0.0,
         le=2.0,
-        description="Metres to each side that a line spans at least: near by, an angle is less than the noise. "
-        "By judgement: eight times the usual noise.",
+        description="Metres to each side that a line spans at least: near by, an angle is less than the "
+        "noise. By judgement: eight times the usual noise.",
     )
     max_gap_angle: float = Field(
         default=math.radians(8.0),
         gt=0.0,
         le=1.0,
-        description="Returns farther apart than this many radians seen from the sensor lie on two surfaces. By "
-        "judgement: on a wall that is met at 7 degrees, beams one degree apart leave no wider gap.",
+        description="Returns farther apart than this many radians seen from the sensor lie on two surfaces. "
+        "By judgement: on a wall that is met at 7 degrees, beams one degree apart leave no wider gap.",
     )
     min_gap: float = Field(
         default=0.15,
@@ -62,20 +62,22 @@ class LineFittingConfig(Settings):
         default=4,
         ge=1,
         le=20,
-        description="How often a line is tried, each time over a longer stretch of the surface. By judgement.",
+        description="How often a line is tried, each time over a longer stretch of the surface. By "
+        "judgement.",
     )
     widening: float = Field(
         default=1.5,
         gt=1.0,
         le=5.0,
-        description="By what factor a line grows from one attempt to the next. By judgement: the fourth spans "
-        "3.4 times as much as the first.",
+        description="By what factor a line grows from one attempt to the next. By judgement: the fourth "
+        "spans 3.4 times as much as the first.",
     )
     min_points: int = Field(
         default=4,
         ge=3,
         le=100,
-        description="Returns of a line at least; two always lie on one, and of three the noise is hardly known.",
+        description="Returns of a line at least; two always lie on one, and of three the noise is hardly "
+        "known.",
     )
     usual_noise: float = Field(
         default=0.015,
@@ -106,8 +108,8 @@ class PointToLineConfig(Settings):
         default=0.7,
         gt=0.0,
         lt=1.0,
-        description="By what factor that distance shrinks with each iteration. By judgement: from the initial "
-        "to the final distance in four.",
+        description="By what factor that distance shrinks with each iteration. By judgement: from the "
+        "initial to the final distance in four.",
     )
     kernel_width: float = Field(
         default=0.04,
@@ -134,14 +136,15 @@ class PointToLineConfig(Settings):
         default=12,
         ge=1,
         le=200,
-        description="Steps of Gauss-Newton at most. By judgement: most matches end sooner, by their small steps.",
+        description="Steps of Gauss-Newton at most. By judgement: most matches end sooner, by their small "
+        "steps.",
     )
     min_terms: float = Field(
         default=6.0,
         ge=3.0,
         le=1000.0,
-        description="Points with a partner, summed over the scans of a match, below which the pose is left as "
-        "it is. By judgement: twice the three numbers sought.",
+        description="Points with a partner, summed over the scans of a match, below which the pose is left "
+        "as it is. By judgement: twice the three numbers sought.",
     )
     usual_residual: float = Field(
         default=0.01,
@@ -154,8 +157,8 @@ class PointToLineConfig(Settings):
         default=0.1,
         gt=0.0,
         le=1.0,
-        description="What a term counts for in a match's information: neighbouring beams, and the same scan in "
-        "many pairs, err together. Prototype.",
+        description="What a term counts for in a match's information: neighbouring beams, and the same scan "
+        "in many pairs, err together. Prototype.",
     )
 
 
@@ -166,13 +169,15 @@ class CorrelativeSearchConfig(Settings):
         default=0.1,
         gt=0.0,
         le=1.0,
-        description="Metres between the places that are tried. Prototype: point-to-line alignment mends the rest.",
+        description="Metres between the places that are tried. Prototype: point-to-line alignment mends the "
+        "rest.",
     )
     angle_step: float = Field(
         default=math.radians(0.75),
         gt=0.0,
         le=0.5,
-        description="Radians between the headings that are tried. Prototype: at 8 m it moves a point by one cell.",
+        description="Radians between the headings that are tried. Prototype: at 8 m it moves a point by one "
+        "cell.",
     )
     blur: float = Field(
         default=0.12,
@@ -210,15 +215,15 @@ class SeeThroughConfig(Settings):
         default=20.0,
         gt=0.0,
         le=200.0,
-        description="Metres from the viewer, above which a point is not judged: its beams lie far apart there. "
-        "By judgement.",
+        description="Metres from the viewer, above which a point is not judged: its beams lie far apart "
+        "there. By judgement.",
     )
     tolerance: float = Field(
         default=0.12,
         gt=0.0,
         le=2.0,
-        description="Metres before or behind a surface that still count as on it. By judgement: drift within a "
-        "submap and noise together.",
+        description="Metres before or behind a surface that still count as on it. By judgement: drift "
+        "within a submap and noise together.",
     )
     tolerance_per_metre: float = Field(
         default=0.02,
@@ -231,8 +236,8 @@ class SeeThroughConfig(Settings):
         default=math.radians(2.5),
         gt=0.0,
         le=1.0,
-        description="Radians between two returns of the viewer, up to which what lies between them is known. By "
-        "judgement: one missing beam of a laser of one degree.",
+        description="Radians between two returns of the viewer, up to which what lies between them is "
+        "known. By judgement: one missing beam of a laser of one degree.",
     )
 
 

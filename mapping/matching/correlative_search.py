@@ -19,11 +19,13 @@ from racecar.mapping.matching.correlative_search_kernels import (
 )
 from racecar.maps.geometry.se2 import Pose, compose
 
+_DEFAULT = CorrelativeSearchConfig()
 _LEVELS = 6
-"""Of the pyramid, so that a block of the highest, 32 cells, spans the usual window: the result is the same with
-any number of levels."""
+"""Of the pyramid, so that a block of the highest, 32 cells, spans the usual window: the result is the same
+with any number of levels."""
 _BORDER = 4
-"""Cells left about the points, since beyond some standard deviations of the blur a cell's likelihood is nought."""
+"""Cells left about the points, since beyond some standard deviations of the blur a cell's likelihood is
+nought."""
 _FULL = 255
 """The likelihood one, the largest number of 8 bits: the pyramids are kept so because it saves memory."""
 
@@ -58,7 +60,7 @@ class LikelihoodPyramid:
         self,
         points: NDArray[np.float64],
         radius: float,
-        config: CorrelativeSearchConfig = CorrelativeSearchConfig(),
+        config: CorrelativeSearchConfig = _DEFAULT,
     ) -> None:
         """``points`` (N, 2) in the submap's frame; those beyond ``radius`` metres are left out."""
         self.config = config

@@ -12,6 +12,7 @@ from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose
 
 _NO_PRIOR = np.zeros((3, 3))
+"""The information of a guess that is worth nothing, by definition."""
 _WORKERS = 2
 """Threads, since the computers of small cars have few cores and other work to do."""
 _WORTH_THREADS = 64
@@ -74,11 +75,10 @@ def match(
 ) -> Matches:
     """Match G groups from their guesses (G, 3), by the settings of the fixed store.
 
-    Partners are sought up to ``initial_distance`` metres at first, and those ``kernel_width`` metres off their
-    line weigh a quarter; what is not given is as in the settings. Points of the moving scans are laid on lines
-    of the fixed ones and, ``both_ways``, the other way round. ``prior_information`` (3, 3), in the units of
-    the Hessian, ties each pose to its guess.
-    """
+    Partners are sought up to ``initial_distance`` metres at first, and those ``kernel_width`` metres off
+    their line weigh a quarter; what is not given is as in the settings. Points of the moving scans are laid
+    on lines of the fixed ones and, ``both_ways``, the other way round. ``prior_information`` (3, 3), in the
+    units of the Hessian, ties each pose to its guess."""
     limits = _limits(fixed.config.point_to_line, initial_distance, kernel_width, both_ways)
     groups = len(guesses)
     poses = np.array(guesses, dtype=np.float64)

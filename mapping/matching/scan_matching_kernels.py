@@ -13,21 +13,23 @@ from racecar.maps.geometry.se2_kernels import composed, step_between
 from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
 
 TABLE_SIZE = 360
-"""Bearing bins of the look-up table, one per degree, since few beams of a scan then share a bin. The table has
-one entry more, so that a bin's end is the next one's start."""
+"""Bearing bins of the look-up table, one per degree, since few beams of a scan then share a bin. The table
+has one entry more, so that a bin's end is the next one's start."""
 
 UNIT = 2**15 - 1
-"""The length of a normal, the largest number of 16 bits: normals are kept so because it halves their memory."""
+"""The length of a normal, the largest number of 16 bits: normals are kept so because it halves their
+memory."""
 
 _LITTLE = 0.003
-"""Metres by which points may move before their partners are sought again. Measured on aces, fr079 and intel:
-seeking them again changes nothing but the time, a quarter of it."""
+"""Metres by which points may move before their partners are sought again, since below that nothing changes
+but the time: a quarter of it, as measured on aces, fr079 and intel."""
 _FAR = 10.0
-"""Metres at which all points are taken to be when a turn is counted as a movement: indoors few are farther, so
-that hardly one moves by more than `_LITTLE` unnoticed."""
+"""Metres at which all points are taken to be when a turn is counted as a movement: indoors few are farther,
+so that hardly one moves by more than `_LITTLE` unnoticed."""
 _SPARE = 0.05
-"""Metres beyond the distance of partners that are searched too, so that a point without one need not be looked
-for again until it has moved so far. It changes the time and no match, since what it skips is known to be empty."""
+"""Metres beyond the distance of partners that are searched too, so that a point without one need not be
+looked for again until it has moved so far. It changes the time and no match, since what it skips is known to
+be empty."""
 _DAMPING = 1e-3
 """Of the sum of weights, added to the diagonal of the normal equations (Levenberg, 1944), so that a direction
 that no line observes takes no step."""
@@ -100,7 +102,8 @@ class _PolarScan(NamedTuple):
 
     points: _FloatArray
     normals: _Normals
-    count: int
+    size: int
+    """Of its points, those that are meant."""
     table: NDArray[np.int16]
 
 
@@ -132,7 +135,8 @@ class _Search(NamedTuple):
 
 
 class _NormalEquations(NamedTuple):
-    """Weighted sums over all point-to-line terms; the step is (x, y, yaw) in the frame of the moving group."""
+    """Weighted sums over all point-to-line terms; the step is (x, y, yaw) in the frame of the moving
+    group."""
 
     xx: float
     xy: float
@@ -294,7 +298,7 @@ def _with_terms(
     tx, ty = frames.target_from_source[0], frames.target_from_source[1]
     moving, max_distance, kernel_width = frames.moving, search.max_distance, limits.kernel_width
     mc, ms = np.cos(moving[2]), np.sin(moving[2])
-    for i in range(source.count):
+    for i in range(source.size):
         px, py = np.float64(source.points[i, 0]), np.float64(source.points[i, 1])
         points += 1.0
         x, y = c * px - s * py + tx, s * px + c * py + ty
@@ -303,7 +307,7 @@ def _with_terms(
             if j < 0 and _is_alone(x, y, partners.alone[i], max_distance):
                 continue
             start = j if j >= 0 else first_by_bearing(x, y, target.table)
-            j, squared = nearest_from(start, x, y, target.points, target.count, max_distance + _SPARE)
+            j, squared = nearest_from(start, x, y, target.points, target.size, max_distance + _SPARE)
             if squared > max_distance * max_distance:
                 j = -1
                 partners.alone[i, 0], partners.alone[i, 1] = x, y
@@ -395,11 +399,10 @@ def match_group(
     and, where both ways are asked for, the fixed ones' on the moving ones'.
 
     The fixed scans are among ``targets``, the moving ones among ``sources``. Iteratively reweighted
-    Gauss-Newton on SE(2) with the step on the right, Geman-McClure weights, and a correspondence distance that
-    shrinks; ``prior_information`` (3, 3) ties the pose to where it started. ``hessian`` (3, 3) is left in the
-    tangent frame of the moving group, for residuals of unit variance; ``quality`` (3,) as the share of points
-    that found a partner, the weighted root mean square residual and the sum of weights.
-    """
+    Gauss-Newton on SE(2) with the step on the right, Geman-McClure weights, and a correspondence distance
+    that shrinks; ``prior_information`` (3, 3) ties the pose to where it started. ``hessian`` (3, 3) is left
+    in the tangent frame of the moving group, for residuals of unit variance; ``quality`` (3,) as the share of
+    points that found a partner, the weighted root mean square residual and the sum of weights."""
     sums = _NormalEquations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     gradient, regular, step = np.zeros(3), np.zeros((3, 3)), np.zeros(3)
     start = pose.copy()
@@ -418,12 +421,14 @@ def match_group(
             target, source = _scan_of(targets, pairs.rows[k, 0]), _scan_of(sources, pairs.rows[k, 1])
             moving = pairs.moving_poses[k]
             target_from_source = step_between(pairs.fixed_poses[k], composed(pose, moving))
-            partners, frames = _Partners(nearest[0, k], alone[0, k]), _Frames(target_from_source, moving, True)
+            frames = _Frames(target_from_source, moving, True)
+            partners = _Partners(nearest[0, k], alone[0, k])
             sums = _with_terms(sums, partners, source, target, frames, search, limits)
             if not limits.both_ways:
                 continue
             source_from_target = step_between(target_from_source, np.zeros(3))
-            partners, frames = _Partners(nearest[1, k], alone[1, k]), _Frames(source_from_target, moving, False)
+            frames = _Frames(source_from_target, moving, False)
+            partners = _Partners(nearest[1, k], alone[1, k])
             sums = _with_terms(sums, partners, target, source, frames, search, limits)
         hessian[0, 0], hessian[0, 1], hessian[0, 2] = sums.xx, sums.xy, sums.x_yaw
         hessian[1, 0], hessian[1, 1], hessian[1, 2] = sums.xy, sums.yy, sums.y_yaw

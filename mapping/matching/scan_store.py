@@ -17,13 +17,16 @@ from racecar.mapping.matching.scan_matching_kernels import (
     fit_lines,
 )
 
+_DEFAULT = ScanMatchingConfig()
+_LINES = LineFittingConfig()
 MAX_POINTS = 361
 """Beams kept of a scan: half a degree over 180°, since rows of one length are what the kernels take; denser
 scans are thinned once the normals are known."""
 
 _BY_ROW = ("_points", "_normals", "_counts", "_tables")
 _ROOM = 256
-"""Rows to spare, since to double them would take up to as much memory again; a few hundred are copied seldom."""
+"""Rows to spare, since to double them would take up to as much memory again; a few hundred are copied
+seldom."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,9 +39,7 @@ class PreparedScan:
     """(N, 2) unit vectors towards the sensor, (0, 0) where the surface is not straight."""
 
 
-def prepare_scan(
-    points_in_laser: NDArray[np.float64], config: LineFittingConfig = LineFittingConfig()
-) -> PreparedScan:
+def prepare_scan(points_in_laser: NDArray[np.float64], config: LineFittingConfig = _LINES) -> PreparedScan:
     """Sort points (N, 2) by bearing, fit lines to them and thin to at most ``MAX_POINTS``."""
     points = points_in_laser[_bearing_order(points_in_laser)].astype(np.float32)
     on_lines, normals = np.empty_like(points), np.empty_like(points)
@@ -67,7 +68,7 @@ class ScanStore:
     Some scans may be trimmed: they are as if they had seen nothing.
     """
 
-    def __init__(self, capacity: int = 64, config: ScanMatchingConfig = ScanMatchingConfig()) -> None:
+    def __init__(self, capacity: int = 64, config: ScanMatchingConfig = _DEFAULT) -> None:
         self.config = config
         self._row_of = np.zeros(capacity, dtype=np.int32)
         self._size = 0
@@ -139,7 +140,7 @@ class ScanStore:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays, config: ScanMatchingConfig = ScanMatchingConfig()) -> "ScanStore":
+    def from_arrays(cls, arrays: Arrays, config: ScanMatchingConfig = _DEFAULT) -> "ScanStore":
         """The store that was written so."""
         store = cls(max(int(np.count_nonzero(arrays["counts"])), 64), config)
         points = unpack(arrays["points"].astype(np.float32), arrays["counts"])

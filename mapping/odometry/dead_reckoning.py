@@ -12,6 +12,7 @@ from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.odometry.deskew import by_odometry, by_velocity, deskew, deskew_cloud
 from racecar.mapping.odometry.lag import OdometryLag
+from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
 from racecar.mapping.odometry.scan_odometry import ScanOdometry
 from racecar.mapping.odometry.turn_search import with_turn_seen
 from racecar.mapping.odometry.velocity_filter import VelocityFilter
@@ -77,22 +78,28 @@ class DeadReckoning:
         self._last_motion, self._by_scans = between(self._by_scans, by_scans), by_scans
         seconds, self._stamp = (scan.stamp - self._stamp) * 1e-9, scan.stamp
         if not is_followed:
-            self._filter.begin(scan.stamp, self.motions()[0], self._last_motion / max(seconds, 1e-3))
+            self._filter.begin(scan.stamp, self.guesses().best, self._last_motion / max(seconds, 1e-3))
         elif seconds > self._config.sparse_interval:
             self._filter.observe(between(self._keyframe_by_scans, by_scans))
         return points
 
-    def motions(self) -> Pose:
-        """(H, 3) guesses of keyframe_from_laser, the most trusted first: by the wheels or, where they are
-        silent, by the velocity filter; by scan odometry; and at the velocity of the last keyframe step."""
-        by_scans = between(self._keyframe_by_scans, self._by_scans)
-        guesses = [by_scans, self._velocity * (self._stamp - self._keyframe_stamp)]
+    def guesses(self) -> MotionGuesses:
+        """Of keyframe_from_laser, by each source that says something."""
+        by: dict[GuessSource, Pose] = {}
         step = self.wheel_step()
         if step is not None:
-            guesses.insert(0, self.calibration.correct(step))
+            by[GuessSource.WHEELS_OR_FILTER] = self.calibration.correct(step)
         elif self._filter.is_trusted:
-            guesses.insert(0, self._filter.keyframe_from_laser)
-        return np.array(guesses)
+            by[GuessSource.WHEELS_OR_FILTER] = self._filter.keyframe_from_laser
+        by[GuessSource.SCAN_ODOMETRY] = between(self._keyframe_by_scans, self._by_scans)
+        by[GuessSource.STEADY_VELOCITY] = self._velocity * (self._stamp - self._keyframe_stamp)
+        return MotionGuesses(by)
+
+    @property
+    def cloud(self) -> NDArray[np.float64] | None:
+        """(N, 3) what a sensor with many rows saw in the last scan, corrected for motion, in its frame laid
+        level; None of a planar one."""
+        return self._sweep if self._sweep.shape[1] == 3 else None
 
     def wheel_step(self) -> Pose | None:
         """(3,) keyframe_from_laser as the wheels measured it, not corrected; None where they did not."""

@@ -7,8 +7,9 @@ import numpy as np
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.pose_graph import PoseGraph
+from racecar.mapping.keyframes.config import KeyframeConfig
+from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
-from racecar.mapping.keyframes.keyframe_tracking import constrain
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.matching.scan_store import ScanStore
@@ -18,6 +19,8 @@ from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 
+_KEYFRAMES = KeyframeConfig()
+
 
 def merge(
     earlier: Session,
@@ -25,6 +28,7 @@ def merge(
     loops: LoopCloser,
     recognition: PlaceRecognitionConfig,
     graph: PoseGraphConfig,
+    keyframes: KeyframeConfig = _KEYFRAMES,
 ) -> Session:
     """Both sessions in the frame of the earlier one, whose keyframes come first.
 
@@ -42,13 +46,13 @@ def merge(
             "its own, or record one that passes some 10 m of where an earlier drive went."
         )
     merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized)
-    return _close_loops(merged, first, known, recognized, loops, graph)
+    return _close_loops(merged, first, known, recognized, loops, graph, keyframes)
 
 
 def _side_by_side(earlier: Session, later: Session, drift: float) -> Session:
     """Both as one session, without a constraint between them and each in its own frame."""
     first = len(earlier.keyframes)
-    keyframes = ScanStore(first + len(later.keyframes))
+    keyframes = ScanStore(first + len(later.keyframes), later.keyframes.config)
     keyframes.extend(earlier.keyframes)
     keyframes.extend(later.keyframes)
     shifted = [
@@ -79,6 +83,7 @@ def _close_loops(
     recognized: list[Hypothesis],
     loops: LoopCloser,
     config: PoseGraphConfig,
+    keyframes: KeyframeConfig,
 ) -> Session:
     """Seek the submaps after the ``known`` ones on these, outwards from where the drive was recognized; then
     connect the keyframes from ``first`` on to those before."""
@@ -90,9 +95,10 @@ def _close_loops(
     start = recognized[0].moving.index
     for query in sorted(range(known, len(loops.history.submaps)), key=lambda k: abs(k - start)):
         poses = graph.close(loops.seek(query, known, poses), poses, groups)
-    passes = pairs_with_first_pass(poses, loops.store.is_kept)
+    passes = pairs_with_first_pass(poses, loops.store.is_kept, keyframes.revisits)
     between_drives = passes[(passes < first).sum(axis=1) == 1]
-    graph = _graph([*graph.constraints, *constrain(between_drives, poses, loops.store)], config)
+    matches = constrain(between_drives, poses, loops.store, keyframes.constraints)
+    graph = _graph([*graph.constraints, *matches], config)
     poses = graph.optimize_finally(poses)
     return replace(merged, map_from_keyframe=poses, constraints=graph.constraints)
 

@@ -31,7 +31,11 @@ def recognize(
     whole = [submap for submap in loops.history.submaps if loops.is_whole(submap)]
     places = _places([submap for submap in whole if submap.index < earlier], poses, config)
     pyramids = [
-        LikelihoodPyramid(place.points(loops.store, poses, loops.config.submaps), config.radius)
+        LikelihoodPyramid(
+            place.points(loops.store, poses, loops.config.submaps),
+            config.radius,
+            loops.store.config.correlative_search,
+        )
         for place in places
     ]
     found: list[Hypothesis] = []

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.mapper import Mapper, MappingResult
+from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.session import Session
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between
 from racecar.maps.sensing.odometry import Odometry

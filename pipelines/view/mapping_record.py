@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from racecar.mapping.mapper import MappingResult
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.view.recorder import Recorder

@@ -22,7 +22,6 @@ Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 DIES = """
 import os, signal
 from pathlib import Path
-from racecar.mapping import mapper
 from racecar.pipelines.runs import checkpoint
 from racecar.pipelines import cli
 from racecar.pipelines.runs import mapping_run
@@ -35,12 +34,12 @@ def save_and_die(*arguments):
     if len(written) == {checkpoints}:
         os.kill(os.getpid(), signal.SIGKILL)
 
-checkpoint.save_arrays, checkpoint.EVERY_SECONDS, mapper._CAN_BE_SAVED_EVERY = save_and_die, 0.0, 20
+checkpoint.save_arrays, checkpoint.EVERY_SECONDS = save_and_die, 0.0
 mapping_run._FIRST_TURNS = 200
 cli.main()
 """
-"""``racecar``, that may be saved at every twentieth keyframe after 200 messages, from which the clocks are
-told, and dies as soon as it was saved so often."""
+"""``racecar``, that learns how the clocks disagree from 200 messages, and dies as soon as it was saved so
+often."""
 
 
 def mortal(checkpoints: int, *arguments: object) -> "subprocess.CompletedProcess[str]":
@@ -95,7 +94,9 @@ def test_nothing_to_carry_on(racecar: Racecar, drive: Path, tmp_path: Path) -> N
 
 
 def test_a_killed_run_goes_on_to_the_same_bytes(drive: Path, tmp_path: Path) -> None:
-    arguments = ("map", drive / "drive.bag", "--out", tmp_path / "killed")
+    (tmp_path / "often.yaml").write_text("mapping: {schedule: {checkpoint_interval: 20}}")
+    settings = ("--config", tmp_path / "often.yaml")
+    arguments = ("map", drive / "drive.bag", "--out", tmp_path / "killed", *settings)
     died = mortal(2, *arguments)
     assert died.returncode == -9
     assert (tmp_path / "killed.checkpoint.npz").exists()
@@ -105,7 +106,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(drive: Path, tmp_path: Path) -> 
     assert resumed.returncode == 0, resumed.stderr
     assert "goes on from" in resumed.stderr
     assert not (tmp_path / "killed.checkpoint.npz").exists()
-    uninterrupted = mortal(99, "map", drive / "drive.bag", "--out", tmp_path / "whole", "--quiet")
+    uninterrupted = mortal(99, "map", drive / "drive.bag", "--out", tmp_path / "whole", *settings, "--quiet")
     assert uninterrupted.returncode == 0, uninterrupted.stderr
     assert uninterrupted.stderr == ""
     for name in set(MAP_FILES) - {"report.json"}:

@@ -8,7 +8,8 @@ from scipy.spatial import cKDTree
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.mapper import Mapper, MappingResult
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from racecar.maps.sensing.scan import Scan

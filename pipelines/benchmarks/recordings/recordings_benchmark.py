@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from racecar.localization.localizer import Localizer
-from racecar.mapping.mapper import MappingResult
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map, save_map

@@ -8,7 +8,7 @@ import numpy as np
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.mapping.mapper import MappingResult
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.evaluation.relations import Relations, relation_errors

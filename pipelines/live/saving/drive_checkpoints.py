@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from racecar.mapping.arrays import Arrays
-from racecar.mapping.mapper import Snapshot
+from racecar.mapping.state.mapper_state import Snapshot
 from racecar.maps.errors import UserError
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.live.ros.parameters import declare

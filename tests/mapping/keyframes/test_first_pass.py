@@ -19,7 +19,7 @@ def laps(count: int, seed: int = 0) -> Pose:
 
 
 def pairs_with_first_pass(poses: Pose) -> np.ndarray:
-    """(P, 2) where all are held."""
+    """(P, 2) where all are kept."""
     return first_pass.pairs_with_first_pass(poses, np.ones(len(poses), dtype=np.bool_))
 
 
@@ -60,9 +60,9 @@ def test_neighbours_along_the_path_are_no_other_pass() -> None:
     assert pairs_with_first_pass(np.zeros((39, 3))).shape == (0, 2)
 
 
-def test_what_was_given_up_is_not_tied() -> None:
-    is_held = np.arange(4 * PER_LAP) // PER_LAP != 2
-    pairs = first_pass.pairs_with_first_pass(laps(4), is_held)
-    assert is_held[pairs].all()
+def test_what_was_trimmed_is_not_tied() -> None:
+    is_kept = np.arange(4 * PER_LAP) // PER_LAP != 2
+    pairs = first_pass.pairs_with_first_pass(laps(4), is_kept)
+    assert is_kept[pairs].all()
     assert pairs[:, 0].max() < PER_LAP
     assert np.unique(pairs[:, 1] // PER_LAP).tolist() == [0, 1, 3]

@@ -62,6 +62,8 @@ def test_what_counts_as_a_place_of_its_own_is_a_setting() -> None:
     x = np.arange(-10, 10, 0.1)
     walls = np.concatenate([np.column_stack([x, np.full_like(x, y)]) for y in (-1.0, 1.0)])
     wide = CorrelativeSearchConfig(rival_distance=8.0)
-    fit = search(LikelihoodPyramid(walls, 20.0, wide), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85)
+    fit = search(
+        LikelihoodPyramid(walls, 20.0, wide), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85
+    )
     assert fit is not None
     assert fit.rival == 0.0

@@ -10,6 +10,8 @@ from racecar.mapping.matching.scan_matching_kernels import remove_sliding
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
 from racecar.maps.geometry.se2 import Pose, between, inverse, transform_points
 
+DEFAULT = ScanMatchingConfig()
+
 
 def wall(start: tuple[float, float], end: tuple[float, float]) -> np.ndarray:
     steps = int(np.hypot(end[0] - start[0], end[1] - start[1]) / 0.03)
@@ -37,9 +39,7 @@ def seen_from(world: np.ndarray, pose: Pose) -> np.ndarray:
     return points[order[first]]
 
 
-def pair(
-    world: np.ndarray, first: Pose, second: Pose, config: ScanMatchingConfig = ScanMatchingConfig()
-) -> ScanStore:
+def pair(world: np.ndarray, first: Pose, second: Pose, config: ScanMatchingConfig = DEFAULT) -> ScanStore:
     store = ScanStore(2, config)
     for pose in (first, second):
         store.add(prepare_scan(seen_from(world, pose)))

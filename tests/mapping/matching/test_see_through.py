@@ -59,7 +59,9 @@ def test_a_thing_that_came_or_went_is_looked_through() -> None:
     seen = judge(store, laser, laser)
     assert on_post.sum() > 20
     assert seen.looked_through == on_post.sum()
-    assert abs(seen.undecided - on_post.sum()) < 10  # the wall behind the post, where the other scan sees none
+    assert (
+        abs(seen.undecided - on_post.sum()) < 10
+    )  # the wall behind the post, where the other scan sees none
 
 
 def test_scans_back_to_back_tell_nothing() -> None:

@@ -57,7 +57,7 @@ def base_after(step: Pose, count: int) -> Pose:
 @given(steps, poses)
 def test_wheels_and_scans_report_the_motion_of_the_laser(step: Pose, odom_from_map: Pose) -> None:
     """Wherever the odometry frame lies."""
-    by_wheels, by_scans, _ = drive(step, 3, odom_from_map=odom_from_map).motions()
+    by_wheels, by_scans, _ = drive(step, 3, odom_from_map=odom_from_map).guesses().motions
     expected = laser_step(step, 3)
     np.testing.assert_allclose(by_wheels, expected, atol=1e-9)
     np.testing.assert_allclose(by_scans, expected, atol=0.05)
@@ -76,7 +76,7 @@ def test_wheels_are_trusted_first_and_corrected() -> None:
     measured = reckoning.wheel_step()
     reckoning.calibration = replace(reckoning.calibration, turn_per_metre=0.1, turn_scale=1.1, path_scale=0.9)
     assert not np.allclose(reckoning.calibration.correct(measured), measured, atol=0.01)
-    np.testing.assert_allclose(reckoning.motions()[0], reckoning.calibration.correct(measured))
+    np.testing.assert_allclose(reckoning.guesses().motions[0], reckoning.calibration.correct(measured))
     np.testing.assert_allclose(reckoning.wheel_step(), measured)
 
 
@@ -88,21 +88,21 @@ def test_the_last_guess_keeps_the_velocity_of_the_last_keyframe_step(step: Pose,
     reckoning.start_keyframe(step, SEEN)
     for number in range(3, 3 + later):
         reckoning.advance(scan_at(ROOM, compose(START, PLACE), number * PERIOD, PLACE))
-    np.testing.assert_allclose(reckoning.motions()[-1], step * later / 2, atol=1e-9)
+    np.testing.assert_allclose(reckoning.guesses().motions[-1], step * later / 2, atol=1e-9)
 
 
 def test_a_keyframe_resets_the_motion() -> None:
     reckoning = drive(np.array([0.1, 0.0, 0.02]), 3)
     reckoning.start_keyframe(laser_step(np.array([0.1, 0.0, 0.02]), 3), SEEN)
-    np.testing.assert_allclose(reckoning.motions(), np.zeros((3, 3)), atol=1e-12)
+    np.testing.assert_allclose(reckoning.guesses().motions, np.zeros((3, 3)), atol=1e-12)
 
 
 def test_without_odometry_scans_come_first_and_it_is_counted() -> None:
     step = np.array([0.1, 0.0, 0.02])
     reckoning = drive(step, 3, odom_from_map=None)
     assert reckoning.wheel_step() is None
-    assert len(reckoning.motions()) == 2
-    np.testing.assert_allclose(reckoning.motions()[0], laser_step(step, 3), atol=0.05)
+    assert len(reckoning.guesses().motions) == 2
+    np.testing.assert_allclose(reckoning.guesses().motions[0], laser_step(step, 3), atol=0.05)
     assert reckoning.scans_without_odometry == 4
 
 
@@ -139,7 +139,7 @@ def test_over_a_jump_of_the_odometry_scans_report_the_motion_until_the_next_keyf
         reckoning.add_odometry(Odometry(number * PERIOD, by_wheels, IDENTITY))
         reckoning.advance(scan_at(ROOM, compose(base_after(step, number), PLACE), number * PERIOD, PLACE))
     assert reckoning.wheel_step() is None
-    np.testing.assert_allclose(reckoning.motions()[0], laser_step(step, 5), atol=0.05)
+    np.testing.assert_allclose(reckoning.guesses().motions[0], laser_step(step, 5), atol=0.05)
     reckoning.start_keyframe(laser_step(step, 5), SEEN)
     by_wheels = compose(by_wheels, step)
     reckoning.add_odometry(Odometry(6 * PERIOD, by_wheels, IDENTITY))
@@ -150,7 +150,7 @@ def test_over_a_jump_of_the_odometry_scans_report_the_motion_until_the_next_keyf
 def test_without_odometry_the_velocity_is_trusted_after_a_while() -> None:
     step = np.array([0.02, 0.0, 0.01])
     reckoning = drive(step, 24, odom_from_map=None)
-    by_velocity, by_scans, _ = reckoning.motions()
+    by_velocity, by_scans, _ = reckoning.guesses().motions
     np.testing.assert_allclose(by_velocity, laser_step(step, 24), atol=0.01)
     np.testing.assert_allclose(by_scans, laser_step(step, 24), atol=0.05)
 
@@ -167,4 +167,4 @@ def test_where_wheels_fall_silent_the_velocity_begins_at_once() -> None:
     for number, stamp in zip(silent, stamps, strict=True):
         reckoning.advance(scan_at(ROOM, compose(base_after(step, number), PLACE), stamp, PLACE))
     assert reckoning.wheel_step() is None
-    np.testing.assert_allclose(reckoning.motions()[0], laser_step(step, 31), atol=0.02)
+    np.testing.assert_allclose(reckoning.guesses().motions[0], laser_step(step, 31), atol=0.02)

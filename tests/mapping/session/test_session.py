@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from racecar.mapping import mapper as mapper_module
 from racecar.mapping.arrays import Arrays
-from racecar.mapping.config import MappingConfig
+from racecar.mapping.config import MappingConfig, ScheduleConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.matching.scan_store import MAX_POINTS
 from racecar.mapping.session.session import Session
@@ -31,11 +30,9 @@ def feed(mapper: Mapper, messages: list[Scan | Odometry], *, odometry: bool = Tr
 
 
 @pytest.mark.parametrize("odometry", [True, False])
-def test_goes_on_to_the_same_bits(
-    messages: list[Scan | Odometry], monkeypatch: pytest.MonkeyPatch, odometry: bool
-) -> None:
-    monkeypatch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", 10)
-    whole, saved = Mapper(MappingConfig()), dict[int, Arrays]()
+def test_goes_on_to_the_same_bits(messages: list[Scan | Odometry], odometry: bool) -> None:
+    config = MappingConfig(schedule=ScheduleConfig(checkpoint_interval=10))
+    whole, saved = Mapper(config), dict[int, Arrays]()
     for k, message in enumerate(messages):
         feed(whole, [message], odometry=odometry)
         if isinstance(message, Scan) and whole.can_be_saved:
@@ -44,7 +41,7 @@ def test_goes_on_to_the_same_bits(
     assert len(saved) >= 2
     taken, arrays = list(saved.items())[1]
     assert all(array.dtype != object for array in arrays.values())
-    resumed = Mapper.from_arrays(MappingConfig(), arrays)
+    resumed = Mapper.from_arrays(config, arrays)
     feed(resumed, messages[taken:], odometry=odometry)
     result = resumed.finish()
     assert np.array_equal(result.trajectory.map_from_base, expected.trajectory.map_from_base)

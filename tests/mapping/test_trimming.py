@@ -1,4 +1,4 @@
-"""A mapper that goes round and round gives up what it has seen before, and loses nothing by it."""
+"""A mapper that goes round and round trims what it has seen before, and loses nothing by it."""
 
 from dataclasses import dataclass, field
 from typing import Any
@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from racecar.mapping import mapper as mapper_module
 from racecar.mapping.arrays import Arrays
-from racecar.mapping.config import MappingConfig
+from racecar.mapping.config import MappingConfig, ScheduleConfig
+from racecar.mapping.keyframes.config import KeyframeConfig, TrimmingConfig
 from racecar.mapping.keyframes.refinement import refine_scans
-from racecar.mapping.mapper import Mapper, MappingResult, Snapshot
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.state import scan_poses
+from racecar.mapping.state.mapper_state import Snapshot
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -19,7 +22,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.simulation.plans.ring import draw_ring
 from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
 
-ALL_HELD, HELD_FOR, EVERY, SCANS_HELD = 60, 50, 25, 60
+KEYFRAMES, DELAY, EVERY, SCANS = 60, 50, 25, 60
 SNAPSHOT = ("map_from_keyframe", "scans.counts", "scans.points", "rays.ends", "drive.clouds", "drive.guesses")
 
 
@@ -31,7 +34,7 @@ class Laps:
     truth: Trajectory
     result: MappingResult
     keyframes: list[int] = field(default_factory=list)
-    held: list[int] = field(default_factory=list)
+    kept: list[int] = field(default_factory=list)
     saved: dict[int, Arrays] = field(default_factory=dict)
     """By the count of messages until then."""
     snapshots: dict[int, Snapshot] = field(default_factory=dict)
@@ -46,26 +49,25 @@ def laps() -> Laps:
         for message in simulation.messages()
         if isinstance(message, Odometry) or message.stamp in simulation.ground_truth.stamps[::4]
     ]
-    with pytest.MonkeyPatch.context() as patch:
-        give_up_early(patch)
-        mapper = Mapper(MappingConfig())
-        laps = Laps(messages, simulation.ground_truth, None)  # type: ignore[arg-type]
-        for count, message in enumerate(messages, start=1):
-            feed(mapper, [message])
-            if isinstance(message, Scan) and mapper.can_be_saved:
-                laps.keyframes.append(len(mapper.session().rays))
-                laps.held.append(int(mapper.session().keyframes.is_held.sum()))
-                laps.saved[count] = mapper.to_arrays()
-                laps.snapshots[count] = mapper.snapshot()
-        laps.result = mapper.finish()
+    mapper = Mapper(trimming())
+    laps = Laps(messages, simulation.ground_truth, None)  # type: ignore[arg-type]
+    for count, message in enumerate(messages, start=1):
+        feed(mapper, [message])
+        if isinstance(message, Scan) and mapper.can_be_saved:
+            laps.keyframes.append(len(mapper.session().rays))
+            laps.kept.append(int(mapper.session().keyframes.is_kept.sum()))
+            laps.saved[count] = mapper.to_arrays()
+            laps.snapshots[count] = mapper.snapshot()
+    laps.result = mapper.finish()
     return laps
 
 
-def give_up_early(patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(mapper_module, "ALL_HELD", ALL_HELD)
-    patch.setattr(mapper_module, "_HELD_FOR", HELD_FOR)
-    patch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", EVERY)
-    patch.setattr(mapper_module, "_SCANS_HELD", SCANS_HELD)
+def trimming(keyframes: int = KEYFRAMES, scans: int = SCANS, every: int = EVERY) -> MappingConfig:
+    """Settings by which a short drive is trimmed already."""
+    early = TrimmingConfig(keyframes=keyframes, scans=scans, delay=DELAY)
+    return MappingConfig(
+        keyframes=KeyframeConfig(trimming=early), schedule=ScheduleConfig(checkpoint_interval=every)
+    )
 
 
 def feed(mapper: Mapper, messages: list[Scan | Odometry]) -> None:
@@ -73,16 +75,16 @@ def feed(mapper: Mapper, messages: list[Scan | Odometry]) -> None:
         mapper.add_scan(message) if isinstance(message, Scan) else mapper.add_odometry(message)
 
 
-def test_what_is_held_does_not_grow_with_the_laps(laps: Laps) -> None:
-    assert laps.keyframes[-1] > 3 * ALL_HELD + HELD_FOR + EVERY
-    assert max(laps.held) < ALL_HELD + HELD_FOR + EVERY
-    assert laps.result.counts["keyframes_held"] == laps.result.session.keyframes.is_held.sum()
+def test_what_is_kept_does_not_grow_with_the_laps(laps: Laps) -> None:
+    assert laps.keyframes[-1] > 3 * KEYFRAMES + DELAY + EVERY
+    assert max(laps.kept) < KEYFRAMES + DELAY + EVERY
+    assert laps.result.counts["keyframes_held"] == laps.result.session.keyframes.is_kept.sum()
     half = laps.saved[list(laps.saved)[len(laps.saved) // 2]]
     for name in ("scans.points", "rays.ends", "drive.clouds"):
         assert list(laps.saved.values())[-1][name].size < 1.02 * half[name].size
 
 
-def test_the_scans_that_were_given_up_are_where_they_should_be(laps: Laps) -> None:
+def test_the_scans_that_were_trimmed_are_where_they_should_be(laps: Laps) -> None:
     true = laps.truth.map_from_base[::4]
     found = laps.result.trajectory.map_from_base
     assert len(found) == len(true)
@@ -91,44 +93,36 @@ def test_the_scans_that_were_given_up_are_where_they_should_be(laps: Laps) -> No
     assert np.abs(missed[:, 2]).max() < np.deg2rad(0.5)
 
 
-def test_scans_that_wait_for_the_end_are_not_many_and_lose_nothing_by_it(
-    laps: Laps, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    give_up_early(monkeypatch)
-    monkeypatch.setattr(mapper_module, "ALL_HELD", 10**6)
+def test_scans_that_wait_for_the_end_are_not_many_and_lose_nothing_by_it(laps: Laps) -> None:
     messages = laps.messages[: len(laps.messages) // 2]
     waiting: dict[int, list[int]] = {}
     found = {}
-    for most in (10**6, SCANS_HELD):
-        monkeypatch.setattr(mapper_module, "_SCANS_HELD", most)
-        mapper, waiting[most] = Mapper(MappingConfig()), []
+    for most in (10**6, SCANS):
+        mapper, waiting[most] = Mapper(trimming(keyframes=10**6, scans=most)), []
         for message in messages:
             feed(mapper, [message])
             if isinstance(message, Scan) and mapper.can_be_saved:
                 waiting[most].append(np.count_nonzero(mapper.to_arrays()["drive.cloud_lengths"]))
         found[most] = mapper.finish().trajectory.map_from_base
     growth = np.diff(waiting[10**6]).max()  # by as many keyframes as lie between two times
-    latest = growth * (HELD_FOR + EVERY) / EVERY
-    assert waiting[10**6][-1] > 2 * max(SCANS_HELD, latest)
-    assert max(waiting[SCANS_HELD]) <= max(SCANS_HELD, latest) + growth
-    apart = np.hypot(*(found[SCANS_HELD] - found[10**6])[:, :2].T)
+    latest = growth * (DELAY + EVERY) / EVERY
+    assert waiting[10**6][-1] > 2 * max(SCANS, latest)
+    assert max(waiting[SCANS]) <= max(SCANS, latest) + growth
+    apart = np.hypot(*(found[SCANS] - found[10**6])[:, :2].T)
     assert 0.0 < apart.mean() < 0.001
 
 
-def test_keyframes_are_given_up_without_placing_all_their_scans_at_once(
+def test_keyframes_are_trimmed_without_placing_all_their_scans_at_once(
     laps: Laps, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    give_up_early(monkeypatch)
-    monkeypatch.setattr(mapper_module, "_CAN_BE_SAVED_EVERY", 2 * EVERY)
-    monkeypatch.setattr(mapper_module, "_SCANS_HELD", 10**6)
     placed: list[int] = []
 
     def counted(points: list[NDArray[np.float32]], *rest: Any) -> Pose:
         placed.append(len(points))
         return refine_scans(points, *rest)
 
-    monkeypatch.setattr(mapper_module, "refine_scans", counted)
-    mapper = Mapper(MappingConfig())
+    monkeypatch.setattr(scan_poses, "refine_scans", counted)
+    mapper = Mapper(trimming(scans=10**6, every=2 * EVERY))
     feed(mapper, laps.messages)
     scans = sum(isinstance(message, Scan) for message in laps.messages)
     each = scans / len(mapper.session().rays)
@@ -136,12 +130,9 @@ def test_keyframes_are_given_up_without_placing_all_their_scans_at_once(
     assert max(placed[1:]) < 1.5 * each * 10
 
 
-def test_another_mapper_goes_on_from_there_to_the_same_bits(
-    laps: Laps, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    give_up_early(monkeypatch)
+def test_another_mapper_goes_on_from_there_to_the_same_bits(laps: Laps) -> None:
     taken = list(laps.saved)[-3]
-    resumed = Mapper.from_arrays(MappingConfig(), laps.saved[taken])
+    resumed = Mapper.from_arrays(trimming(), laps.saved[taken])
     feed(resumed, laps.messages[taken:])
     result = resumed.finish()
     assert np.array_equal(result.trajectory.map_from_base, laps.result.trajectory.map_from_base)
@@ -149,7 +140,7 @@ def test_another_mapper_goes_on_from_there_to_the_same_bits(
     assert result.counts == laps.result.counts
 
 
-def test_a_snapshot_holds_what_was_given_up_after_it_was_taken(laps: Laps) -> None:
+def test_a_snapshot_holds_what_was_trimmed_after_it_was_taken(laps: Laps) -> None:
     for count, snapshot in laps.snapshots.items():
         taken = snapshot()
         assert all(np.array_equal(taken[name], laps.saved[count][name]) for name in SNAPSHOT)

@@ -6,12 +6,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from worlds import CORRIDOR, ROOM, box, store_of
 
-from racecar.mapping.keyframes.keyframe_tracking import constrain, place
-from racecar.mapping.odometry.calibration import WheelCalibration
-from racecar.mapping.odometry.config import WheelCalibrationConfig
+from racecar.mapping.keyframes.config import PlacementConfig
+from racecar.mapping.keyframes.placement import KeyframePlacer
+from racecar.mapping.odometry.calibration import OdometryCalibration
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 
-WORTH = WheelCalibration.unknown(WheelCalibrationConfig()).worth
+WORTH = OdometryCalibration().worth
 BEFORE = 12
 AHEAD = np.array([0.1, 0.0, 0.0])
 
@@ -27,7 +27,8 @@ def path(step: Pose, *, start: tuple[float, float, float]) -> Pose:
 def placed_from(walls: np.ndarray, true: Pose, steps: list[Pose]) -> tuple[Pose, int]:
     """The last pose (3,) as placed from guesses of its step, seen from the true one; and which guess won."""
     guesses = compose(true[-2], np.array(steps))
-    placed, chosen = place(BEFORE, guesses, WORTH, store_of(walls, true), true[:-1])
+    placer = KeyframePlacer(BEFORE, store_of(walls, true), true[:-1], WORTH, PlacementConfig())
+    placed, chosen = placer.place(guesses)
     return between(true[-1], placed), chosen
 
 
@@ -89,26 +90,3 @@ def test_without_points_the_first_guess_stands() -> None:
     error, chosen = placed_from(out_of_reach, true, [compose(step, AHEAD), step, step])
     assert chosen == 0
     np.testing.assert_allclose(error, AHEAD, atol=1e-6)
-
-
-def test_constraints_are_the_true_poses_and_say_what_is_open() -> None:
-    step = np.array([0.25, 0.0, 0.0])
-    for walls, is_bare in ((ROOM, False), (CORRIDOR, True)):
-        true = path(step, start=(-2.0, -0.5, 0.0))
-        pairs = np.array([(3, 4), (2, 8), (0, 12)])
-        found = constrain(pairs, true, store_of(walls, true))
-        assert [(c.from_keyframe, c.to_keyframe) for c in found] == [tuple(pair) for pair in pairs]
-        for constraint in found:
-            expected = between(true[constraint.from_keyframe], true[constraint.to_keyframe])
-            np.testing.assert_allclose(constraint.from_pose_to_pose, expected, atol=0.01)
-            along, across = constraint.information[0, 0], constraint.information[1, 1]
-            assert (along < 0.02 * across) == is_bare
-
-
-@pytest.mark.parametrize("missed", [0.0, 0.6])
-def test_a_pair_that_does_not_fit_gives_no_constraint(missed: float) -> None:
-    true = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.1]])
-    store = store_of(ROOM, true)
-    claimed = np.array([true[0], compose(true[1], [0.0, 4 * missed, 3 * missed])])
-    found = constrain(np.array([(0, 1)]), claimed, store)
-    assert len(found) == (missed == 0.0)

@@ -1,0 +1,61 @@
+"""How far the laser has moved since the last keyframe, as each source guesses it."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from racecar.maps.geometry.se2 import IDENTITY, Pose
+
+
+class GuessSource(Enum):
+    """Where a guess comes from, the most trusted first."""
+
+    WHEELS_OR_FILTER = "wheels or filter"
+    """Wheel odometry or, while there is none, the velocity filter; absent while neither is trusted."""
+    SCAN_ODOMETRY = "scan odometry"
+    STEADY_VELOCITY = "steady velocity"
+    """Going on with the velocity of the last keyframe."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionGuesses:
+    """Guesses of keyframe_from_laser (3,) by source, the most trusted first."""
+
+    by: dict[GuessSource, Pose]
+
+    @property
+    def sources(self) -> tuple[GuessSource, ...]:
+        """(H) of `motions`."""
+        return tuple(self.by)
+
+    @property
+    def motions(self) -> Pose:
+        """(H, 3) keyframe_from_laser."""
+        return np.array(list(self.by.values()))
+
+    @property
+    def best(self) -> Pose:
+        """(3,) the most trusted."""
+        return next(iter(self.by.values()))
+
+    @property
+    def measured(self) -> Pose:
+        """(M, 3) those of sources that have seen the motion."""
+        return np.array(
+            [motion for source, motion in self.by.items() if source != GuessSource.STEADY_VELOCITY]
+        )
+
+    def of(self, source: GuessSource) -> Pose:
+        """(3,) by one source, the most trusted where it says nothing."""
+        return self.by.get(source, self.best)
+
+    @classmethod
+    def from_array(cls, motions: Pose) -> "MotionGuesses":
+        """Guesses whose `motions` (H, 3) these are: where there are fewer than sources, the first are
+        absent."""
+        return cls(dict(zip(list(GuessSource)[-len(motions) :], motions, strict=True)))
+
+
+AT_KEYFRAME = MotionGuesses({GuessSource.STEADY_VELOCITY: IDENTITY})
+"""Of the scan that is the keyframe."""

@@ -1,0 +1,157 @@
+"""The map under construction, and how it is saved."""
+
+import time
+from array import array
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+import numpy as np
+
+from racecar.mapping.arrays import Arrays, named, part_of
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.graph.pose_graph import PoseGraph
+from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.keyframes.drive import Drive
+from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
+from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.loops.verifiers import verifiers
+from racecar.mapping.matching.scan_store import ScanStore
+from racecar.mapping.odometry.calibration import calibrate
+from racecar.mapping.odometry.dead_reckoning import DeadReckoning
+from racecar.mapping.session.session import Session
+from racecar.maps.geometry.se2 import Pose, between, inverse
+
+Snapshot: TypeAlias = Callable[[], Arrays]
+"""Packs what a mapper knew when it was taken."""
+
+
+@dataclass(eq=False)
+class MapperState:
+    """Everything that a mapper knows; K keyframes so far."""
+
+    config: MappingConfig
+    reckoning: DeadReckoning
+    keyframes: ScanStore
+    loops: LoopCloser
+    graph: PoseGraph
+    drive: Drive
+    map_from_keyframe: Pose = field(default_factory=lambda: np.zeros((0, 3)))
+    """(K, 3); a keyframe's frame is that of the laser."""
+    rays: list[Rays] = field(default_factory=list)
+    """(K) of the keyframes."""
+    wheel_steps: "array[float]" = field(default_factory=lambda: array("d"))
+    """`measured_steps`, flat."""
+    known_since: int = 0
+    """The keyframe before which the car was elsewhere, where that is not known."""
+    seconds: dict[str, float] = field(default_factory=dict)
+    """Wall time by stage."""
+    clouds: KeyframeClouds | None = None
+    """Not saved; None where they were not asked for."""
+
+    @classmethod
+    def begin(cls, config: MappingConfig, odometry_lag: int) -> "MapperState":
+        """Of a drive that begins; ``odometry_lag`` in nanoseconds, as far as it is known."""
+        keyframes = ScanStore(config=config.matching)
+        return cls(
+            config,
+            DeadReckoning(config.odometry, odometry_lag),
+            keyframes,
+            _loop_closer(keyframes, LoopHistory(), config),
+            PoseGraph(config.graph),
+            Drive(config.keyframes.trimming.scans_per_keyframe),
+        )
+
+    @property
+    def measured_steps(self) -> Pose:
+        """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not."""
+        return np.array(self.wheel_steps).reshape(-1, 3)
+
+    def calibrate(self, first: int) -> None:
+        """Learn the wheels' errors from the keyframe steps from ``first`` on."""
+        measured = self.measured_steps
+        known = first + np.flatnonzero(~np.isnan(measured[first:, 0]))
+        matched = between(self.map_from_keyframe[known], self.map_from_keyframe[1:][known])
+        self.reckoning.calibration = calibrate(measured[known], matched, self.config.odometry.calibration)
+
+    def by_wheels(self, index: int, step: Pose) -> Constraint:
+        """What a ``step`` (3,) of the wheels says of keyframe ``index`` and the one before."""
+        calibration = self.reckoning.calibration
+        corrected = calibration.correct(step)
+        matched = between(self.map_from_keyframe[index - 1], self.map_from_keyframe[index])
+        information = calibration.information(between(corrected, matched))
+        return Constraint(index - 1, index, corrected, information, "odometry")
+
+    def all_by_wheels(self) -> list[Constraint]:
+        """The same of every step that they measured."""
+        return [
+            self.by_wheels(k + 1, step) for k, step in enumerate(self.measured_steps) if not np.isnan(step[0])
+        ]
+
+    def session(self) -> Session:
+        """Everything so far but the scans between keyframes; it goes on growing with the mapper."""
+        return Session(
+            self.keyframes,
+            self.rays,
+            np.tile(inverse(self.reckoning.base_from_laser), (len(self.keyframes), 1)),
+            self.map_from_keyframe,
+            self.graph.constraints,
+            self.loops.history,
+        )
+
+    def snapshot(self) -> Snapshot:
+        """Everything so far, taken at once; packed when called, in any thread while the mapper goes on, for
+        that takes seconds after a long drive.
+
+        The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
+        ``wheel_steps`` (K - 1, 3) as `measured_steps`; ``known_since``; wall ``seconds`` (T,) of the
+        ``stages`` (T,).
+        """
+        session, drive, wheel_steps = self.session().frozen(), self.drive.frozen(), self.measured_steps
+        rest = {
+            **named("reckoning", self.reckoning.to_arrays()),
+            "known_since": np.array(self.known_since),
+            "stages": np.array(list(self.seconds), dtype=np.str_),
+            "seconds": np.array(list(self.seconds.values())),
+        }
+        return lambda: {
+            **session.to_arrays(),
+            **named("drive", drive.to_arrays()),
+            "wheel_steps": wheel_steps,
+            **rest,
+        }
+
+    @classmethod
+    def from_arrays(cls, config: MappingConfig, arrays: Arrays) -> "MapperState":
+        """The state that was written so. Raises KeyError when an array is missing."""
+        session = Session.from_arrays(arrays, config.matching)
+        return cls(
+            config,
+            DeadReckoning.from_arrays(part_of("reckoning", arrays), config.odometry),
+            session.keyframes,
+            _loop_closer(session.keyframes, session.loops, config),
+            PoseGraph(config.graph, session.constraints),
+            Drive.from_arrays(part_of("drive", arrays), config.keyframes.trimming.scans_per_keyframe),
+            session.map_from_keyframe,
+            session.rays,
+            array("d", arrays["wheel_steps"].ravel().tolist()),
+            int(arrays["known_since"]),
+            dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True)),
+        )
+
+    @contextmanager
+    def timed(self, stage: str) -> Iterator[None]:
+        """Adds the wall time within to that of a stage."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
+
+
+def _loop_closer(keyframes: ScanStore, history: LoopHistory, config: MappingConfig) -> LoopCloser:
+    active = verifiers(config.loops) if config.verify_loops else []
+    return LoopCloser(keyframes, config.loops, active, history)

@@ -1,0 +1,95 @@
+"""What a mapping run yields."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
+from racecar.mapping.session.session import Session
+from racecar.mapping.state.mapper_state import MapperState
+from racecar.maps.geometry.se2 import Pose, compose, inverse
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.trajectory import Trajectory
+
+
+@dataclass(frozen=True, eq=False)
+class MappingResult:
+    """What a mapping run yields."""
+
+    trajectory: Trajectory
+    """One pose of the base per scan."""
+    grid: OccupancyGrid
+    points: NDArray[np.float32]
+    """(N, 2) metres in the map: the returns of all keyframes."""
+    map_from_keyframe: Pose
+    """(K, 3) of the base at every keyframe, those of earlier drives first."""
+    keyframe_indices: NDArray[np.int64]
+    """(L,) scans that are keyframes: the last L of all keyframes."""
+    constraints: list[Constraint]
+    """Between the bases of keyframes."""
+    session: Session
+    """What a later drive needs to carry on the map."""
+    seconds: dict[str, float]
+    """Wall time by stage."""
+    counts: dict[str, int]
+    warnings: list[str]
+    """Sentences for people."""
+    clouds: KeyframeClouds | None = None
+    """Of the L keyframes of this drive, in their laser frames; None where they were not asked for."""
+
+
+def result_of(
+    state: MapperState,
+    session: Session,
+    map_from_laser: Pose,
+    grid: OccupancyGrid,
+    returns: list[NDArray[np.float64]],
+) -> MappingResult:
+    """The result of a drive whose scans lie at (N, 3), among the keyframes of all drives in ``session``."""
+    map_from_base = compose(map_from_laser, inverse(state.reckoning.base_from_laser))
+    return MappingResult(
+        trajectory=Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),
+        grid=grid,
+        points=np.concatenate(returns).astype(np.float32),
+        map_from_keyframe=compose(session.map_from_keyframe, session.keyframe_from_base),
+        keyframe_indices=np.array(state.drive.keyframe_scans, dtype=np.int64),
+        constraints=list(session.constraints_between_bases()),
+        session=session,
+        seconds=dict(state.seconds),
+        counts=_counts(state, session),
+        warnings=_warnings(state),
+        clouds=state.clouds,
+    )
+
+
+def _counts(state: MapperState, session: Session) -> dict[str, int]:
+    constraints = session.constraints
+    return {
+        "scans": len(state.drive),
+        "keyframes": len(session.keyframes),
+        "keyframes_held": int(np.sum(session.keyframes.is_kept)),
+        "keyframes_of_earlier_drives": len(session.keyframes) - len(state.keyframes),
+        "scan_matching_constraints": int(constraints.are("scan_matching").sum()),
+        "odometry_constraints": int(constraints.are("odometry").sum()),
+        "loop_closures": int(constraints.are("loop_closure").sum()),
+        "scans_without_odometry": state.reckoning.scans_without_odometry,
+        **{f"loops_{name}": count for name, count in session.loops.log.items()},
+    }
+
+
+def _warnings(state: MapperState) -> list[str]:
+    warnings = []
+    if state.reckoning.scans_without_odometry == len(state.drive):
+        warnings.append(
+            "There was no wheel odometry: lengths of bare corridors are not to be trusted, "
+            "and fast turns may have been lost."
+        )
+    if lag := state.reckoning.odometry_lag.nanoseconds:
+        where = "behind" if lag > 0 else "ahead of"
+        warnings.append(
+            f"By their stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans; "
+            "the map was made as if it were not."
+        )
+    return warnings

@@ -1,0 +1,72 @@
+"""What a mapper forgets, so that its memory grows with the places it comes to and not with the hours.
+
+Scans between keyframes go once they have found their places, and keyframes once earlier ones show their
+places well enough (Kretzschmar and Stachniss, IJRR 2012)."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.keyframes.known_places import ties_to_known
+from racecar.mapping.state.mapper_state import MapperState
+from racecar.mapping.state.scan_poses import place_scans
+from racecar.maps.geometry.se2 import between, compose
+
+
+def trim_scans(state: MapperState, until: int) -> None:
+    """Of the scans before keyframe ``until``, trim those for which there is no room, the earliest first.
+
+    Where keyframes are to be trimmed, so are the scans of the latest: hundreds would go with them at once.
+    """
+    trimming, drive = state.config.keyframes.trimming, state.drive
+    kept, keyframes_kept = drive.kept_scans, int(np.sum(state.keyframes.is_kept))
+    keyframes = drive.keyframe_of(kept)
+    too_many = max(len(kept) - max(trimming.scans - 2 * keyframes_kept, 0), 0)
+    goes = keyframes < np.append(keyframes, until)[too_many]
+    if keyframes_kept > trimming.keyframes:
+        goes |= keyframes >= until - state.config.schedule.window_interval
+    _trim_scans(state, kept[goes & (keyframes < until)])
+
+
+def trim_known_keyframes(state: MapperState, until: int) -> None:
+    """Of the last keyframes before ``until``, trim those whose place earlier ones show well enough."""
+    first = max(until - state.config.schedule.checkpoint_interval, 0)
+    candidates = np.arange(first, max(until, 0))
+    is_room_left = np.sum(state.keyframes.is_kept) <= state.config.keyframes.trimming.keyframes
+    if len(candidates) == 0 or is_room_left or not state.loops.history.submaps:
+        return
+    with state.timed("scan matching"):
+        ties = ties_to_known(
+            candidates,
+            state.map_from_keyframe,
+            state.loops,
+            state.config.keyframes.revisits,
+            state.config.keyframes.constraints,
+        )
+    if not ties:
+        return
+    with state.timed("optimization"):
+        for tie in ties:
+            state.graph.add(tie)
+        solved = state.graph.optimize_since(state.map_from_keyframe[:until], first)
+        last_from_later = between(state.map_from_keyframe[until - 1], state.map_from_keyframe[until:])
+        state.map_from_keyframe = np.concatenate([solved, compose(solved[-1], last_from_later)])
+    _trim_keyframes(state, np.array([tie.to_keyframe for tie in ties]))
+    state.graph.trim(state.keyframes.is_kept, first)
+
+
+def _trim_keyframes(state: MapperState, keyframes: NDArray[np.int64]) -> None:
+    """Forget what some keyframes saw, and the scans after each."""
+    kept = state.drive.kept_scans
+    _trim_scans(state, kept[np.isin(state.drive.keyframe_of(kept), keyframes)])
+    state.keyframes.trim(keyframes)
+    for keyframe in keyframes.tolist():
+        state.rays[keyframe] = Rays.none()
+    if state.clouds is not None:
+        state.clouds.trim(keyframes)
+
+
+def _trim_scans(state: MapperState, scans: NDArray[np.int64]) -> None:
+    """Forget what some scans between keyframes saw, once they have found their places."""
+    if len(scans) > 0:
+        state.drive.trim(scans, place_scans(state, scans), state.map_from_keyframe)
