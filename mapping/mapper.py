@@ -91,14 +91,10 @@ class Mapper:
             points = state.reckoning.advance(scan)
         guesses = state.reckoning.guesses()
         self._can_be_saved = False
-        since_last = 0 if self.last_stamp is None else scan.stamp - self.last_stamp
-        gap = gap_after(
-            since_last,
-            state.reckoning.wheel_step(),
-            self._config.keyframe_distance,
-            self._config.keyframes.gaps,
-        )
-        if self.last_stamp is None or gap != Gap.NONE or self._is_far(guesses):
+        distance, angle = self._config.keyframe_distance, self._config.keyframe_angle
+        since_last = scan.stamp - (scan.stamp if self.last_stamp is None else self.last_stamp)
+        gap = gap_after(since_last, state.reckoning.wheel_step(), distance, self._config.keyframes.gaps)
+        if self.last_stamp is None or gap != Gap.NONE or guesses.reach(distance, angle):
             self._add_keyframe(scan, points, guesses, gap)
             guesses = AT_KEYFRAME
         state.drive.add(scan.stamp, points, guesses)
@@ -135,14 +131,6 @@ class Mapper:
             grid = despeckled(grid, returns, config.despeckling)
         report(1.0)
         return result_of(state, session, map_from_laser, grid, returns)
-
-    def _is_far(self, guesses: MotionGuesses) -> bool:
-        """Has the laser left the last keyframe, by the wheels or by the scans?"""
-        x, y, turn = guesses.measured.T
-        return bool(
-            np.hypot(x, y).max() >= self._config.keyframe_distance
-            or np.abs(turn).max() >= self._config.keyframe_angle
-        )
 
     def _add_keyframe(
         self, scan: Scan, points: NDArray[np.float64], guesses: MotionGuesses, gap: Gap

@@ -39,16 +39,15 @@ class MotionGuesses:
         """(3,) the most trusted."""
         return next(iter(self.by.values()))
 
-    @property
-    def measured(self) -> Pose:
-        """(M, 3) those of sources that have seen the motion."""
-        return np.array(
-            [motion for source, motion in self.by.items() if source != GuessSource.STEADY_VELOCITY]
-        )
-
     def of(self, source: GuessSource) -> Pose:
         """(3,) by one source, the most trusted where it says nothing."""
         return self.by.get(source, self.best)
+
+    def reach(self, distance: float, angle: float) -> bool:
+        """Has the laser moved so many metres or radians, by any source that has seen the motion?"""
+        steady = GuessSource.STEADY_VELOCITY
+        x, y, turn = np.array([motion for source, motion in self.by.items() if source != steady]).T
+        return bool(np.hypot(x, y).max() >= distance or np.abs(turn).max() >= angle)
 
     @classmethod
     def from_array(cls, motions: Pose) -> "MotionGuesses":
