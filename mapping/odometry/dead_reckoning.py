@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
+from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import PreparedScan
 from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.mapping.odometry.config import DeadReckoningConfig
@@ -20,6 +21,8 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose, are_apart, between, compos
 from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
+_MATCHING = ScanMatchingConfig()
+
 
 class DeadReckoning:
     """Follows the laser from scan to scan; none of its guesses can be trusted alone.
@@ -28,9 +31,14 @@ class DeadReckoning:
     does not always keep its velocity. Which guess is right shows when a keyframe is matched from each.
     """
 
-    def __init__(self, config: DeadReckoningConfig, odometry_lag: int = 0) -> None:
+    def __init__(
+        self,
+        config: DeadReckoningConfig,
+        odometry_lag: int = 0,
+        matching: ScanMatchingConfig = _MATCHING,
+    ) -> None:
         """``odometry_lag`` in nanoseconds, as far as it is known beforehand."""
-        self._config = config
+        self._config, self._matching = config, matching
         self.calibration = WheelCalibration.unknown(config.calibration)
         self.scans_without_odometry = 0
         self.base_from_laser: Pose = IDENTITY
@@ -39,7 +47,7 @@ class DeadReckoning:
         """As it was learned last."""
         self._odometry = OdometryBuffer(lag=odometry_lag)
         self._scan_odometry = ScanOdometry(config.scan_odometry)
-        self._filter = VelocityFilter(config.velocity_filter)
+        self._filter = VelocityFilter(config.velocity_filter, matching)
         self._points: NDArray[np.float64] = np.zeros((0, 2))
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
         self._stamp = 0
@@ -72,7 +80,13 @@ class DeadReckoning:
         elif is_trusted:
             motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
         else:
-            motion = with_turn_seen(self._points, points, self._last_motion, self._config.turn_search)
+            motion = with_turn_seen(
+                self._points,
+                points,
+                self._last_motion,
+                self._config.turn_search,
+                self._matching.correlative_search,
+            )
         self._points, self._sweep = points, points if cloud is None else cloud
         by_scans = self._scan_odometry.register(self._sweep, motion)
         self._last_motion, self._by_scans = between(self._by_scans, by_scans), by_scans
@@ -172,9 +186,11 @@ class DeadReckoning:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays, config: DeadReckoningConfig) -> "DeadReckoning":
+    def from_arrays(
+        cls, arrays: Arrays, config: DeadReckoningConfig, matching: ScanMatchingConfig = _MATCHING
+    ) -> "DeadReckoning":
         """Dead reckoning that goes on from where another was."""
-        reckoning = cls(config)
+        reckoning = cls(config, matching=matching)
         reckoning.calibration = WheelCalibration(*arrays["calibration"].tolist())
         reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
         reckoning.base_from_laser = arrays["base_from_laser"].astype(np.float64)
@@ -192,7 +208,7 @@ class DeadReckoning:
         reckoning._velocity = arrays["velocity"].astype(np.float64)
         scan_odometry, velocity_filter = part_of("scan_odometry", arrays), part_of("velocity_filter", arrays)
         reckoning._scan_odometry = ScanOdometry.from_arrays(scan_odometry, config.scan_odometry)
-        reckoning._filter = VelocityFilter.from_arrays(velocity_filter, config.velocity_filter)
+        reckoning._filter = VelocityFilter.from_arrays(velocity_filter, config.velocity_filter, matching)
         return reckoning
 
     def _place_laser(self, base_from_laser: Pose) -> None:

@@ -58,7 +58,7 @@ class MapperState:
         keyframes = ScanStore(config=config.matching)
         return cls(
             config,
-            DeadReckoning(config.odometry, odometry_lag),
+            DeadReckoning(config.odometry, odometry_lag, config.matching),
             keyframes,
             _loop_closer(keyframes, LoopHistory(), config),
             PoseGraph(config.graph),
@@ -130,7 +130,7 @@ class MapperState:
         session = Session.from_arrays(arrays, config.matching)
         return cls(
             config,
-            DeadReckoning.from_arrays(part_of("reckoning", arrays), config.odometry),
+            DeadReckoning.from_arrays(part_of("reckoning", arrays), config.odometry, config.matching),
             session.keyframes,
             _loop_closer(session.keyframes, session.loops, config),
             PoseGraph(config.graph, session.constraints),

@@ -4,7 +4,7 @@ from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from pathlib import Path
 
-from racecar.mapping.mapper import MappingResult
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.map_files import load_map, save_map
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.point_map import require_open3d, save_point_map
