@@ -8,10 +8,11 @@ from worlds import CORRIDOR, ROOM, box, store_of
 
 from racecar.mapping.keyframes.config import PlacementConfig
 from racecar.mapping.keyframes.placement import KeyframePlacer
-from racecar.mapping.odometry.calibration import OdometryCalibration
+from racecar.mapping.odometry.calibration import WheelCalibration
+from racecar.mapping.odometry.config import WheelCalibrationConfig
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 
-WORTH = OdometryCalibration().worth
+WORTH = WheelCalibration.unknown(WheelCalibrationConfig()).worth
 BEFORE = 12
 AHEAD = np.array([0.1, 0.0, 0.0])
 
