@@ -14,7 +14,7 @@ from racecar.pipelines.simulation.plans.ring import draw_ring
 
 
 def warm_up() -> None:
-    """Go the whole way on a short drive; the compiled kernels stay on disk."""
+    """Run every stage on a short drive; the compiled kernels stay on disk."""
     with tempfile.TemporaryDirectory() as folder:
         run_demo(
             draw_ring(),

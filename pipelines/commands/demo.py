@@ -1,4 +1,4 @@
-"""``racecar demo``: the whole way, with no input needed."""
+"""``racecar demo``: all stages, with no input needed."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""What a person is told at the end of a localization run."""
+"""What the terminal shows at the end of a localization run."""
 
 from pathlib import Path
 
@@ -9,7 +9,7 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.localization_run import LOCALIZATION_FILES
 
 _WORTH_MENDING = 0.02
-"""Share of the way."""
+"""Share of the distance by which the odometry is wrong."""
 
 
 def print_localization(report: Report, folder: Path) -> None:

@@ -75,7 +75,9 @@ def localize(
         ) as reader,
     ):
         grid = load_map(map)
-        with report.stage("loading"):  # after bag and map were opened, so that their faults are told at once
+        with report.stage(
+            "loading"
+        ):  # after bag and map were opened, so that their faults are reported at once
             import numpy as np
 
             from racecar.localization.localizer import Localizer

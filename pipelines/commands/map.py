@@ -82,7 +82,7 @@ def map(
             bag, scan_topic=scan_topic, odom_topic=odom_topic, no_odom=no_odom, laser_pose=laser_pose
         ) as reader,
     ):
-        with report.stage("loading"):  # after the bag was opened, so that its faults are told at once
+        with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
             from racecar.pipelines.commands.mapping_summary import print_mapping
             from racecar.pipelines.files.session_file import load_session
             from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
@@ -90,7 +90,7 @@ def map(
             from racecar.pipelines.runs.mapping_run import build_map, save_mapping
             from racecar.pipelines.view.mapping_record import record_mapping
         requested = ["points.ply"] if ply else []
-        outputs_with(requested)  # what is missing for them is told now rather than after hours
+        outputs_with(requested)  # what is missing for them is reported now, not after hours
         earlier = load_session(continue_) if continue_ else None
         checkpoint = Checkpoint(out, describe_run(reader, settings))
         console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)

@@ -1,4 +1,4 @@
-"""What a person is told at the end of a run."""
+"""What the terminal shows at the end of a mapping run."""
 
 from pathlib import Path
 

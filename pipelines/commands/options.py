@@ -1,4 +1,4 @@
-"""The flags that several commands share, so that each is spelt, explained and understood in one way."""
+"""The flags that several commands share, so that each is spelt, explained and parsed the same everywhere."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated

@@ -25,7 +25,7 @@ class TrajectoryErrors:
     """Errors of a trajectory against a reference."""
 
     matched: int
-    """Poses for which the reference tells the truth."""
+    """Poses that the reference covers."""
     total: int
     """Poses of the trajectory."""
     reference_from_map: Pose
@@ -88,7 +88,7 @@ def align(map_from_base: Pose, reference_from_base: Pose) -> Pose:
     """``reference_from_map`` (3,): the rigid motion in the plane that best lays positions (N, 3) on others.
 
     Kabsch's closed form in two dimensions; unlike the one in space that evo offers, it is also defined
-    for a straight drive. When the car did not move, the headings tell the rotation.
+    for a straight drive. When the car did not move, the rotation follows from the headings.
     """
     source, target = map_from_base[:, :2], reference_from_base[:, :2]
     source_mean, target_mean = source.mean(axis=0), target.mean(axis=0)

@@ -183,7 +183,7 @@ class Autograde:
             return finish(
                 figure,
                 "autograde-path",
-                "The drive on the map; the colour tells how far this library's filter was from it under full "
+                "The drive on the map; the colour shows how far this library's filter was from it under full "
                 "noise, first seed.",
             )
 
@@ -221,7 +221,7 @@ def autograde(settings: ExperimentSettings, sweep: ParameterSweep) -> Autograde:
 
 
 def grade_drive(config: SimulationConfig, variant: LocalizationConfig | CourseSettings) -> GradedDrive:
-    """One filter on one drive, told where the car starts."""
+    """One filter on one drive, started where the car starts."""
     drive = simulated_drive(_MAP, config)
     true = drive.truth.map_from_base
     filter_ = start_filter(variant, drive.grid, true[0], _START, np.random.default_rng([config.seed, 4]))

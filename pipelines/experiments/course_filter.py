@@ -20,8 +20,10 @@ TABLE_WIDTH = 201
 """Distances 0 to 200, in pixels of the map."""
 _Z_MAX = TABLE_WIDTH - 1
 _SIGMA_HIT = 8.0
+"""Pixels."""
 _ALPHA_HIT, _ALPHA_SHORT, _ALPHA_MAX, _ALPHA_RAND = 0.74, 0.07, 0.07, 0.12
 _SQUASH = 2.2
+"""The lab's values: shares of the mixture, and the root that is taken of a scan's likelihood."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class CourseSettings:
 
 @dataclass(frozen=True, eq=False)
 class CourseEstimate:
-    """What the filter says after a scan."""
+    """The filter's estimate after a scan."""
 
     map_from_base: Pose
     effective_sample_size: float

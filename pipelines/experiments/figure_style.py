@@ -1,4 +1,4 @@
-"""How the figures of the experiments look: as wide as a column of a paper, told apart by the colour-blind."""
+"""How the figures of the experiments look: as wide as a column of a paper, in colours for everyone."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -12,14 +12,14 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
-BLACK, ORANGE, SKY, GREEN, BLUE, VERMILLION, PURPLE = (
-    *("#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7"),
+BLACK, ORANGE, GREEN, BLUE, VERMILLION, PURPLE = (
+    *("#000000", "#E69F00", "#009E73", "#0072B2", "#D55E00", "#CC79A7"),
 )
-"""Okabe and Ito's palette, but for its yellow, which is too light for lines on white."""
+"""Okabe and Ito's palette, without its yellow and sky blue, which are light for lines on white."""
 OURS, COURSE, TRUTH = BLUE, VERMILLION, BLACK
 OURS_NAME, COURSE_NAME = "racecar", "course"
 MAP_OF_NUMBERS = "cividis"
-COLUMN_INCHES = 85.0 / 25.4
+_COLUMN_MM, _MM_PER_INCH = 85.0, 25.4
 _DOTS_PER_INCH = 300
 _STYLE: Any = {
     "font.size": 8,
@@ -54,10 +54,10 @@ class Picture:
 
 
 @contextmanager
-def drawing(height_mm: float, width_mm: float = 85.0) -> Iterator[Figure]:
+def drawing(height_mm: float, width_mm: float = _COLUMN_MM) -> Iterator[Figure]:
     """Yield a figure of a column's width in the common style; what is drawn in the block has it too."""
     with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(width_mm / 25.4, height_mm / 25.4), layout="constrained")
+        figure = Figure(figsize=(width_mm / _MM_PER_INCH, height_mm / _MM_PER_INCH), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure
 

@@ -1,4 +1,4 @@
-"""The two filters that the experiments compare, told where to start."""
+"""The two filters that the experiments compare, started at a known pose."""
 
 from collections.abc import Mapping
 

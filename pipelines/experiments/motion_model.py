@@ -1,4 +1,4 @@
-"""The motion model in pictures: what a cloud becomes on its way when no scan corrects it."""
+"""The motion model in pictures: what a cloud becomes along a path when no scan corrects it."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -31,16 +31,17 @@ from racecar.pipelines.experiments.sweep import ParameterSweep
 _SPEED, _RADIUS, _PERIOD = 2.0, 2.0, 0.05
 """Metres per second, metres, seconds."""
 _SECTIONS = ((2.0, 0.0), (np.pi * _RADIUS / 2, 1.0 / _RADIUS), (1.0, 0.0))
-"""Metres of way, and the turn per metre: straight, a quarter of a circle, straight."""
+"""Metres of path, and the turn per metre: straight, a quarter of a circle, straight."""
 _SHOWN_AFTER = (0.0, 2.0, 3.6, 5.1, 6.1)
-"""Metres of way."""
+"""Metres of path."""
 _PARTICLES = 1000
 _TINY = 1e-9
+"""Metres and radians: no noise, to a filter that divides by it."""
 
 
 @dataclass(frozen=True, eq=False)
 class MotionModelResult:
-    """Clouds (N, 3) by what was assumed of the noise, at several places along the way."""
+    """Clouds (N, 3) by what was assumed of the noise, at several places along the path."""
 
     clouds: Mapping[str, list[Pose]]
     path: Pose
@@ -51,19 +52,19 @@ class MotionModelResult:
         return [
             f"A car drives {_length():.1f} m: straight, a quarter turn to the left of {_RADIUS:g} m "
             f"radius, and straight. {_PARTICLES} particles start in one point and follow its odometry; the "
-            "scans tell nothing, so nothing pulls them together. Without noise they stay in one point, "
+            "scans are empty, so nothing pulls them together. Without noise they stay in one point, "
             "and a filter could never recover from an error of the odometry. With the noise in use the "
-            "cloud grows along the way and bends, as an error of the heading is one of the place later "
+            "cloud grows along the path and bends, as an error of the heading is one of the place later "
             "on. The car's own model of speed and steering (Ackermann) puts the noise where such a car "
             "errs."
         ]
 
     def tables(self) -> list[FigureTable]:
-        columns = ("noise", *(f"after {way:g} m (m)" for way in _SHOWN_AFTER))
+        columns = ("noise", *(f"after {distance:g} m (m)" for distance in _SHOWN_AFTER))
         rows = [
             (name, *(f"{_deviation(cloud):.3f}" for cloud in clouds)) for name, clouds in self.clouds.items()
         ]
-        return [FigureTable("Standard deviation of the particles' place along the way", columns, rows)]
+        return [FigureTable("Standard deviation of the particles' place along the path", columns, rows)]
 
     def figures(self) -> dict[str, Any]:
         return {
@@ -76,7 +77,7 @@ class MotionModelResult:
             panels = figure.subplots(len(self.clouds), 1, sharex=True, sharey=True)
             for axes, (name, clouds) in zip(panels, self.clouds.items(), strict=True):
                 axes.plot(*self.path[:, :2].T, color=TRUTH, linewidth=0.8, label="odometry", zorder=4)
-                for cloud, way, color in zip(
+                for cloud, distance, color in zip(
                     clouds, _SHOWN_AFTER, (TRUTH, BLUE, GREEN, ORANGE, VERMILLION), strict=True
                 ):
                     is_point = _deviation(cloud) < 0.01
@@ -89,7 +90,7 @@ class MotionModelResult:
                         rasterized=True,
                         zorder=5,
                     )
-                    axes.plot([], [], ".", color=color, markersize=6.0, label=f"{way:g} m")
+                    axes.plot([], [], ".", color=color, markersize=6.0, label=f"{distance:g} m")
                 axes.set(title=name, aspect="equal", ylabel="y (m)")
             panels[-1].set_xlabel("x (m)")
             legend_below(figure, columns=3)
@@ -97,7 +98,7 @@ class MotionModelResult:
                 finish(
                     figure,
                     "motion-model",
-                    f"{_PARTICLES} particles at the start and after some metres of way, without noise, "
+                    f"{_PARTICLES} particles at the start and after some metres of path, without noise, "
                     "with the noise in use, and with the same noise in speed and steering.",
                 )
             ]
@@ -126,7 +127,7 @@ def drive_blindly(settings: LocalizationConfig, seed: int) -> list[Pose]:
     )
     path = _path()
     localizer.set_pose(path[0], np.diag([_TINY, _TINY, _TINY]) ** 2)
-    wanted = [round(way / (_SPEED * _PERIOD)) for way in _SHOWN_AFTER]
+    wanted = [round(distance / (_SPEED * _PERIOD)) for distance in _SHOWN_AFTER]
     clouds = []
     for index, (odometry, scan) in enumerate(_messages(path)):
         localizer.add_odometry(odometry)
@@ -137,7 +138,7 @@ def drive_blindly(settings: LocalizationConfig, seed: int) -> list[Pose]:
 
 
 def _messages(path: Pose) -> Iterator[tuple[Odometry, Scan]]:
-    """Odometry, and scans none of whose beams tells anything."""
+    """Odometry, and scans none of whose beams returned."""
     bearings: NDArray[np.float64] = np.linspace(-1.0, 1.0, 11)
     nothing = np.full(len(bearings), np.nan)
     for index, pose in enumerate(path):

@@ -28,7 +28,9 @@ from racecar.pipelines.experiments.tracking import track
 NOISES = (0.02, 0.10, 0.25, 0.5, 0.75, 1.0)
 """Standard deviations, metres and radians: after a metre or radian for ours, per update for the course."""
 JUMP = np.array([1.0, 1.0, 0.0])
+"""(3,) metres and radians, as the course sets it."""
 _SECONDS, _JUMP_AFTER = 12.0, 2.0
+"""How long a drive is, and when the jump comes."""
 _AVERAGED = 20
 """Scans in the running average."""
 _WITHIN = 0.25
@@ -38,6 +40,7 @@ _FASTEST = np.ceil(_AVERAGED * (1.0 - _WITHIN)) * SCAN_PERIOD * 1e-9
 _HARDLY = 0.01
 """Metres between the mean errors of the best and the worst noise, below which the choice hardly matters."""
 _START = (0.05, 0.05, 0.05)
+"""Standard deviations of the start: metres, metres, radians."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,12 +135,12 @@ class NoiseSweep:
         if max(means) - min(means) < _HARDLY:
             return (
                 f"For {_OWNERS[name]} filter the choice hardly matters. Its mean error after the jump "
-                f"counts the way there and the unrest afterwards alike; {span}. The least noise among the "
+                f"counts the approach and the unrest afterwards alike; {span}. The least noise among the "
                 f"best is {noise:g}. {speed}"
             )
         return (
             f"For {_OWNERS[name]} filter {noise:g} is the value to pick: the least noise whose mean error "
-            "after the jump, which counts the way there and the unrest afterwards alike, is the smallest "
+            "after the jump, which counts the approach and the unrest afterwards alike, is the smallest "
             f"but for two standard errors. There it is {_mean(runs, 'mean_error'):.3f} m; {span}. {speed}"
         )
 
@@ -245,11 +248,11 @@ def measure_step(offsets: NDArray[np.float64], is_after: NDArray[np.bool_]) -> S
     is_far = np.any(np.abs(averaged) > _WITHIN, axis=1)
     first = int(np.max(np.flatnonzero(is_far), initial=-1)) + 1
     has_converged = first < len(errors)
-    settled = errors[first:] if has_converged else errors[-len(errors) // 3 :]
+    converged = errors[first:] if has_converged else errors[-len(errors) // 3 :]
     return StepResponse(
         offsets,
         (first + 1) * SCAN_PERIOD * 1e-9 if has_converged else np.nan,
-        float(np.sqrt(np.mean(np.sum(settled**2, axis=1)))),
+        float(np.sqrt(np.mean(np.sum(converged**2, axis=1)))),
         float(np.mean(np.hypot(*errors.T))),
     )
 

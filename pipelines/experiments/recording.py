@@ -20,7 +20,7 @@ from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 _SAME_SESSION = 1_000_000_000
-"""Nanoseconds around the mapping trajectory's time within which its poses tell where a bag starts."""
+"""Nanoseconds around the mapping trajectory's time within which a bag counts as the one that made the map."""
 
 
 class Recording(Protocol):
@@ -38,7 +38,7 @@ class Recording(Protocol):
         """The map to find the car on."""
 
     def start(self) -> Pose | None:
-        """(3,) where the car is at the first scan; None when nothing tells."""
+        """(3,) where the car is at the first scan; None when it is not known."""
 
     def end(self) -> Sequence[float] | None:
         """Where the car is at the last scan by tape measure: x, y and, if it was measured, yaw."""
@@ -68,7 +68,7 @@ class BagRecording:
         return load_map(self.map)
 
     def start(self) -> Pose | None:
-        """As told, or as the trajectory beside the map has it, if the bag made the map."""
+        """As the user said, or as the trajectory beside the map has it, if the bag made the map."""
         if self.initial_pose is not None:
             return np.array(self.initial_pose)
         path = find_map(self.map).parent / "trajectory.tum"
@@ -99,7 +99,7 @@ class BagRecording:
 
 @dataclass(frozen=True)
 class StandIn:
-    """A simulated drive with people in the way, where no recording was given."""
+    """A simulated drive with people around, where no recording was given."""
 
     seed: int
     seconds: float
@@ -131,7 +131,7 @@ class StandIn:
 
 
 def first_seconds(messages: Iterator[Scan | Odometry], seconds: float) -> Iterator[Scan | Odometry]:
-    """The messages until so long after the first."""
+    """The messages of the first seconds."""
     end = None
     for message in messages:
         end = message.stamp + int(seconds * 1e9) if end is None else end
@@ -141,7 +141,7 @@ def first_seconds(messages: Iterator[Scan | Odometry], seconds: float) -> Iterat
 
 
 def known_start(recording: Recording) -> Pose:
-    """Where a recording starts. Raises UserError when nothing tells."""
+    """Where a recording starts. Raises UserError when that is not known."""
     start = recording.start()
     if start is None:
         raise UserError(

@@ -15,7 +15,7 @@ _Result = TypeVar("_Result")
 
 @dataclass(frozen=True)
 class ParameterSweep:
-    """Does runs in parallel through joblib, whose engine is this machine's cores or a dask cluster.
+    """Does runs in parallel through joblib, on this machine's cores or on a dask cluster.
 
     A run draws its random numbers from a seed of its own, so the results do not depend on where it was done.
     """

@@ -1,4 +1,4 @@
-"""A filter run over scans and odometry, and what it said at each scan."""
+"""A filter run over scans and odometry, and its estimate at each scan."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from racecar.pipelines.bags.replay import replay
 
 
 class Estimate(Protocol):
-    """What a filter says of the pose."""
+    """A filter's estimate of the pose."""
 
     @property
     def map_from_base(self) -> Pose:
@@ -40,7 +40,7 @@ class Filter(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """What a filter said, one entry per scan; extents and deviations may begin with the cloud as set."""
+    """A filter's estimates, one entry per scan; extents and deviations may begin with the cloud as set."""
 
     stamps: NDArray[np.int64]
     """(S,) nanoseconds."""
@@ -69,7 +69,7 @@ def track(
     *,
     with_start: bool = False,
 ) -> Track:
-    """Feed messages to a filter that has been told where to start; ``watch`` sees every scan too."""
+    """Feed messages to a filter whose start was set; ``watch`` sees every scan too."""
     stamps, poses, sizes, seconds = [], [], [], []
     clouds = [_cloud(filter_)] if with_start else []
     for replayed in replay(messages, filter_):

@@ -20,7 +20,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
 
 PATH_COLOR, LOOP_COLOR, START_COLOR, END_COLOR = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
-"""Okabe and Ito's palette, told apart by the colour-blind too."""
+"""Okabe and Ito's palette, which the colour-blind can distinguish too."""
 _UNKNOWN_COLOR = "#dfe3e8"
 _OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24"]).with_extremes(
     bad=_UNKNOWN_COLOR

@@ -112,8 +112,8 @@ def _draw_moment(axes: Axes, grid: OccupancyGrid, trajectory: Trajectory, moment
 
 
 def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lower left and upper right of the path and the map but for specks, in metres of the map frame."""
+    """Lower left and upper right of the path and the map without its outermost cells, in metres of the map frame."""
     known = grid.center_of(np.argwhere(grid.cells != UNKNOWN))
-    specks = [0.001, 0.999]
-    places = np.vstack([np.quantile(known, specks, axis=0), trajectory.map_from_base[:, :2]])
+    without_outliers = [0.001, 0.999]
+    places = np.vstack([np.quantile(known, without_outliers, axis=0), trajectory.map_from_base[:, :2]])
     return places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN

@@ -18,8 +18,10 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.session_file import load_arrays, save_arrays
 
 EVERY_SECONDS = 60.0
+"""How much work is lost when a run is killed."""
 _LEAST_WORK = 50.0
-"""Times as long as writing takes: long runs have large checkpoints."""
+"""How many times as long as writing a checkpoint the work between two of them takes, so that writing costs at
+most 2 % of a long run, whose checkpoints are large."""
 
 _log = logging.getLogger(__name__)
 
@@ -39,7 +41,7 @@ class Checkpoint:
     """The file beside a run's output folder that holds its mapper from time to time."""
 
     def __init__(self, out: Path, run: Mapping[str, Any]) -> None:
-        """``run`` is what must be the same for a checkpoint to be gone on from, in types that JSON knows."""
+        """``run`` is what must be the same for a run to go on from a checkpoint, in types that JSON knows."""
         folder = out.resolve()
         self.path = folder.parent / f"{folder.name}.checkpoint.npz"
         self._run = json.dumps(run, sort_keys=True)
@@ -62,9 +64,9 @@ class Checkpoint:
             raise UserError(f"{self.path} is damaged.") from error
 
     def save_when_due(self, mapper: Mapper, messages: int) -> None:
-        """Write the mapper, which has taken so many messages, if it is time and the mapper can be saved.
+        """Write the mapper, which has taken ``messages``, if it is time and the mapper can be saved.
 
-        Where it cannot be written the run goes on without.
+        Where it cannot be written, the run goes on without one.
         """
         start = time.monotonic()
         if start < self._due or not mapper.can_be_saved:
@@ -77,7 +79,7 @@ class Checkpoint:
         self._due = now + max(EVERY_SECONDS, _LEAST_WORK * (now - start))
 
     def save(self, arrays: Arrays, messages: int, besides: Arrays | None = None) -> None:
-        """Write the arrays of a mapper that has taken so many messages, and what else is to be kept. Raises
+        """Write the arrays of a mapper that has taken ``messages``, and what else is to be kept. Raises
         UserError or OSError where that cannot be."""
         marks = {"run": np.array(self._run), "messages": np.array(messages)}
         save_arrays({**marks, **named("besides", besides or {}), **arrays}, self.path, "racecar checkpoint")

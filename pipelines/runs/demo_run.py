@@ -1,4 +1,4 @@
-"""The whole way on simulated data: drive, bag, map, localize on that map, measure both against the truth."""
+"""All stages on simulated data: drive, bag, map, localize on that map, measure both against the truth."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 @dataclass(frozen=True, eq=False)
 class DemoErrors:
-    """What both stages missed the truth by."""
+    """How far both stages are from the truth."""
 
     mapping: TrajectoryErrors
     """After alignment of the map with the world."""

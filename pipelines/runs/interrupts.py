@@ -1,4 +1,4 @@
-"""Ctrl-C that asks work to stop at a good place instead of tearing it apart."""
+"""Ctrl-C that asks work to stop at a good place instead of breaking it off anywhere."""
 
 import signal
 from collections.abc import Iterator
@@ -39,7 +39,7 @@ class StopRequest:
 
 @contextmanager
 def stop_request(*signals: signal.Signals) -> Iterator[StopRequest]:
-    """Yield what tells of a request to stop, while the block lasts, by any of the signals.
+    """Yield whether a stop is requested, while the block lasts, by any of the signals.
 
     Raises KeyboardInterrupt also when that was dropped and the block failed over what it left undone.
     """

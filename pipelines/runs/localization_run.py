@@ -30,13 +30,14 @@ _POOR_FIT = 0.5
 _CONVERGED = 0.2
 """Metres of standard deviation within which the pose counts as found."""
 _MOMENTS = 6
+"""Scans that are laid over the map, evenly over the drive: two rows of panels."""
 _SAME_SESSION = 1_000_000_000
-"""Nanoseconds around the mapping trajectory's time within which its poses tell where a bag starts."""
+"""Nanoseconds around the mapping trajectory's time within which a bag counts as the one that made the map."""
 
 
 @dataclass(eq=False)
 class LocalizationRun:
-    """What the localizer said of a bag, one entry per scan."""
+    """The localizer's estimates over a bag, one entry per scan."""
 
     estimates: list[PoseEstimate] = field(default_factory=list)
     shares_on_wall: list[float] = field(default_factory=list)
@@ -69,7 +70,7 @@ def run_localization(
     recorder: Recorder | None = None,
     quiet: bool,
 ) -> LocalizationRun:
-    """Feed a bag through the localizer, which has been told where to start.
+    """Feed a bag through the localizer, whose start is set or unknown.
 
     With a ``start`` trajectory the car starts from the pose that this has at the first scan; where it
     has none the search goes on over the whole map, and the report says so. What comes in and out goes to a
@@ -119,7 +120,7 @@ def _start_from(start: Trajectory, stamp: int, localizer: Localizer, report: Rep
         report.add("inputs", {"start": "anywhere"})
         report.warn(
             "The map's trajectory.tum is from another drive, so the whole map was searched for the start; "
-            "--initial-pose tells it."
+            "give --initial-pose if it is known."
         )
         return
     report.add("inputs", {"start": start.map_from_base[nearest], "start_source": "the map's trajectory.tum"})
@@ -167,7 +168,7 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, rep
     report.add("update_ms", _update_times(run))
     if reader.odom_topic is not None:
         report.add("odometry_faults", asdict(localizer.odometry_faults))
-    for sentence in [*reader.warnings, *_doubts(run, reader)]:
+    for sentence in [*reader.warnings, *_cautions(run, reader)]:
         report.warn(sentence)
 
 
@@ -208,12 +209,12 @@ def _update_times(run: LocalizationRun) -> dict[str, float | None]:
     }
 
 
-def _doubts(run: LocalizationRun, reader: BagReader) -> list[str]:
+def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
     sentences = []
     starts = sum(estimate.is_start for estimate in run.estimates)
     if starts > 1:
         sentences.append(
-            f"The pose was searched anew {starts - 1} times, after gaps in the scans or because they no "
+            f"The pose was searched again {starts - 1} times, after gaps in the scans or because they no "
             "longer fitted the map; the path may jump there."
         )
     shares = [share for share in run.shares_on_wall if not np.isnan(share)]

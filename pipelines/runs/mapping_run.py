@@ -24,7 +24,8 @@ from racecar.pipelines.runs.map_outputs import REPORT_FILE, WrittenMap, outputs_
 from racecar.pipelines.runs.progress import progress_bar
 
 _FIRST_TURNS, _ROUNDS = 5000, 3
-"""Messages among which turns are sought, as a car may stand for long; and how often."""
+"""Messages in which turns are looked for, about a minute of driving as a car may stand for long at first; and
+how often it begins again at most, since the lag that is learned hardly changes after the second time."""
 
 
 def build_map(
@@ -51,7 +52,7 @@ def build_map(
         scans = _feed(start, reader, report, checkpoint, stop, quiet=quiet)
     if not scans:
         raise UserError(
-            f"There is no usable scan on {reader.scan_topic}; `racecar check` tells what the bag holds."
+            f"There is no usable scan on {reader.scan_topic}; `racecar check` shows what the bag holds."
         )
     with report.stage("optimizing"), progress_bar("Optimizing", quiet=quiet) as advance_to:
         try:
@@ -96,7 +97,7 @@ def _resumed(
 def _begin(
     reader: BagReader, config: MappingConfig, report: Report, stop: StopRequest, *, quiet: bool
 ) -> MappingStart:
-    """The first messages, mapped with the odometry's lag as the first turns tell it.
+    """The first messages, mapped with the odometry's lag that the first turns show.
 
     The mapper learns it by itself, but has placed skewed scans until then, which lead to a little less than
     all of it; so it begins again until it learns what it knew. That takes seconds: no checkpoint is written.

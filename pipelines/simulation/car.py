@@ -6,17 +6,21 @@ from dataclasses import dataclass
 import numpy as np
 
 WHEELBASE = 0.33
+"""Metres, of a car at a scale of 1:10 as the course has it."""
 MAX_STEERING = 0.4
 """Radians; the turning radius is then 0.78 m."""
 MAX_STEERING_RATE = 3.2
+"""Radians per second, of a servo that goes from lock to lock in a quarter of a second."""
 MAX_ACCELERATION = 3.0
 MAX_BRAKING = 4.0
+"""m/s²; what motor and brakes do."""
 MAX_SIDE_ACCELERATION = 6.0
 """m/s²; what the tyres hold in a bend."""
 
 BODY_CENTERS = np.array([[0.0, 0.0], [0.3, 0.0]])
 """Two discs on the car's axis that cover its body, metres; base_link is in the middle of the rear axle."""
 BODY_RADIUS = 0.2
+"""Metres, of each disc."""
 
 
 @dataclass
@@ -40,8 +44,8 @@ class Car:
         self.speed = _towards(wanted_speed, self.speed, rate * seconds)
         wanted_steering = min(max(wanted_steering, -MAX_STEERING), MAX_STEERING)
         self.steering = _towards(wanted_steering, self.steering, MAX_STEERING_RATE * seconds)
-        turn, way = self.turning_speed * seconds, self.speed * seconds
-        chord = way if abs(turn) < 1e-9 else way * math.sin(turn / 2) / (turn / 2)
+        turn, distance = self.turning_speed * seconds, self.speed * seconds
+        chord = distance if abs(turn) < 1e-9 else distance * math.sin(turn / 2) / (turn / 2)
         self.x += chord * math.cos(self.yaw + turn / 2)
         self.y += chord * math.sin(self.yaw + turn / 2)
         self.yaw += turn

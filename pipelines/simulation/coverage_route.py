@@ -1,4 +1,4 @@
-"""The way of a car that sees all of a map: to the nearest place not yet seen, again and again, then home."""
+"""The path of a car that sees all of a map: to the nearest place not yet seen, again and again, then home."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ from racecar.pipelines.simulation.driving_lattice import DrivingLattice
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 SIGHT = 3.0
-"""Metres; what is this near to the way, round corners as one drives, counts as seen."""
+"""Metres; what is this near to the path, measured round corners as one drives, counts as seen."""
 
 SMALL_POCKET = 1.0
 """Square metres; a smaller place that is left unseen is not gone to."""
@@ -56,7 +56,7 @@ def plan_route(lattice: DrivingLattice, start: int) -> Route:
     while True:
         is_last = not unseen.any()
         is_goal = np.arange(len(lattice.reachable)) == start if is_last else np.repeat(unseen, 16)
-        nodes = lattice.cheapest_way(here, is_goal)
+        nodes = lattice.cheapest_path(here, is_goal)
         if not is_last:
             nodes = _until_in_sight(lattice, nodes)
         path, in_reverse = lattice.drive(nodes)
@@ -83,7 +83,7 @@ def choose_start(grid: OccupancyGrid, lattice: DrivingLattice, wanted: Pose | No
 
 
 def _until_in_sight(lattice: DrivingLattice, nodes: list[int]) -> list[int]:
-    """The first part of a way, one step at least, that ends where its goal is well in sight.
+    """The first part of a path, one step at least, that ends where its goal is well in sight.
 
     A car that goes no further need not turn in a corner that it only came to look at.
     """

@@ -1,4 +1,4 @@
-"""The driver: keeps to a way by pure pursuit, slows down for bends and changes gear where the way turns back.
+"""The driver: follows a path by pure pursuit, slows down for bends, changes gear where the path turns back.
 
 R. C. Coulter: Implementation of the Pure Pursuit Path Tracking Algorithm, CMU-RI-TR-92-01, 1992.
 """
@@ -15,15 +15,24 @@ from racecar.maps.grid.distance_field import sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.simulation.car import MAX_BRAKING, MAX_SIDE_ACCELERATION, MAX_STEERING, WHEELBASE, Car
 from racecar.pipelines.simulation.coverage_route import Route
-from racecar.pipelines.simulation.path_smoothing import STEP, lengths_along, smooth_way
+from racecar.pipelines.simulation.path_smoothing import STEP, lengths_along, smooth_path
 
 TICK = 0.005
 """Seconds between the poses of a drive."""
 _TICKS_PER_DECISION = 4
+"""So that the driver steers 50 times a second, as a controller on a car does."""
 _REVERSE_SPEED = 0.8
+"""m/s."""
 _CREEPING_SPEED = 0.25
+"""m/s, at which the car comes to the end of a leg, which braking alone would never reach."""
+_SEARCHED = 15
+"""Points of the path, 1.5 m, among which the nearest to the car is looked for: the path may come by again."""
+_NEAREST_TARGET, _FARTHEST_TARGET = 0.45, 2.5
+"""Metres ahead on the path, between which pure pursuit aims: nearer it swings, farther it cuts corners."""
+_LOOK_AHEAD_SECONDS = 0.3
+"""By which the target moves away with the speed."""
 _CAUTION = 0.7
-"""Share of what brakes and tyres can do that the driver counts on."""
+"""Share of what brakes and tyres can do that the driver relies on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +54,7 @@ class CarMotion:
 
 @dataclass(frozen=True, eq=False)
 class _Leg:
-    """A part of a way that is driven in one gear."""
+    """A part of a path that is driven in one gear."""
 
     points: NDArray[np.float64]
     """(N, 2), ``STEP`` apart."""
@@ -92,11 +101,11 @@ def _legs(
     changes = np.flatnonzero(np.diff(backwards)) + 1
     legs = []
     for first, last in zip([0, *changes], [*changes, len(backwards)], strict=True):
-        way = smooth_way(points[first : last + 1], grid, clearance)
+        path = smooth_path(points[first : last + 1], grid, clearance)
         gear = -1 if backwards[first] else 1
-        room = sample_field(clearance, grid, way)
+        room = sample_field(clearance, grid, path)
         limit = np.minimum(max_speed if gear > 0 else _REVERSE_SPEED, _speed_in_narrow(room))
-        legs.append(_Leg(way, _allowed_speed(way, np.minimum(limit, max_speed)), gear))
+        legs.append(_Leg(path, _allowed_speed(path, np.minimum(limit, max_speed)), gear))
     return legs
 
 
@@ -133,14 +142,14 @@ def _follow(car: Car, leg: _Leg) -> Iterator[tuple[float, float]]:
     points, last = np.concatenate([leg.points, beyond]), len(leg.points) - 1
     nearest = 0
     while True:
-        window = points[nearest : nearest + 15]
+        window = points[nearest : nearest + _SEARCHED]
         nearest += int(np.argmin(np.hypot(window[:, 0] - car.x, window[:, 1] - car.y)))
         to_go = float(direction @ (leg.points[-1] - (car.x, car.y)))
         if nearest >= last - 5 and to_go <= 0.02:
             yield from _stop(car)
             return
         speed = max(float(leg.speed[min(nearest, last)]), _CREEPING_SPEED)
-        look_ahead = min(max(0.45, 0.3 * abs(car.speed) + 0.2), 2.5)
+        look_ahead = min(max(_NEAREST_TARGET, _LOOK_AHEAD_SECONDS * abs(car.speed) + 0.2), _FARTHEST_TARGET)
         target = points[min(nearest + max(1, round(look_ahead / STEP)), len(points) - 1)]
         yield leg.gear * speed, _steering_towards(car, target)
 

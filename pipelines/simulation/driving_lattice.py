@@ -19,7 +19,7 @@ from scipy.sparse.csgraph import connected_components
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose, transform_points, wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, OccupancyGrid
-from racecar.pipelines.simulation.car import BODY_CENTERS
+from racecar.pipelines.simulation.car import BODY_CENTERS, BODY_RADIUS
 from racecar.pipelines.simulation.driving_lattice_kernels import cheapest_goal
 
 DIRECTIONS = np.array([
@@ -29,14 +29,24 @@ DIRECTIONS = np.array([
 """(16, 2) the step to the next lattice point along each heading."""
 HEADINGS = np.arctan2(DIRECTIONS[:, 1], DIRECTIONS[:, 0]).astype(np.float64)
 
-PLANNED_CLEARANCE = 0.32
-"""Metres from the centres of the body's discs to the nearest obstacle: the body and room to steer."""
+PLANNED_CLEARANCE = BODY_RADIUS + 0.12
+"""Metres from the centres of the body's discs to the nearest obstacle: the body, and room to steer since the
+driver follows a path to some centimetres."""
 COMFORTABLE_CLEARANCE = 0.8
+"""Metres, beyond which more room makes a path no better."""
 MIN_TURNING_RADIUS = 0.9
+"""Metres; the steering allows 0.78, which leaves the driver something to correct with."""
 SPACING = 0.2
+"""Metres between the places of the lattice."""
 MAX_CELLS = 60_000
 """Beyond this many the lattice is spaced wider."""
 REVERSE_PENALTY = 4.0
+"""How many times as much a metre costs backwards, so that the car reverses only where it cannot turn."""
+_CROWDING, _BENDING = 3.0, 1.05
+"""How much more a metre costs right beside a wall (a share), and by which factor on a curve: by judgement, so
+that the car keeps to the middle of corridors and does not wind."""
+_SMALLEST_COMPONENT = 100
+"""Nodes; where the car cannot get to more of them there is no driving."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +57,7 @@ class Curve:
     """Rows and columns."""
     end_heading: int
     poses: Pose
-    """(K, 3) in metres along the way, both ends included."""
+    """(K, 3) in metres along the curve, both ends included."""
     length: float
 
     @property
@@ -115,7 +125,7 @@ def _hermite(end: NDArray[np.float64], start_yaw: float, end_yaw: float) -> tupl
 
 
 class DrivingLattice:
-    """All poses of the largest connected part of a map at which the car fits, and the ways between them.
+    """All poses of the largest connected part of a map at which the car fits, and the paths between them.
 
     Nodes are numbered ``cell * 16 + heading``.
     """
@@ -131,7 +141,7 @@ class DrivingLattice:
         """(nodes, nodes) cost of the curve from one to another, metres weighted."""
         _, component = connected_components(self.graph, directed=False)
         sizes = np.bincount(component, minlength=1)
-        if sizes.max() < 100:
+        if sizes.max() < _SMALLEST_COMPONENT:
             raise UserError(
                 "The car finds no room to drive in this map: "
                 f"it needs connected free places at least {2 * PLANNED_CLEARANCE:.1f} m wide."
@@ -145,7 +155,7 @@ class DrivingLattice:
         grid_from_base = np.column_stack([self._centers(places), HEADINGS[nodes % 16]])
         return compose(self._grid.map_from_grid, grid_from_base)
 
-    def cheapest_way(self, start: int, is_goal: NDArray[np.bool_]) -> list[int]:
+    def cheapest_path(self, start: int, is_goal: NDArray[np.bool_]) -> list[int]:
         """The nodes from a start to the goal that costs least; ValueError when none can be reached."""
         node, predecessors = cheapest_goal(
             self.graph.indptr, self.graph.indices, self.graph.data, start, is_goal & self.reachable
@@ -214,7 +224,9 @@ class DrivingLattice:
                 sources.append(from_cell * 16 + heading)
                 targets.append(to_cell * 16 + curve.end_heading)
                 discomfort = np.clip(1.0 - clearance / COMFORTABLE_CLEARANCE, 0.0, None)
-                costs.append(curve.length * (1.0 + 3.0 * discomfort) * (1.05 if curve.is_bent else 1.0))
+                costs.append(
+                    curve.length * (1.0 + _CROWDING * discomfort) * (_BENDING if curve.is_bent else 1.0)
+                )
         nodes = 16 * len(self._place_of_number)
         entries = np.concatenate(costs), (np.concatenate(sources), np.concatenate(targets))
         forwards = coo_array(entries, shape=(nodes, nodes)).tocsr()

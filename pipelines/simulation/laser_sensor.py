@@ -9,12 +9,15 @@ from racecar.maps.grid.ray_casting import cast_rays
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 
 BEAMS = 1081
+"""By the sensor's data sheet, as are the field of view of 270°, 40 scans a second and a reach of 0.06 to 30 m."""
 ANGLE_MIN = float(np.radians(-135.0))
 ANGLE_INCREMENT = float(np.radians(270.0)) / (BEAMS - 1)
 SCAN_TIME = 0.025
 TIME_INCREMENT = SCAN_TIME * 0.75 / (BEAMS - 1)
+"""Seconds: the mirror sees 270° during three quarters of its turn."""
 RANGE_MIN, RANGE_MAX = 0.06, 30.0
 BASE_FROM_LASER = np.array([0.27, 0.0, 0.0])
+"""(3,) on the axis, above the front wheels."""
 
 PERIOD_TICKS = round(SCAN_TIME / TICK)
 BEARINGS: NDArray[np.float64] = ANGLE_MIN + ANGLE_INCREMENT * np.arange(BEAMS, dtype=np.float64)
@@ -37,7 +40,7 @@ def sweep(
 ) -> NDArray[np.float64]:
     """(BEAMS,) true ranges, each beam from where the laser is at its own time; inf where nothing is in reach.
 
-    ``legs`` (M, 2) are round things at the sweep's beginning and ``SCAN_TIME`` later.
+    ``legs`` (M, 2) are the centres of legs at the sweep's beginning and ``SCAN_TIME`` later.
     """
     before = np.minimum(_BEAM_TICKS.astype(np.int64), len(drive.speed) - 2)
     map_from_base = interpolate(

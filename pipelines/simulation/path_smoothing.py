@@ -1,4 +1,4 @@
-"""Rounds off a planned way without coming nearer to the walls than allowed."""
+"""Rounds off a planned path without coming nearer to the walls than allowed."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,19 +7,21 @@ from racecar.maps.grid.distance_field import sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 
 STEP = 0.1
-"""Metres between the points of a smoothed way."""
+"""Metres between the points of a smoothed path."""
 _ROUNDS = 400
+"""Each moves every point to the middle of its neighbours; 400 spread a bend over some 20 points (2 m)."""
 _WANTED_CLEARANCE = 0.65
+"""Metres: the body, and room to steer at speed."""
 _FIXED_ENDS = 4
-"""Points at either end that keep their places, so that a way leaves and arrives at the planned headings."""
+"""Points at either end that keep their places, so that a path leaves and arrives at the planned headings."""
 
 
-def smooth_way(
+def smooth_path(
     points: NDArray[np.float64], grid: OccupancyGrid, clearance: NDArray[np.float32]
 ) -> NDArray[np.float64]:
-    """Points (M, 2), ``STEP`` apart, of a way (N, 2) that is pulled straight like an elastic band.
+    """Points (M, 2), ``STEP`` apart, of a path (N, 2) that is pulled straight like an elastic band.
 
-    No point moves to where it has less clearance than 0.65 m, unless it gains by it.
+    No point moves to where it has less clearance than 0.65 m, unless it gains clearance by that.
     """
     points = resample(points, STEP)
     if len(points) <= 2 * _FIXED_ENDS:

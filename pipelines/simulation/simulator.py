@@ -23,6 +23,7 @@ from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
 from racecar.pipelines.simulation.wheel_odometry import measure_odometry, true_odometry
 
 START_NS = 1_700_000_000_000_000_000
+"""Nanoseconds of a simulated drive's first stamp: in 2023, so that stamps look like those of real bags."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +105,7 @@ class Simulation:
         route = plan_route(lattice, choose_start(self._grid, lattice, wanted))
         rounds, seconds = (config.laps if route.is_lap else 1), np.inf
         if config.duration is not None:
-            # The way driven is shorter than the time at full speed allows, so the rounds never run out.
+            # At full speed all the time the car would need so many rounds, so it never runs out of them.
             rounds = 1 + int(config.duration * config.max_speed / route.length)
             seconds = config.duration
         return drive_route(route, self._grid, lattice.clearance, config.max_speed, rounds, seconds)

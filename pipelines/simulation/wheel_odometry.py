@@ -18,7 +18,7 @@ PERIOD_TICKS = 4
 
 @dataclass(frozen=True)
 class OdometryNoise:
-    """How wheel odometry errs. Scales and bias are drawn once a drive, the rest grows with the way driven."""
+    """How wheel odometry errs. Scales and bias are drawn once a drive, the rest grows with the distance."""
 
     path_scale: float = 0.0
     """Standard deviation of the share by which distances are wrong."""
@@ -39,6 +39,8 @@ NOISE = {
     NoiseLevel.SLIGHT: OdometryNoise(0.01, 0.01, 0.0005, 0.003, 0.003, 0.0),
     NoiseLevel.FULL: OdometryNoise(0.04, 0.05, 0.02, 0.01, 0.015, 0.1),
 }
+"""By judgement: a well calibrated car errs by a per cent, one whose gains nobody has set by some per cent; the
+recordings of the race car show 4 % of distance."""
 
 
 def measure_odometry(
@@ -53,13 +55,13 @@ def measure_odometry(
     path_factor = (1.0 + noise.path_scale * generator.standard_normal()) * (1.0 + slips[:, 0])
     turn_factor = (1.0 + noise.turn_scale * generator.standard_normal()) * (1.0 + slips[:, 1])
     bias = noise.turn_per_metre * generator.standard_normal()
-    way = np.linalg.norm(steps[:, :2], axis=1)
-    walk = np.sqrt(way)[:, None] * generator.standard_normal((len(steps), 2))
+    distance = np.linalg.norm(steps[:, :2], axis=1)
+    walk = np.sqrt(distance)[:, None] * generator.standard_normal((len(steps), 2))
     measured = np.column_stack(
         [
             steps[:, 0] * path_factor + noise.path_walk * walk[:, 0],
             steps[:, 1] * path_factor,
-            steps[:, 2] * turn_factor + bias * way + noise.turn_walk * walk[:, 1],
+            steps[:, 2] * turn_factor + bias * distance + noise.turn_walk * walk[:, 1],
         ]
     )
     period = PERIOD_TICKS * TICK

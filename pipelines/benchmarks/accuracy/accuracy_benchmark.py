@@ -1,4 +1,4 @@
-"""How right the localizer is: every row of the README's table, measured."""
+"""How accurate the localizer is on simulated drives: every row of the README's table, measured."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -27,12 +27,15 @@ _TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
 """m/s, m/s and a share."""
 _DRIVE_SECONDS = 30.0
 _CROWD = 0.15
+"""Share of the beams that people stop."""
 _LOST = 0.5
 """Metres off, or probability of being lost, from which on the car counts as lost."""
 _RIGHT = 0.25
-"""Metres."""
+"""Metres off, up to which an estimate counts as right."""
 _FIND_SECONDS, _NOTICE_SECONDS, _FIND_AGAIN_SECONDS = 3.0, 1.0, 3.0
+"""Within which the start has to be found, a kidnapping noticed, and the car found again after one."""
 _BETWEEN_KIDNAPPINGS = 6.0
+"""Seconds; twice what the car has to be found again in."""
 _ROOM = 0.5
 """Metres of free floor about the pose at which a drive starts."""
 _FAR = 2.0
@@ -54,7 +57,7 @@ class TrackingFigures:
     scans_lost: int
     """With an error of half a metre or more."""
     false_alarms: int
-    """How often the map was searched anew, or the localizer said that it is more likely lost than not."""
+    """How often the map was searched again, or the car reported as more likely lost than not."""
 
 
 @dataclass(frozen=True)
@@ -97,7 +100,7 @@ class AccuracyBenchmark:
         )
 
     def changed_map(self, map_name: str, seconds: float) -> TrackingFigures:
-        """Furniture was moved, and people stand about."""
+        """Furniture was moved, and people stand around."""
         self._announce(f"Furniture moved, people about: {map_name}")
         runs = []
         for seed in range(self.seeds):
@@ -126,7 +129,7 @@ class AccuracyBenchmark:
         return _tracking_figures([self._run(self._grids[map_name], drive, 0)])
 
     def global_start(self, places: dict[str, int]) -> FindingFigures:
-        """From nothing, at places all over the maps."""
+        """Without a start pose, at places all over the maps."""
         results, left_out = [], 0
         for map_name, wanted in places.items():
             self._announce(f"Global start: {wanted} places, {map_name}")
@@ -141,7 +144,7 @@ class AccuracyBenchmark:
         return FindingFigures(len(results), left_out, found, None, float(np.median(seconds)))
 
     def kidnapped(self, map_name: str, times: int) -> FindingFigures:
-        """Carried elsewhere between two scans, with nothing else to tell."""
+        """Carried elsewhere between two scans, which nothing but the scans shows."""
         self._announce(f"Kidnapped {times} times: {map_name}")
         starts = list(self._distinct_drives(map_name, times + 1, _BETWEEN_KIDNAPPINGS))
         drives = [drive for drive, _ in starts]
@@ -233,8 +236,8 @@ def _tracking_figures(runs: Sequence[LocalizedDrive]) -> TrackingFigures:
     metres = np.concatenate([result.metres for result in runs])
     alarms = 0
     for result in runs:
-        doubts = np.array([estimate.lost_probability > _LOST for estimate in result.estimates])
-        alarms += int(np.count_nonzero(doubts[1:] & ~doubts[:-1]))
+        alarmed = np.array([estimate.lost_probability > _LOST for estimate in result.estimates])
+        alarms += int(np.count_nonzero(alarmed[1:] & ~alarmed[:-1]))
         alarms += sum(estimate.is_start for estimate in result.estimates[1:])
     return TrackingFigures(
         drives=len(runs),

@@ -1,4 +1,4 @@
-"""People who stand about the car, in the way of its laser."""
+"""People who stand around the car and block its laser."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -39,7 +39,7 @@ def among_people(
 
 
 def _in_front(scan: Scan, people: NDArray[np.float64]) -> tuple[NDArray[np.float64], float]:
-    """Ranges (N,) with people (P, 2), bearing and distance, in the way, and the share of beams they stop."""
+    """Ranges (N,) with people (P, 2), at bearings and distances, and the share of the beams they stop."""
     ranges = scan.ranges.copy()
     for bearing, distance in people:
         half = np.arctan(0.5 * _PERSON_WIDTH / distance)

@@ -5,7 +5,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 _ALIKE, _ALIKE_SHARE = 0.2, 0.03
-"""Ranges agree within so many metres, and so much of the range: places lie apart, and so do headings."""
+"""Metres, and share of the range, within which two ranges agree: the places and headings that are compared
+lie some distance apart themselves."""
 
 
 @njit(cache=True, nogil=True)

@@ -1,4 +1,4 @@
-"""Places that a single scan cannot tell apart, and so no filter at once: found by comparing exact scans."""
+"""Places that a single scan cannot distinguish, and so no filter at once: found by comparing exact scans."""
 
 import numpy as np
 from numpy.typing import NDArray

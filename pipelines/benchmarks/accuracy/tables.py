@@ -1,4 +1,4 @@
-"""What the localizer's accuracy came to, as tables."""
+"""The localizer's accuracy on simulated drives, as tables."""
 
 from collections.abc import Mapping
 

@@ -33,15 +33,16 @@ from racecar.pipelines.live.ros.processes import private_environment, racecar_pr
 from racecar.pipelines.runs.mapping_run import build_map
 
 _DOMAINS = range(30, 100)
-"""Of ROS, which others on the machine hardly use."""
+"""Of ROS: numbers that others on the machine hardly use."""
 _READY_SECONDS = 120.0
+"""A node compiles its kernels when it starts for the first time, which takes about a minute."""
 _MEMORY_EVERY = 1.0
-"""Seconds."""
+"""Seconds between two looks at a node's memory."""
 
 
 @dataclass
 class LiveFigures:
-    """What one drive came to; None where it does not apply."""
+    """The figures of one node on one drive; None where one does not apply."""
 
     drive: str
     node: str
@@ -105,7 +106,7 @@ def measure_drives(
 def measure_localizer(
     drive: PlayedDrive, config: LocalizationConfig, domain: int, speed: float
 ) -> LiveFigures:
-    """Replay a drive offline, then play it to the node, so many times as fast, from the same start."""
+    """Replay a drive offline, then play it to the node, ``speed`` times as fast, from the same start."""
     warm_up(LocalizationConfig())
     with BagReader(drive.bag) as reader:
         figures = LiveFigures(drive.name, "localizer")
@@ -129,7 +130,7 @@ def measure_localizer(
 
 
 def measure_mapper(drive: PlayedDrive, config: MappingConfig, domain: int, speed: float) -> LiveFigures:
-    """Map a drive offline, then play it to the node, so many times as fast."""
+    """Map a drive offline, then play it to the node, ``speed`` times as fast."""
     with BagReader(drive.bag) as reader, tempfile.TemporaryDirectory() as folder:
         figures = LiveFigures(drive.name, "mapper")
         figures.scans = reader.topics[reader.scan_topic].message_count
@@ -199,7 +200,7 @@ def _run(
 
 
 def _stolen_seconds() -> float:
-    """Processor time that the host gave to others since this machine started; nan where that is not told."""
+    """Processor time that the host gave to others since this machine started; nan where it is not known."""
     try:
         stolen = Path("/proc/stat").read_text().split(maxsplit=9)[8]
     except (OSError, IndexError):

@@ -1,4 +1,4 @@
-"""What the nodes came to while a bag was played, as a table."""
+"""The figures of the nodes while a bag was played, as a table."""
 
 from collections.abc import Callable, Sequence
 

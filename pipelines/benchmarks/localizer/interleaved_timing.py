@@ -17,8 +17,9 @@ from racecar.pipelines.benchmarks.localizer.reference_kernels import add_up_load
 from racecar.pipelines.benchmarks.localizer.stopwatch import Stopwatch
 
 PARTS = ("beams", "sensor", "resampling", "moments", "refinement")
-"""Of the step, that can be measured alone."""
+"""Of the step, those that can be measured alone."""
 _START_DEVIATIONS = np.array([0.05, 0.05, 0.02])
+"""Metres and radians, of the plain filter's first cloud."""
 
 
 class InterleavedTiming:
@@ -56,7 +57,7 @@ class InterleavedTiming:
         self._plain_odometry = drive.odom_from_base
 
     def take(self, steps: int, watch: Stopwatch) -> None:
-        """Time so many steps of the localizer, its parts and the bare loads as often, the others once."""
+        """Time some steps of the localizer, its parts and the bare loads as often, the others once."""
         for _ in range(steps):
             self._drive.next_step()
             estimate = watch.time("step", self._drive.feed)

@@ -29,10 +29,11 @@ from racecar.pipelines.benchmarks.localizer.stopwatch import Stopwatch
 from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
 
 _OFF = 3.0
-"""Cells."""
+"""Cells by which a ray of the table counts as off."""
 _RAY_PLACES = 4000
+"""Poses from which the table's rays are compared with exact ones."""
 _WIDE_DEVIATIONS = np.array([0.5, 0.5, 0.25])
-"""Metres and radians."""
+"""Metres and radians, of a cloud that is as wide as when the car has just been found."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ FULL = Workload()
 
 @dataclass(frozen=True)
 class LocalizerFigures:
-    """What came out on one map."""
+    """The figures on one map."""
 
     step_ms: float
     """Motion, sensor, resampling and estimate of one scan, and taking in the odometry before it."""
@@ -158,9 +159,9 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
 def rays_off(
     free_space: FreeSpace, table: RangeTable, bearings: NDArray[np.float64], rng: np.random.Generator
 ) -> float:
-    """Share of the rays off by over 3 cells, at bearings (B,) from anywhere on the map, facing any way.
+    """Share of the rays off by over 3 cells, at bearings (B,) from anywhere on the map, at any heading.
 
-    Rays longer than the table can tell count as just so long.
+    Rays longer than the table can hold count as its longest.
     """
     grid, model = free_space.grid, BeamModel(free_space, table, 1.0)
     reach = FARTHEST * grid.resolution

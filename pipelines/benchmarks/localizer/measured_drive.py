@@ -29,7 +29,7 @@ class DriveStep:
 
 
 class MeasuredDrive:
-    """A localizer that follows a simulated drive of so many steps."""
+    """A localizer that follows a simulated drive, step by step."""
 
     def __init__(
         self, grid: OccupancyGrid, config: LocalizationConfig, steps: int, warm_up_steps: int, seed: int

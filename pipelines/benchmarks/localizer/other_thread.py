@@ -1,4 +1,4 @@
-"""Whether another thread gets on while the localizer works."""
+"""Whether another thread makes progress while the localizer works."""
 
 import time
 from collections.abc import Callable
@@ -11,10 +11,11 @@ from racecar.pipelines.benchmarks.localizer.measured_drive import MeasuredDrive
 from racecar.pipelines.benchmarks.localizer.reference_kernels import spin
 
 _TRIAL_TURNS = 10_000_000
+"""Turns of the spin by which its speed is measured: some milliseconds."""
 
 
 class _Counter(Thread):
-    """A loop in Python that counts as fast as it is let."""
+    """A loop in Python that counts as fast as the interpreter lets it."""
 
     def __init__(self) -> None:
         super().__init__(daemon=True)

@@ -1,6 +1,6 @@
 """The usual particle filter, written plainly: what the localizer is faster than.
 
-Rays are marched through the distance field by numba, all else is NumPy as it comes to mind: a look-up in the
+Rays are marched through the distance field by numba, all else is plain NumPy: a look-up in the
 sensor table, ``random.choice``, the mean of the particles.
 """
 
@@ -15,7 +15,9 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.benchmarks.localizer.reference_kernels import march_rays
 
 _NOISE = 0.02
+"""Metres and radians, added by every step."""
 _SQUASH = 2.2
+"""The root that is taken of a scan's likelihood, the course's value."""
 
 
 class PlainFilter:

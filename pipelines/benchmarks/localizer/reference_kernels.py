@@ -71,7 +71,7 @@ def march_rays(
 
 @njit(cache=True, nogil=True)
 def spin(turns: int) -> int:
-    """Work that needs neither memory nor the interpreter; what it gives means nothing."""
+    """Work that needs neither memory nor the interpreter; its result means nothing."""
     state = np.uint64(1)
     for _ in range(turns):
         state ^= state << np.uint64(13)

@@ -10,7 +10,7 @@ _T = TypeVar("_T")
 
 
 class Stopwatch:
-    """Gathers how much time of the processor this thread took for things, by name.
+    """Gathers how much processor time this thread took for things, by name.
 
     On a machine with nothing else to do it is how long they took; other work there does not show.
     """
@@ -31,7 +31,7 @@ class Stopwatch:
         return result
 
     def time_warm(self, name: str, work: Callable[[], object], repetitions: int) -> None:
-        """Do it so often after a first time, which finds the caches as other work left them."""
+        """Do it repeatedly after a first time, which finds the caches as other work left them."""
         work()
         for _ in range(repetitions):
             self.time(name, work)

@@ -1,7 +1,7 @@
-"""Where about a pose some scans fit best together, told by trying everything: slow, but no filter.
+"""Where near a pose some scans fit best together, found by trying every pose: slow, but no filter.
 
 On a whole map a scan of a corridor, or of a room that has changed since the map was made, often fits best at
-some place that is tens of metres away, or facing the other way; so only a few metres are searched, and a
+some place that is tens of metres away, or turned round; so only a few metres are searched, and a
 sixth of a turn to either side.
 """
 
@@ -21,19 +21,20 @@ _WINDOW, _TURN_WINDOW = 4.0, np.radians(60.0)
 """Metres and radians about a pose that are searched."""
 _COARSE, _COARSE_TURN, _COARSE_POINTS = 0.2, np.radians(4.0), 120
 _FINE, _FINE_TURN, _FINE_POINTS = 0.02, np.radians(1.0), 720
-"""Metres and radians between the poses that are tried, and how many end points tell their fit."""
+"""Metres and radians between the poses that are tried, and how many end points their fit is measured by."""
 _SHORTLIST, _CANDIDATES, _APART = 5_000, 20, 0.4
-"""Of the coarse poses so many are the best, of which those are tried finely that lie so many metres apart."""
+"""How many of the best coarse poses are looked at, how many of them are refined, and how many metres apart
+those lie."""
 _STEPS, _TURN_STEPS = np.arange(-10, 11), np.arange(-5, 6)
 _CLEARANCE = 0.1
 """Metres from a wall at which a laser can be."""
 _BEHIND = 0.3
-"""Metres by which an end point lies behind a wall for sure."""
+"""Metres behind a wall at which an end point certainly does not lie on it."""
 
 
 @dataclass(frozen=True, eq=False)
 class ScanSegment:
-    """Scans taken on some way, and where each was taken, seen from one place on it."""
+    """Scans of a segment of a path, and where each was taken, seen from one place on it."""
 
     scans: list[Beams]
     here_from_base: Pose
@@ -59,7 +60,7 @@ class ExhaustiveMatcher:
         self._places = grid.center_of(cells[np.all(cells % step == step // 2, axis=1)])
 
     def match(self, segment: ScanSegment, map_from_here: Pose) -> tuple[Pose, float]:
-        """The pose (3,) that fits a segment best, and by how much more than the given one (3,) it does.
+        """The pose (3,) that fits a segment best, and by how much better than the given one (3,) it does.
 
         The given one is the middle of the search. Fits are means over the end points: 1 on a wall, 1/2 at
         0.1 m and 0 behind a wall.
@@ -100,12 +101,12 @@ class ExhaustiveMatcher:
         return pose
 
     def _fits_in_sight(self, segment: ScanSegment, map_from_here: Pose) -> NDArray[np.float64]:
-        """(P,) fits of a segment from poses (P, 3); behind a wall end points fit not at all."""
+        """(P,) fits of a segment from poses (P, 3); behind a wall end points do not fit at all."""
         count = -(-_FINE_POINTS // len(segment.scans))
         fits, returns = np.zeros(len(map_from_here)), 0
         for scan, here_from_base in zip(segment.scans, segment.here_from_base, strict=True):
             weight = int(np.count_nonzero(np.isfinite(scan.ranges)))
-            if weight > 0:  # a covered laser tells nothing
+            if weight > 0:  # a covered laser measures nothing
                 fits += weight * self._fits_of_scan(scan, compose(map_from_here, here_from_base), count)
                 returns += weight
         return fits / max(returns, 1)

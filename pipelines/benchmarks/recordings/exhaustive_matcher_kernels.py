@@ -18,7 +18,7 @@ def mean_fits(
 ) -> NDArray[np.float64]:
     """(P,) how well points (N, 2) of a base lie on walls from poses (P, 3): 1 on them, 0 far off, on average.
 
-    ``distances`` (rows, columns) are metres to the nearest wall; off the grid a point fits not at all.
+    ``distances`` (rows, columns) are metres to the nearest wall; off the grid a point does not fit at all.
     """
     rows, columns = distances.shape
     fits = np.zeros(len(grid_from_base))

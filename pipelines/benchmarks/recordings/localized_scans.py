@@ -1,4 +1,4 @@
-"""A recording's scans where the localizer put them, and the segments of way about them."""
+"""A recording's scans where the localizer put them, and the segments of the path around them."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -15,12 +15,12 @@ from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.benchmarks.recordings.exhaustive_matcher import ScanSegment
 
 _EVERY = 8
-"""Scans."""
+"""Scans for each one that is used: at 40 a second the others show the same walls."""
 
 
 @dataclass(frozen=True, eq=False)
 class LocalizedScans:
-    """What a localizer made of a recording."""
+    """The scans of a recording and a localizer's poses for them."""
 
     scans: list[Scan]
     map_from_base: Pose
@@ -29,18 +29,18 @@ class LocalizedScans:
     """How often the place was searched for."""
 
     def segment_about(self, index: int, own_trajectory: Trajectory, reach: int) -> ScanSegment:
-        """One in eight of so many scans before and after one, a multiple of eight, seen from where it was
-        taken.
+        """One in eight of the ``reach`` scans before and after one (a multiple of eight), seen from where it
+        was taken.
 
-        ``own_trajectory`` lies on the map that is made of the recording; it also tells how the car moved
-        during each sweep.
+        ``own_trajectory`` lies on the map that is made of the recording; the car's motion during each sweep
+        is taken from it too.
         """
         first = max(index % _EVERY, index - reach)
         scans = self.scans[first : index + reach + 1 : _EVERY]
-        way = dict(zip(own_trajectory.stamps.tolist(), own_trajectory.map_from_base, strict=True))
-        own_from_base = np.array([way[scan.stamp] for scan in scans])
+        driven = dict(zip(own_trajectory.stamps.tolist(), own_trajectory.map_from_base, strict=True))
+        own_from_base = np.array([driven[scan.stamp] for scan in scans])
         beams = [select_beams(scan, len(scan.bearings), own_trajectory.poses_at) for scan in scans]
-        return ScanSegment(beams, between(way[self.scans[index].stamp], own_from_base))
+        return ScanSegment(beams, between(driven[self.scans[index].stamp], own_from_base))
 
 
 def localize(messages: Iterable[Scan | Odometry], localizer: Localizer) -> LocalizedScans:

@@ -1,10 +1,10 @@
 """Real recordings, whose truth nobody knows: the localizer beside an exhaustive match.
 
-A scan alone may fit best elsewhere where the building has changed, people stand about or beams hit the floor;
-together with those before and after it, laid beside one another as on the map of the recording, where the two
+A scan alone may fit best elsewhere where the building has changed, people stand around or beams hit floors;
+together with those before and after it, laid beside one another as on the recording's own map, where the two
 maps differ. So each is matched alone and in shorter and longer segments, and of these matches the one counts
-that the others agree with best. A disagreement tells where to look, not who is right. And a match searches
-about the localizer's pose: of one that is lost it tells that it is wrong, but not where the car is.
+that the others agree with best. A disagreement shows where to look, not who is right. And a match searches
+near the localizer's pose: of a localizer that is lost it shows that it is wrong, but not where the car is.
 """
 
 import tempfile
@@ -28,10 +28,11 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.mapping_run import build_map
 
 _EVERY = 50
+"""Scans for each one that is matched, as an exhaustive match takes seconds."""
 _REACHES = (0, 40, 80, 160, 240)
-"""So many scans before and after one, at 40 a second, are matched together with it."""
+"""Scans before and after one that are matched together with it; there are 40 a second."""
 _AGREES = 0.15
-"""Metres."""
+"""Metres between two poses that count as the same place: three cells of a map of 5 cm, by judgement."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def measure_recording(recording: RecordedDrive, settings: Config, seed: int) -> 
 def compare_scans(
     localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher, every: int = _EVERY
 ) -> list[Comparison]:
-    """Every so manieth scan by the localizer and by an exhaustive match, alone and with those about it."""
+    """One scan in ``every`` by the localizer and by an exhaustive match, alone and with its neighbours."""
 
     def compare(index: int) -> Comparison:
         map_from_base = localized.map_from_base[index]

@@ -1,4 +1,4 @@
-"""What the localizer came to on recordings, as a table."""
+"""The localizer's accuracy on recordings, as a table."""
 
 from collections.abc import Mapping
 

@@ -14,8 +14,9 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.evaluation.relations import Relations, relation_errors
 
 _WRONG_BY = 5.0
-"""Metres; nearer together two places are not mistaken for each other but matched badly."""
+"""Metres; between places nearer than that a wrong loop is a bad match rather than a mistaken place."""
 _DRAWS_PER_LOOP = 100
+"""Random pairs of keyframes per true loop, enough that on any log of some metres one of them lies apart."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def wrong_loops(
     """As many loops as true ones, each the measurement of a random true one between two other keyframes.
 
     These (K, 3) lie over 5 m apart, and over 5 m from where the loop puts them. There are fewer loops, or
-    none, where the car did not come that far.
+    none, where the car never was that far away.
     """
     draws = _DRAWS_PER_LOOP * len(true)
     pairs = np.sort(rng.integers(0, len(map_from_keyframe), (draws, 2)), axis=1)

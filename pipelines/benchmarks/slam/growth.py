@@ -1,4 +1,4 @@
-"""A long drive round and round the shipped building: does a scan cost more the longer the drive has been?"""
+"""A long drive round the shipped building: does a scan cost more, the longer the drive has been?"""
 
 import time
 from collections.abc import Generator, Iterator
@@ -25,26 +25,27 @@ from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 _PARTS = 10
+"""Tenths, by which the figures are split."""
 _TAKEN = 4
 """Every fourth scan is mapped, which makes 10 a second."""
 _EARLY_EVERY = 4
-"""After so many scans of the drive comes one of its beginning."""
+"""Scans of the drive for each one of its first tenth that is mapped again in between."""
 
 
 @dataclass(frozen=True)
 class GrowthFigures:
-    """What a long drive came to."""
+    """The cost of a long drive."""
 
     path_metres: float
     scans: int
     keyframes: int
     keyframes_held: int
-    """Those whose scans were not given up."""
+    """Those whose scans were kept."""
     milliseconds_per_scan: list[float]
     """Mean processor time of one scan in each tenth of the drive."""
     early_milliseconds_per_scan: list[float]
     """The same in the first tenth of the drive, mapped again by a mapper that has just begun: its scans take
-    turns with those of each tenth, so that whatever else the machine does tells on both."""
+    turns with those of each tenth, so that other work on the machine slows both."""
     megabytes: list[float]
     """By how much the resident memory had risen at the end of each tenth; nan where there is no /proc."""
     finish_seconds: float
@@ -52,7 +53,7 @@ class GrowthFigures:
 
     @property
     def megabytes_per_keyframe(self) -> float:
-        """Memory at the end, by the keyframes that were held."""
+        """Memory at the end, by the keyframes whose scans were kept."""
         return self.megabytes[-1] / self.keyframes_held
 
     @property
@@ -72,7 +73,7 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
     )
     scans = len(simulation.ground_truth) // _TAKEN
     mapper = Mapper(settings)
-    seconds, early_seconds = _mapping(mapper, simulation), _beginning_again(settings, simulation, scans)
+    seconds, early_seconds = _mapping(mapper, simulation), _first_tenth_again(settings, simulation, scans)
     times, early_times = np.zeros(scans), np.full(scans, np.nan)
     before, megabytes = 0.0, []
     ends = {int(part[-1]) for part in np.array_split(np.arange(scans), _PARTS)}
@@ -117,7 +118,7 @@ def _taken(simulation: Simulation) -> Iterator[Scan | Odometry]:
     return every_nth_scan(simulation.messages(), _TAKEN, first=_TAKEN - 1)
 
 
-def _beginning_again(
+def _first_tenth_again(
     settings: MappingConfig, simulation: Simulation, scans: int
 ) -> Generator[float, None, None]:
     """The same for the first tenth of the ``scans``, again and again, each time by a new mapper."""

@@ -19,7 +19,7 @@ from racecar.pipelines.runs.other_process import in_fresh_process
 
 @dataclass(frozen=True, eq=False)
 class LogFigures:
-    """What a run on one log came to."""
+    """The accuracy and the cost of mapping one log."""
 
     accuracy: dict[str, float]
     """As `RelationErrors.summary` has it."""

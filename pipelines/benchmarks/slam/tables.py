@@ -1,4 +1,4 @@
-"""What the mapper came to on the SLAM benchmark and on a long drive, as tables."""
+"""The mapper's figures on the SLAM benchmark and on a long drive, as tables."""
 
 from collections.abc import Mapping
 

@@ -85,7 +85,7 @@ def _draw_northern_rooms(plan: FloorCanvas) -> None:
     for (x0, x1), height, door in zip(rooms, heights, doors, strict=True):
         plan.open_box(x0, 23.2, x1, height)
         plan.open_box(door, 22.8, door + 1.2, 23.4)
-    plan.open_box(17.8, 27.9, 22.4, 29.2)  # a way behind the copy room joins its neighbours
+    plan.open_box(17.8, 27.9, 22.4, 29.2)  # a passage behind the copy room joins its neighbours
     plan.solid_box(5.0, 26.9, 7.2, 28.4)
     plan.solid_disc(8.6, 26.6, 0.35)
     for x in (10.8, 13.2, 15.6):

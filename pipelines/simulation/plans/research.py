@@ -11,7 +11,7 @@ from racecar.pipelines.simulation.plans.canvas import FloorCanvas
 def draw_twin_corridors(length: float = 40.0, apart: float = 6.0, width: float = 2.0) -> OccupancyGrid:
     """Two parallel corridors with the same door niches, joined at both ends.
 
-    Along them nothing tells one from the other. The map's origin is in the southern one,
+    Along them the two look the same. The map's origin is in the southern one,
     5 m from its western end; ``apart`` is from middle to middle.
     """
     plan = FloorCanvas((-2.0, -2.5), (length + 2.0, apart + 2.5))

@@ -27,7 +27,7 @@ from racecar.pipelines.simulation.driving_lattice import (
     clearance_field,
     curves_from,
 )
-from racecar.pipelines.simulation.path_smoothing import lengths_along, resample, smooth_way
+from racecar.pipelines.simulation.path_smoothing import lengths_along, resample, smooth_path
 from racecar.pipelines.simulation.plans.canvas import FloorCanvas
 
 
@@ -186,12 +186,12 @@ def test_the_lattices_curves_can_be_steered(heading: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_the_cheapest_way_costs_what_scipy_says(lattice: DrivingLattice, seed: int) -> None:
+def test_the_cheapest_path_costs_what_scipy_says(lattice: DrivingLattice, seed: int) -> None:
     generator = np.random.default_rng(seed)
     start, *ends = generator.choice(np.flatnonzero(lattice.reachable), size=4)
     goals = np.zeros(len(lattice.reachable), dtype=np.bool_)
     goals[ends] = True
-    nodes = lattice.cheapest_way(int(start), goals)
+    nodes = lattice.cheapest_path(int(start), goals)
     cost = sum(lattice.graph[a, b] for a, b in itertools.pairwise(nodes))
     assert cost == pytest.approx(dijkstra(lattice.graph, indices=int(start))[ends].min())
     path, _ = lattice.drive(nodes)
@@ -201,7 +201,7 @@ def test_the_cheapest_way_costs_what_scipy_says(lattice: DrivingLattice, seed: i
 def test_smoothing_keeps_the_ends_and_the_distance_to_walls(building: Trip) -> None:
     clearance = clearance_field(building.grid)
     forward = building.route.map_from_base[: int(np.argmax(building.route.backwards)), :2]
-    smooth = smooth_way(forward, building.grid, clearance)
+    smooth = smooth_path(forward, building.grid, clearance)
     np.testing.assert_allclose(smooth[[0, -1]], forward[[0, -1]], atol=1e-9)
 
     def least_clearance(points: NDArray[np.float64]) -> float:
