@@ -112,7 +112,7 @@ def _draw_moment(axes: Axes, grid: OccupancyGrid, trajectory: Trajectory, moment
 
 
 def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Lower left and upper right of the path and the map without its outermost cells, in metres of the map frame."""
+    """Lower left and upper right of the path and of the map without its outermost cells, in metres."""
     known = grid.center_of(np.argwhere(grid.cells != UNKNOWN))
     without_outliers = [0.001, 0.999]
     places = np.vstack([np.quantile(known, without_outliers, axis=0), trajectory.map_from_base[:, :2]])

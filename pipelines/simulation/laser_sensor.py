@@ -9,7 +9,7 @@ from racecar.maps.grid.ray_casting import cast_rays
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 
 BEAMS = 1081
-"""By the sensor's data sheet, as are the field of view of 270°, 40 scans a second and a reach of 0.06 to 30 m."""
+"""By the sensor's data sheet, as are the 270° that it sees, 40 scans a second and ranges of 0.06 to 30 m."""
 ANGLE_MIN = float(np.radians(-135.0))
 ANGLE_INCREMENT = float(np.radians(270.0)) / (BEAMS - 1)
 SCAN_TIME = 0.025

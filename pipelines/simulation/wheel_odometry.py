@@ -39,8 +39,8 @@ NOISE = {
     NoiseLevel.SLIGHT: OdometryNoise(0.01, 0.01, 0.0005, 0.003, 0.003, 0.0),
     NoiseLevel.FULL: OdometryNoise(0.04, 0.05, 0.02, 0.01, 0.015, 0.1),
 }
-"""By judgement: a well calibrated car errs by a per cent, one whose gains nobody has set by some per cent; the
-recordings of the race car show 4 % of distance."""
+"""By judgement: a well calibrated car errs by a per cent, one whose gains nobody has set by some per cent;
+the recordings of the race car show 4 % of distance."""
 
 
 def measure_odometry(
