@@ -67,10 +67,6 @@ def map(
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
 
-    if ply:
-        from racecar.pipelines.files.point_map import require_open3d
-
-        require_open3d()  # before hours are spent on the map
     report = Report("racecar map")
     settings = load_config(config).mapping
     report.add("inputs", {"bag": bag, "config": config, "seed": seed, "settings": settings.model_dump()})

@@ -1,0 +1,21 @@
+"""A class name means one thing in the whole project."""
+
+import ast
+from collections import Counter
+from pathlib import Path
+
+import racecar
+
+ROOT = Path(racecar.__file__).parent
+
+
+def test_public_class_names_are_unique() -> None:
+    names = Counter(
+        node.name
+        for room in ("maps", "mapping", "localization", "pipelines")
+        for path in (ROOT / room).rglob("*.py")
+        for node in ast.parse(path.read_text(encoding="utf-8")).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert len(names) > 100
+    assert [name for name, count in names.items() if count > 1] == []
