@@ -110,9 +110,7 @@ class Mapper:
         UserError without any scan, and when the drive is not recognized anywhere on the earlier map.
         """
         if self.last_stamp is None:
-            raise UserError(
-                "There was no usable scan, so there is no map; `racecar check` tells what a bag holds."
-            )
+            raise UserError("There was no usable scan, so there is no map: check the topic of the scans.")
         state, config, report = self._state, self._config, progress or (lambda share: None)
         with state.timed("optimization"):
             self._optimize_finally()
