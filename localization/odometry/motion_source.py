@@ -11,13 +11,14 @@ from racecar.localization.odometry.calibration import OdometryCalibration, Odome
 from racecar.localization.odometry.motion_model import drift_noise, motion_model, travel
 from racecar.localization.odometry.motion_step import GAP_SECONDS, MotionStep
 from racecar.localization.odometry.speed_memory import SpeedMemory
-from racecar.localization.odometry.track import OdometryTrack
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.geometry.se2_kernels import step_between
-from racecar.maps.sensing.odometry import STALE_AFTER, Odometry
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation, OdometryBuffer
 
 RESTART_SECONDS = 1.0
 """A clock that goes back by more has been set anew; by less, messages came out of order."""
+_GO_ON = Extrapolation(longest=100_000_000, speed_over=0, widest_gap=STALE_AFTER)
 _LONGEST_CARRY = 0.5
 """Seconds for which a speed is believed to last."""
 _SPEED_MEMORY = 0.15
@@ -35,7 +36,7 @@ class MotionSource:
         self._lock = Lock()
         self.calibration = OdometryCalibration()
         """Of the odometry; all steps are corrected by it."""
-        self._odometry = OdometryTrack()
+        self._odometry = OdometryBuffer(extrapolation=_GO_ON)
         self._restarts = 0
         self._followed_restarts = 0
         self._odom_from_base: Pose | None = None
@@ -61,7 +62,7 @@ class MotionSource:
             latest = self._odometry.latest_stamp
             is_set_back = latest is not None and latest - odometry.stamp > RESTART_SECONDS * 1e9
             if is_set_back or self._odometry.jumps_to(odometry):
-                self._odometry = OdometryTrack()
+                self._odometry = OdometryBuffer(extrapolation=_GO_ON)
                 self._restarts += 1
             self._odometry.add(odometry)
 
@@ -76,7 +77,7 @@ class MotionSource:
         Raises LookupError while there is no odometry.
         """
         with self._lock:
-            return self._odometry.poses_at(stamps)
+            return self._odometry.pose_at(stamps)
 
     def poses_in_sweep(self, stamps: NDArray[np.int64]) -> Pose:
         """Where the base is (N, 3) at stamps (N,) in the sweep of the last step, in a frame that stands

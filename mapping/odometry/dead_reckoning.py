@@ -18,7 +18,8 @@ from racecar.mapping.odometry.scan_odometry import ScanOdometry
 from racecar.mapping.odometry.turn_search import with_turn_seen
 from racecar.mapping.odometry.velocity_filter import VelocityFilter
 from racecar.maps.geometry.se2 import IDENTITY, Pose, are_apart, between, compose
-from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
 _MATCHING = ScanMatchingConfig()
@@ -224,7 +225,7 @@ class DeadReckoning:
 
     def _wheels_at(self, scan: Scan) -> Pose | None:
         """odom_from_laser (3,), None where odometry has a gap."""
-        if not self._odometry.tells_of(scan.stamp):
+        if not self._odometry.covers(scan.stamp):
             self.scans_without_odometry += 1
             return None
         return compose(self._odometry.pose_at(scan.stamp), scan.base_from_laser)

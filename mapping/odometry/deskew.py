@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
-from racecar.maps.sensing.odometry import OdometryBuffer
+from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
 LaserMotion: TypeAlias = Callable[[NDArray[np.float64]], Pose]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from racecar.mapping.arrays import Arrays
 from racecar.mapping.odometry.config import OdometryLagConfig
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.sensing.odometry import OdometryBuffer
+from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 
 
 class OdometryLag:

@@ -12,7 +12,8 @@ from geometry_msgs.msg import PoseStamped
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import frame_name

@@ -9,11 +9,14 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_buffer import Extrapolation
 from racecar.maps.sensing.scan import Scan
 
 SCAN_PERIOD, ODOMETRY_PERIOD, SWEEP = 50_000_000, 20_000_000, 18_000_000
 BASE_FROM_LASER = np.array([0.25, 0.0, 0.0])
 BEARINGS = np.linspace(-2.35, 2.35, 271)
+GO_ON = Extrapolation(longest=100_000_000, speed_over=0, widest_gap=500_000_000)
+"""As the localizer takes the car to go on past its last odometry."""
 
 
 @dataclass(frozen=True, eq=False)

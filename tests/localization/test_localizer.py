@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
-from drives import BASE_FROM_LASER, BEARINGS, Drive, drive, pose_at, room
+from drives import BASE_FROM_LASER, BEARINGS, GO_ON, Drive, drive, pose_at, room
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.odometry.calibration import OdometryFaults
-from racecar.localization.odometry.track import OdometryTrack
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, between, compose, wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
 SECOND = 1_000_000_000
@@ -270,14 +270,14 @@ def test_by_what_factor_odometry_tells_the_way_is_learned(scale: float) -> None:
 def test_the_carried_pose_is_the_last_one_and_what_the_odometry_told_since(milliseconds: list[int]) -> None:
     """Asked as often as one likes, for any time; the doubt grows with the way."""
     filter, last = carried_filter()
-    told = OdometryTrack()
+    told = OdometryBuffer(extrapolation=GO_ON)
     for message in carried_drive().messages:
         if isinstance(message, Odometry):
             told.add(message)
     for ahead in milliseconds:
         carried = filter.pose_at(last.stamp + ahead * 1_000_000)
         assert carried is not None
-        before, after = told.poses_at([last.stamp, carried.stamp])
+        before, after = told.pose_at([last.stamp, carried.stamp])
         step = filter.odometry_faults.corrected(between(before, after))
         expected = compose(last.map_from_base, step)
         np.testing.assert_allclose(between(expected, carried.map_from_base), 0.0, atol=1e-9)
@@ -473,7 +473,7 @@ def test_odometry_and_scans_from_two_threads() -> None:
 def test_readers_beside_the_scans_see_no_two_of_them_mixed() -> None:
     """All that is read belongs to one scan, to the bit, while threads change places all the time."""
     driven = drive(room(), 1.5, np.random.default_rng(0), speed=3.0)
-    filter, told = localizer(fewest_particles=100), OdometryTrack()
+    filter, told = localizer(fewest_particles=100), OdometryBuffer(extrapolation=GO_ON)
     filter.set_pose(driven.truth[0])
     for message in driven.messages:
         if isinstance(message, Odometry):
@@ -520,8 +520,8 @@ def test_readers_beside_the_scans_see_no_two_of_them_mixed() -> None:
     assert len(estimates) == len(driven.truth)
     assert len(clouds_read) > 3
     assert clouds_read <= clouds
-    odom_from_base = told.poses_at([estimate.stamp for estimate in estimates])
-    steps = between(odom_from_base, told.poses_at([SECOND]))
+    odom_from_base = told.pose_at([estimate.stamp for estimate in estimates])
+    steps = between(odom_from_base, told.pose_at([SECOND]))
     possible = compose(
         np.array([estimate.map_from_base for estimate in estimates]),
         np.array([each.corrected(step) for each, step in zip(faults, steps, strict=True)]),

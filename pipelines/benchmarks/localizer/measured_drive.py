@@ -11,7 +11,8 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.sensor.beams import Beams, select_beams
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.simulation.laser_sensor import SCAN_TIME
 from racecar.pipelines.simulation.simulator import Simulation

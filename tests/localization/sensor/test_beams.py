@@ -4,7 +4,8 @@ from drives import BASE_FROM_LASER
 
 from racecar.localization.sensor.beams import select_beams
 from racecar.maps.geometry.se2 import IDENTITY, compose, inverse, transform_points
-from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
 

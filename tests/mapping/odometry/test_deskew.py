@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from racecar.mapping.odometry.deskew import by_odometry, by_velocity, deskew, deskew_cloud
 from racecar.maps.geometry.se2 import compose, inverse, transform_points
 from racecar.maps.sensing.cloud import Cloud
-from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
 PLACE = np.array([0.3, 0.1, 0.2])

@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from racecar.mapping.odometry.config import OdometryLagConfig
 from racecar.mapping.odometry.lag import OdometryLag
-from racecar.maps.sensing.odometry import Odometry, OdometryBuffer
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 
 SECOND = 1_000_000_000
 

@@ -1,0 +1,54 @@
+"""Interpolating between samples of odometry, and going on past the last."""
+
+import math
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
+
+
+@njit(cache=True, nogil=True)
+def poses_at(
+    stamps: NDArray[np.int64],
+    poses: Pose,
+    wanted: NDArray[np.int64],
+    lag: int,
+    last_speed: Pose,
+    longest_ahead: int,
+) -> Pose:
+    """Poses (W, 3) at wanted stamps (W,), from those (N, 3) at ascending stamps (N,).
+
+    All times are nanoseconds; samples are stamped late by ``lag``. Past the last one the car goes on at
+    ``last_speed`` (3,), metres and radians per nanosecond in its own frame, for ``longest_ahead`` at most.
+    """
+    found = np.empty((len(wanted), 3))
+    last = len(stamps) - 1
+    is_past = len(wanted) == 0 or np.min(wanted) + lag >= stamps[last]
+    for i in range(len(wanted)):
+        at = wanted[i] + lag
+        if is_past or last == 0:
+            found[i] = poses[last]
+        else:
+            right = min(max(np.searchsorted(stamps, at, side="right"), 1), last)
+            left = right - 1
+            share = min(max((at - stamps[left]) / (stamps[right] - stamps[left]), 0.0), 1.0)
+            found[i, 0] = poses[left, 0] + share * (poses[right, 0] - poses[left, 0])
+            found[i, 1] = poses[left, 1] + share * (poses[right, 1] - poses[left, 1])
+            found[i, 2] = _wrapped(poses[left, 2] + share * _wrapped(poses[right, 2] - poses[left, 2]))
+        if longest_ahead > 0:
+            ahead = min(max(at - stamps[last], 0), longest_ahead)
+            x, y = ahead * last_speed[0], ahead * last_speed[1]
+            cos, sin = math.cos(found[i, 2]), math.sin(found[i, 2])
+            found[i, 0] = found[i, 0] + cos * x - sin * y
+            found[i, 1] = found[i, 1] + sin * x + cos * y
+            found[i, 2] = _wrapped(found[i, 2] + ahead * last_speed[2])
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _wrapped(angle: float) -> float:
+    """The same angle in (-π, π], rounded as `racecar.maps.geometry.se2.wrap_angle` rounds it, so that poses
+    are those of `interpolate` and `compose` there to the bit."""
+    return math.pi - (math.pi - angle) % (2.0 * math.pi)
