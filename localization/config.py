@@ -4,7 +4,88 @@ from typing import Literal
 
 from pydantic import Field
 
+from racecar.localization.filter.config import ParticleFilterConfig, StartConfig, TemperingConfig
+from racecar.localization.odometry.config import (
+    MotionConfig,
+    OdometryCalibrationConfig,
+    OdometryTrustConfig,
+    SegmentConfig,
+    SpeedMemoryConfig,
+)
 from racecar.maps.settings import Settings
+
+
+class TrackingConfig(Settings):
+    """When scans count, when the pose counts as known, and when another place is considered."""
+
+    news_after: float = Field(
+        0.02,
+        ge=0,
+        description="metres plus radians of motion after which a scan counts: those of a car that stands "
+        "repeat themselves, and counted as independent they would narrow the cloud to a point; by judgement",
+    )
+    look_again_after: float = Field(
+        0.5,
+        gt=0,
+        description="seconds after which a scan counts although the wheels stand, since the car may be "
+        "sliding or pushed; by judgement",
+    )
+    pushed_distance: float = Field(
+        0.1,
+        ge=0,
+        description="metres by which a car whose wheels stand may have moved meanwhile, for a few particles; "
+        "by judgement",
+    )
+    pushed_angle: float = Field(0.05, ge=0, description="radians, likewise; by judgement")
+    dominant: float = Field(
+        0.9,
+        gt=0.5,
+        le=1,
+        description="weight of a cluster beside which the others do not matter; by judgement",
+    )
+    tracked_within: float = Field(
+        0.5,
+        gt=0,
+        description="metres of standard deviation within which the place counts as known; by judgement",
+    )
+    narrow_within: float = Field(
+        0.25,
+        gt=0,
+        description="metres, likewise: known so well that beams that the map does not explain may be left "
+        "out; by judgement",
+    )
+    trusted_within: float = Field(
+        0.1,
+        gt=0,
+        description="metres, likewise: known so well that the place may be held against the odometry; by "
+        "judgement",
+    )
+    search_from: float = Field(
+        0.7,
+        gt=0,
+        lt=1,
+        description="probability of being lost from which the map is searched; tried on recordings",
+    )
+    found_below: float = Field(
+        0.02,
+        gt=0,
+        lt=1,
+        description="probability of being lost below which no other place is considered; by judgement",
+    )
+    far_advantage: float = Field(
+        0.5,
+        ge=0,
+        description="by how much more a beam's log-probability must be at a far place than at one near the "
+        "last, on average, for what has changed since the map was made costs nearly as much at the right "
+        "place; by judgement",
+    )
+    first_scan_share: float = Field(
+        0.25,
+        gt=0,
+        le=1,
+        description="share of a first scan's log-likelihood that counts about a given pose: where the map "
+        "has changed, another place fits better (up to 1.4 m away in tests), which only driving refutes",
+    )
 
 
 class LocalizationConfig(Settings):
@@ -62,3 +143,12 @@ class LocalizationConfig(Settings):
     table_megabytes: int = Field(
         256, ge=1, description="limit of the range table; a larger map gets coarser headings"
     )
+    motion: MotionConfig = MotionConfig()
+    speed_memory: SpeedMemoryConfig = SpeedMemoryConfig()
+    odometry_segments: SegmentConfig = SegmentConfig()
+    odometry_trust: OdometryTrustConfig = OdometryTrustConfig()
+    odometry_calibration: OdometryCalibrationConfig = OdometryCalibrationConfig()
+    particle_filter: ParticleFilterConfig = ParticleFilterConfig()
+    start: StartConfig = StartConfig()
+    tempering: TemperingConfig = TemperingConfig()
+    tracking: TrackingConfig = TrackingConfig()

@@ -15,12 +15,12 @@ from racecar.localization.floor.range_table.range_table import affordable_cells,
 from racecar.localization.floor.walls import find_walls
 from racecar.localization.odometry.calibration import OdometryFaults
 from racecar.localization.odometry.motion_model_kernels import carry
-from racecar.localization.odometry.motion_source import RESTART_SECONDS, MotionSource
+from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.odometry.motion_step import MotionStep
-from racecar.localization.odometry.segments import OdometryStretches
+from racecar.localization.odometry.segments import OdometrySegments
 from racecar.localization.odometry.trust import OdometryTrust
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.recovery.hypothesis import Rival
+from racecar.localization.recovery.hypothesis import PoseHypothesis
 from racecar.localization.recovery.lost_detector import LostDetector, agreement_shares
 from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.refinement.refinement import refine
@@ -34,29 +34,6 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 
-_NEWS_AFTER = 0.02
-"""Metres plus radians of motion after which a scan tells something new. Scans of a car that stands repeat
-themselves; counted as independent, they would narrow the cloud to a point."""
-_LOOK_AGAIN_AFTER = 0.5
-_PUSHED = np.array([0.1, 0.1, 0.05])
-"""Seconds after which a car that stands looks again all the same, and by how many metres and radians it may
-have slid or been pushed."""
-_DOUBTFUL = 0.7
-"""Probability of being lost at which the map is searched."""
-_FOUND = 0.02
-"""Probability of being lost at which no other place is thought of any more."""
-_FAR_ADVANTAGE = 0.5
-"""By how much more a beam's log-probability must be at a far place than at one near the last, on average.
-What has changed since the map was made costs nearly as much at the right place, and may not at one alike."""
-_FIRST_SCAN_COUNTS = 0.25
-"""Share of a first scan's log-likelihood about a told place: where the map has changed, another may fit
-better, which only driving refutes."""
-_DOMINANT = 0.9
-"""Weight of a cluster beside which the others do not matter."""
-_TRACKED, _NARROW, _TRUSTED = 0.5, 0.25, 0.1
-"""Metres of standard deviation within which the place counts as known, as known well, and well enough to hold
-it against the odometry."""
-
 
 @dataclass(frozen=True, eq=False)
 class _Published:
@@ -64,13 +41,13 @@ class _Published:
 
     estimate: PoseEstimate
     odom_from_base: Pose | None
-    """At the estimate's stamp, where odometry told it."""
+    """At the estimate's stamp; None without odometry."""
     faults: OdometryFaults
     """Of the odometry, as known then."""
 
 
 class Localizer:
-    """Tells the car's pose on a map; its methods may be called from several threads at once.
+    """Estimates the car's pose on a map; its methods may be called from several threads at once.
 
     `add_odometry`, `pose_at` and `particles` do not wait for a scan that is being worked on.
     """
@@ -82,9 +59,10 @@ class Localizer:
         """
         self._rng = rng
         self._lock = Lock()
-        self._is_settled = self._is_narrow = False
-        self._rival: Rival | None = None
-        self._stretches, self._trust = OdometryStretches(), OdometryTrust()
+        self._is_initialized = self._is_narrow = False
+        self._hypothesis: PoseHypothesis | None = None
+        self._segments = OdometrySegments(config.odometry_segments)
+        self._trust = OdometryTrust(config.odometry_trust)
         self._walls = find_walls(grid)
         self._survey(config)
         self._configure(config)
@@ -95,7 +73,7 @@ class Localizer:
         self._scatter()
 
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None = None) -> None:
-        """Start anew about a pose (3,), as widely as its covariance (3, 3) or else the settings say.
+        """Start anew about a pose (3,), spread by its covariance (3, 3) or else by the settings.
 
         Raises UserError when it is not finite, off the map or far from any place where the car can stand.
         """
@@ -104,9 +82,9 @@ class Localizer:
             self._start_from(start)
 
     def set_position(self, point_in_map: NDArray[np.float64], radius: float) -> None:
-        """Start anew from a point (2,) known to so many metres, facing any way.
+        """Start anew from anywhere within a radius (metres) of a point (2,), facing any way.
 
-        Raises UserError when the car cannot stand there or these are not finite numbers.
+        Raises UserError when the car cannot stand there, or a number is not finite.
         """
         with self._lock:
             self._start_from(draw_within(radius, point_in_map, self._free_space, self._config, self._rng))
@@ -126,6 +104,11 @@ class Localizer:
                 self._survey(config)
             self._configure(config)
             self._motion.reconfigure(config)
+            self._segments.config = config.odometry_segments
+            self._trust.config = config.odometry_trust
+            self._filter.config = config.particle_filter
+            if self._hypothesis is not None:
+                self._hypothesis.filter.config = config.particle_filter
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take in a sample of odometry; those out of order are left out."""
@@ -134,17 +117,14 @@ class Localizer:
     def add_scan(self, scan: Scan) -> PoseEstimate:
         """The pose at a scan's stamp; a scan out of order gives the last scan's pose again."""
         with self._lock:
-            if self._last is not None and 0 <= self._last.stamp - scan.stamp < RESTART_SECONDS * 1e9:
+            if self._last is not None and self._is_out_of_order(scan.stamp, self._last.stamp):
                 return replace(self._last, is_start=False)
             step = self._motion.step_to(scan.stamp)
-            slip = self._config.slip
-            self._filter.predict(step, self._motion.model, slip, self._trust.doubt(slip))
-            if self._rival is not None:  # odometry has proven right only from a place that is in doubt now
-                self._rival.filter.predict(step, self._motion.model, slip)
-            if self._is_settled and step.is_over_gap:
+            self._predict(step)
+            if self._is_initialized and step.is_over_gap:
                 self._start_over(step)
             beams = select_beams(scan, self._config.beams, self._motion.poses_in_sweep)
-            is_start = self._look(beams, step, scan.stamp) if len(beams) > 0 else not self._is_settled
+            is_start = self._update(beams, step, scan.stamp) if len(beams) > 0 else not self._is_initialized
             estimate = self._estimate(beams, step.seconds, scan.stamp, is_start)
             self._filter.resample(*self._wanted_particles(estimate))
             self._judge_odometry(step, estimate)
@@ -191,6 +171,13 @@ class Localizer:
             else BeamModel(self._free_space, self._table, config.squash)
         )
 
+    def _filter_of(self, map_from_base: Pose) -> ParticleFilter:
+        return ParticleFilter(map_from_base, self._rng, self._config.particle_filter)
+
+    def _is_out_of_order(self, stamp: int, last: int) -> bool:
+        """Whether a scan is older than the last one, but not because the clock was set back."""
+        return 0 <= last - stamp < self._config.motion.restart_seconds * 1e9
+
     def _scatter(self) -> None:
         self._start_from(self._anywhere())
         self._search_near, self._search_far = False, True
@@ -207,38 +194,53 @@ class Localizer:
 
     def _start_from(self, map_from_base: Pose) -> None:
         """Search among poses (N, 3) when the next scan comes."""
-        self._filter = ParticleFilter(map_from_base, self._rng)
+        self._filter = self._filter_of(map_from_base)
         self._cloud = self._filter.map_from_base, self._filter.weights
         self._search_near, self._search_far = True, False
-        self._is_settled = False
-        self._rival = None
+        self._is_initialized = False
+        self._hypothesis = None
         self._lost = self._lost.for_another_place()
         self._do_not_continue()
 
     def _do_not_continue(self) -> None:
         """The estimates to come do not continue those before: the car did not move by what lies between."""
         self._motion.forget_speed()
-        self._stretches.start_anew()
+        self._segments.start_anew()
 
-    def _look(self, beams: Beams, step: MotionStep, stamp: int) -> bool:
+    def _predict(self, step: MotionStep) -> None:
+        """Move the particles by what odometry measured, or what the car is taken to have done."""
+        slip = self._config.slip
+        self._filter.predict(step, self._motion.model, slip, self._trust.slip_scale(slip))
+        if self._hypothesis is not None:  # odometry has proven right only from a place that is in doubt now
+            self._hypothesis.filter.predict(step, self._motion.model, slip)
+
+    def _update(self, beams: Beams, step: MotionStep, stamp: int) -> bool:
         """Take in a scan; whether the estimates to come do not continue those before."""
-        if not self._is_settled:
-            self._settle(beams, stamp)
+        if not self._is_initialized:
+            self._initialize(beams, stamp)
             return True
         self._travel_since_weighing += step.travel
         self._seconds_since_weighing += step.seconds
-        is_news = self._travel_since_weighing >= _NEWS_AFTER
-        if not is_news and self._seconds_since_weighing >= _LOOK_AGAIN_AFTER:
-            self._filter.stray(_PUSHED)
-            is_news = True
+        is_news = self._is_news()
         if is_news:
             explained = self._explained(beams)
             log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, explained.beams)
             self._filter.weigh(explained.evidence * log_likelihood, self._travel_since_weighing)
-        is_start = self._race(beams, is_news, step.seconds, stamp)
+        is_start = self._compare_hypotheses(beams, is_news, step.seconds, stamp)
         if is_news:
             self._travel_since_weighing = self._seconds_since_weighing = 0.0
         return is_start
+
+    def _is_news(self) -> bool:
+        """Whether a scan counts: the car has moved, or may have been moved unnoticed in the meantime."""
+        tracking = self._config.tracking
+        if self._travel_since_weighing >= tracking.news_after:
+            return True
+        if self._seconds_since_weighing < tracking.look_again_after:
+            return False
+        pushed = [tracking.pushed_distance, tracking.pushed_distance, tracking.pushed_angle]
+        self._filter.inject(np.array(pushed))
+        return True
 
     def _explained(self, beams: Beams) -> Explanation:
         """What to weigh: while the cloud is narrow, only what the map explains.
@@ -257,45 +259,50 @@ class Localizer:
             self._filter.propose(*explained.better)
         return explained
 
-    def _settle(self, beams: Beams, stamp: int) -> None:
+    def _initialize(self, beams: Beams, stamp: int) -> None:
         """Take in a first scan, for which the cloud is too thin to be weighed at once."""
-        self._is_settled = True
+        self._is_initialized = True
         self._travel_since_weighing = self._seconds_since_weighing = 0.0
+        tracking = self._config.tracking
         if not self._search_near:
             self._filter, _ = self._search_map(beams)
             return
         if not self._search_far:
-            self._filter, _ = self._tempered(self._filter.map_from_base, beams, _FIRST_SCAN_COUNTS)
+            share = tracking.first_scan_share
+            self._filter, _ = self._tempered(self._filter.map_from_base, beams, share)
             return
         near, fit_near = self._tempered(self._filter.map_from_base, beams)
         if self._agrees(near.moments()[0], beams):
             self._filter = near
             return
         far, fit_far = self._search_map(beams)
-        if fit_far - fit_near > _FAR_ADVANTAGE * len(beams) / self._config.squash:
+        if fit_far - fit_near > tracking.far_advantage * len(beams) / self._config.squash:
             near, far = far, near
-        self._filter, self._rival = near, Rival(far, self._lost.for_another_place(), stamp)
+        self._filter, self._hypothesis = near, self._hypothesis_of(far, stamp)
 
-    def _race(self, beams: Beams, is_news: bool, seconds: float, stamp: int) -> bool:
-        """Search for a rival when the car seems lost; it takes over once it has fitted better for a while."""
-        rival = self._rival
-        if self._lost.probability >= _DOUBTFUL and (rival is None or rival.has_failed(stamp)):
+    def _hypothesis_of(self, cloud: ParticleFilter, stamp: int) -> PoseHypothesis:
+        return PoseHypothesis(cloud, self._lost.for_another_place(), stamp)
+
+    def _compare_hypotheses(self, beams: Beams, is_news: bool, seconds: float, stamp: int) -> bool:
+        """Search for another place when the car seems lost; whether one that fitted better takes over now."""
+        tracking, other = self._config.tracking, self._hypothesis
+        if self._lost.probability >= tracking.search_from and (other is None or other.has_failed(stamp)):
             found, _ = self._search_map(beams)
-            self._rival = Rival(found, self._lost.for_another_place(), stamp)
+            self._hypothesis = self._hypothesis_of(found, stamp)
             return False
-        if rival is None:
+        if other is None:
             return False
-        self._judge(rival.lost, rival.filter.moments()[0], beams, seconds)
-        log_likelihood = self._sensor.log_likelihood(rival.filter.map_from_base, beams)
+        self._judge(other.lost, other.filter.moments()[0], beams, seconds)
+        log_likelihood = self._sensor.log_likelihood(other.filter.map_from_base, beams)
         if is_news:
-            rival.filter.weigh(log_likelihood, self._travel_since_weighing)
-            rival.filter.resample(self._config.particles, self._config.scattered_particles)
+            other.filter.weigh(log_likelihood, self._travel_since_weighing)
+            other.filter.resample(self._config.particles, self._config.scattered_particles)
         fit = self._sensor.log_likelihood(self._filter.map_from_base, beams).max()
-        rival.compare(float(log_likelihood.max() - fit), seconds * rival.lost.clarity, is_news)
-        if self._lost.probability < _FOUND:
-            self._rival = None
-        elif rival.has_won:
-            self._filter, self._lost, self._rival = rival.filter, rival.lost, None
+        other.compare(float(log_likelihood.max() - fit), seconds * other.lost.clarity, is_news)
+        if self._lost.probability < tracking.found_below:
+            self._hypothesis = None
+        elif other.has_won:
+            self._filter, self._lost, self._hypothesis = other.filter, other.lost, None
             self._do_not_continue()
             return True
         return False
@@ -315,14 +322,16 @@ class Localizer:
 
         most = min(len(cloud), self._config.scattered_particles)
         fewest = min(self._config.fewest_particles, most)
-        particles = temper(cloud, log_likelihood, fewest, most, self._rng)
+        config, count_config = self._config.tempering, self._config.particle_filter.count
+        particles = temper(cloud, log_likelihood, fewest, most, config, count_config, self._rng)
         best = float(self._sensor.log_likelihood(particles, beams).max())
-        return ParticleFilter(particles, self._rng), best
+        return self._filter_of(particles), best
 
     def _estimate(self, beams: Beams, seconds: float, stamp: int, is_start: bool) -> PoseEstimate:
         map_from_base, covariance, weight = self._filter.moments()
-        self._is_narrow = _is_known_within(_NARROW, covariance, weight)
-        if _is_known_within(_TRACKED, covariance, weight):
+        tracking = self._config.tracking
+        self._is_narrow = self._is_known_within(tracking.narrow_within, covariance, weight)
+        if self._is_known_within(tracking.tracked_within, covariance, weight):
             map_from_base, covariance = refine(map_from_base, covariance, beams, self._walls)
         self._judge(self._lost, map_from_base, beams, seconds)
         return PoseEstimate(
@@ -342,26 +351,28 @@ class Localizer:
         return shares is not None and self._lost.evidence(shares) < 0.0
 
     def _judge(self, lost: LostDetector, map_from_base: Pose, beams: Beams, seconds: float) -> None:
-        """Tell a detector how a scan agrees with the map; from inside an obstacle nothing can be told."""
+        """Let a detector judge how a scan agrees with the map; from inside an obstacle there is no saying."""
         shares = agreement_shares(map_from_base, beams, self._free_space)
         if shares is not None:
             lost.judge(shares, seconds)
 
     def _judge_odometry(self, step: MotionStep, estimate: PoseEstimate) -> None:
-        """Compare the way that odometry tells with that of the estimates."""
-        is_known = _is_known_within(_TRUSTED, estimate.covariance, estimate.cluster_weight)
-        stretch = self._stretches.follow(step, self._filter.lag, estimate if is_known else None)
-        if stretch is not None:
-            self._trust.learn(stretch, self._config.slip)
-            self._motion.calibration.learn(stretch, self._config.slip)
+        """Compare the path that odometry reports with that of the estimates."""
+        trusted = self._config.tracking.trusted_within
+        is_known = self._is_known_within(trusted, estimate.covariance, estimate.cluster_weight)
+        segment = self._segments.follow(step, self._filter.lag, estimate if is_known else None)
+        if segment is not None:
+            self._trust.learn(segment, self._config.slip)
+            self._motion.calibration.learn(segment, self._config.slip)
 
     def _wanted_particles(self, estimate: PoseEstimate) -> tuple[int, int]:
         """The fewest and the most."""
-        if not _is_known_within(_TRACKED, estimate.covariance, estimate.cluster_weight):
+        tracked = self._config.tracking.tracked_within
+        if not self._is_known_within(tracked, estimate.covariance, estimate.cluster_weight):
             return min(len(self._filter), self._config.scattered_particles), len(self._filter)
         most = self._config.particles
         return min(self._config.fewest_particles, most), most
 
-
-def _is_known_within(metres: float, covariance: NDArray[np.float64], cluster_weight: float) -> bool:
-    return bool(cluster_weight > _DOMINANT and covariance[0, 0] + covariance[1, 1] < metres**2)
+    def _is_known_within(self, metres: float, covariance: NDArray[np.float64], cluster_weight: float) -> bool:
+        is_dominant = cluster_weight > self._config.tracking.dominant
+        return bool(is_dominant and covariance[0, 0] + covariance[1, 1] < metres**2)

@@ -1,4 +1,4 @@
-"""What the localizer says of the car's pose."""
+"""The localizer's estimate of the car's pose."""
 
 from dataclasses import dataclass
 

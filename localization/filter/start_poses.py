@@ -8,9 +8,8 @@ from racecar.localization.floor.free_space import FreeSpace
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 
-_PARTICLES_PER_SQUARE_METRE = 400
-_MOST_PARTICLES = 1_000_000
 _BEYOND_ANY_MAP = 1e9
+"""Metres, square metres or radians: a mistake, since no map is a million kilometres wide."""
 
 
 def draw_start(
@@ -22,8 +21,8 @@ def draw_start(
 ) -> Pose:
     """(N, 3) particles about a start pose (3,), on free space only, spread by its covariance (3, 3).
 
-    Without a covariance the settings tell the spread. Raises UserError when the pose is not finite, off the
-    map or far from free space, or the covariance is none.
+    Without a covariance the settings say how wide. Raises UserError when the pose is not finite, off the
+    map or far from free space, or the covariance is not one.
     """
     pose = np.asarray(map_from_base, dtype=np.float64)
     if pose.shape != (3,) or not np.all(np.abs(pose) < _BEYOND_ANY_MAP):
@@ -77,7 +76,7 @@ def draw_about(map_from_base: Pose, count: int, config: LocalizationConfig, rng:
 def draw_anywhere(free_space: FreeSpace, config: LocalizationConfig, rng: np.random.Generator) -> Pose:
     """(N, 3) particles over the whole map, as many as it takes for one to be near the car."""
     area = free_space.cell_count * free_space.grid.resolution**2
-    wanted = min(int(area * _PARTICLES_PER_SQUARE_METRE), _MOST_PARTICLES)
+    wanted = min(int(area * config.start.particles_per_square_metre), config.start.most_particles)
     return free_space.draw_poses(max(wanted, config.scattered_particles), rng)
 
 
@@ -89,4 +88,4 @@ def _root_of(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
         if variances.min() >= -1e-9 * max(variances.max(), 1.0):
             root: NDArray[np.float64] = axes * np.sqrt(np.maximum(variances, 0.0))
             return root
-    raise UserError("The covariance of the initial pose is none: give 3 x 3 finite numbers of x, y and yaw.")
+    raise UserError("The initial pose has no valid covariance: give 3 x 3 finite numbers of x, y and yaw.")

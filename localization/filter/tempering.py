@@ -1,40 +1,39 @@
 """From a wide cloud to the places that explain the first scan, without losing the right one on the way.
 
 A scan is far sharper than the first cloud is dense: weighed at once, a handful of particles that happen to
-lie near would take all. So its likelihood L is let in by and by (L^t, t from 0 to 1); after each step the
-cloud is resampled and every particle tries a small random move, accepted by the rule of Metropolis, which
-keeps the distribution and fills the likely places with particles that differ.
+lie near would take all. So its likelihood L is raised step by step from L^0 to L^1; after each step the cloud
+is resampled and every particle tries a small random move, accepted by the rule of Metropolis, which keeps the
+distribution and fills the likely places with particles that differ.
 Del Moral, Doucet, Jasra: Sequential Monte Carlo samplers, J. R. Stat. Soc. B 68 (2006).
 """
 
 from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from racecar.localization.filter.adaptive_count import needed_particles
-from racecar.localization.filter.resampling import (
-    effective_sample_size,
-    likelihood_weights,
-    systematic_resample,
-)
+from racecar.localization.filter.adaptive_count_kernels import needed_particles
+from racecar.localization.filter.config import AdaptiveCountConfig, TemperingConfig
+from racecar.localization.filter.resampling_kernels import systematic_resample
 from racecar.maps.geometry.se2 import Pose
 
 LogLikelihood = Callable[[Pose], NDArray[np.float64]]
+_Number = TypeVar("_Number", np.float32, np.float64)
 
-_KEPT = 0.3
-"""Share of the particles that stay effective in a step."""
 _EXACT = 0.01
-"""Share of itself to which a step is found."""
-_STEP = np.array([0.05, 0.05, 0.02])
-"""Metres and radians that a particle tries to move at full likelihood, more before."""
-_WIDEST_STEP = 4.0
-_MOVES = 3
+"""Share of itself to which a step is found: exact enough, since a step need not be of just that length."""
 
 
 def temper(
-    map_from_base: Pose, log_likelihood: LogLikelihood, fewest: int, most: int, rng: np.random.Generator
+    map_from_base: Pose,
+    log_likelihood: LogLikelihood,
+    fewest: int,
+    most: int,
+    config: TemperingConfig,
+    count_config: AdaptiveCountConfig,
+    rng: np.random.Generator,
 ) -> Pose:
     """(M, 3) particles that follow the likelihood, from (N, 3) that are spread out more widely.
 
@@ -42,15 +41,28 @@ def temper(
     """
     particles, likelihood, reached = map_from_base, log_likelihood(map_from_base), 0.0
     while reached < 1.0:
-        step = _next_step(likelihood, 1.0 - reached, _KEPT * min(most, len(particles)))
+        wanted_size = config.effective_share * min(most, len(particles))
+        step = _next_step(likelihood, 1.0 - reached, wanted_size)
         reached += step
         weights = likelihood_weights(likelihood, step)
-        count = needed_particles(particles, weights, fewest, most)
+        count = needed_particles(particles, weights, fewest, most, count_config)
         chosen = systematic_resample(weights, count, rng)
         particles, likelihood = particles[chosen], likelihood[chosen]
-        for _ in range(_MOVES):
-            particles, likelihood = _try_moves(particles, likelihood, log_likelihood, reached, rng)
+        for _ in range(config.moves):
+            particles, likelihood = _try_moves(particles, likelihood, log_likelihood, reached, config, rng)
     return particles
+
+
+def likelihood_weights(log_likelihood: NDArray[_Number], power: float) -> NDArray[_Number]:
+    """(N,) that sum to 1, by the likelihood (N,) to a power."""
+    weights: NDArray[_Number] = np.exp(power * (log_likelihood - log_likelihood.max()))
+    weights /= weights.sum()
+    return weights
+
+
+def effective_sample_size(weights: NDArray[np.float64]) -> float:
+    """How many equally weighted particles weights (N,) that sum to 1 are worth, 1 to N."""
+    return float(1.0 / np.dot(weights, weights))
 
 
 def _next_step(log_likelihood: NDArray[np.float64], longest: float, wanted_size: float) -> float:
@@ -69,10 +81,12 @@ def _try_moves(
     current: NDArray[np.float64],
     log_likelihood: LogLikelihood,
     reached: float,
+    config: TemperingConfig,
     rng: np.random.Generator,
 ) -> tuple[Pose, NDArray[np.float64]]:
-    scale = min(1.0 / np.sqrt(reached), _WIDEST_STEP)
-    moved = particles + scale * _STEP * rng.standard_normal(particles.shape)
+    scale = min(1.0 / np.sqrt(reached), config.widest)
+    widths = np.array([config.move, config.move, config.turn])
+    moved = particles + scale * widths * rng.standard_normal(particles.shape)
     proposed = log_likelihood(moved)
     accepted = np.log(rng.random(len(particles))) < reached * (proposed - current)
     return np.where(accepted[:, None], moved, particles), np.where(accepted, proposed, current)

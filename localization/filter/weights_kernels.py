@@ -7,10 +7,12 @@ from numba import njit
 from numpy.typing import NDArray
 
 _HALVINGS = 6
+"""Of the argument of the exponential, so that it is at most 50 / 64 and Taylor's series converges fast."""
 _EXPONENTIAL = tuple(1.0 / math.factorial(n) for n in reversed(range(12)))
-"""Coefficients of the powers, the highest first."""
+"""Coefficients of the powers in Taylor's series, the highest first: twelve, since the next, 0.8^12 / 12!,
+is below 1e-9."""
 _LEAST_LOG = -50.0
-"""What is less counts as so much, which is nothing beside the best."""
+"""Lower ones are taken for this one, because exp(-50) is nothing beside the best, whose weight is 1."""
 
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
@@ -19,7 +21,7 @@ def take_evidence(
 ) -> tuple[NDArray[np.float64], float]:
     """Add a scan's log-likelihoods (N,) to log-weights (N,), the best of which become 0.
 
-    A scan tells by so much at most against any. Returns weights (N,) that sum to 1, and how many equally
+    A scan counts by so much at most against any. Returns weights (N,) that sum to 1, and how many equally
     weighted particles they are worth.
     """
     weights = np.empty(len(log_weights))

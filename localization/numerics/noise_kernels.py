@@ -6,12 +6,16 @@ import numpy as np
 from numba import njit
 
 _QUARTERS = np.uint32(0x00FF00FF)
+"""Mask of every other byte, so that two are added at once without a carry from one to the other."""
 _MEAN = np.int32(4 * 255 // 2)
+"""Of the sum of four bytes, since each is uniform on 0 to 255."""
 _SCALE = 1.0 / math.sqrt(4.0 * (256.0**2 - 1.0) / 12.0)
+"""One over the standard deviation of that sum: by definition a uniform number of n values has variance
+(n² - 1) / 12."""
 
 
 def random_seed(rng: np.random.Generator) -> np.uint32:
-    """Of the words that one loop over particles draws."""
+    """A seed of the words that one loop over particles draws."""
     return np.uint32(rng.bit_generator.random_raw() >> 32)
 
 

@@ -8,6 +8,8 @@ from numba.core import cgutils
 from numba.extending import intrinsic
 
 _TO_READ, _KEEP, _DATA = 0, 3, 1
+"""Arguments of llvm.prefetch, by definition in LLVM's language reference: a read, to stay in all levels of
+the cache, of data rather than instructions."""
 
 
 def _prefetch(_context: Any, array: Any, row: Any, column: Any) -> Any:

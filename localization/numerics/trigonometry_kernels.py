@@ -10,10 +10,12 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.geometry.se2_kernels import wrapped
 
 _SINE = tuple((-1.0) ** n / math.factorial(2 * n + 1) for n in reversed(range(7)))
+"""Coefficients of the powers of a² in Taylor's series of sin(a) / a, the highest first: seven, since for an
+eighth of the turn the next term is below 3e-14."""
 _VERSINE = tuple((-1.0) ** n / math.factorial(2 * n + 2) for n in reversed(range(7)))
-"""Coefficients of the powers of a², the highest first."""
+"""The same of (1 - cos(a)) / a², since cosines near 1 would lose digits."""
 BATCH = 256
-"""Poses whose sines are taken together, by vector instructions."""
+"""Poses whose sines are taken together, so that vector instructions do it and it all fits the first cache."""
 
 
 @njit(cache=True, nogil=True, inline="always")
@@ -44,7 +46,7 @@ def take_batch(
 ) -> int:
     """Fill the yaws of poses (N, 3) from ``start`` on, and their sines and cosines, into arrays (BATCH,).
 
-    Tells how many there were.
+    Returns how many there were.
     """
     count = min(BATCH, len(poses) - start)
     for k in range(count):

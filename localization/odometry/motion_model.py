@@ -23,7 +23,7 @@ class MotionModel(Protocol):
     def move(
         self, map_from_base: Pose, slips: NDArray[np.float64], step: MotionStep, rng: np.random.Generator
     ) -> Pose:
-        """Particles (N, 3) after a step, each by its own slips (N, 3), see `slip`.
+        """Particles (N, 3) after a step, each by its own slips (N, 3), see `slip_kernels`.
 
         Each also draws noise of its own, in its own base frame.
         """
@@ -77,7 +77,7 @@ class AckermannModel:
     def move(
         self, map_from_base: Pose, slips: NDArray[np.float64], step: MotionStep, rng: np.random.Generator
     ) -> Pose:
-        """Particles (N, 3) after a step, by a speed and a steering of each one's own, and slips (N, 3)."""
+        """Particles (N, 3) after a step, each with its own speed, steering and slips (N, 3)."""
         if step.deviations[1] > 0.0:  # nothing measured it, so it may have gone anywhere
             return OdometryModel(self.config).move(map_from_base, slips, step, rng)
         seed = random_seed(rng)

@@ -21,12 +21,12 @@ def move_particles(
     deviations: Pose,
     seed: np.uint32,
 ) -> Pose:
-    """Particles (N, 3) moved by an increment (3,), by slips (N, 3) of way, turn and lag.
+    """Particles (N, 3) moved by an increment (3,), by slips (N, 3) of distance, turn and lag.
 
-    To this comes noise of deviations (3,).
+    Each also draws noise of deviations (3,).
     """
-    # taken out of their arrays here, which might be the one that is written to for all that a compiler knows
-    told_forward, told_left, told_turn = base_from_next_base
+    # Read here, because the compiler must assume that the loop writes to these arrays.
+    measured_forward, measured_left, measured_turn = base_from_next_base
     behind_forward, behind_left, behind_turn = behind
     noise_forward, noise_left, noise_turn = deviations
     moved = np.empty_like(map_from_base)
@@ -38,10 +38,10 @@ def move_particles(
             drawn[k] = noise(seed, 3 * start + k)
         for k in range(count):
             i = start + k
-            way, turning, lag = 1.0 + slips[i, 0], 1.0 + slips[i, 1], slips[i, 2]
-            forward = way * told_forward + lag * behind_forward + noise_forward * drawn[3 * k]
-            left = way * told_left + lag * behind_left + noise_left * drawn[3 * k + 1]
-            turn = turning * told_turn + lag * behind_turn + noise_turn * drawn[3 * k + 2]
+            scale, turning, lag = 1.0 + slips[i, 0], 1.0 + slips[i, 1], slips[i, 2]
+            forward = scale * measured_forward + lag * behind_forward + noise_forward * drawn[3 * k]
+            left = scale * measured_left + lag * behind_left + noise_left * drawn[3 * k + 1]
+            turn = turning * measured_turn + lag * behind_turn + noise_turn * drawn[3 * k + 2]
             moved[i, 0] = map_from_base[i, 0] + cosine[k] * forward - sine[k] * left
             moved[i, 1] = map_from_base[i, 1] + sine[k] * forward + cosine[k] * left
             moved[i, 2] = wrapped(yaw[k] + turn)
@@ -57,17 +57,17 @@ def drive_particles(
     deviations: Pose,
     seed: np.uint32,
 ) -> Pose:
-    """Particles (N, 3) moved along arcs, by slips (N, 3) of way, turn and lag.
+    """Particles (N, 3) moved along arcs, by slips (N, 3) of distance, turn and lag.
 
-    To this comes noise of deviations (3,), of the way and of its turn.
+    Each also draws noise of deviations (3,): the first of its distance, the last of its turn.
     """
     turn, chord = base_from_next_base[2], math.hypot(base_from_next_base[0], base_from_next_base[1])
-    way = math.copysign(chord / _chord_share(turn), base_from_next_base[0])
+    distance = math.copysign(chord / _chord_share(turn), base_from_next_base[0])
     moved = np.empty_like(map_from_base)
     for i in range(len(map_from_base)):
-        own_way, own_turn = way + slips[i, 2] * behind[0], turn + slips[i, 2] * behind[2]
-        driven = (1.0 + slips[i, 0]) * own_way + deviations[0] * noise(seed, 2 * i)
-        turned = (1.0 + slips[i, 1]) * own_turn * driven / own_way if own_way != 0.0 else 0.0
+        own_distance, own_turn = distance + slips[i, 2] * behind[0], turn + slips[i, 2] * behind[2]
+        driven = (1.0 + slips[i, 0]) * own_distance + deviations[0] * noise(seed, 2 * i)
+        turned = (1.0 + slips[i, 1]) * own_turn * driven / own_distance if own_distance != 0.0 else 0.0
         turned += deviations[2] * noise(seed, 2 * i + 1)
         yaw = map_from_base[i, 2]
         direction, straight = yaw + 0.5 * turned, driven * _chord_share(turned)
@@ -79,7 +79,10 @@ def drive_particles(
 
 @njit(cache=True, nogil=True)
 def disturb_particles(map_from_base: Pose, first: int, every: int, deviations: Pose, seed: np.uint32) -> None:
-    """Give every so manieth of the particles (N, 3) noise of deviations (3,) in the map."""
+    """Add noise of deviations (3,), in the map, to every few of the particles (N, 3).
+
+    To those of number ``first``, ``first + every`` and so on.
+    """
     for i in range(first, len(map_from_base), every):
         for axis in range(3):
             map_from_base[i, axis] += deviations[axis] * noise(seed, 3 * (i // every) + axis)
@@ -105,7 +108,7 @@ def carry(
     shift_x, shift_y = cos * forward - sin * left, sin * forward + cos * left
     carried = np.empty(3)
     carried[0], carried[1] = map_from_base[0] + shift_x, map_from_base[1] + shift_y
-    carried[2] = math.pi - (math.pi - yaw - turn) % (2.0 * math.pi)
+    carried[2] = wrapped(yaw + turn)
     turned, axes = np.zeros((3, 3)), np.zeros((3, 3))
     turned[0, 0] = turned[1, 1] = turned[2, 2] = 1.0
     turned[0, 2], turned[1, 2] = -shift_y, shift_x

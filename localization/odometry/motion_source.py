@@ -9,24 +9,16 @@ from numpy.typing import NDArray
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.odometry.calibration import OdometryCalibration, OdometryFaults
 from racecar.localization.odometry.motion_model import drift_noise, motion_model, travel
-from racecar.localization.odometry.motion_step import GAP_SECONDS, MotionStep
-from racecar.localization.odometry.speed_memory import SpeedMemory
+from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.speed_memory_kernels import SpeedMemory
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.geometry.se2_kernels import step_between
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation, OdometryBuffer
 
-RESTART_SECONDS = 1.0
-"""A clock that goes back by more has been set anew; by less, messages came out of order."""
-_GO_ON = Extrapolation(longest=100_000_000, speed_over=0, widest_gap=STALE_AFTER)
-_LONGEST_CARRY = 0.5
-"""Seconds for which a speed is believed to last."""
-_SPEED_MEMORY = 0.15
-"""Seconds over which the speed of the estimates is averaged."""
-
 
 class MotionSource:
-    """Gathers odometry, and tells the motion since the last scan; none of it is counted twice or lost.
+    """Gathers odometry, and gives the motion since the last scan; none of it is counted twice or lost.
 
     Odometry may come in from another thread at any time; the other methods belong to the thread that has
     the scan, but for `step_from`, which anyone may ask.
@@ -34,14 +26,14 @@ class MotionSource:
 
     def __init__(self, config: LocalizationConfig) -> None:
         self._lock = Lock()
-        self.calibration = OdometryCalibration()
+        self.calibration = OdometryCalibration(config.odometry_calibration)
         """Of the odometry; all steps are corrected by it."""
-        self._odometry = OdometryBuffer(extrapolation=_GO_ON)
+        self._odometry = OdometryBuffer(extrapolation=_extrapolation(config))
         self._restarts = 0
         self._followed_restarts = 0
         self._odom_from_base: Pose | None = None
         self._stamp: int | None = None
-        self._memory = SpeedMemory()
+        self._memory = SpeedMemory(config.speed_memory)
         self._speed: Pose = IDENTITY
         self._last_estimate: tuple[int, Pose] | None = None
         self.reconfigure(config)
@@ -50,6 +42,10 @@ class MotionSource:
         """Take other settings from here on."""
         self._config = config
         self.model = motion_model(config)
+        self.calibration.config = config.odometry_calibration
+        self._memory.reconfigure(config.speed_memory)
+        with self._lock:
+            self._odometry.extrapolation = _extrapolation(config)
 
     def add(self, odometry: Odometry) -> None:
         """Take a sample; one that is not finite or comes out of order is left out.
@@ -60,9 +56,11 @@ class MotionSource:
             return
         with self._lock:
             latest = self._odometry.latest_stamp
-            is_set_back = latest is not None and latest - odometry.stamp > RESTART_SECONDS * 1e9
+            is_set_back = (
+                latest is not None and latest - odometry.stamp > self._config.motion.restart_seconds * 1e9
+            )
             if is_set_back or self._odometry.jumps_to(odometry):
-                self._odometry = OdometryBuffer(extrapolation=_GO_ON)
+                self._odometry = OdometryBuffer(extrapolation=_extrapolation(self._config))
                 self._restarts += 1
             self._odometry.add(odometry)
 
@@ -80,8 +78,10 @@ class MotionSource:
             return self._odometry.pose_at(stamps)
 
     def poses_in_sweep(self, stamps: NDArray[np.int64]) -> Pose:
-        """Where the base is (N, 3) at stamps (N,) in the sweep of the last step, in a frame that stands
-        still: by odometry, or where that is silent by the speed of the estimates."""
+        """Where the base is (N, 3) at stamps (N,) in the sweep of the last step, in a fixed frame.
+
+        By odometry, or where that is silent by the speed of the estimates.
+        """
         if self._odom_from_base is not None:
             return self.poses_at(stamps)
         seconds = (stamps - self._stamp) * 1e-9 if self._stamp is not None else np.zeros(len(stamps))
@@ -96,7 +96,7 @@ class MotionSource:
             self._odom_from_base = None
         if self._stamp is None:
             seconds = 0.0
-        elif self._stamp - stamp > RESTART_SECONDS * 1e9:
+        elif self._stamp - stamp > self._config.motion.restart_seconds * 1e9:
             seconds = np.inf
             self._odom_from_base = None
         else:
@@ -108,7 +108,7 @@ class MotionSource:
 
     @property
     def odom_from_base(self) -> Pose | None:
-        """(3,) at the stamp of the last step; None where no odometry told it."""
+        """(3,) at the stamp of the last step; None without odometry."""
         return self._odom_from_base
 
     def step_from(
@@ -120,8 +120,7 @@ class MotionSource:
         """
         seconds = (stamp - since) * 1e-9
         if odom_from_base is not None and self._remembers(since) and self.knows(stamp):
-            told = step_between(odom_from_base, self.poses_at(np.array([stamp]))[0])
-            step = faults.corrected(told)
+            step = faults.corrected(step_between(odom_from_base, self.poses_at(np.array([stamp]))[0]))
             return MotionStep(step, self.model.deviations(step), travel(step), seconds)
         return self._carried_on(seconds)
 
@@ -129,9 +128,10 @@ class MotionSource:
         """Learn the car's speed from an estimate, for when odometry fails."""
         if self._last_estimate is not None:
             seconds = (stamp - self._last_estimate[0]) * 1e-9
-            if 0.0 < seconds < _LONGEST_CARRY:
+            if 0.0 < seconds < self._config.motion.longest_carry:
                 speed = step_between(self._last_estimate[1], map_from_base) / seconds
-                self._speed = self._speed + seconds / (seconds + _SPEED_MEMORY) * (speed - self._speed)
+                share = seconds / (seconds + self._config.motion.speed_seconds)
+                self._speed = self._speed + share * (speed - self._speed)
         self._last_estimate = (stamp, map_from_base)
 
     def forget_speed(self) -> None:
@@ -150,9 +150,17 @@ class MotionSource:
         possible, effort, behind = self._memory.take(step, seconds)
         sliding = self._config.slip * (possible - np.abs(step))
         deviations = np.hypot(self.model.deviations(possible), sliding)
-        return MotionStep(step, deviations, travel(possible), seconds, effort, behind)
+        is_over_gap = seconds > self._config.motion.gap_seconds
+        return MotionStep(step, deviations, travel(possible), seconds, effort, behind, is_over_gap)
 
     def _carried_on(self, seconds: float) -> MotionStep:
-        step = self._speed * float(np.clip(seconds, -_LONGEST_CARRY, _LONGEST_CARRY))
-        noise = drift_noise(min(abs(seconds), GAP_SECONDS), self._config.drift_noise)
-        return MotionStep(step, noise, np.inf, seconds)
+        longest, gap = self._config.motion.longest_carry, self._config.motion.gap_seconds
+        step = self._speed * float(np.clip(seconds, -longest, longest))
+        noise = drift_noise(min(abs(seconds), gap), self._config.drift_noise)
+        return MotionStep(step, noise, np.inf, seconds, is_over_gap=seconds > gap)
+
+
+def _extrapolation(config: LocalizationConfig) -> Extrapolation:
+    """Of odometry: at the speed between its last two samples, while the next is on its way."""
+    longest = round(config.motion.longest_extrapolation * 1e9)
+    return Extrapolation(longest, speed_over=0, widest_gap=STALE_AFTER)

@@ -7,9 +7,6 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
 
-GAP_SECONDS = 2.0
-"""Between two scans; what happens in a longer one is a matter of searching rather than of noise."""
-
 
 @dataclass(frozen=True, eq=False)
 class MotionStep:
@@ -21,13 +18,10 @@ class MotionStep:
     travel: float
     """Metres plus radians that the car may have moved; inf where nothing measured it."""
     seconds: float
-    """inf where the clock was set back, so that nothing tells."""
+    """inf where the clock was set back, so that the time is unknown."""
     effort: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
     """(2,) how hard the tyres were pushed along the car and across it, 0 to 1."""
     behind: Pose = field(default_factory=lambda: np.zeros(3))
-    """(3,) to add to the motion of a car that is behind what its odometry says, see `slip`."""
-
-    @property
-    def is_over_gap(self) -> bool:
-        """Whether so much time has passed that the car may have been carried to anywhere."""
-        return self.seconds > GAP_SECONDS
+    """(3,) to add to the motion of a car that is behind what its odometry says, see `slip_kernels`."""
+    is_over_gap: bool = False
+    """Whether so much time has passed that the car may have been carried to anywhere."""

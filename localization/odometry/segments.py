@@ -1,4 +1,4 @@
-"""Stretches of the way between two places that are known well, as odometry told them."""
+"""Segments of the path between two places that are known well, as odometry reported them."""
 
 from dataclasses import dataclass
 from math import hypot, isfinite
@@ -6,97 +6,100 @@ from math import hypot, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.localization.odometry.config import SegmentConfig
 from racecar.localization.odometry.motion_step import MotionStep
-from racecar.localization.odometry.segments_kernels import go_on
+from racecar.localization.odometry.segments_kernels import append_step
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.geometry.se2_kernels import step_between
 
-_SHORTEST, _LONGEST = 1.0, 3.0
-"""Metres plus radians."""
 _LITTLE = 1e-3
-"""Change of a fault for which the end of the way is told beside how it was, to learn what the fault does."""
+"""Change of a fault for which the end of the path is followed too, so that the difference quotient gives its
+derivative: small, since the end is not quite linear in a fault, yet far above rounding."""
 
 
 @dataclass(frozen=True, eq=False)
-class OdometryStretch:
-    """What odometry and the estimates say of a stretch."""
+class OdometrySegment:
+    """What odometry and the estimates say of a segment."""
 
     error: Pose
     """(3,) from where odometry says that it ended to where the estimates say."""
     by_faults: NDArray[np.float64]
-    """(3, 3) by what the end moves, for faults (columns) of way, turn and trim, see
+    """(3, 3) by what the end moves, for faults (columns) of distance, turn and trim, see
     `racecar.localization.odometry.calibration`."""
     begin_variances: NDArray[np.float64]
     """(2,) of the estimated place, along any direction, and heading."""
     end_variances: NDArray[np.float64]
-    path: float
+    distance: float
+    """Metres along the path."""
     turn: float
-    pushed_path: float
+    """Radians, to and fro."""
+    pushed_distance: float
     """Metres, each by how hard the tyres were pushed along the car."""
     pushed_turn: float
     """Radians, each by how hard they were pushed across it."""
 
     @property
-    def way(self) -> float:
+    def travel(self) -> float:
         """Metres plus radians."""
-        return self.path + self.turn
+        return self.distance + self.turn
 
 
-class OdometryStretches:
-    """Divides the way."""
+class OdometrySegments:
+    """Divides the path into segments."""
 
-    def __init__(self) -> None:
+    def __init__(self, config: SegmentConfig) -> None:
+        self.config = config
         self.start_anew()
 
     def start_anew(self) -> None:
         """The estimates to come do not continue those before."""
         self._begin: PoseEstimate | None = None
-        self._told = np.zeros((4, 3))
+        self._ends = np.zeros((4, 3))
         """Where odometry leads from the beginning, without and with a little of each fault."""
-        self._path = self._turn = self._pushed_path = self._pushed_turn = 0.0
+        self._distance = self._turn = self._pushed_distance = self._pushed_turn = 0.0
 
-    def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate | None) -> OdometryStretch | None:
-        """The stretch that a step ends; the estimate says where that led, None where the place is not known.
+    def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate | None) -> OdometrySegment | None:
+        """The segment that a step ends; the estimate is of its end, None where the place is not known.
 
-        Steps count as made by a car that is behind what its odometry says, by a ``lag`` as
-        `racecar.localization.odometry.slip` has it: odometry that comes early may still tell rightly how far.
+        Steps count as made by a car that is behind what its odometry says, by a ``lag`` as `slip_kernels` has
+        it: odometry that comes early may still be right about how far.
         """
         if not isfinite(step.travel):
             self.start_anew()
             return None
-        self._go_on(step, lag)
-        way = self._path + self._turn
-        if estimate is None or (self._begin is not None and way < _SHORTEST):
+        self._append(step, lag)
+        travel = self._distance + self._turn
+        if estimate is None or (self._begin is not None and travel < self.config.shortest):
             return None
-        stretch = None
-        if self._begin is not None and way <= _LONGEST:
-            stretch = self._ended_at(self._begin, estimate)
+        segment = None
+        if self._begin is not None and travel <= self.config.longest:
+            segment = self._ended_at(self._begin, estimate)
         self.start_anew()
         self._begin = estimate
-        return stretch
+        return segment
 
-    def _go_on(self, step: MotionStep, lag: float) -> None:
-        go_on(self._told, step.base_from_next_base + lag * step.behind, _LITTLE)
+    def _append(self, step: MotionStep, lag: float) -> None:
+        append_step(self._ends, step.base_from_next_base + lag * step.behind, _LITTLE)
         x, y, turn = step.base_from_next_base.tolist()
         along, across = step.effort.tolist()
-        path, turn = hypot(x, y), abs(turn)
-        self._path += path
+        distance, turn = hypot(x, y), abs(turn)
+        self._distance += distance
         self._turn += turn
-        self._pushed_path += along * path
+        self._pushed_distance += along * distance
         self._pushed_turn += across * turn
 
-    def _ended_at(self, begin: PoseEstimate, end: PoseEstimate) -> OdometryStretch:
-        told = self._told[0]
-        moved = [step_between(told, told_if) for told_if in self._told[1:]]
-        return OdometryStretch(
-            error=step_between(told, step_between(begin.map_from_base, end.map_from_base)),
+    def _ended_at(self, begin: PoseEstimate, end: PoseEstimate) -> OdometrySegment:
+        by_odometry = self._ends[0]
+        moved = [step_between(by_odometry, with_fault) for with_fault in self._ends[1:]]
+        return OdometrySegment(
+            error=step_between(by_odometry, step_between(begin.map_from_base, end.map_from_base)),
             by_faults=np.column_stack(moved) / _LITTLE,
             begin_variances=_variances(begin),
             end_variances=_variances(end),
-            path=self._path,
+            distance=self._distance,
             turn=self._turn,
-            pushed_path=self._pushed_path,
+            pushed_distance=self._pushed_distance,
             pushed_turn=self._pushed_turn,
         )
 

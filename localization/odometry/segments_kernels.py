@@ -1,4 +1,4 @@
-"""The loop over the ways that odometry may have told."""
+"""The loop over the paths that the car may have taken, for each fault of odometry."""
 
 import math
 
@@ -10,19 +10,20 @@ from racecar.maps.geometry.se2 import Pose
 
 
 @njit(cache=True, nogil=True)
-def go_on(told: NDArray[np.float64], step: Pose, little: float) -> None:
-    """Append a step (3,) to each of four ways (4, 3), in place.
+def append_step(ends: NDArray[np.float64], step: Pose, little: float) -> None:
+    """Move the ends of four paths (4, 3) by a step (3,), in place.
 
-    To the first as it is, to the others with a little more way, more turn, and turn per metre.
+    The first by the step as it is, the others by one with a little more distance, more turn, and turn per
+    metre. Headings are not wrapped, for none gets far in a segment.
     """
-    for way in range(4):
-        scale = 1.0 + little if way == 1 else 1.0
+    for path in range(4):
+        scale = 1.0 + little if path == 1 else 1.0
         x, y, turn = scale * step[0], scale * step[1], step[2]
-        if way == 2:
+        if path == 2:
             turn *= 1.0 + little
-        if way == 3:
+        if path == 3:
             turn += little * step[0]
-        cos, sin = math.cos(told[way, 2]), math.sin(told[way, 2])
-        told[way, 0] += cos * x - sin * y
-        told[way, 1] += sin * x + cos * y
-        told[way, 2] += turn
+        cos, sin = math.cos(ends[path, 2]), math.sin(ends[path, 2])
+        ends[path, 0] += cos * x - sin * y
+        ends[path, 1] += sin * x + cos * y
+        ends[path, 2] += turn

@@ -1,12 +1,12 @@
 """How far this car's odometry is to be trusted, learned while it drives.
 
-The settings say how much the tyres of any car may slip. Where the filter knows the place well, the way it
-went is compared with the way that odometry told, and what the estimates' own uncertainty does not account
-for is held against odometry: against its way where the end lies farther on or back, against its turn where
+The settings say how much the tyres of any car may slip. Where the filter knows the place well, the path of
+the estimates is compared with that of odometry, and what the estimates' own uncertainty does not account for
+is held against odometry: against its distances where the end lies farther on or back, against its turns where
 that lies aside or is turned. A cloud that believes good odometry does not follow what only seems explained
 elsewhere, as moved furniture does.
 
-The slip over a stretch is taken as normal, its deviation the car's own share of ``effort``; that share's
+The slip over a segment is taken as normal, its deviation the car's own share of ``effort``; that share's
 variance is the mean of what was seen, weighed by what could have been seen, and of what the settings say.
 """
 
@@ -15,44 +15,37 @@ from math import exp, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.odometry.segments import OdometryStretch
-
-_MEMORY = 30.0
-"""Metres plus radians after which what was seen counts a third."""
-_SETTINGS_COUNT = 0.05
-"""What the settings say counts like a stretch whose odometry could be so many metres off (squared)."""
-_USUAL_EFFORT = 0.3
-"""So much of the full effort makes up for what odometry gets wrong anyway."""
-_WORST = 2.0
-"""No stretch counts as worse than so many times what the settings say; else a bump would be held against
-odometry for long."""
+from racecar.localization.odometry.config import OdometryTrustConfig
+from racecar.localization.odometry.segments import OdometrySegment
 
 
 class OdometryTrust:
-    """Compares odometry with the estimates, one stretch of the way after the other."""
+    """Compares odometry with the estimates, one segment of the path after the other."""
 
-    def __init__(self) -> None:
+    def __init__(self, config: OdometryTrustConfig) -> None:
+        self.config = config
         self._seen, self._possible = np.zeros(2), np.zeros(2)
-        """Squared errors of way and turn."""
+        """Squared errors of distance and turn."""
 
-    def doubt(self, slip: float) -> NDArray[np.float64]:
-        """(2,) by what share of the slip that the settings say way and turn are to be doubted, 0 to 1."""
+    def slip_scale(self, slip: float) -> NDArray[np.float64]:
+        """(2,) what share of the settings' slip this car's distances and turns deserve, 0 to 1."""
         if slip == 0.0:
             return np.zeros(2)
+        prior_weight = self.config.prior_weight
         squares = zip(self._seen.tolist(), self._possible.tolist(), strict=True)
-        usual = _SETTINGS_COUNT * slip**2
-        shares = [sqrt((usual + seen) / (_SETTINGS_COUNT + possible)) / slip for seen, possible in squares]
+        usual = prior_weight * slip**2
+        shares = [sqrt((usual + seen) / (prior_weight + possible)) / slip for seen, possible in squares]
         return np.minimum(shares, 1.0)
 
-    def learn(self, stretch: OdometryStretch, slip: float) -> None:
-        """Take in how a stretch was off."""
-        x, y, turn = stretch.error.tolist()
-        place, heading = (stretch.begin_variances + stretch.end_variances).tolist()
+    def learn(self, segment: OdometrySegment, slip: float) -> None:
+        """Take in how a segment was off."""
+        x, y, turn = segment.error.tolist()
+        place, heading = (segment.begin_variances + segment.end_variances).tolist()
         # A wrong turn carries the rest of the path aside, half of it on average.
-        aside = 0.5 * stretch.path * stretch.pushed_turn
-        usual = (_USUAL_EFFORT * stretch.way) ** 2
-        possible = np.array([stretch.pushed_path**2, stretch.pushed_turn**2 + aside**2]) + usual
+        aside = 0.5 * segment.distance * segment.pushed_turn
+        usual = (self.config.usual_effort * segment.travel) ** 2
+        possible = np.array([segment.pushed_distance**2, segment.pushed_turn**2 + aside**2]) + usual
         seen = np.maximum([x**2 - place, y**2 + turn**2 - place - heading], 0.0)
-        kept = exp(-stretch.way / _MEMORY)
-        self._seen = kept * self._seen + np.minimum(seen, (_WORST * slip) ** 2 * possible)
+        kept = exp(-segment.travel / self.config.memory)
+        self._seen = kept * self._seen + np.minimum(seen, (self.config.worst * slip) ** 2 * possible)
         self._possible = kept * self._possible + possible

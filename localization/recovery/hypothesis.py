@@ -16,7 +16,7 @@ _GOOD = 0.02
 """Probability of being lost below which a place is good."""
 
 
-class Rival:
+class PoseHypothesis:
     """A second cloud of particles, and the odds for it against the first."""
 
     def __init__(self, filter: ParticleFilter, lost: LostDetector, stamp: int) -> None:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.filter.resampling import likelihood_weights
+from racecar.localization.filter.tempering import likelihood_weights
 from racecar.localization.floor.free_space import FreeSpace
 from racecar.localization.floor.range_table.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
 from racecar.localization.floor.range_table.range_table import RangeTable

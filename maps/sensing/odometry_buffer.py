@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 from racecar.maps.sensing.odometry import FASTEST, Odometry, is_jump
 from racecar.maps.sensing.odometry_buffer_kernels import poses_at
 
@@ -16,7 +16,7 @@ _WIDEST_GAP, _NEAR_A_GAP = 1_000_000_000, 100_000_000
 """Nanoseconds between two samples over which the path may be drawn straight, and how near to either end of a
 longer gap a pose still holds. By judgement, since a car can turn round in a second, but hardly move within a
 tenth of one."""
-_STANDING = np.zeros(3)
+_STANDING: Pose = IDENTITY.copy()  # one that is read-only would be compiled for anew
 
 
 class Extrapolation(NamedTuple):
@@ -44,7 +44,8 @@ class OdometryBuffer:
     ) -> None:
         self.lag = lag
         """Nanoseconds by which samples are stamped late."""
-        self._extrapolation = extrapolation
+        self.extrapolation = extrapolation
+        """Past the last sample."""
         self._max_samples = max_samples
         self._all_stamps = np.empty(2 * max_samples, dtype=np.int64)
         self._all_poses = np.empty((2 * max_samples, 3))
@@ -114,7 +115,7 @@ class OdometryBuffer:
         if not self._end:
             raise LookupError("no odometry yet")
         wanted = np.asarray(stamps, dtype=np.int64)
-        ahead = max(self.lag, 0) + self._extrapolation.longest
+        ahead = max(self.lag, 0) + self.extrapolation.longest
         speed = self._last_speed() if ahead > 0 else _STANDING
         poses = poses_at(self._stamps, self._poses, wanted.ravel(), self.lag, speed, ahead)
         return poses if wanted.ndim == 1 else poses.reshape(*wanted.shape, 3)
@@ -130,11 +131,11 @@ class OdometryBuffer:
         if len(stamps) < 2:
             return _STANDING
         latest = int(stamps[-1])
-        older = int(np.searchsorted(stamps, latest - self._extrapolation.speed_over, side="right")) - 1
+        older = int(np.searchsorted(stamps, latest - self.extrapolation.speed_over, side="right")) - 1
         before = min(max(older, 0), len(stamps) - 2)
         gap = latest - int(stamps[before])
         speed: Pose = between(poses[before], poses[-1]) / gap
-        is_motion = gap < self._extrapolation.widest_gap and np.abs(speed).max() * 1e9 < FASTEST
+        is_motion = gap < self.extrapolation.widest_gap and np.abs(speed).max() * 1e9 < FASTEST
         return speed if is_motion else _STANDING
 
     @property

@@ -261,7 +261,7 @@ def test_by_what_factor_odometry_tells_the_way_is_learned(scale: float) -> None:
     filter = localizer()
     filter.set_pose(driven.truth[0])
     metres, _ = errors(replay(filter, driven.messages), driven)
-    assert filter.odometry_faults.way == pytest.approx(1.0 / scale - 1.0, abs=0.02)
+    assert filter.odometry_faults.distance == pytest.approx(1.0 / scale - 1.0, abs=0.02)
     assert metres[-100:].max() < 0.06
 
 
@@ -383,6 +383,19 @@ def test_settings_change_while_running() -> None:
     assert second[-1].particle_count == 500
     metres, _ = errors(first + second, driven)
     assert metres[len(first) :].max() < 0.1
+
+
+def test_settings_within_settings_change_while_running() -> None:
+    """A count of particles that may be less exact takes fewer of them."""
+    driven = drive(room(), 2.0, np.random.default_rng(0))
+    filter = localizer(fewest_particles=10)
+    filter.set_pose(driven.truth[0])
+    half = len(driven.messages) // 2
+    first = replay(filter, driven.messages[:half])
+    rough = {"fewest_particles": 10, "particle_filter": {"count": {"distance": 1.0}}}
+    filter.reconfigure(LocalizationConfig.model_validate(rough))
+    second = replay(filter, driven.messages[half:])
+    assert second[-1].particle_count < 0.2 * first[-1].particle_count
 
 
 def blinded(scan: Scan) -> Scan:

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.localization.filter.cluster_kernels import cluster_moments
-from racecar.localization.filter.resampling import systematic_resample
+from racecar.localization.filter.resampling_kernels import systematic_resample
 from racecar.localization.floor.free_space import FreeSpace
 from racecar.localization.floor.range_table.range_table import RangeTable
 from racecar.localization.floor.walls import find_walls
@@ -75,13 +75,18 @@ class InterleavedTiming:
     def _time_parts(self, repetitions: int, watch: Stopwatch) -> None:
         cloud, _ = self._drive.localizer.particles()
         weights = self._rng.dirichlet(np.ones(len(cloud)))
-        mean, covariance, _ = cluster_moments(cloud, weights)
+        clusters = self._drive.config.particle_filter.clusters
+
+        def moments() -> tuple[Pose, NDArray[np.float64], float]:
+            return cluster_moments(cloud, weights, clusters.place_size, clusters.radius, clusters.half_angle)
+
+        mean, covariance, _ = moments()
         beams = self._drive.beams
         parts = {
             "beams": lambda: self._drive.beams,
             "sensor": lambda: self._model.log_likelihood(cloud, beams),
             "resampling": lambda: cloud[systematic_resample(weights, len(cloud), self._rng)],
-            "moments": lambda: cluster_moments(cloud, weights),
+            "moments": moments,
             "refinement": lambda: refine(mean, covariance, beams, self._walls),
         }
         for name in PARTS:

@@ -4,8 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2
 
-from racecar.localization.filter.adaptive_count import needed_particles
 from racecar.localization.filter.adaptive_count_kernels import count_occupied
+from racecar.localization.filter.adaptive_count_kernels import needed_particles as needed_by_config
+from racecar.localization.filter.config import AdaptiveCountConfig
 
 BIN = np.array([0.1, 0.1, np.radians(5.0)])
 
@@ -15,6 +16,10 @@ def apart(places: int, copies: int = 1) -> np.ndarray:
     return np.repeat(
         np.column_stack([0.1 * np.arange(places) + 0.05, *np.zeros((2, places))]), copies, axis=0
     )
+
+
+def needed_particles(poses: np.ndarray, weights: np.ndarray, fewest: int, most: int) -> int:
+    return needed_by_config(poses, weights, fewest, most, AdaptiveCountConfig())
 
 
 def even(count: int) -> np.ndarray:

@@ -32,20 +32,20 @@ def filter_at(pose: Pose, count: int = 4000, seed: int = 0) -> ParticleFilter:
 def test_most_particles_follow_the_odometry_and_a_few_do_not() -> None:
     filter = ParticleFilter(np.zeros((4000, 3)), np.random.default_rng(0))
     filter.predict(forward(0.5), MODEL, SLIP)
-    is_stray = np.abs(filter.map_from_base[:, 0] - 0.5) > 0.1
-    assert 0.03 < is_stray.mean() <= 0.05
+    is_injected = np.abs(filter.map_from_base[:, 0] - 0.5) > 0.1
+    assert 0.03 < is_injected.mean() <= 0.05
     assert filter.map_from_base[:, 0].min() < -0.5
     assert np.median(filter.map_from_base[:, 0]) == pytest.approx(0.5, abs=0.005)
 
 
-def test_strays_are_others_every_time() -> None:
+def test_other_particles_are_injected_every_time() -> None:
     filter = ParticleFilter(np.zeros((2000, 3)), np.random.default_rng(0))
-    has_strayed = np.zeros(2000, dtype=np.bool_)
+    was_injected = np.zeros(2000, dtype=np.bool_)
     for _ in range(60):
         before = filter.map_from_base[:, 0].copy()
         filter.predict(forward(0.5), MODEL, SLIP)
-        has_strayed |= np.abs(filter.map_from_base[:, 0] - before - 0.5) > 0.1
-    assert has_strayed.mean() > 0.5
+        was_injected |= np.abs(filter.map_from_base[:, 0] - before - 0.5) > 0.1
+    assert was_injected.mean() > 0.5
 
 
 @settings(deadline=None, max_examples=30)

@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from racecar.localization.odometry.calibration import OdometryCalibration
+from racecar.localization.odometry.config import OdometryCalibrationConfig, SegmentConfig
 from racecar.localization.odometry.motion_step import MotionStep
-from racecar.localization.odometry.segments import OdometryStretches
+from racecar.localization.odometry.segments import OdometrySegments
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, compose
 
@@ -21,7 +22,10 @@ class Car:
     def __init__(self, faults: tuple[float, float, float], effort: float = 0.0) -> None:
         self._effort = np.full(2, effort)
         self._way, self._turn, self._trim = faults
-        self.calibration, self._stretches = OdometryCalibration(), OdometryStretches()
+        self.calibration, self._segments = (
+            OdometryCalibration(OdometryCalibrationConfig()),
+            OdometrySegments(SegmentConfig()),
+        )
         self._map_from_base: Pose = np.array([3.0, -1.0, 2.0])
         self._rng = np.random.default_rng(0)
 
@@ -41,15 +45,17 @@ class Car:
             step = MotionStep(told, np.zeros(3), 0.1, 0.025, self._effort)
             seen = self._map_from_base + 0.01 * self._rng.standard_normal(3)
             estimate = PoseEstimate(0, seen, 1e-4 * np.eye(3), 1.0, 1000.0, 1000, False, 0.0)
-            stretch = self._stretches.follow(step, 0.0, estimate)
-            if stretch is not None:
-                self.calibration.learn(stretch, SLIP)
+            segment = self._segments.follow(step, 0.0, estimate)
+            if segment is not None:
+                self.calibration.learn(segment, SLIP)
         return self
 
 
 def test_before_anything_is_seen_odometry_is_as_it_is() -> None:
     told = np.array([0.1, 0.02, -0.05])
-    np.testing.assert_array_equal(OdometryCalibration().faults.corrected(told), told)
+    np.testing.assert_array_equal(
+        OdometryCalibration(OdometryCalibrationConfig()).faults.corrected(told), told
+    )
 
 
 @settings(deadline=None, max_examples=10)

@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
 
+from racecar.localization.odometry.config import OdometryTrustConfig, SegmentConfig, SpeedMemoryConfig
 from racecar.localization.odometry.motion_step import MotionStep
-from racecar.localization.odometry.segments import OdometryStretches
-from racecar.localization.odometry.speed_memory import SpeedMemory
+from racecar.localization.odometry.segments import OdometrySegments
+from racecar.localization.odometry.speed_memory_kernels import SpeedMemory
 from racecar.localization.odometry.trust import OdometryTrust
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, compose
@@ -25,12 +26,12 @@ class Car:
     """Its trust in its odometry, and where it is."""
 
     def __init__(self) -> None:
-        self.trust, self._stretches = OdometryTrust(), OdometryStretches()
+        self.trust, self._segments = OdometryTrust(OdometryTrustConfig()), OdometrySegments(SegmentConfig())
         self.map_from_base: Pose = np.array([3.0, -1.0, 2.0])
 
     @property
-    def doubt(self) -> float:
-        return float(self.trust.doubt(SLIP).max())
+    def slip_scale(self) -> float:
+        return float(self.trust.slip_scale(SLIP).max())
 
     def drive(
         self,
@@ -50,7 +51,7 @@ class Car:
 
     def weave(self, seconds: float, believed_lag: float) -> "Car":
         """Gas, brake and steering all the while, by a car that follows its odometry late."""
-        memory, lag = SpeedMemory(), 1.5
+        memory, lag = SpeedMemory(SpeedMemoryConfig()), 1.5
         for moment in np.arange(0.0, seconds, 0.05):
             told = 0.05 * np.array([2.0 + np.sin(3.0 * moment), 0.0, 2.0 * np.sin(2.0 * moment)])
             possible, effort, behind = memory.take(told, 0.05)
@@ -60,12 +61,12 @@ class Car:
         return self
 
     def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate | None) -> None:
-        stretch = self._stretches.follow(step, lag, estimate)
-        if stretch is not None:
-            self.trust.learn(stretch, SLIP)
+        segment = self._segments.follow(step, lag, estimate)
+        if segment is not None:
+            self.trust.learn(segment, SLIP)
 
     def start_anew(self) -> None:
-        self._stretches.start_anew()
+        self._segments.start_anew()
 
     def put_elsewhere(self) -> "Car":
         self.map_from_base = np.array([20.0, 20.0, 1.0])
@@ -73,72 +74,72 @@ class Car:
 
 
 def test_before_anything_is_seen_the_settings_are_believed() -> None:
-    assert Car().doubt == pytest.approx(1.0)
+    assert Car().slip_scale == pytest.approx(1.0)
 
 
-def test_odometry_that_proves_right_is_doubted_less_and_less() -> None:
+def test_odometry_that_proves_right_is_trusted_more_and_more() -> None:
     car = Car()
-    doubts = [car.drive(10.0).doubt for _ in range(4)]
-    assert doubts == sorted(doubts, reverse=True)
-    assert doubts[-1] < 0.3
+    scales = [car.drive(10.0).slip_scale for _ in range(4)]
+    assert scales == sorted(scales, reverse=True)
+    assert scales[-1] < 0.3
 
 
 @pytest.mark.parametrize("slip", [0.08, 0.15, 0.25])
-def test_the_doubt_comes_to_what_the_tyres_slip(slip: float) -> None:
+def test_the_slip_scale_comes_to_what_the_tyres_slip(slip: float) -> None:
     effort = 0.8
     car = Car().drive(60.0, slip * effort, effort=effort)
-    assert car.doubt == pytest.approx(slip / SLIP, rel=0.35)
+    assert car.slip_scale == pytest.approx(slip / SLIP, rel=0.35)
 
 
-def test_odometry_is_never_doubted_more_than_the_settings_say() -> None:
-    assert Car().drive(30.0, 1.5).doubt == 1.0
+def test_odometry_is_never_trusted_less_than_the_settings_say() -> None:
+    assert Car().drive(30.0, 1.5).slip_scale == 1.0
 
 
 def test_trust_is_lost_in_metres_and_regained_in_tens_of_them() -> None:
     car = Car().drive(40.0)
-    trusted = car.doubt
-    assert car.drive(6.0, 0.5).doubt > 0.6
-    assert car.drive(100.0).doubt < 1.3 * trusted
+    trusted = car.slip_scale
+    assert car.drive(6.0, 0.5).slip_scale > 0.6
+    assert car.drive(100.0).slip_scale < 1.3 * trusted
 
 
 def test_one_bump_does_not_cost_the_trust() -> None:
     car = Car().drive(40.0)
-    trusted = car.doubt
-    assert trusted < car.put_elsewhere().drive(2.0).doubt < 0.5
+    trusted = car.slip_scale
+    assert trusted < car.put_elsewhere().drive(2.0).slip_scale < 0.5
 
 
 def test_where_the_place_is_not_known_nothing_is_learned() -> None:
     car = Car().drive(40.0)
-    trusted = car.doubt
-    assert car.drive(40.0, 0.4, is_known=False).doubt == trusted
+    trusted = car.slip_scale
+    assert car.drive(40.0, 0.4, is_known=False).slip_scale == trusted
 
 
 def test_a_car_found_elsewhere_was_not_carried_there_by_its_wheels() -> None:
     car = Car().drive(40.0)
-    trusted = car.doubt
+    trusted = car.slip_scale
     car.start_anew()
-    assert car.put_elsewhere().drive(3.0).doubt < trusted
+    assert car.put_elsewhere().drive(3.0).slip_scale < trusted
 
 
-def test_a_stretch_ends_where_nothing_measures_the_way() -> None:
+def test_a_segment_ends_where_nothing_measures_the_motion() -> None:
     car = Car().drive(40.0)
-    trusted = car.doubt
+    trusted = car.slip_scale
     unmeasured = MotionStep(STEP, np.zeros(3), np.inf, 0.05)
     car.follow(unmeasured, 0.0, estimate_at(car.map_from_base))
-    assert car.put_elsewhere().drive(3.0).doubt < trusted
+    assert car.put_elsewhere().drive(3.0).slip_scale < trusted
 
 
-def test_odometry_that_comes_early_is_not_doubted_for_that() -> None:
-    as_it_is = Car().weave(30.0, believed_lag=1.5).doubt
+def test_odometry_that_comes_early_is_trusted_all_the_same() -> None:
+    as_it_is = Car().weave(30.0, believed_lag=1.5).slip_scale
     assert as_it_is < 0.3
-    assert Car().weave(30.0, believed_lag=0.0).doubt > 2.0 * as_it_is
+    assert Car().weave(30.0, believed_lag=0.0).slip_scale > 2.0 * as_it_is
 
 
 def test_what_the_estimates_leave_open_is_not_held_against_odometry() -> None:
-    doubts = [Car().drive(40.0, 0.08, deviation=each).doubt for each in (0.01, 0.03, 0.1)]
-    assert doubts == sorted(doubts, reverse=True)
-    assert doubts[-1] < 0.5 * doubts[0]
+    scales = [Car().drive(40.0, 0.08, deviation=each).slip_scale for each in (0.01, 0.03, 0.1)]
+    assert scales == sorted(scales, reverse=True)
+    assert scales[-1] < 0.5 * scales[0]
 
 
-def test_tyres_that_cannot_slip_are_not_doubted() -> None:
-    assert OdometryTrust().doubt(0.0).tolist() == [0.0, 0.0]
+def test_tyres_that_cannot_slip_are_trusted() -> None:
+    assert OdometryTrust(OdometryTrustConfig()).slip_scale(0.0).tolist() == [0.0, 0.0]

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.floor.free_space import find_free_space
 from racecar.localization.floor.range_table.range_table import build_range_table
-from racecar.localization.recovery.hypothesis import Rival
+from racecar.localization.recovery.hypothesis import PoseHypothesis
 from racecar.localization.recovery.lost_detector import LostDetector, agreement_shares
 from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.sensor.beam_model import BeamModel
@@ -33,12 +33,12 @@ def judged(shares: np.ndarray) -> LostDetector:
     return detector
 
 
-def race(truth_from_first: Pose, truth_from_rival: Pose, seconds: float, is_moving: bool) -> Rival:
+def race(truth_from_first: Pose, truth_from_rival: Pose, seconds: float, is_moving: bool) -> PoseHypothesis:
     """A rival after scans at 40 Hz of a drive, two places told of which one or none is the car's."""
     free_space = find_free_space(room(), 10**6)
     table = build_range_table(free_space, 50)
     model, rng = BeamModel(free_space, table, 2.2), np.random.default_rng(0)
-    rival = Rival(cloud(), LostDetector(PlaceSearch(free_space, table).shares_when_lost()), 0)
+    rival = PoseHypothesis(cloud(), LostDetector(PlaceSearch(free_space, table).shares_when_lost()), 0)
     for scan in range(round(seconds * 40)):
         truth = pose_at(room(), np.array([scan / 40]), 1.5)[0]
         ranges = cast_ray_fan(room(), compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
@@ -71,7 +71,7 @@ def test_a_rival_that_is_no_better_does_not_win() -> None:
 
 
 def test_scans_of_a_car_that_stands_hardly_count() -> None:
-    moving, standing = (Rival(cloud(), judged(GOOD), 0) for _ in range(2))
+    moving, standing = (PoseHypothesis(cloud(), judged(GOOD), 0) for _ in range(2))
     scans_until = []
     for rival, is_moving in ((moving, True), (standing, False)):
         scans = 0
@@ -84,7 +84,7 @@ def test_scans_of_a_car_that_stands_hardly_count() -> None:
 
 def test_a_better_fit_wins_at_a_good_place_only() -> None:
     for shares, has_won in ((GOOD, True), (BAD, False)):
-        rival = Rival(cloud(), judged(shares), 0)
+        rival = PoseHypothesis(cloud(), judged(shares), 0)
         for _ in range(100):
             rival.compare(50.0, 0.1, True)
         assert rival.has_won == has_won
@@ -93,7 +93,7 @@ def test_a_better_fit_wins_at_a_good_place_only() -> None:
 @settings(deadline=None, max_examples=60)
 @given(st.floats(0.0, 1e9), st.floats(0.0, 1e9))
 def test_no_single_scan_decides(advantage: float, seconds: float) -> None:
-    rival = Rival(cloud(), judged(GOOD), 0)
+    rival = PoseHypothesis(cloud(), judged(GOOD), 0)
     rival.compare(advantage, seconds, True)
     assert not rival.has_won
 
@@ -101,7 +101,7 @@ def test_no_single_scan_decides(advantage: float, seconds: float) -> None:
 @settings(deadline=None, max_examples=60)
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=20))
 def test_what_speaks_against_it_counts_as_much_as_what_speaks_for_it(advantages: list[float]) -> None:
-    rival = Rival(cloud(), judged(GOOD), 0)
+    rival = PoseHypothesis(cloud(), judged(GOOD), 0)
     for advantage in [*advantages, *(-advantage for advantage in advantages)] * 20:
         rival.compare(advantage, 0.05, True)
     assert not rival.has_won
@@ -113,7 +113,7 @@ def test_what_speaks_against_it_counts_as_much_as_what_speaks_for_it(advantages:
 @pytest.mark.parametrize(("shares", "fails"), [(BAD, True), (GOOD, False)])
 def test_it_fails_only_after_its_trial(shares: np.ndarray, fails: bool) -> None:
     found = 5 * SECOND
-    rival = Rival(cloud(), judged(shares), found)
+    rival = PoseHypothesis(cloud(), judged(shares), found)
     assert not rival.has_failed(found)
     assert not rival.has_failed(found + SECOND - 1)
     assert rival.has_failed(found + SECOND) == fails
