@@ -127,16 +127,19 @@ class OdometryBuffer:
         return self._known_speed
 
     def _measured_speed(self) -> Pose:
-        stamps, poses = self._stamps, self._poses
-        if len(stamps) < 2:
+        if len(self) < 2:
             return _STANDING
-        latest = int(stamps[-1])
-        older = int(np.searchsorted(stamps, latest - self.extrapolation.speed_over, side="right")) - 1
-        before = min(max(older, 0), len(stamps) - 2)
-        gap = latest - int(stamps[before])
-        speed: Pose = between(poses[before], poses[-1]) / gap
-        is_motion = gap < self.extrapolation.widest_gap and np.abs(speed).max() * 1e9 < FASTEST
-        return speed if is_motion else _STANDING
+        before = self._end - 2
+        latest = int(self._all_stamps[self._end - 1])
+        if self.extrapolation.speed_over > 0:
+            over = latest - self.extrapolation.speed_over
+            older = self._begin + int(np.searchsorted(self._stamps, over, side="right")) - 1
+            before = min(max(older, self._begin), before)
+        gap = latest - int(self._all_stamps[before])
+        if gap >= self.extrapolation.widest_gap:
+            return _STANDING
+        speed: Pose = between(self._all_poses[before], self._all_poses[self._end - 1]) / gap
+        return speed if max(map(abs, speed.tolist())) * 1e9 < FASTEST else _STANDING
 
     @property
     def _stamps(self) -> NDArray[np.int64]:
