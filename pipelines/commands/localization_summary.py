@@ -27,11 +27,11 @@ def print_localization(report: Report, folder: Path) -> None:
         console.print(
             f"A scan took {update['mean']:.1f} ms, 99 % of them under {update['percentile_99']:.1f} ms."
         )
-    way = figures.get("odometry_faults", {"way": 0.0})["way"]
-    if abs(way) > _WORTH_MENDING:
+    fault = figures.get("odometry_faults", {"distance": 0.0})["distance"]
+    if abs(fault) > _WORTH_MENDING:
         console.print(
-            f"Odometry tells the way {abs(way):.0%} too {'short' if way > 0.0 else 'long'}; the localizer "
-            "makes up for it, but the gain from motor to speed is worth mending."
+            f"Odometry reports distances {abs(fault):.0%} too {'short' if fault > 0.0 else 'long'}; the "
+            "localizer makes up for it, but the gain from motor to speed is worth mending."
         )
     print_warnings(report.warnings)
     console.print(

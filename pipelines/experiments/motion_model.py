@@ -68,7 +68,7 @@ class MotionModelResult:
 
     def figures(self) -> dict[str, Any]:
         return {
-            name: {"way_m": _SHOWN_AFTER, "deviation_m": [_deviation(cloud) for cloud in clouds]}
+            name: {"distance_m": _SHOWN_AFTER, "deviation_m": [_deviation(cloud) for cloud in clouds]}
             for name, clouds in self.clouds.items()
         }
 

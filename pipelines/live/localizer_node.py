@@ -118,7 +118,7 @@ class LocalizerNode(LiveNode):
             "lost probability": float(estimate.lost_probability),
             "weight of the place": float(estimate.cluster_weight),
             "deviation (m)": _deviation(estimate),
-            "way that odometry leaves out": faults.distance,
+            "distance that odometry leaves out": faults.distance,
             "turn that odometry leaves out": faults.turn,
             "trim of the steering (rad/m)": faults.trim,
         }
