@@ -1,7 +1,7 @@
 """From a bag and a map to the car's poses and their files: what ``racecar localize`` and ``demo`` share."""
 
 import time
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 import numpy as np
