@@ -5,12 +5,21 @@ from typing import Literal
 from pydantic import Field
 
 from racecar.localization.filter.config import ParticleFilterConfig, StartConfig, TemperingConfig
+from racecar.localization.floor.config import FreeSpaceConfig, RangeTableConfig
 from racecar.localization.odometry.config import (
     MotionConfig,
     OdometryCalibrationConfig,
     OdometryTrustConfig,
     SegmentConfig,
     SpeedMemoryConfig,
+)
+from racecar.localization.recovery.config import HypothesisConfig, LostDetectorConfig, PlaceSearchConfig
+from racecar.localization.refinement.config import AlignmentConfig
+from racecar.localization.sensor.config import (
+    BeamModelConfig,
+    BeamSkippingConfig,
+    LikelihoodFieldConfig,
+    SensorModelName,
 )
 from racecar.maps.settings import Settings
 
@@ -134,8 +143,10 @@ class LocalizationConfig(Settings):
     start_heading_spread: float = Field(
         0.25, gt=0, le=3.2, description="standard deviation in radians about a start heading that was given"
     )
-    sensor_model: Literal["beam", "likelihood_field"] = Field(
-        "beam", description="a reading beside the range the map says, or how far its end is from a wall"
+    sensor_model: SensorModelName = Field(
+        "beam",
+        description="'beam': a reading is compared with the range by the map; 'likelihood_field': how far "
+        "its end is from a wall",
     )
     squash: float = Field(
         2.2, ge=1, description="a scan's probability is raised to 1/squash: its beams are not independent"
@@ -152,3 +163,12 @@ class LocalizationConfig(Settings):
     start: StartConfig = StartConfig()
     tempering: TemperingConfig = TemperingConfig()
     tracking: TrackingConfig = TrackingConfig()
+    free_space: FreeSpaceConfig = FreeSpaceConfig()
+    range_table: RangeTableConfig = RangeTableConfig()
+    beam_model: BeamModelConfig = BeamModelConfig()
+    likelihood_field: LikelihoodFieldConfig = LikelihoodFieldConfig()
+    beam_skipping: BeamSkippingConfig = BeamSkippingConfig()
+    alignment: AlignmentConfig = AlignmentConfig()
+    lost_detector: LostDetectorConfig = LostDetectorConfig()
+    place_search: PlaceSearchConfig = PlaceSearchConfig()
+    hypothesis: HypothesisConfig = HypothesisConfig()

@@ -24,10 +24,9 @@ from racecar.localization.recovery.hypothesis import PoseHypothesis
 from racecar.localization.recovery.lost_detector import LostDetector, agreement_shares
 from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.refinement.refinement import refine
-from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beam_skipping import Alignment, Explanation, explain
 from racecar.localization.sensor.beams import Beams, select_beams
-from racecar.localization.sensor.likelihood_field import LikelihoodField
+from racecar.localization.sensor.registry import SENSOR_MODELS
 from racecar.localization.sensor.sensor_model import SensorModel
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -100,7 +99,7 @@ class Localizer:
         Where the range table may take another amount of memory, it is built anew.
         """
         with self._lock:
-            if config.table_megabytes != self._config.table_megabytes:
+            if _surveyed_with(config) != _surveyed_with(self._config):
                 self._survey(config)
             self._configure(config)
             self._motion.reconfigure(config)
@@ -158,18 +157,17 @@ class Localizer:
 
     def _survey(self, config: LocalizationConfig) -> None:
         """Learn what the sensor would see from where on the map."""
-        self._free_space = find_free_space(self._walls.grid, affordable_cells(config.table_megabytes))
-        self._table = build_range_table(self._free_space, config.table_megabytes)
-        self._search = PlaceSearch(self._free_space, self._table)
-        self._lost = LostDetector(self._search.shares_when_lost())
+        affordable = affordable_cells(config.table_megabytes, config.range_table)
+        self._free_space = find_free_space(self._walls.grid, affordable, config.free_space)
+        self._table = build_range_table(self._free_space, config.table_megabytes, config.range_table)
+        self._search = PlaceSearch(self._free_space, self._table, config.place_search)
+        shares_when_lost = self._search.shares_when_lost(config.lost_detector)
+        self._lost = LostDetector(shares_when_lost, config.lost_detector)
 
     def _configure(self, config: LocalizationConfig) -> None:
         self._config = config
-        self._sensor: SensorModel = (
-            LikelihoodField(self._free_space, self._walls, config.squash)
-            if config.sensor_model == "likelihood_field"
-            else BeamModel(self._free_space, self._table, config.squash)
-        )
+        make = SENSOR_MODELS[config.sensor_model]
+        self._sensor: SensorModel = make(self._free_space, self._walls, self._table, config)
 
     def _filter_of(self, map_from_base: Pose) -> ParticleFilter:
         return ParticleFilter(map_from_base, self._rng, self._config.particle_filter)
@@ -252,9 +250,10 @@ class Localizer:
 
         def align() -> Alignment:
             mean, covariance, _ = self._filter.moments()
-            return refine(mean, covariance, beams, self._walls)
+            return refine(mean, covariance, beams, self._walls, self._config.alignment)
 
-        explained = explain(beams, self._filter.map_from_base, align, self._sensor)
+        cloud = self._filter.map_from_base
+        explained = explain(beams, cloud, align, self._sensor, self._config.beam_skipping)
         if explained.better is not None:
             self._filter.propose(*explained.better)
         return explained
@@ -281,7 +280,7 @@ class Localizer:
         self._filter, self._hypothesis = near, self._hypothesis_of(far, stamp)
 
     def _hypothesis_of(self, cloud: ParticleFilter, stamp: int) -> PoseHypothesis:
-        return PoseHypothesis(cloud, self._lost.for_another_place(), stamp)
+        return PoseHypothesis(cloud, self._lost.for_another_place(), stamp, self._config.hypothesis)
 
     def _compare_hypotheses(self, beams: Beams, is_news: bool, seconds: float, stamp: int) -> bool:
         """Search for another place when the car seems lost; whether one that fitted better takes over now."""
@@ -332,7 +331,8 @@ class Localizer:
         tracking = self._config.tracking
         self._is_narrow = self._is_known_within(tracking.narrow_within, covariance, weight)
         if self._is_known_within(tracking.tracked_within, covariance, weight):
-            map_from_base, covariance = refine(map_from_base, covariance, beams, self._walls)
+            alignment = self._config.alignment
+            map_from_base, covariance = refine(map_from_base, covariance, beams, self._walls, alignment)
         self._judge(self._lost, map_from_base, beams, seconds)
         return PoseEstimate(
             stamp=stamp,
@@ -347,12 +347,12 @@ class Localizer:
 
     def _agrees(self, map_from_base: Pose, beams: Beams) -> bool:
         """Whether the car is rather at a pose (3,) than elsewhere, by one scan."""
-        shares = agreement_shares(map_from_base, beams, self._free_space)
+        shares = agreement_shares(map_from_base, beams, self._free_space, self._config.lost_detector)
         return shares is not None and self._lost.evidence(shares) < 0.0
 
     def _judge(self, lost: LostDetector, map_from_base: Pose, beams: Beams, seconds: float) -> None:
         """Let a detector judge how a scan agrees with the map; from inside an obstacle there is no saying."""
-        shares = agreement_shares(map_from_base, beams, self._free_space)
+        shares = agreement_shares(map_from_base, beams, self._free_space, self._config.lost_detector)
         if shares is not None:
             lost.judge(shares, seconds)
 
@@ -376,3 +376,14 @@ class Localizer:
     def _is_known_within(self, metres: float, covariance: NDArray[np.float64], cluster_weight: float) -> bool:
         is_dominant = cluster_weight > self._config.tracking.dominant
         return bool(is_dominant and covariance[0, 0] + covariance[1, 1] < metres**2)
+
+
+def _surveyed_with(config: LocalizationConfig) -> tuple[object, ...]:
+    """The settings on which what is derived from the map depends."""
+    return (
+        config.table_megabytes,
+        config.free_space,
+        config.range_table,
+        config.place_search,
+        config.lost_detector,
+    )

@@ -63,9 +63,9 @@ def warm_up_filter(config: LocalizationConfig) -> None:
         motion.follow(odometry.stamp, mean)
     scan = _scan(odometry.stamp, np.ones(len(_BEARINGS)))
     beams = select_beams(scan, config.beams, motion.poses_at)
-    mean, covariance = refine(mean, covariance, beams, find_walls(_room()))
+    mean, covariance = refine(mean, covariance, beams, find_walls(_room()), config.alignment)
     carry(mean, covariance, moved.base_from_next_base, moved.deviations)
-    LostDetector(np.ones((1, 4))).evidence(np.ones(4))
+    LostDetector(np.ones((1, 4)), config.lost_detector).evidence(np.ones(4))
 
 
 def _room() -> OccupancyGrid:

@@ -7,16 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from racecar.localization.floor.config import FreeSpaceConfig
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, UNKNOWN, OccupancyGrid
-
-_SMALLEST_AREA = 1.0
-"""Square metres; a smaller patch of free cells is a speck of the mapping, not a place for a car."""
-_UNKNOWN_REACH = 0.8
-"""Metres."""
-_LARGEST_MOVABLE = 3.0
-"""Metres; a longer obstacle is a wall."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +52,7 @@ class FreeSpace:
         return inside
 
     def within(self, metres: float, point_in_map: NDArray[np.float64]) -> "FreeSpace":
-        """The part of it that is no farther from a point (2,), as the crow flies."""
+        """The part of it that is no farther than so many metres from a point (2,), in a straight line."""
         row, column = self.grid.cell_of(point_in_map[None])[0]
         rows, columns = np.ogrid[: self.is_open.shape[0], : self.is_open.shape[1]]
         is_near = np.hypot(rows - row, columns - column) * self.grid.resolution <= metres
@@ -73,8 +67,8 @@ class FreeSpace:
         return np.column_stack([positions, rng.uniform(-np.pi, np.pi, size=count)])
 
 
-def find_free_space(grid: OccupancyGrid, max_cells: int) -> FreeSpace:
-    """Patches of free cells, of a square metre and more, and the unknown floor within 0.8 m of them.
+def find_free_space(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) -> FreeSpace:
+    """Patches of free cells that are large enough, and the unknown floor near them.
 
     (A map may not know the floor that the mapping car itself stood on.) Where that is more than
     ``max_cells``, patches that reach the grid's edge are left out if others remain: on the map of a
@@ -88,23 +82,23 @@ def find_free_space(grid: OccupancyGrid, max_cells: int) -> FreeSpace:
         )
     areas = np.bincount(patches.ravel(), minlength=count + 1) * grid.resolution**2
     areas[0] = 0.0
-    wanted = areas >= min(_SMALLEST_AREA, areas.max())
+    wanted = areas >= min(config.smallest_area, areas.max())
     inner = wanted.copy()
     inner[np.unique(np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]]))] = False
     if areas[wanted].sum() / grid.resolution**2 > max_cells and inner.any():
         wanted = inner
-    steps = int(_UNKNOWN_REACH / grid.resolution)
+    steps = int(config.unknown_reach / grid.resolution)
     is_open = wanted[patches]
     if steps > 0:
         passable = grid.cells < OCCUPIED_FROM
         # over edges of cells only: corners would let it through thin slanting walls
         is_open = ndimage.binary_dilation(is_open, iterations=steps, mask=passable)
-    return FreeSpace(grid, is_open, _find_movable(grid, is_open))
+    return FreeSpace(grid, is_open, _find_movable(grid, is_open, config.largest_movable))
 
 
-def _find_movable(grid: OccupancyGrid, is_open: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """(rows, columns) obstacles of at most 3 m that stand where the car drives, and what they enclose."""
-    longest = _LARGEST_MOVABLE / grid.resolution
+def _find_movable(grid: OccupancyGrid, is_open: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:
+    """(rows, columns) obstacles of up to ``largest`` metres where the car drives, and what they enclose."""
+    longest = largest / grid.resolution
     is_obstacle = grid.cells >= OCCUPIED_FROM
     pieces, count = ndimage.label(is_obstacle, structure=np.ones((3, 3)))
     is_piece = np.zeros(count + 1, dtype=np.bool_)

@@ -1,41 +1,39 @@
-"""Another opinion on where the car is, which has to prove itself while the car drives."""
+"""A second hypothesis of where the car is, which has to prove itself while the car drives."""
 
 import numpy as np
 
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.localization.recovery.lost_detector import LONGEST, LostDetector
-
-_COUNTS_PER_SECOND = 0.2
-"""So many scans' log-likelihoods count in a second: what disturbs one disturbs the next ones too."""
-_MOST_PER_SECOND = 16.0
-_WHILE_STANDING = 0.1
-"""Share of that for a scan without motion, which repeats the one before."""
-_DECIDED = 10.0
-_TRIAL_SECONDS = 1.0
-_GOOD = 0.02
-"""Probability of being lost below which a place is good."""
+from racecar.localization.recovery.config import HypothesisConfig
+from racecar.localization.recovery.lost_detector import LostDetector
 
 
 class PoseHypothesis:
-    """A second cloud of particles, and the odds for it against the first."""
+    """A second cloud of particles, and its odds against the first."""
 
-    def __init__(self, filter: ParticleFilter, lost: LostDetector, stamp: int) -> None:
-        """The stamp tells when the place of the cloud was found, the detector whether it is a good one."""
+    def __init__(
+        self, filter: ParticleFilter, lost: LostDetector, stamp: int, config: HypothesisConfig
+    ) -> None:
+        """The stamp (nanoseconds) is when the cloud's place was found; the detector judges that place."""
         self.filter = filter
         self.lost = lost
         self._stamp = stamp
+        self._config = config
         self._log_odds = 0.0
 
     def compare(self, advantage: float, seconds: float, is_moving: bool) -> None:
         """Take in by how much the log-likelihood of a scan is larger in this cloud than in the first."""
-        rate = float(np.clip(_COUNTS_PER_SECOND * advantage, -_MOST_PER_SECOND, _MOST_PER_SECOND))
-        self._log_odds += rate * min(seconds, LONGEST) * (1.0 if is_moving else _WHILE_STANDING)
+        config = self._config
+        rate = float(np.clip(config.scans_per_second * advantage, -config.largest_rate, config.largest_rate))
+        weight = 1.0 if is_moving else config.standing_share
+        self._log_odds += rate * min(seconds, self.lost.longest_scan) * weight
 
     @property
     def has_won(self) -> bool:
-        """Whether this cloud is to take the place of the first: better than that, and good."""
-        return self._log_odds >= _DECIDED and self.lost.probability < _GOOD
+        """Whether this cloud is to replace the first: more likely, and in good agreement with the map."""
+        is_likelier = self._log_odds >= self._config.winning_log_odds
+        return is_likelier and self.lost.probability < self._config.good_probability
 
     def has_failed(self, stamp: int) -> bool:
-        """Whether it had its time, and is rather wrong itself."""
-        return (stamp - self._stamp) * 1e-9 >= _TRIAL_SECONDS and self.lost.probability >= 0.5
+        """Whether it has had its trial, and is more probably wrong than right."""
+        seconds = (stamp - self._stamp) * 1e-9
+        return seconds >= self._config.trial_seconds and self.lost.probability >= 0.5

@@ -1,10 +1,11 @@
-"""Is the car where the filter thinks? Told from how scans agree with the map, against what they usually do.
+"""Is the car where the filter says? Judged by how scans agree with the map, and how they usually do.
 
 A beam agrees with the map closely or roughly, is stopped before the wall, as by people, or looks through it,
 which nothing but a changed map excuses. At the right place their shares are learned while the car is tracked;
-at wrong places they are what the map's own places give when they are taken for each other, be they hardly or
-very much alike. Bayes' rule turns scans into the odds of being lost. Until the shares at the right place are
-learned, scans also tell what kind of map it is: one that is as the world is, or one where much has changed.
+at wrong places they are those of the map's own places when these are taken for each other, from places that
+hardly look alike to places that nearly look the same. Bayes' rule turns scans into the odds of being lost.
+Until the shares at the right place are learned, scans also decide what kind of map it is: one that is as the
+world is, or one where much has changed.
 """
 
 from copy import copy
@@ -14,52 +15,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.localization.floor.free_space import FreeSpace
+from racecar.localization.recovery.config import AgreementShares, LostDetectorConfig
 from racecar.localization.recovery.lost_detector_kernels import count_agreeing, evidence_against
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import Pose
 
-ALIKE, ALIKE_SHARE = 0.25, 0.02
-"""Metres, and share of the range, within which a reading agrees with the map."""
-CLOSE = 0.4
-"""Share of that within which it agrees closely."""
 LIKENESS_QUANTILES = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.99, 1.0])
-"""Pairs of places are sorted by how much they look alike and parted here, finely among those that do."""
+"""Pairs of places are sorted by how much they look alike and grouped between these, more finely at the end
+since the places that nearly look the same decide."""
 _SHARES_OF_PAIRS = np.diff(LIKENESS_QUANTILES)
-_USUAL_SHARES = np.array([[0.7, 0.15, 0.12, 0.03], [0.6, 0.1, 0.15, 0.15]])
-"""Of beams that agree closely, roughly, are stopped, look through, at the right place: a row for each kind of
-map."""
-_USUALLY = np.array([0.9, 0.1])
-"""How likely a map is of each kind."""
-_LEAST_LIKELY = np.log(0.01)
-"""Beside the likeliest kind, so that a change of mind takes no longer than that."""
-_LEAST_SHARES = np.array([0.05, 0.05, 0.06, 0.01])
-"""None is taken for less."""
-_FIRST_SECONDS, _MEMORY_SECONDS = 2.0, 30.0
-"""As long as the usual shares count, and as long as scans are remembered."""
-_BEAMS_PER_SECOND = 110.0
-"""So many independent ones are a second's scans worth: its beams are alike in what disturbs them."""
-_CLOUDING, _LEAST_CLARITY = 4.5, 0.15
-LONGEST = 0.25
-"""Seconds that one scan stands for at most."""
-_SUREST = 6.0
-"""Log-odds; nothing is believed more firmly, so that no change of mind takes long."""
-_SURE = 3.0
-"""Log-odds against being lost from which on the shares at the right place are learned."""
 
 
 class LostDetector:
     """Weighs two explanations of every scan: tracked, and lost."""
 
-    def __init__(self, shares_when_lost: NDArray[np.float64]) -> None:
+    def __init__(self, shares_when_lost: NDArray[np.float64], config: LostDetectorConfig) -> None:
         """Shares (K, 4) of beams that agree closely, roughly, are stopped, look through: at wrong places.
 
-        A row for each part of the pairs between `LIKENESS_QUANTILES`.
+        A row for each group of pairs between `LIKENESS_QUANTILES`.
         """
-        self._log_when_lost = np.log(_normalized(np.maximum(shares_when_lost, _LEAST_SHARES)))
+        self._config = config
+        self._least_shares = _as_array(config.least_shares)
+        self._usual_shares = np.array([_as_array(config.unchanged_map), _as_array(config.changed_map)])
+        self._log_when_lost = np.log(_normalized(np.maximum(shares_when_lost, self._least_shares)))
         self._log_kinds: NDArray[np.float64]
+        """(2,) of an unchanged map and of a changed one."""
         self._when_tracked: NDArray[np.float64]
+        """(4,) shares at the right place."""
         self._forget_kind()
-        self._learned_seconds = _FIRST_SECONDS
+        self._learned_seconds = config.first_seconds
         self._log_odds = 0.0
 
     @property
@@ -71,7 +55,13 @@ class LostDetector:
     def clarity(self) -> float:
         """How much a scan counts, 0 to 1: less where many beams disagree at the right place too."""
         _, _, stopped, looking_through = self._when_tracked.tolist()
-        return max(1.0 - _CLOUDING * float(stopped + looking_through), _LEAST_CLARITY)
+        disagreeing = float(stopped + looking_through)
+        return max(1.0 - self._config.clarity_per_share * disagreeing, self._config.least_clarity)
+
+    @property
+    def longest_scan(self) -> float:
+        """Seconds that one scan stands for at most."""
+        return self._config.longest_scan
 
     def for_another_place(self) -> "LostDetector":
         """One that knows what this has learned of the sensor, but nothing yet of the place."""
@@ -83,39 +73,45 @@ class LostDetector:
 
     def evidence(self, shares: NDArray[np.float64]) -> float:
         """By how much the log-odds of being lost rise in a second of scans with such shares (4,)."""
-        beams = _BEAMS_PER_SECOND * self.clarity
+        beams = self._config.beams_per_second * self.clarity
         return evidence_against(
-            shares, self._when_tracked, _LEAST_SHARES, self._log_when_lost, _SHARES_OF_PAIRS, beams
+            shares, self._when_tracked, self._least_shares, self._log_when_lost, _SHARES_OF_PAIRS, beams
         )
 
     def judge(self, shares: NDArray[np.float64], seconds: float) -> None:
-        """Take in the shares (4,) of a scan, so long after the one before."""
-        seconds = min(seconds, LONGEST)
+        """Take in the shares (4,) of a scan, so many seconds after the one before."""
+        config, seconds = self._config, min(seconds, self._config.longest_scan)
         if not self._has_learned:
-            self._tell_kind(shares, seconds)
-        self._log_odds = min(max(self._log_odds + seconds * self.evidence(shares), -_SUREST), _SUREST)
-        if self._log_odds <= -_SURE:
-            self._learned_seconds = min(self._learned_seconds + seconds, _MEMORY_SECONDS)
+            self._weigh_kinds(shares, seconds)
+        log_odds, largest = self._log_odds + seconds * self.evidence(shares), config.largest_log_odds
+        self._log_odds = min(max(log_odds, -largest), largest)
+        if self._log_odds <= -config.learning_log_odds:
+            self._learned_seconds = min(self._learned_seconds + seconds, config.memory_seconds)
             blend = seconds / self._learned_seconds
             self._when_tracked = self._when_tracked + blend * (shares - self._when_tracked)
 
     @property
     def _has_learned(self) -> bool:
-        return self._learned_seconds > _FIRST_SECONDS
+        return self._learned_seconds > self._config.first_seconds
 
     def _forget_kind(self) -> None:
-        self._log_kinds = np.log(_USUALLY)
-        self._when_tracked = _USUALLY @ _USUAL_SHARES
+        changed = self._config.changed_map_probability
+        prior = np.array([1.0 - changed, changed])
+        self._log_kinds = np.log(prior)
+        self._when_tracked = prior @ self._usual_shares
 
-    def _tell_kind(self, shares: NDArray[np.float64], seconds: float) -> None:
+    def _weigh_kinds(self, shares: NDArray[np.float64], seconds: float) -> None:
         """Weigh the kinds of maps by a scan's shares (4,), as if it came from the right place."""
-        beams = seconds * _BEAMS_PER_SECOND * self.clarity
-        self._log_kinds = self._log_kinds + beams * (np.log(_USUAL_SHARES) @ shares)
-        self._log_kinds = np.maximum(self._log_kinds - self._log_kinds.max(), _LEAST_LIKELY)
-        self._when_tracked = _normalized(np.exp(self._log_kinds)) @ _USUAL_SHARES
+        beams = seconds * self._config.beams_per_second * self.clarity
+        self._log_kinds = self._log_kinds + beams * (np.log(self._usual_shares) @ shares)
+        least = np.log(self._config.least_kind_probability)
+        self._log_kinds = np.maximum(self._log_kinds - self._log_kinds.max(), least)
+        self._when_tracked = _normalized(np.exp(self._log_kinds)) @ self._usual_shares
 
 
-def agreement_shares(map_from_base: Pose, beams: Beams, free_space: FreeSpace) -> NDArray[np.float64] | None:
+def agreement_shares(
+    map_from_base: Pose, beams: Beams, free_space: FreeSpace, config: LostDetectorConfig
+) -> NDArray[np.float64] | None:
     """(4,) shares of the beams from a pose (3,) that agree closely, roughly, are shorter, are longer.
 
     None when there are no beams, or where the laser cannot be.
@@ -129,12 +125,17 @@ def agreement_shares(map_from_base: Pose, beams: Beams, free_space: FreeSpace) -
         beams.bearings,
         beams.ranges,
         beams.max_range,
-        ALIKE,
-        ALIKE_SHARE,
-        CLOSE,
+        config.agreement.distance,
+        config.agreement.share,
+        config.close,
     )
     total = counts.sum()
     return counts / total if total > 0 else None
+
+
+def _as_array(shares: AgreementShares) -> NDArray[np.float64]:
+    """(4,)"""
+    return np.array([shares.closely, shares.roughly, shares.stopped, shares.looking_through])
 
 
 def _normalized(shares: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -21,14 +21,14 @@ def count_agreeing(
     bearings: NDArray[np.float64],
     ranges: NDArray[np.float64],
     max_range: float,
-    alike: float,
-    alike_share: float,
+    metres: float,
+    share: float,
     close: float,
 ) -> NDArray[np.float64]:
     """(4,) how many beams agree closely, roughly, are shorter, are longer; none where the laser cannot be.
 
     ``grid_in_map`` is x, y, cos and sin of the grid's origin and cells per metre. A reading agrees when it is
-    within ``alike`` metres and a share of the range, and closely within a share ``close`` of that.
+    within ``metres`` and a share of the range, and closely within a share ``close`` of that.
     """
     counts = np.zeros(4)
     x, y, yaw = map_from_base
@@ -43,7 +43,7 @@ def count_agreeing(
         reach = cast_one(cells, row, column, math.sin(direction), math.cos(direction), farthest)
         expected = min(reach / per_metre, max_range)
         measured = min(ranges[beam], max_range)
-        within = alike + alike_share * expected
+        within = metres + share * expected
         if measured < expected - within:
             counts[2] += 1.0
         elif measured > expected + within:

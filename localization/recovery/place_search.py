@@ -1,7 +1,7 @@
-"""Where on the whole map does a scan fit? Every place and heading is tried, so that nothing is left to luck.
+"""Where on the whole map does a scan fit? Every place and heading is tried: nothing is left to chance.
 
-The rows of the range table are what a laser would see all around from a cell: turned against the scan, one
-row tells how well every heading fits there, without another trip to memory.
+A row of the range table is what a laser would see all around from a place: turned against the scan, it gives
+how well every heading fits there, without another load from memory.
 """
 
 from itertools import pairwise
@@ -11,75 +11,74 @@ from numpy.typing import NDArray
 
 from racecar.localization.filter.tempering import likelihood_weights
 from racecar.localization.floor.free_space import FreeSpace
-from racecar.localization.floor.range_table.range_codes import CELLS_OF_CODE, CODE_OF_CELLS, FARTHEST
+from racecar.localization.floor.range_table.range_codes import RANGE_STEP, RangeCodes
 from racecar.localization.floor.range_table.range_table import RangeTable
 from racecar.localization.numerics.two_threads import in_two_threads
-from racecar.localization.recovery.lost_detector import ALIKE, ALIKE_SHARE, CLOSE, LIKENESS_QUANTILES
+from racecar.localization.recovery.config import LostDetectorConfig, PlaceSearchConfig
+from racecar.localization.recovery.lost_detector import LIKENESS_QUANTILES
 from racecar.localization.recovery.place_search_kernels import compare_views, fill_scores
-from racecar.localization.sensor.beam_table import COURSE, beam_log_probabilities
+from racecar.localization.sensor.beam_table import beam_log_probabilities
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 from racecar.maps.grid.ray_casting import cast_ray_fan
 
-_SPACING = 0.2
-"""Metres between the places that are tried; the sensor model forgives half of that."""
-_MOST_PLACES = 60_000
-_ROUGH_BEAMS, _BEAMS = 15, 60
-_ROUGH_HEADINGS, _HEADINGS = 80, 160
-"""At least so many are tried, or all there are."""
-_LIKELY_PLACES = 0.15
-"""Share of the places, by a few beams, that are tried with more."""
 _HEADINGS_CAST = 128
-_COMPARED = 60
-_KEPT = 4000
-"""Poses that are looked at closely."""
+"""Of the views that are cast where there is no range table, since casting takes as long as all other work."""
+_COMPARED_PLACES, _COMPARED_HEADINGS = 60, 80
+"""Places that are taken for each other, and headings that are tried and compared at least, since their 3540
+pairs fill the rarest group of likeness with 35 and take a tenth of a second."""
 
 
 class PlaceSearch:
     """Knows what a laser sees from places all over a map."""
 
-    def __init__(self, free_space: FreeSpace, table: RangeTable | None) -> None:
-        """Without a range table, views from places that lie farther apart are cast."""
+    def __init__(
+        self, free_space: FreeSpace, table: RangeTable | RangeCodes, config: PlaceSearchConfig
+    ) -> None:
+        """Without a range table, of which only the codes are known, views are cast."""
+        self._config = config
         self._grid = free_space.grid
         area = free_space.cell_count * self._grid.resolution**2
-        self._spacing = max(_SPACING, np.sqrt(area / _MOST_PLACES))
+        self._spacing = max(config.spacing, np.sqrt(area / config.most_places))
         places = _lattice(free_space, max(1, round(self._spacing / self._grid.resolution)))
         self._map_from_place = np.column_stack([self._grid.center_of(places), np.zeros(len(places))])
         self._map_from_place[:, 2] = self._grid.map_from_grid[2]
-        if table is not None:
-            self._views = table.ranges
+        if isinstance(table, RangeTable):
+            self._codes, self._views = table.codes, table.ranges
             self._view_of_place = table.cell_index[tuple(places.T)].astype(np.int64)
             self._map_from_place[:, :2] = self._grid.center_of(table.viewpoints[self._view_of_place] - 0.5)
         else:
-            self._views = _cast_views(self._grid.resolution, free_space, self._map_from_place)
+            self._codes, self._views = table, _cast_views(table, free_space, self._map_from_place)
             self._view_of_place = np.arange(len(places))
 
-    def shares_when_lost(self) -> NDArray[np.float64]:
+    def shares_when_lost(self, config: LostDetectorConfig) -> NDArray[np.float64]:
         """(K, 4) shares of beams that agree closely, roughly, are stopped, look through: at wrong places.
 
         Views from places all over the map are taken for each other, each turned as fits best. The rows are
         of the pairs that look least alike up to those that look most alike.
         """
-        chosen = np.linspace(0, len(self._view_of_place) - 1, _COMPARED).astype(np.int64)
-        views = CELLS_OF_CODE[self._views[self._view_of_place[chosen]]].astype(np.float32)
-        shares = compare_views(views, ALIKE / self._grid.resolution, ALIKE_SHARE, CLOSE)
+        chosen = np.linspace(0, len(self._view_of_place) - 1, _COMPARED_PLACES).astype(np.int64)
+        views = self._codes.steps[self._views[self._view_of_place[chosen]]].astype(np.float32)
+        distance = config.agreement.distance / RANGE_STEP
+        shares = compare_views(views, distance, config.agreement.share, config.close, _COMPARED_HEADINGS)
         order = np.argsort(shares[:, 0] + shares[:, 1])
         edges = (LIKENESS_QUANTILES * len(order)).astype(np.int64)
-        parts = [shares[order[first:end]] for first, end in pairwise(edges)]
-        return np.array([part.mean(axis=0) for part in parts])
+        groups = [shares[order[first:end]] for first, end in pairwise(edges)]
+        return np.array([group.mean(axis=0) for group in groups])
 
     def find(self, beams: Beams, squash: float, count: int, rng: np.random.Generator) -> Pose:
         """(count, 3) poses of the base, spread over the places where a scan fits best."""
-        everywhere = np.arange(len(self._view_of_place))
-        roughly = self._scores(everywhere, _ROUGH_HEADINGS, beams.thinned(_ROUGH_BEAMS), squash).max(axis=1)
-        likely = int(np.ceil(_LIKELY_PLACES * len(roughly)))
+        config, everywhere = self._config, np.arange(len(self._view_of_place))
+        rough_beams, fine_beams = beams.thinned(config.rough_beams), beams.thinned(config.beams)
+        roughly = self._scores(everywhere, config.rough_headings, rough_beams, squash).max(axis=1)
+        likely = int(np.ceil(config.likely_places * len(roughly)))
         places = np.argpartition(roughly, len(roughly) - likely)[-likely:]
-        scores = self._scores(places, _HEADINGS, beams.thinned(_BEAMS), squash)
-        kept = min(_KEPT, scores.size)
-        best = np.argpartition(scores.ravel(), scores.size - kept)[-kept:]
+        scores = self._scores(places, config.headings, fine_beams, squash)
+        best_count = min(config.poses, scores.size)
+        best = np.argpartition(scores.ravel(), scores.size - best_count)[-best_count:]
         best = best[np.argsort(scores.ravel()[best])[::-1]]
         weights = likelihood_weights(scores.ravel()[best], 0.5)
-        chosen = np.concatenate([best, rng.choice(best, count - min(count, kept), p=weights)])
+        chosen = np.concatenate([best, rng.choice(best, count - min(count, best_count), p=weights)])
         place, heading = np.divmod(chosen[:count], scores.shape[1])
         spacing = 2.0 * np.pi / scores.shape[1]
         turned = np.column_stack([np.zeros((count, 2)), spacing * (heading + rng.uniform(-0.5, 0.5, count))])
@@ -92,7 +91,7 @@ class PlaceSearch:
     ) -> NDArray[np.float32]:
         """(P, H) log-likelihood of a scan at places (P,), by number, and at every few headings."""
         log_probabilities = beam_log_probabilities(
-            beams.ranges, beams.max_range, self._grid.resolution, squash, COURSE
+            beams.ranges, beams.max_range, squash, self._config.beam_model, self._codes
         )
         headings = self._views.shape[1]
         offsets = np.rint(beams.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings
@@ -116,8 +115,6 @@ def _lattice(free_space: FreeSpace, step: int) -> NDArray[np.int64]:
     return cells[order][first]
 
 
-def _cast_views(resolution: float, free_space: FreeSpace, map_from_place: Pose) -> NDArray[np.uint8]:
+def _cast_views(codes: RangeCodes, free_space: FreeSpace, map_from_place: Pose) -> NDArray[np.uint8]:
     bearings = 2.0 * np.pi * np.arange(_HEADINGS_CAST) / _HEADINGS_CAST
-    reach = CELLS_OF_CODE[-1] * resolution
-    ranges = cast_ray_fan(free_space.grid, map_from_place, bearings, reach) / resolution
-    return CODE_OF_CELLS[np.minimum(np.rint(ranges), FARTHEST).astype(np.int64)]
+    return codes.encode(cast_ray_fan(free_space.grid, map_from_place, bearings, codes.longest_range))

@@ -20,7 +20,7 @@ def fill_scores(
     ``step`` divides their number.
     """
     tried = views.shape[1] // step
-    # Headings that are tried together lie together, twice round: many are then read at a time.
+    # Headings that are tried together lie together, and for two turns, so that many are read at a time.
     seen = np.empty((step, 2 * tried), dtype=np.uint8)
     for place in range(len(view_of_place)):
         seen[:, :tried] = views[view_of_place[place]].reshape(tried, step).T
@@ -36,16 +36,17 @@ def fill_scores(
 
 @njit(cache=True, nogil=True)
 def compare_views(
-    views: NDArray[np.float32], alike: float, alike_share: float, close: float
+    views: NDArray[np.float32], distance: float, share: float, close: float, fewest_headings: int
 ) -> NDArray[np.float64]:
     """(P * (P - 1), 4) shares of beams that agree with another view closely, roughly, are shorter, longer.
 
-    The other of views (P, headings) is turned as fits best. Readings agree within ``alike`` and a share of
-    the range, and closely within a share ``close`` of that.
+    The other of views (P, headings) is turned as fits best, by every few headings, so that at least the
+    fewest are tried. Readings agree within a distance, in the unit of the views, and a share of the range,
+    and closely within a share ``close`` of that.
     """
     places, headings = views.shape
     shares = np.zeros((places * (places - 1), 4))
-    step = headings // 80
+    step = max(headings // fewest_headings, 1)
     compared = len(range(0, headings, step))
     pair = 0
     for seen in range(places):
@@ -57,7 +58,7 @@ def compare_views(
                 closely, agreeing, shorter = 0, 0, 0
                 for heading in range(0, headings, step):
                     expected = views[taken, (heading + turn) % headings]
-                    within = alike + alike_share * expected
+                    within = distance + share * expected
                     off = views[seen, heading] - expected
                     if off < -within:
                         shorter += 1

@@ -10,17 +10,6 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.geometry.se2_kernels import wrapped
 from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
 
-_SCALES = (0.3, 0.2, 0.1, 0.1, 0.07, 0.07)
-"""Metres beyond which a point counts less and less; one step each."""
-_WALL_NOISE = 0.05
-"""Metres: how strongly one point on a wall holds the pose."""
-_POINTS_PER_WITNESS = 4.0
-"""Neighbouring points lie on the same wall and err alike: so many tell as much as one."""
-_CLOUD_WIDTH = 2.0
-_LEAST_CLOUD = 0.05
-"""The cloud holds the pose as if it were so many times as wide, and at least so many metres or radians: it
-has seen the same scan, and shares the sensor model's errors."""
-
 
 @njit(cache=True, nogil=True)
 def points_of(
@@ -46,25 +35,31 @@ def align_to_walls(
     points_in_base: NDArray[np.float64],
     distances: NDArray[np.float32],
     resolution: float,
+    scales: NDArray[np.float64],
+    wall_noise: float,
+    points_per_observation: float,
+    cloud_width: float,
+    least_cloud: float,
 ) -> tuple[Pose, NDArray[np.float64]]:
     """The pose (3,) near a cloud's mean that brings points (N, 2) to the walls, and its covariance (3, 3).
 
     ``distances`` (rows, columns) are metres to the centre of the nearest occupied cell. In drawn maps the
-    surface is half a cell before that, in maps made from scans it is there: a quarter is between.
-    Weights of Geman and McClure; the cloud holds the pose where walls do not, as along a corridor.
+    surface is half a cell before that, in maps made from scans it is there: a quarter is in between.
+    One Gauss-Newton step for each of the ``scales`` (S,), metres, of the weights of Geman and McClure (1987);
+    the cloud holds the pose where walls do not, as along a corridor. For the others see `AlignmentConfig`.
     """
     pose = map_from_base.copy()
     turn_cos, turn_sin = math.cos(grid_from_map[2]), math.sin(grid_from_map[2])
-    per_metre, witness = 1.0 / resolution, 1.0 / (_WALL_NOISE**2 * _POINTS_PER_WITNESS)
-    held = np.zeros((3, 3))
+    per_metre, per_point = 1.0 / resolution, 1.0 / (wall_noise**2 * points_per_observation)
+    widened = np.zeros((3, 3))
     for i in range(3):
         for j in range(3):
-            held[i, j] = _CLOUD_WIDTH**2 * covariance[i, j]
-        held[i, i] += _LEAST_CLOUD**2
-    cloud = inverse_of_symmetric(held)
+            widened[i, j] = cloud_width**2 * covariance[i, j]
+        widened[i, i] += least_cloud**2
+    cloud = inverse_of_symmetric(widened)
     information = cloud.copy()
     gradient = np.zeros(3)
-    for scale in _SCALES:
+    for scale in scales:
         information = cloud.copy()
         for i in range(3):
             gradient[i] = 0.0
@@ -74,7 +69,7 @@ def align_to_walls(
         row = (grid_from_map[1] + turn_sin * pose[0] + turn_cos * pose[1]) * per_metre - 0.5
         cos, sin = math.cos(pose[2]), math.sin(pose[2])
         grid_cos, grid_sin = math.cos(grid_from_map[2] + pose[2]), math.sin(grid_from_map[2] + pose[2])
-        g_x, g_y, g_yaw = 0.0, 0.0, 0.0  # sums in arrays would wait for each other's memory
+        g_x, g_y, g_yaw = 0.0, 0.0, 0.0  # in an array each would wait for the store before
         i_xx, i_xy, i_xt, i_yy, i_yt, i_tt = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(len(points_in_base)):
             x, y = points_in_base[i, 0], points_in_base[i, 1]
@@ -89,7 +84,7 @@ def align_to_walls(
             slope_x = (turn_cos * slope_right + turn_sin * slope_up) * per_metre
             slope_y = (turn_cos * slope_up - turn_sin * slope_right) * per_metre
             slope_yaw = slope_y * (cos * x - sin * y) - slope_x * (sin * x + cos * y)
-            weight = witness / (1.0 + (distance / scale) ** 2) ** 2
+            weight = per_point / (1.0 + (distance / scale) ** 2) ** 2
             g_x += weight * slope_x * distance
             g_y += weight * slope_y * distance
             g_yaw += weight * slope_yaw * distance

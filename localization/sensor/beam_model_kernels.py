@@ -9,24 +9,30 @@ from numpy.typing import NDArray
 from racecar.localization.floor.laser_cell_kernels import laser_cell
 from racecar.localization.numerics.prefetch_kernels import prefetch
 from racecar.localization.numerics.trigonometry_kernels import BATCH, take_batch
-from racecar.localization.sensor.beam_table import MARGIN
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.ray_casting_kernels import cast_one
 
 _PER_RADIAN = 2.0**16 / (2.0 * math.pi)
+"""Angles count 2^16 to the turn, so that the low half of a word is the angle within a turn."""
 _TWO_TURNS = 2.0 * 2.0**16
+"""Added to angles, so that they are above zero before they are cut to whole numbers."""
 _CACHE_BYTES = 16_000_000
-"""Particles whose rows of the table together take more are spread too widely for the processor's cache."""
+"""Particles whose rows of the table together take more are asked for ahead, since they do not fit into the
+processor's cache; a cloud's do."""
 _AHEAD = 4
-"""Of these, rows are asked for so many particles before they are read."""
+"""Particles by which their rows are asked for before they are read, since a load from memory takes about as
+long as so many rows' sums."""
 _CACHE_LINE = 64
+"""Bytes, by definition of x86-64 and of ARM's 64-bit cores."""
 _NEAR = 10.0
-"""Cells; beside a viewpoint, shorter beams count as so long."""
+"""Cells; beside a viewpoint, shorter beams count as so long, since the parallax of a laser up to two cells
+aside is linear in the offset only beyond a few times that."""
 _VECTOR = 8
-"""Numbers that the processor works on at once: aims are made up to a multiple, so that none is left over."""
+"""Numbers that the processor works on at once: beams are padded to a multiple, so that none is left over."""
 _COLUMN_BITS, _COLUMN_MASK = np.uint32(12), np.uint32(0xFFF)
-"""Of a word that holds a column of the table of ranges and a place in that of log-probabilities: so many
-instructions fewer take it from where it was worked out to where it is used."""
+"""Of a word that holds a column of the table of ranges (up to 4096 headings) and a place in that of
+log-probabilities, so that fewer instructions take both from where they are computed to where they are
+used."""
 
 
 @njit(cache=True, nogil=True, fastmath={"contract"})
@@ -44,9 +50,9 @@ def add_up_beams(
     """(N,) sum over beams of the log-probability of the code of the expected range, for particles (N, 3).
 
     ``laser_on_base`` is x, y; ``grid_in_map`` x, y, cos and sin of the grid's origin and cells per metre;
-    ``aims`` are as `aim` gives them, with their places in ``log_probabilities``, whose columns are MARGIN,
-    the codes and MARGIN, and of which ``readings`` (B,) are rows. A particle off the table gets what the
-    least likely codes give. One particle after the other: the beams of one lie in one row of the table.
+    ``aims`` are as `aim` gives them, with their places in ``log_probabilities``, whose columns are the codes
+    between two margins, and of which ``readings`` (B,) are rows. A particle off the table gets the sum of the
+    least likely codes. One particle after the other, for the beams of one lie in one row of the table.
     """
     rows, headings, offsets = _locate(map_from_base, laser_on_base, grid_in_map, cell_index, viewpoints)
     is_large = len(rows) * ranges.shape[1] > _CACHE_BYTES
@@ -90,9 +96,9 @@ def expected_ranges(
     beams: int,
     range_of_code: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """(N, B) ranges that the codes mean whose probabilities `add_up_beams` takes; nan off the table.
+    """(N, B) ranges of the codes whose probabilities `add_up_beams` takes; nan off the table.
 
-    ``aims`` of so many beams have their places all in ``range_of_code``: MARGIN, the codes and MARGIN.
+    ``aims`` (6, ``beams`` and padding) have their places in ``range_of_code``: the codes between two margins.
     """
     rows, headings, offsets = _locate(map_from_base, laser_on_base, grid_in_map, cell_index, viewpoints)
     per_turn = np.uint32(ranges.shape[1])
@@ -112,22 +118,22 @@ def expected_ranges(
 
 @njit(cache=True, nogil=True)
 def are_near(
-    expected: NDArray[np.float64], ranges: NDArray[np.float64], most: float, metres: float, share: float
+    expected: NDArray[np.float64], ranges: NDArray[np.float64], longest: float, metres: float, share: float
 ) -> NDArray[np.bool_]:
     """(N, B) whether ranges (B,) are within metres and a share of themselves of those expected (N, B).
 
-    No range is taken for longer than the ``most`` that can be expected, and one near that may be any longer.
+    Ranges are clipped to the ``longest`` that can be expected, and near that any longer one is expected too.
     """
-    shortest, longest = np.empty(len(ranges)), np.empty(len(ranges))
+    least, most = np.empty(len(ranges)), np.empty(len(ranges))
     for beam in range(len(ranges)):
-        measured = min(ranges[beam], most)
+        measured = min(ranges[beam], longest)
         within = metres + share * measured
-        shortest[beam] = measured - within
-        longest[beam] = measured + within if measured + within < most else math.inf
+        least[beam] = measured - within
+        most[beam] = measured + within if measured + within < longest else math.inf
     near = np.empty(expected.shape, dtype=np.bool_)
     for i in range(len(expected)):
         for beam in range(len(ranges)):
-            near[i, beam] = (shortest[beam] <= expected[i, beam]) & (expected[i, beam] <= longest[beam])
+            near[i, beam] = (least[beam] <= expected[i, beam]) & (expected[i, beam] <= most[beam])
     return near
 
 
@@ -137,30 +143,33 @@ def aim(
     turn: float,
     ranges: NDArray[np.float64],
     resolution: float,
+    steps_per_cell: float,
     codes_per_cell: NDArray[np.float64],
     places: NDArray[np.int64],
     columns: int,
 ) -> NDArray[np.float32]:
     """Beams (6, B) as the loops need them: bearing with 2^16 to the turn, its parallax, place, its parallax.
 
-    The laser is turned by ``turn`` on the base, less the grid's yaw; codes change by ``codes_per_cell`` at so
-    many whole cells. ``places`` (B,) are where the readings have their rows of log-probabilities, and
-    ``columns`` are those of the table of ranges. For each cell that the laser is beside a viewpoint the
-    parallax tells how much farther a beam must turn to end at the same place, when it is to the left and when
-    ahead, and how many codes less it reads, likewise. Some zeros follow.
+    The laser is turned by ``turn`` on the base, less the grid's yaw; ``codes_per_cell`` (S + 1,) is how many
+    codes a range of one cell more is, at each number of steps. ``places`` (B,) are where code 0 of each
+    reading is among the log-probabilities, and ``columns`` how many the table of ranges has. The parallax is,
+    for each cell that the laser is to the left of a viewpoint, and for each that it is ahead of it, how much
+    farther a beam must turn to end at the same place, and how many codes less it reads. Zeros pad the rows.
     """
     aims = np.zeros((6, -(-len(bearings) // _VECTOR) * _VECTOR), dtype=np.float32)
     to_round = 2.0**15 / columns + _TWO_TURNS  # to the nearest column, and from above zero
+    farthest = (len(codes_per_cell) - 1) / steps_per_cell
     for beam in range(len(bearings)):
-        reading = min(max(ranges[beam] / resolution, _NEAR), len(codes_per_cell) - 1.0)
+        reading = min(max(ranges[beam] / resolution, _NEAR), farthest)
+        step = min(int(reading * steps_per_cell), len(codes_per_cell) - 1)
         direction = turn + bearings[beam]
         cos, sin = math.cos(direction), math.sin(direction)
         aims[0, beam] = direction * _PER_RADIAN + to_round
         aims[1, beam] = cos / reading * _PER_RADIAN
         aims[2, beam] = -sin / reading * _PER_RADIAN
-        aims[3, beam] = places[beam] + MARGIN + 0.5  # is rounded with its parallax
-        aims[4, beam] = -sin * codes_per_cell[int(reading)]
-        aims[5, beam] = -cos * codes_per_cell[int(reading)]
+        aims[3, beam] = places[beam] + 0.5  # is rounded with its parallax
+        aims[4, beam] = -sin * codes_per_cell[step]
+        aims[5, beam] = -cos * codes_per_cell[step]
     return aims
 
 
@@ -172,7 +181,7 @@ def _locate(
     cell_index: NDArray[np.int32],
     viewpoints: NDArray[np.float32],
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
-    """Of the lasers, rows of the table (N,), negative off it, and headings (N,) with 2^16 to the turn.
+    """Rows of the table (N,) where the lasers are, negative off it, and headings (N,) with 2^16 to the turn.
 
     And (2, N) cells that they are to the left of and ahead of the viewpoints, seen along the base.
     """
@@ -258,10 +267,13 @@ def add_up_cast_beams(
     bearings: NDArray[np.float64],
     readings: NDArray[np.int64],
     log_probabilities: NDArray[np.float32],
-    code_of_cells: NDArray[np.uint8],
+    code_of_steps: NDArray[np.uint8],
+    steps_per_cell: float,
+    margin: int,
 ) -> NDArray[np.float64]:
     """(N,) the same from rays through the grid; ``bearings`` (B,) are radians."""
-    farthest = len(code_of_cells) - 1
+    longest = len(code_of_steps) - 1
+    farthest = longest / steps_per_cell
     outside = _least_of(readings, log_probabilities)
     totals = np.empty(len(map_from_base))
     for i in range(len(map_from_base)):
@@ -277,7 +289,7 @@ def add_up_cast_beams(
         for beam in range(len(bearings)):
             direction = yaw + bearings[beam]
             reach = cast_one(seen, row, column, math.sin(direction), math.cos(direction), farthest)
-            code = code_of_cells[int(min(reach, farthest) + 0.5)]
-            total += log_probabilities[readings[beam], MARGIN + code]
+            code = code_of_steps[int(min(reach * steps_per_cell, longest) + 0.5)]
+            total += log_probabilities[readings[beam], margin + code]
         totals[i] = total
     return totals

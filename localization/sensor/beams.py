@@ -12,10 +12,11 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.scan import Scan
 
 PosesAt = Callable[[NDArray[np.int64]], Pose]
-"""Where the base is (N, 3) at stamps (N,) in nanoseconds, in a frame that stands still."""
+"""Poses of the base (N, 3) at stamps (N,) in nanoseconds, in a fixed frame."""
 
 _LONGEST_SWEEP = 1.0
-"""Seconds; where beams claim more, or what is no number, all are taken to have been seen at the stamp."""
+"""Seconds, since lasers turn five times a second or more; where the times of beams span more, or are not
+numbers, they are wrong, and all beams count as taken at the stamp."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +52,12 @@ class Beams:
 def select_beams(scan: Scan, count: int, poses_at: PosesAt) -> Beams:
     """Up to ``count`` beams evenly over those that carry information, set back by the motion since the stamp.
 
-    ``poses_at`` tells the motion during the sweep.
+    ``poses_at`` gives the motion during the sweep.
     """
     useful = useful_beams(scan.bearings, scan.ranges)
     chosen = useful[_evenly(len(useful), count)]
     bearings, ranges, offsets = scan.bearings[chosen], scan.ranges[chosen], scan.time_offsets[chosen]
-    base_from_laser = np.array(scan.base_from_laser)  # one that is read-only would be compiled for anew
+    base_from_laser = np.array(scan.base_from_laser)  # numba would compile again for a read-only one
     knots, stamps = knots_of_sweep(offsets, _LONGEST_SWEEP, scan.stamp)
     if len(knots) > 0:
         fixed_from_base = poses_at(stamps)

@@ -10,14 +10,15 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.geometry.se2_kernels import wrapped
 
 _KNOTS = 8
-"""Moments of a sweep for which the car's pose is asked for."""
+"""Moments of a sweep at which the car's pose is computed, since a car moves evenly for the 4 ms between two
+of them (a sweep takes 25 to 200 ms, and odometry comes every 20 ms)."""
 _SHORTEST_SWEEP = 1e-6
-"""Seconds, so that no two of them are the same."""
+"""Seconds, so that no two knots are the same."""
 
 
 @njit(cache=True, nogil=True)
 def useful_beams(bearings: NDArray[np.float64], ranges: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(U,) numbers of the beams (N,) that tell something."""
+    """(U,) numbers of the beams (N,) that carry information: returns and misses, not nan."""
     useful = np.empty(len(ranges), dtype=np.int64)
     count = 0
     for beam in range(len(ranges)):

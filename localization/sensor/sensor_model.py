@@ -1,4 +1,4 @@
-"""What the filter asks of a sensor model; there are two."""
+"""What the filter asks of a sensor model."""
 
 from typing import Protocol
 
@@ -7,9 +7,6 @@ from numpy.typing import NDArray
 
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import Pose
-
-FITTING, FITTING_SHARE = 0.2, 0.02
-"""Metres, and share of the range, within which a reading is what the map says."""
 
 
 class SensorModel(Protocol):
@@ -22,4 +19,4 @@ class SensorModel(Protocol):
         """
 
     def fits(self, map_from_base: Pose, beams: Beams) -> NDArray[np.bool_]:
-        """(N, B) whether each beam reads about what the map says from each of the poses (N, 3)."""
+        """(N, B) whether each beam agrees with the map from each of the poses (N, 3)."""

@@ -4,18 +4,19 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-_ALIKE, _ALIKE_SHARE = 0.2, 0.03
-"""Metres, and share of the range, within which two ranges agree: the places and headings that are compared
-lie some distance apart themselves."""
-
 
 @njit(cache=True, nogil=True)
 def best_agreement(
-    views: NDArray[np.float32], scan: NDArray[np.float32], offsets: NDArray[np.float64]
+    views: NDArray[np.float32],
+    scan: NDArray[np.float32],
+    offsets: NDArray[np.float64],
+    distance: float,
+    share: float,
 ) -> NDArray[np.float64]:
     """(P, 2) the largest share of a scan's beams that agree with each view (headings,), and at which heading.
 
-    ``offsets`` (B,) are the bearings of the beams, counted in headings.
+    ``offsets`` (B,) are the bearings of the beams, counted in headings. Ranges agree within a distance in
+    metres and a share of the range.
     """
     places, headings = views.shape
     whole = np.floor(offsets + 0.5).astype(np.int64) % headings
@@ -28,7 +29,7 @@ def best_agreement(
             agreeing = 0
             for beam in range(len(scan)):
                 seen = around[heading + whole[beam]]
-                if abs(seen - scan[beam]) < _ALIKE + _ALIKE_SHARE * scan[beam]:
+                if abs(seen - scan[beam]) < distance + share * scan[beam]:
                     agreeing += 1
             if agreeing > best[place, 0]:
                 best[place, 0], best[place, 1] = agreeing, heading

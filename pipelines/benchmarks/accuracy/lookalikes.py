@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.localization.sensor.config import RangeAgreement
 from racecar.maps.geometry.se2 import Pose, compose, wrap_angle
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
@@ -17,6 +18,8 @@ _REACH = 30.0
 _ELSEWHERE = 1.0
 """Metres; what is nearer is the same place."""
 _TURNED = np.radians(30.0)
+_AGREEMENT = RangeAgreement(distance=0.2, share=0.03)
+"""A wider share than the localizer's: places that are compared lie apart, and so do headings."""
 _LOOKS_ALIKE = 0.85
 """Share of the beams that agree."""
 
@@ -41,7 +44,11 @@ class Lookalikes:
         map_from_laser = compose(map_from_base, base_from_laser)
         scan = cast_ray_fan(self._grid, map_from_laser[None], seen_along, _REACH)[0].clip(0.0, _REACH)
         agreement = best_agreement(
-            self._views, scan.astype(np.float32), seen_along / (2.0 * np.pi) * _HEADINGS
+            self._views,
+            scan.astype(np.float32),
+            seen_along / (2.0 * np.pi) * _HEADINGS,
+            _AGREEMENT.distance,
+            _AGREEMENT.share,
         )
         share, heading = agreement[:, 0], agreement[:, 1] * 2.0 * np.pi / _HEADINGS
         is_elsewhere = np.hypot(*(self._places - map_from_laser[:2]).T) > _ELSEWHERE

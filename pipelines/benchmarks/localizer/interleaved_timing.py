@@ -87,7 +87,7 @@ class InterleavedTiming:
             "sensor": lambda: self._model.log_likelihood(cloud, beams),
             "resampling": lambda: cloud[systematic_resample(weights, len(cloud), self._rng)],
             "moments": moments,
-            "refinement": lambda: refine(mean, covariance, beams, self._walls),
+            "refinement": lambda: refine(mean, covariance, beams, self._walls, self._drive.config.alignment),
         }
         for name in PARTS:
             watch.time_warm(name, parts[name], repetitions)

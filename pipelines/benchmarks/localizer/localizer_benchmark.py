@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.free_space import FreeSpace, find_free_space
-from racecar.localization.floor.range_table.range_codes import FARTHEST
 from racecar.localization.floor.range_table.range_table import RangeTable, affordable_cells, build_range_table
 from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beams import Beams
@@ -28,8 +27,8 @@ from racecar.pipelines.benchmarks.localizer.other_thread import pace_of_other_th
 from racecar.pipelines.benchmarks.localizer.stopwatch import Stopwatch
 from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
 
-_OFF = 3.0
-"""Cells by which a ray of the table counts as off."""
+_OFF = 0.15
+"""Metres: three cells of the shipped maps."""
 _RAY_PLACES = 4000
 """Poses from which the table's rays are compared with exact ones."""
 _WIDE_DEVIATIONS = np.array([0.5, 0.5, 0.25])
@@ -85,7 +84,7 @@ class LocalizerFigures:
     table_seconds: float
     table_megabytes: float
     rays_off: float
-    """Share of the table's rays that differ from exact ones by more than 3 cells."""
+    """Share of the table's rays that differ from exact ones by more than 0.15 m."""
     log_weight_correlation: float
     """With weights from exact rays, the lowest over some scans, on a cloud of 0.5 m and 0.25 rad."""
     other_thread_pace: float
@@ -123,7 +122,7 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
         free_space, table = watch.time("table", lambda: _build_table(grid, config))
     drive = MeasuredDrive(grid, config, workload.steps_in_all, workload.warm_up_steps, seed)
     rng = np.random.default_rng([seed, 1])
-    model = BeamModel(free_space, table, config.squash)
+    model = BeamModel(free_space, table, config.beam_model, config.squash)
     turns = InterleavedTiming(drive, model, free_space, table, workload.spread_particles, rng)
     turns.take(workload.steps, Stopwatch())  # compiles what is compared
     for _ in range(workload.rounds):
@@ -146,7 +145,7 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
         spread_ns_per_particle=1e6 * watch.milliseconds("spread sensor") / workload.spread_particles,
         table_seconds=1e-3 * watch.milliseconds("table"),
         table_megabytes=1e-6 * (table.ranges.nbytes + table.cell_index.nbytes),
-        rays_off=rays_off(free_space, table, drive.beams.bearings, rng),
+        rays_off=rays_off(free_space, table, drive.beams.bearings, config, rng),
         log_weight_correlation=_log_weight_correlation(drive, free_space, table, workload, rng),
         other_thread_pace=pace,
         step_beside_thread_ms=beside_ms,
@@ -157,19 +156,23 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
 
 
 def rays_off(
-    free_space: FreeSpace, table: RangeTable, bearings: NDArray[np.float64], rng: np.random.Generator
+    free_space: FreeSpace,
+    table: RangeTable,
+    bearings: NDArray[np.float64],
+    config: LocalizationConfig,
+    rng: np.random.Generator,
 ) -> float:
-    """Share of the rays off by over 3 cells, at bearings (B,) from anywhere on the map, at any heading.
+    """Share of the rays off by over 0.15 m, at bearings (B,) from anywhere on the map, facing any way.
 
-    Rays longer than the table can hold count as its longest.
+    Rays longer than the longest range of the table count as that long.
     """
-    grid, model = free_space.grid, BeamModel(free_space, table, 1.0)
-    reach = FARTHEST * grid.resolution
+    grid, reach = free_space.grid, table.codes.longest_range
+    model = BeamModel(free_space, table, config.beam_model, config.squash)
     off = []
     for pose in free_space.draw_poses(_RAY_PLACES, rng):
         exact = cast_ray_fan(grid, pose[None], bearings, reach)[0]
         expected = model.expected_ranges(pose[None], Beams(bearings, exact, IDENTITY, reach))[0]
-        off.append(np.abs(expected - np.minimum(exact, reach)) > _OFF * grid.resolution)
+        off.append(np.abs(expected - np.minimum(exact, reach)) > _OFF)
     return float(np.mean(off))
 
 
@@ -181,8 +184,9 @@ def _log_weight_correlation(
     rng: np.random.Generator,
 ) -> float:
     """The lowest of some scans, over those particles of a wide cloud whose laser is where it can be."""
-    model = BeamModel(free_space, table, drive.config.squash)
-    exact_model = BeamModel(free_space, None, drive.config.squash)
+    config = drive.config
+    model = BeamModel(free_space, table, config.beam_model, config.squash)
+    exact_model = BeamModel(free_space, table.codes, config.beam_model, config.squash)
     correlations = []
     for _ in range(workload.wide_clouds):
         step, beams = drive.next_step(), drive.beams
@@ -196,8 +200,9 @@ def _log_weight_correlation(
 
 def _build_table(grid: OccupancyGrid, config: LocalizationConfig) -> tuple[FreeSpace, RangeTable]:
     """As the localizer does."""
-    free_space = find_free_space(grid, affordable_cells(config.table_megabytes))
-    table = build_range_table(free_space, config.table_megabytes)
-    if table is None:
+    affordable = affordable_cells(config.table_megabytes, config.range_table)
+    free_space = find_free_space(grid, affordable, config.free_space)
+    table = build_range_table(free_space, config.table_megabytes, config.range_table)
+    if not isinstance(table, RangeTable):
         raise UserError("The map is too large for a range table, so there is no speed to measure.")
     return free_space, table

@@ -42,7 +42,7 @@ CHECKS = (
     Check("a spread particle / one of a cloud", lambda f: f.spread_ratio, 3.0, True),
     Check("range table built (s)", lambda f: f.table_seconds, 2.0, True),
     Check("range table (MB)", lambda f: f.table_megabytes, 130.0, True, ".1f"),
-    Check("rays off by over 3 cells", lambda f: f.rays_off, 0.05, True, ".2%"),
+    Check("rays off by over 0.15 m", lambda f: f.rays_off, 0.05, True, ".2%"),
     Check("log-weight correlation", lambda f: f.log_weight_correlation, 0.997, False, ".4f"),
     Check("pace of another thread", lambda f: f.other_thread_pace, 0.8, False),
 )

@@ -1,16 +1,14 @@
 import numpy as np
 import pytest
 from drives import BASE_FROM_LASER, BEARINGS, room
+from floors import beam_model_of, free_space_of
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.localization.floor.free_space import find_free_space
-from racecar.localization.floor.range_table.range_table import build_range_table
 from racecar.localization.odometry.motion_model import OdometryModel
 from racecar.localization.odometry.motion_step import MotionStep
-from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.grid.ray_casting import cast_ray_fan
@@ -69,8 +67,8 @@ def test_a_car_that_stands_leaves_the_cloud_as_it_is() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_the_cloud_follows_a_car_that_drives_backward_while_its_odometry_says_forward(seed: int) -> None:
     grid, rng = room(), np.random.default_rng(seed)
-    free_space = find_free_space(grid, 10**6)
-    model = BeamModel(free_space, build_range_table(free_space, 50), 2.2)
+    free_space = free_space_of(grid)
+    model = beam_model_of(free_space)
     truth = compose(grid.map_from_grid, [9.0, 4.0, 0.7])
     filter = filter_at(truth, seed=seed)
     off = []

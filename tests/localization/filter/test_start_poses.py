@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
+from floors import free_space_of
 from furniture import MIDDLE, furnished, hall, rectangle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.start_poses import draw_about, draw_anywhere, draw_start, draw_within
-from racecar.localization.floor.free_space import FreeSpace, find_free_space
+from racecar.localization.floor.free_space import FreeSpace
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose
 
@@ -14,7 +15,7 @@ CONFIG = LocalizationConfig(particles=2000, scattered_particles=3000)
 
 
 def free_space() -> FreeSpace:
-    return find_free_space(furnished(hall(), rectangle(hall(), MIDDLE, 1.0, 1.0, 0.3)), 10**6)
+    return free_space_of(furnished(hall(), rectangle(hall(), MIDDLE, 1.0, 1.0, 0.3)))
 
 
 def on_map(x: float, y: float, yaw: float) -> Pose:

@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from floors import free_space_of
 from furniture import MIDDLE, corner, furnished, hall, rectangle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.localization.floor.free_space import find_free_space
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -20,15 +20,15 @@ def test_unreachable_specks_and_the_floor_around_a_track_are_left_out() -> None:
     cells[60:140, 60:140] = FREE
     cells[54:56, 54:56] = FREE
     grid = OccupancyGrid(cells, 0.05, IDENTITY)
-    assert find_free_space(grid, 10**6).cell_count == 80 * 80 + 200 * 200 - 100 * 100
-    assert find_free_space(grid, 10_000).cell_count == 80 * 80
+    assert free_space_of(grid).cell_count == 80 * 80 + 200 * 200 - 100 * 100
+    assert free_space_of(grid, 10_000).cell_count == 80 * 80
 
 
 def test_unknown_floor_beside_free_floor_counts_as_a_place_but_not_what_lies_behind_a_wall() -> None:
     cells = np.full((100, 100), UNKNOWN, dtype=np.int8)
     cells[20:80, 20:50] = FREE
     cells[10:90, 49:51] = OCCUPIED
-    is_open = find_free_space(OccupancyGrid(cells, 0.1, IDENTITY), 10**6).is_open
+    is_open = free_space_of(OccupancyGrid(cells, 0.1, IDENTITY)).is_open
     assert is_open[50, 12]
     assert not is_open[50, 5]
     assert not is_open[50, 52]
@@ -37,7 +37,7 @@ def test_unknown_floor_beside_free_floor_counts_as_a_place_but_not_what_lies_beh
 def test_a_map_without_floor_is_a_sentence() -> None:
     blocked = OccupancyGrid(np.full((20, 20), OCCUPIED, dtype=np.int8), 0.1, IDENTITY)
     with pytest.raises(UserError, match="no free cells"):
-        find_free_space(blocked, 10**6)
+        free_space_of(blocked)
 
 
 @settings(deadline=None, max_examples=40)
@@ -46,7 +46,7 @@ def test_a_lone_obstacle_is_movable_and_nothing_else_is(
     center: np.ndarray, length: float, width: float, yaw: float
 ) -> None:
     box = rectangle(hall(), center, length, width, yaw)
-    free_space = find_free_space(furnished(hall(), box), 10**6)
+    free_space = free_space_of(furnished(hall(), box))
     np.testing.assert_array_equal(free_space.is_movable, box)
     assert not np.any(free_space.is_open & box)
     np.testing.assert_array_equal(free_space.is_standable, hall().cells == FREE)
@@ -56,7 +56,7 @@ def test_a_lone_obstacle_is_movable_and_nothing_else_is(
 @given(angles)
 def test_an_obstacle_with_a_corner_is_movable_at_any_orientation(yaw: float) -> None:
     ell = corner(hall(), yaw)
-    np.testing.assert_array_equal(find_free_space(furnished(hall(), ell), 10**6).is_movable, ell)
+    np.testing.assert_array_equal(free_space_of(furnished(hall(), ell)).is_movable, ell)
 
 
 @settings(deadline=None, max_examples=40)
@@ -68,7 +68,7 @@ def test_what_an_outline_encloses_is_movable_with_it(length: float, width: float
     within = rectangle(grid, MIDDLE, length - 0.4, width - 0.4, yaw)
     cells = furnished(grid, box).cells.copy()
     cells[within] = UNKNOWN
-    free_space = find_free_space(OccupancyGrid(cells, grid.resolution, grid.map_from_grid), 10**6)
+    free_space = free_space_of(OccupancyGrid(cells, grid.resolution, grid.map_from_grid))
     np.testing.assert_array_equal(free_space.is_movable, box)
 
 
@@ -80,28 +80,28 @@ def test_an_obstacle_longer_than_three_metres_is_a_wall(
     cells = hall().cells.copy()
     along = slice(20, 20 + round(metres / 0.1))
     cells[(along, slice(40, 43)) if turned else (slice(40, 43), along)] = OCCUPIED
-    movable = find_free_space(OccupancyGrid(cells, 0.1, IDENTITY), 10**6).is_movable
+    movable = free_space_of(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable
     assert np.count_nonzero(movable) == (3 * round(metres / 0.1) if is_movable else 0)
 
 
 def test_what_leans_on_a_wall_is_part_of_it() -> None:
     cells = hall().cells.copy()
     cells[2:10, 40:50] = OCCUPIED
-    assert not find_free_space(OccupancyGrid(cells, 0.1, IDENTITY), 10**6).is_movable.any()
+    assert not free_space_of(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable.any()
 
 
 def test_an_obstacle_where_no_car_drives_is_not_movable() -> None:
     cells = np.full((80, 200), UNKNOWN, dtype=np.int8)
     cells[:, :100] = hall().cells
     cells[40:44, 150:156] = OCCUPIED
-    assert not find_free_space(OccupancyGrid(cells, 0.1, IDENTITY), 10**6).is_movable.any()
+    assert not free_space_of(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable.any()
 
 
 @settings(deadline=None, max_examples=40)
 @given(points, st.floats(0.3, 3.0))
 def test_the_places_about_a_point_are_no_farther_than_said(point: np.ndarray, metres: float) -> None:
     grid = hall()
-    free_space = find_free_space(grid, 10**6)
+    free_space = free_space_of(grid)
     point_in_map = grid.center_of(np.array([point[::-1] / grid.resolution - 0.5]))[0]
     near = free_space.within(metres, point_in_map)
     away = np.hypot(*(grid.center_of(np.argwhere(near.is_open)) - point_in_map).T)
@@ -111,7 +111,7 @@ def test_the_places_about_a_point_are_no_farther_than_said(point: np.ndarray, me
 
 
 def test_drawn_poses_lie_on_free_space_and_face_all_ways() -> None:
-    free_space = find_free_space(furnished(hall(), rectangle(hall(), MIDDLE, 2.0, 1.0, 0.4)), 10**6)
+    free_space = free_space_of(furnished(hall(), rectangle(hall(), MIDDLE, 2.0, 1.0, 0.4)))
     poses = free_space.draw_poses(5000, np.random.default_rng(0))
     assert np.all(free_space.contains(poses[:, :2]))
     quarters, _ = np.histogram(poses[:, 2], bins=4, range=(-np.pi, np.pi))

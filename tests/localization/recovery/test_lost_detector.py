@@ -3,12 +3,13 @@ from functools import cache
 import numpy as np
 import pytest
 from drives import BASE_FROM_LASER, BEARINGS, pose_at, room
+from floors import CONFIG, free_space_of, table_of
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from racecar.localization.floor.free_space import FreeSpace, find_free_space
-from racecar.localization.floor.range_table.range_table import build_range_table
-from racecar.localization.recovery.lost_detector import LostDetector, agreement_shares
+from racecar.localization.floor.free_space import FreeSpace
+from racecar.localization.recovery.lost_detector import LostDetector
+from racecar.localization.recovery.lost_detector import agreement_shares as shares_by
 from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
@@ -23,18 +24,23 @@ WRONG = pytest.mark.parametrize("wrong", WRONG_PLACES)
 
 @cache
 def free_space() -> FreeSpace:
-    return find_free_space(room(), 10**6)
+    return free_space_of(room())
 
 
 @cache
 def shares_when_lost() -> np.ndarray:
-    shares: np.ndarray = PlaceSearch(free_space(), build_range_table(free_space(), 50)).shares_when_lost()
+    search = PlaceSearch(free_space(), table_of(free_space()), CONFIG.place_search)
+    shares: np.ndarray = search.shares_when_lost(CONFIG.lost_detector)
     shares.flags.writeable = False
     return shares
 
 
+def agreement_shares(map_from_base: Pose, beams: Beams, floor: FreeSpace) -> np.ndarray | None:
+    return shares_by(map_from_base, beams, floor, CONFIG.lost_detector)
+
+
 def fresh() -> LostDetector:
-    return LostDetector(shares_when_lost())
+    return LostDetector(shares_when_lost(), CONFIG.lost_detector)
 
 
 def seen_at(seconds: float, people: float, rng: np.random.Generator) -> tuple[Pose, Beams]:
@@ -53,15 +59,15 @@ def watch(
     seconds: float,
     *,
     scans_per_second: int = 40,
-    truth_from_told: Pose | tuple[float, float, float] = TRUE_PLACE,
+    truth_from_pose: Pose | tuple[float, float, float] = TRUE_PLACE,
     people: float = 0.0,
     start: float = 0.0,
 ) -> np.ndarray:
-    """(scans,) the probability of being lost after each scan of a drive, told so far beside the truth."""
+    """(scans,) the probability of being lost after each scan of a drive, at a pose beside the truth."""
     rng, probabilities = np.random.default_rng(0), []
     for scan in range(round(seconds * scans_per_second)):
         truth, beams = seen_at(start + scan / scans_per_second, people, rng)
-        shares = agreement_shares(compose(truth, truth_from_told), beams, free_space())
+        shares = agreement_shares(compose(truth, truth_from_pose), beams, free_space())
         if shares is not None:
             detector.judge(shares, 1.0 / scans_per_second)
         probabilities.append(detector.probability)
@@ -81,7 +87,7 @@ def test_at_the_right_place_it_soon_is_sure(scans_per_second: int, seconds: floa
 def test_at_a_wrong_place_it_soon_is_lost(
     scans_per_second: int, seconds: float, wrong: tuple[float, float, float]
 ) -> None:
-    probabilities = watch(fresh(), seconds, scans_per_second=scans_per_second, truth_from_told=wrong)
+    probabilities = watch(fresh(), seconds, scans_per_second=scans_per_second, truth_from_pose=wrong)
     assert probabilities[-1] > 0.99
 
 
@@ -93,7 +99,7 @@ def test_a_sure_one_changes_its_mind_as_soon(
     detector = fresh()
     watch(detector, 5.0)
     assert detector.probability < 0.01
-    assert watch(detector, seconds, scans_per_second=scans_per_second, truth_from_told=wrong)[-1] > 0.95
+    assert watch(detector, seconds, scans_per_second=scans_per_second, truth_from_pose=wrong)[-1] > 0.95
     assert watch(detector, seconds, scans_per_second=scans_per_second)[-1] < 0.05
 
 
@@ -109,7 +115,7 @@ def test_it_notices_a_wrong_place_among_people_too(wrong: tuple[float, float, fl
     detector = fresh()
     watch(detector, 10.0, people=0.3)
     assert detector.probability < 0.05
-    assert watch(detector, 2.0, truth_from_told=wrong, people=0.3, start=10.0)[-1] > 0.9
+    assert watch(detector, 2.0, truth_from_pose=wrong, people=0.3, start=10.0)[-1] > 0.9
 
 
 def test_scans_count_less_where_it_learned_that_beams_disagree_anyway() -> None:
@@ -120,9 +126,9 @@ def test_scans_count_less_where_it_learned_that_beams_disagree_anyway() -> None:
     assert 0.0 < crowded.clarity < quiet.clarity <= 1.0
 
 
-def test_it_does_not_learn_from_a_place_that_it_doubts() -> None:
+def test_it_does_not_learn_from_a_place_that_is_in_doubt() -> None:
     detector = fresh()
-    watch(detector, 5.0, truth_from_told=(-2.5, 0.5, 2.5))
+    watch(detector, 5.0, truth_from_pose=(-2.5, 0.5, 2.5))
     assert detector.for_another_place().clarity == fresh().clarity
 
 
@@ -143,7 +149,7 @@ def test_one_for_another_place_knows_the_sensor_but_not_the_place() -> None:
     assert other.probability == FRESH
     assert other.clarity == detector.clarity
     before = detector.probability
-    watch(other, 1.0, truth_from_told=(-2.5, 0.5, 2.5), people=0.3)
+    watch(other, 1.0, truth_from_pose=(-2.5, 0.5, 2.5), people=0.3)
     assert other.probability > 0.6
     assert detector.probability == before
 
@@ -165,12 +171,12 @@ def test_its_odds_are_bounded_whatever_it_sees(seen: list[tuple[tuple[float, ...
 @settings(deadline=None, max_examples=30)
 @given(st.floats(0.25, 1e9))
 def test_after_a_pause_a_scan_counts_no_more_than_a_quarter_of_a_second(seconds: float) -> None:
-    told = []
+    probabilities = []
     for pause in (0.25, seconds):
         detector = fresh()
         detector.judge(np.array([0.4, 0.2, 0.2, 0.2]), pause)
-        told.append(detector.probability)
-    assert told[0] == told[1] != FRESH
+        probabilities.append(detector.probability)
+    assert probabilities[0] == probabilities[1] != FRESH
 
 
 def test_a_thousand_scans_at_a_place_are_forgotten_as_soon_as_ten() -> None:
@@ -193,20 +199,20 @@ def test_beams_are_sorted_by_how_they_agree(x: float, y: float, yaw: float, seed
         return
     shifts = 1e-9 * np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
     cast = np.array([cast_rays(room(), laser + shift, BEARINGS, 30.0) for shift in shifts])
-    is_told = np.ptp(cast, axis=0) < 1e-6  # along an edge of cells, rounding tells
-    assert is_told.mean() > 0.95
-    bearings, expected = BEARINGS[is_told], cast[0, is_told]
+    is_sure = np.ptp(cast, axis=0) < 1e-6  # along an edge of cells, rounding decides
+    assert is_sure.mean() > 0.95
+    bearings, expected = BEARINGS[is_sure], cast[0, is_sure]
     within = 0.25 + 0.02 * expected
     rng = np.random.default_rng(seed)
     off = rng.choice([0.0, -0.3, 0.6, -0.9, 1.5, -2.0], len(bearings))
     beams = Beams(bearings, expected + off * within, BASE_FROM_LASER, 30.0)
-    told = agreement_shares(pose, beams, free_space())
+    seen = agreement_shares(pose, beams, free_space())
     wanted = [np.abs(off) <= 0.4, (np.abs(off) > 0.4) & (np.abs(off) <= 1.0), off < -1.0, off > 1.0]
-    assert told is not None
-    np.testing.assert_allclose(told, [part.mean() for part in wanted], atol=1e-12)
+    assert seen is not None
+    np.testing.assert_allclose(seen, [part.mean() for part in wanted], atol=1e-12)
 
 
-def test_nothing_is_told_without_beams_or_from_inside_a_wall() -> None:
+def test_nothing_is_sure_without_beams_or_from_inside_a_wall() -> None:
     inside = compose(room().map_from_grid, [9.0, 4.0, 0.7])
     none = Beams(np.empty(0), np.empty(0), BASE_FROM_LASER, 30.0)
     some = Beams(BEARINGS, np.ones(len(BEARINGS)), BASE_FROM_LASER, 30.0)
@@ -219,7 +225,7 @@ def test_nothing_is_told_without_beams_or_from_inside_a_wall() -> None:
 
 def test_a_miss_agrees_where_the_wall_is_beyond_the_sensors_sight() -> None:
     pose = compose(room().map_from_grid, [6.0, 6.0, 0.0])
-    told = agreement_shares(pose, Beams(np.zeros(1), np.array([np.inf]), IDENTITY.copy(), 3.0), free_space())
-    np.testing.assert_array_equal(told, [1.0, 0.0, 0.0, 0.0])
-    told = agreement_shares(pose, Beams(np.zeros(1), np.array([np.inf]), IDENTITY.copy(), 30.0), free_space())
-    np.testing.assert_array_equal(told, [0.0, 0.0, 0.0, 1.0])
+    seen = agreement_shares(pose, Beams(np.zeros(1), np.array([np.inf]), IDENTITY.copy(), 3.0), free_space())
+    np.testing.assert_array_equal(seen, [1.0, 0.0, 0.0, 0.0])
+    seen = agreement_shares(pose, Beams(np.zeros(1), np.array([np.inf]), IDENTITY.copy(), 30.0), free_space())
+    np.testing.assert_array_equal(seen, [0.0, 0.0, 0.0, 1.0])

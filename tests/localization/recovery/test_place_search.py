@@ -3,11 +3,10 @@ from functools import cache
 import numpy as np
 import pytest
 from drives import BASE_FROM_LASER, BEARINGS, room
+from floors import CODES, CONFIG, beam_model_of, free_space_of, table_of
 
-from racecar.localization.floor.free_space import FreeSpace, find_free_space
-from racecar.localization.floor.range_table.range_table import build_range_table
+from racecar.localization.floor.free_space import FreeSpace
 from racecar.localization.recovery.place_search import PlaceSearch
-from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.grid.ray_casting import cast_ray_fan
@@ -18,12 +17,12 @@ PLACES = [(9.0, 2.0, 0.0), (3.0, 3.0, 1.0), (7.5, 6.0, -2.0), (1.5, 6.5, 3.0)]
 
 @cache
 def free_space() -> FreeSpace:
-    return find_free_space(room(), 10**6)
+    return free_space_of(room())
 
 
 @cache
 def search(with_table: bool) -> PlaceSearch:
-    return PlaceSearch(free_space(), build_range_table(free_space(), 50) if with_table else None)
+    return PlaceSearch(free_space(), table_of(free_space()) if with_table else CODES, CONFIG.place_search)
 
 
 def seen_from(pose: Pose, base_from_laser: Pose = BASE_FROM_LASER, people: float = 0.0) -> Beams:
@@ -48,7 +47,7 @@ def test_the_place_is_found(place: tuple[float, float, float], people: float, wi
     found = search(with_table).find(beams, 2.2, 8000, np.random.default_rng(0))
     assert found.shape == (8000, 3)
     assert is_near(found, truth).mean() > 0.05
-    model = BeamModel(free_space(), build_range_table(free_space(), 50), 2.2)
+    model = beam_model_of(free_space())
     best = found[np.argmax(model.log_likelihood(found, beams))]
     assert is_near(best[None], truth)[0]
 
@@ -72,7 +71,7 @@ def test_what_is_found_is_the_base_wherever_the_laser_is_on_it() -> None:
 
 @WITH_TABLE
 def test_wrong_places_are_sorted_by_how_much_they_look_alike(with_table: bool) -> None:
-    shares = search(with_table).shares_when_lost()
+    shares = search(with_table).shares_when_lost(CONFIG.lost_detector)
     assert shares.shape == (12, 4)
     np.testing.assert_allclose(shares.sum(axis=1), 1.0, atol=1e-9)
     assert np.all(shares >= 0.0)

@@ -3,6 +3,7 @@ import pytest
 from drives import BASE_FROM_LASER, BEARINGS, room
 
 from racecar.localization.floor.walls import find_walls
+from racecar.localization.refinement.config import AlignmentConfig
 from racecar.localization.refinement.refinement import refine
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, compose
@@ -19,7 +20,8 @@ def test_people_do_not_draw_the_estimate_aside(seed: int) -> None:
     ranges = cast_ray_fan(grid, compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
     ranges[100:160] *= rng.uniform(0.6, 0.95, 60)
     beams = Beams(BEARINGS, ranges, BASE_FROM_LASER, 30.0)
-    refined, covariance = refine(compose(truth, [0.15, -0.1, 0.04]), CLOUD, beams, find_walls(grid))
+    start = compose(truth, [0.15, -0.1, 0.04])
+    refined, covariance = refine(start, CLOUD, beams, find_walls(grid), AlignmentConfig())
     assert np.sqrt(np.trace(covariance[:2, :2])) < 0.05
     assert np.hypot(*(refined - truth)[:2]) < 0.03
     assert abs(refined[2] - truth[2]) < 0.01
@@ -32,7 +34,8 @@ def test_along_a_bare_corridor_the_estimate_stays() -> None:
     truth = np.array([50.0, 1.5, 0.0])
     ranges = cast_ray_fan(grid, truth[None], BEARINGS, 10.0)[0]
     beams = Beams(BEARINGS, ranges, IDENTITY, 10.0)
-    refined, covariance = refine(np.add(truth, [0.1, 0.1, 0.02]), CLOUD, beams, find_walls(grid))
+    start = np.add(truth, [0.1, 0.1, 0.02])
+    refined, covariance = refine(start, CLOUD, beams, find_walls(grid), AlignmentConfig())
     assert abs(refined[0] - truth[0] - 0.1) < 0.02
     assert abs(refined[1] - truth[1]) < 0.02
     assert abs(refined[2]) < 0.005
@@ -44,4 +47,4 @@ def test_along_a_bare_corridor_the_estimate_stays() -> None:
 def test_too_few_points_change_nothing() -> None:
     start = np.array([1.0, 2.0, 0.3])
     beams = Beams(BEARINGS[:5], np.ones(5), IDENTITY, 10.0)
-    assert refine(start, CLOUD, beams, find_walls(room())) == (start, CLOUD)
+    assert refine(start, CLOUD, beams, find_walls(room()), AlignmentConfig()) == (start, CLOUD)

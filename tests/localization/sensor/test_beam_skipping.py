@@ -1,11 +1,9 @@
 import numpy as np
 import pytest
 from drives import BASE_FROM_LASER, BEARINGS, room
+from floors import CONFIG, beam_model_of, free_space_of
 
-from racecar.localization.floor.free_space import find_free_space
-from racecar.localization.floor.range_table.range_table import build_range_table
 from racecar.localization.floor.walls import find_walls
-from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beam_skipping import Alignment, explain
 from racecar.localization.sensor.beams import Beams
 from racecar.localization.sensor.likelihood_field import LikelihoodField
@@ -23,11 +21,10 @@ def sensor(request: pytest.FixtureRequest) -> SensorModel:
 
 
 def sensor_of(name: str, grid: OccupancyGrid) -> SensorModel:
-    free_space = find_free_space(grid, 10**6)
+    free_space = free_space_of(grid)
     if name == "likelihood field":
-        return LikelihoodField(free_space, find_walls(grid), 2.2)
-    table = build_range_table(free_space, 50) if name == "beam model with a table" else None
-    return BeamModel(free_space, table, 2.2)
+        return LikelihoodField(free_space, find_walls(grid), CONFIG.likelihood_field, 2.2)
+    return beam_model_of(free_space, with_table=name == "beam model with a table")
 
 
 def truth() -> Pose:
@@ -50,7 +47,7 @@ def beams_of(ranges: np.ndarray) -> Beams:
 
 
 def kept_of(beams: Beams, cloud: np.ndarray, aligned: np.ndarray, sensor: SensorModel) -> Beams:
-    return explain(beams, cloud, lambda: (aligned, np.eye(3)), sensor).beams
+    return explain(beams, cloud, lambda: (aligned, np.eye(3)), sensor, CONFIG.beam_skipping).beams
 
 
 def is_left(kept: Beams) -> np.ndarray:
@@ -104,7 +101,7 @@ def test_all_beams_stay_where_too_few_would(sensor: SensorModel) -> None:
     assert len(kept_of(beams_of(ranges), cloud_about(truth()), truth(), sensor)) <= 163
 
 
-def test_the_scan_laid_on_walls_decides_while_the_cloud_is_beside_the_place(sensor: SensorModel) -> None:
+def test_the_scan_aligned_with_walls_decides_while_the_cloud_is_beside_the_place(sensor: SensorModel) -> None:
     ranges = seen_in(room())
     are_people = (np.arange(271) >= 90) & (np.arange(271) < 140)
     ranges[are_people] = 1.0
@@ -134,30 +131,33 @@ def test_a_beam_needs_most_of_the_cloud(sensor: SensorModel) -> None:
         np.testing.assert_array_equal(is_left(kept_of(beams, cloud, off_the_map, sensor)), expected)
 
 
-def test_the_scan_is_not_laid_on_walls_where_that_cannot_tell_more(sensor: SensorModel) -> None:
+def test_the_scan_is_not_aligned_where_that_cannot_explain_more(sensor: SensorModel) -> None:
     def never() -> Alignment:
         raise AssertionError
 
     beams = beams_of(seen_in(room()))
-    explained = explain(beams, cloud_about(truth()), never, sensor)
+    explained = explain(beams, cloud_about(truth()), never, sensor, CONFIG.beam_skipping)
     assert len(explained.beams) >= 0.9 * len(beams)
     assert explained.better is None
 
 
-def test_where_the_scan_fits_notably_better_is_told(sensor: SensorModel) -> None:
+def test_where_the_scan_fits_notably_better_is_reported(sensor: SensorModel) -> None:
     beams, covariance = beams_of(seen_in(room())), 0.01 * np.eye(3)
     beside = cloud_about(compose(truth(), [0.45, -0.35, 0.12]))
-    better = explain(beams, beside, lambda: (truth(), covariance), sensor).better
+    better = explain(beams, beside, lambda: (truth(), covariance), sensor, CONFIG.beam_skipping).better
     assert better is not None
     np.testing.assert_array_equal(better[0], truth())
     assert better[1] is covariance
-    assert explain(beams, beside, lambda: (beside[0], covariance), sensor).better is None
+    explained = explain(beams, beside, lambda: (beside[0], covariance), sensor, CONFIG.beam_skipping)
+    assert explained.better is None
 
 
 def evidence_of(share_of_people: float, cloud: Pose, sensor: SensorModel) -> float:
     ranges = seen_in(room())
     ranges[: round(share_of_people * len(ranges))] = 0.8
-    return explain(beams_of(ranges), cloud, lambda: (truth(), np.eye(3)), sensor).evidence
+    return explain(
+        beams_of(ranges), cloud, lambda: (truth(), np.eye(3)), sensor, CONFIG.beam_skipping
+    ).evidence
 
 
 def test_a_scan_of_which_little_fits_counts_less(sensor: SensorModel) -> None:

@@ -1,23 +1,23 @@
 import numpy as np
 import pytest
 from drives import BASE_FROM_LASER, BEARINGS, room
+from floors import CONFIG, free_space_of
 from scipy.ndimage import distance_transform_edt
 
-from racecar.localization.floor.free_space import find_free_space
-from racecar.localization.floor.range_table.range_codes import FARTHEST
 from racecar.localization.floor.walls import find_walls
-from racecar.localization.sensor.beam_table import TRACKING
 from racecar.localization.sensor.beams import Beams
 from racecar.localization.sensor.likelihood_field import LikelihoodField
 from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 
-SQUASH = 2.2
+SQUASH, FIELD = CONFIG.squash, CONFIG.likelihood_field
+ANYWHERE = FIELD.random / (FIELD.random_range / 0.05)
+"""Probability of an end anywhere, per 5 cm."""
 
 
 def field(grid: OccupancyGrid) -> LikelihoodField:
-    return LikelihoodField(find_free_space(grid, 10**6), find_walls(grid), SQUASH)
+    return LikelihoodField(free_space_of(grid), find_walls(grid), FIELD, SQUASH)
 
 
 def measured_from(grid: OccupancyGrid, pose: Pose) -> Beams:
@@ -37,21 +37,21 @@ def cells_to_wall(grid: OccupancyGrid, points: np.ndarray) -> np.ndarray:
     away = np.minimum(np.rint(distance_transform_edt(grid.cells < OCCUPIED)), 255.0)
     cells = grid.cell_of(points.reshape(-1, 2))
     inside = grid.contains(cells)
-    told = np.full(len(cells), 255.0)
-    told[inside] = away[tuple(cells[inside].T)]
-    return told.reshape(points.shape[:2])
+    cells_away = np.full(len(cells), 255.0)
+    cells_away[inside] = away[tuple(cells[inside].T)]
+    return cells_away.reshape(points.shape[:2])
 
 
 def plain_log_likelihood(grid: OccupancyGrid, poses: Pose, beams: Beams) -> np.ndarray:
-    off = cells_to_wall(grid, ends_on_map(poses, beams)) / TRACKING.hit_deviation
-    hit = np.exp(-0.5 * off**2) / (TRACKING.hit_deviation * np.sqrt(2 * np.pi))
-    return np.asarray(np.log(TRACKING.hit * hit + TRACKING.random / FARTHEST).sum(axis=1) / SQUASH)
+    off = cells_to_wall(grid, ends_on_map(poses, beams)) * grid.resolution / FIELD.hit_deviation
+    hit = np.exp(-0.5 * off**2) / (FIELD.hit_deviation / 0.05 * np.sqrt(2 * np.pi))
+    return np.asarray(np.log(FIELD.hit * hit + ANYWHERE).sum(axis=1) / SQUASH)
 
 
 def poses_about(pose: Pose, grid: OccupancyGrid, spread: float) -> Pose:
     rng = np.random.default_rng(0)
     poses = pose + [spread, spread, 1.0] * rng.standard_normal((300, 3))
-    return np.asarray(poses[find_free_space(grid, 10**6).contains(poses[:, :2])])
+    return np.asarray(poses[free_space_of(grid).contains(poses[:, :2])])
 
 
 def test_it_is_the_sum_over_the_ends_of_the_beams() -> None:
@@ -72,7 +72,7 @@ def test_the_right_place_is_the_likeliest() -> None:
     assert np.argmax(field(grid).log_likelihood(poses, measured_from(grid, truth))) == 0
 
 
-def test_misses_tell_nothing() -> None:
+def test_misses_do_not_count() -> None:
     grid = room()
     truth = compose(grid.map_from_grid, [9.0, 4.0, 0.7])
     seen, poses = measured_from(grid, truth), poses_about(truth, grid, 0.5)
@@ -93,10 +93,7 @@ def test_where_the_car_cannot_be_is_as_unlikely_as_ends_off_the_map() -> None:
         np.array([[1e5, 0.0, 0.0], [-1e6, 1e6, 1.0], in_wall, truth]), beams
     )
     assert (
-        least
-        == off_map
-        == in_the_wall
-        == pytest.approx(len(BEARINGS) * np.log(TRACKING.random / FARTHEST) / SQUASH, rel=1e-4)
+        least == off_map == in_the_wall == pytest.approx(len(BEARINGS) * np.log(ANYWHERE) / SQUASH, rel=1e-4)
     )
     assert right > least + 100.0
 

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.floor.config import FreeSpaceConfig, RangeTableConfig
 from racecar.localization.floor.free_space import find_free_space
 from racecar.localization.floor.range_table.range_table import RangeTable, build_range_table
 from racecar.localization.sensor.beams import Beams
@@ -65,8 +67,8 @@ def ring() -> OccupancyGrid:
 
 @pytest.fixture(scope="module")
 def table(ring: OccupancyGrid) -> RangeTable:
-    table = build_range_table(find_free_space(ring, 10**6), 100)
-    assert table is not None
+    table = build_range_table(find_free_space(ring, 10**6, FreeSpaceConfig()), 100, RangeTableConfig())
+    assert isinstance(table, RangeTable)
     return table
 
 
@@ -111,7 +113,7 @@ def test_a_check_that_is_missed_names_the_map() -> None:
     }
     assert rows["full step / bare loads"] == ["≤ 2.5", "2.00", "2.52", "no: far"]
     assert rows["plain filter / full step"] == ["≥ 40", "50.0", "39.7", "no: far"]
-    assert rows["rays off by over 3 cells"] == ["≤ 5%", "4.00%", "4.00%", "yes"]
+    assert rows["rays off by over 0.15 m"] == ["≤ 5%", "4.00%", "4.00%", "yes"]
     assert rows["of the step: sensor (ms)"] == ["0.750"]
 
 
@@ -121,10 +123,10 @@ def _cells(line: str) -> list[str]:
 
 def test_rays_of_a_wrong_table_are_off(ring: OccupancyGrid, table: RangeTable) -> None:
     bearings = np.linspace(-2.0, 2.0, 9)
-    free_space = find_free_space(ring, 10**6)
-    assert rays_off(free_space, table, bearings, np.random.default_rng(0)) < 0.05
+    free_space = find_free_space(ring, 10**6, FreeSpaceConfig())
+    assert rays_off(free_space, table, bearings, LocalizationConfig(), np.random.default_rng(0)) < 0.05
     turned = replace(table, ranges=np.roll(table.ranges, 40, axis=1))
-    assert rays_off(free_space, turned, bearings, np.random.default_rng(0)) > 0.5
+    assert rays_off(free_space, turned, bearings, LocalizationConfig(), np.random.default_rng(0)) > 0.5
 
 
 def test_both_ways_to_add_up_loads_agree(table: RangeTable) -> None:
@@ -138,7 +140,7 @@ def test_both_ways_to_add_up_loads_agree(table: RangeTable) -> None:
 
 
 def test_marched_rays_end_where_exact_ones_do(ring: OccupancyGrid) -> None:
-    poses = find_free_space(ring, 10**6).draw_poses(200, np.random.default_rng(0))
+    poses = find_free_space(ring, 10**6, FreeSpaceConfig()).draw_poses(200, np.random.default_rng(0))
     laser = np.array([0.1, 0.0, 0.3])
     beams = Beams(np.linspace(-3.0, 3.0, 30), np.ones(30), laser, 5.0)
     plain = PlainFilter(ring, 5.0, poses, np.random.default_rng(0))

@@ -1,6 +1,6 @@
 import numpy as np
 
-from racecar.localization.floor.range_table.column_view import MOVABLE, OPEN, WALL, view_columns
+from racecar.localization.floor.range_table.range_table_kernels import MOVABLE, OPEN, WALL, view_columns
 
 KINDS = np.full((4, 6), OPEN, dtype=np.uint8)
 KINDS[0] = WALL
