@@ -116,7 +116,7 @@ class PlaceSearchConfig(Settings):
         60_000,
         ge=100,
         le=10_000_000,
-        description="on a larger map they lie farther apart, so that the search ends in a second",
+        description="on a larger map they lie farther apart, so that the search stays short. By judgement",
     )
     rough_beams: int = Field(
         15,

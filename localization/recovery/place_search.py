@@ -23,10 +23,11 @@ from racecar.maps.geometry.se2 import Pose, compose, inverse
 from racecar.maps.grid.ray_casting import cast_ray_fan
 
 _HEADINGS_CAST = 128
-"""Of the views that are cast where there is no range table, since casting takes as long as all other work."""
+"""Of the views that are cast where there is no range table, by judgement, since each has to be cast for every
+place."""
 _COMPARED_PLACES, _COMPARED_HEADINGS = 60, 80
-"""Places that are taken for each other, and headings that are tried and compared at least, since their 3540
-pairs fill the rarest group of likeness with 35 and take a tenth of a second."""
+"""Places that are taken for each other, and headings that are tried and compared at least; by judgement,
+since their 3540 pairs leave 35 for the rarest group of likeness."""
 
 
 class PlaceSearch:
