@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-sys.path.insert(0, str(Path(__file__).parent))  # ``many_rows``, which pytest's importlib mode leaves out
-
 Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 
 

@@ -7,9 +7,10 @@ import tempfile
 import time
 from pathlib import Path
 
-from browser import open_browser
 from PIL import Image
-from viewing import pixels_of, viewed
+
+from tests.end_to_end.browser import open_browser
+from tests.end_to_end.viewing import pixels_of, viewed
 
 _FIGURES = ("noise-sweep", "autograde")
 _WIDTH = 700

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from browser import open_browser
 from PIL import Image
+
+from tests.end_to_end.browser import open_browser
 
 Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 NAMES = (

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from many_rows import BASE_FROM_SENSOR, write_drive
 
 from racecar.maps.geometry.se2 import Pose, compose, inverse, transform_points
 from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
@@ -19,6 +18,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from tests.end_to_end.many_rows import BASE_FROM_SENSOR, write_drive
 
 Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 BEARINGS = np.radians(np.arange(-180.0, 180.0))

@@ -6,9 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from browser import open_browser
 from rosbags.rosbag2 import Reader
-from viewing import pixels_of, viewed
+
+from tests.end_to_end.browser import open_browser
+from tests.end_to_end.viewing import pixels_of, viewed
 
 Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 TOPICS = {"/map", "/scan", "/odom", "/path", "/pf/pose/odom", "/tf", "/tf_static"}

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from browser import Browser
 from PIL import Image
+
+from tests.end_to_end.browser import Browser
 
 _COLORS = {
     "walls": (27, 31, 36),

@@ -6,7 +6,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from drives import BASE_FROM_LASER, BEARINGS, GO_ON, Drive, drive, pose_at, room
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
+from tests.localization.drives import BASE_FROM_LASER, BEARINGS, GO_ON, Drive, drive, pose_at, room
 
 SECOND = 1_000_000_000
 

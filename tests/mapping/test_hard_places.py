@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from mapped_drives import MappedDrive, map_drive
+
+from tests.mapping.mapped_drives import MappedDrive, map_drive
 
 SLIPPING = {"noise": "slight", "slip": 0.25, "max_speed": 6.0}
 

@@ -5,9 +5,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from bag_samples import write_bag
 
 from racecar.pipelines.cli import run
+from tests.pipelines.bag_samples import write_bag
 
 _IMPORT_EVERYTHING = """
 import sys

@@ -1,7 +1,5 @@
 import numpy as np
 import pytest
-from floors import free_space_of
-from furniture import MIDDLE, furnished, hall, rectangle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -10,6 +8,8 @@ from racecar.localization.filter.start_poses import draw_about, draw_anywhere, d
 from racecar.localization.floor.free_space import FreeSpace
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose
+from tests.localization.floors import free_space_of
+from tests.localization.furniture import MIDDLE, furnished, hall, rectangle
 
 CONFIG = LocalizationConfig(particles=2000, scattered_particles=3000)
 

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
-from floors import free_space_of
-from furniture import MIDDLE, corner, furnished, hall, rectangle
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from tests.localization.floors import free_space_of
+from tests.localization.furniture import MIDDLE, corner, furnished, hall, rectangle
 
 angles = st.floats(-np.pi, np.pi)
 lengths = st.floats(0.2, 2.0)

@@ -1,12 +1,12 @@
 import numpy as np
 import pytest
-from drives import BASE_FROM_LASER
 
 from racecar.localization.sensor.beams import select_beams
 from racecar.maps.geometry.se2 import IDENTITY, compose, inverse, transform_points
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
+from tests.localization.drives import BASE_FROM_LASER
 
 
 def make_scan(ranges: np.ndarray, offsets: np.ndarray | None = None) -> Scan:

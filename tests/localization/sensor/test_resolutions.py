@@ -4,8 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from drives import BEARINGS
-from floors import CONFIG, beam_model_of, free_space_of
 
 from racecar.localization.floor.walls import find_walls
 from racecar.localization.sensor.beams import Beams
@@ -14,6 +12,8 @@ from racecar.localization.sensor.sensor_model import SensorModel
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
+from tests.localization.drives import BEARINGS
+from tests.localization.floors import CONFIG, beam_model_of, free_space_of
 
 RESOLUTIONS = (0.02, 0.05, 0.1)
 KINDS = pytest.mark.parametrize("kind", ["table", "rays", "field"])

@@ -5,7 +5,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial import cKDTree
-from worlds import BEARINGS, ROOM, points_at, scan_at
 
 from racecar.mapping.grid import rendering
 from racecar.mapping.grid.config import RenderingConfig
@@ -13,6 +12,7 @@ from racecar.mapping.grid.rendering import Rays, pack_rays, returns_of
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 from racecar.maps.sensing.scan import Scan
+from tests.mapping.worlds import BEARINGS, ROOM, points_at, scan_at
 
 RESOLUTION = 0.05
 DEFAULT = RenderingConfig()

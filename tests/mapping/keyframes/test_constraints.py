@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from worlds import CORRIDOR, ROOM, store_of
 
 from racecar.mapping.keyframes.config import ConstraintConfig
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
 from racecar.maps.geometry.se2 import between, compose
+from tests.mapping.worlds import CORRIDOR, ROOM, store_of
 
 
 def test_constraints_are_the_true_poses_and_say_what_is_open() -> None:

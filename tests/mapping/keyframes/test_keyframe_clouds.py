@@ -3,7 +3,6 @@
 from dataclasses import replace
 
 import numpy as np
-from worlds import ROOM, scan_at
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
@@ -12,6 +11,7 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import transform_points
 from racecar.maps.sensing.cloud import Cloud
 from racecar.maps.sensing.scan import Scan
+from tests.mapping.worlds import ROOM, scan_at
 
 PERIOD = 100_000_000
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import CORRIDOR, ROOM, box, store_of
 
 from racecar.mapping.keyframes.config import PlacementConfig
 from racecar.mapping.keyframes.placement import KeyframePlacer
 from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.mapping.odometry.config import WheelCalibrationConfig
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+from tests.mapping.worlds import CORRIDOR, ROOM, box, store_of
 
 WORTH = WheelCalibration.unknown(WheelCalibrationConfig()).worth
 BEFORE = 12

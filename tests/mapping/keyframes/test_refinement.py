@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from worlds import CORRIDOR, ROOM, points_at, store_of
 
 from racecar.mapping.keyframes.refinement import guess_scans, refine_scans
 from racecar.maps.geometry.se2 import Pose, between, compose
+from tests.mapping.worlds import CORRIDOR, ROOM, points_at, store_of
 
 PER_KEYFRAME = 4
 KEYFRAMES = 9

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import box, store_of
 
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.loops.config import LoopClosureConfig, SubmapConfig
@@ -16,6 +15,7 @@ from racecar.mapping.loops.submap_graph import SubmapGraph
 from racecar.mapping.loops.verifier import LoopVerifier
 from racecar.mapping.loops.verifiers import verifiers
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+from tests.mapping.worlds import box, store_of
 
 RING = np.concatenate(
     [box(-6, -4, 6, 4), box(-4, -2, 4, 2), box(-1, 2, 0, 2.5), box(2, -4, 2.4, -3.4), box(5.5, 1, 6, 3)]

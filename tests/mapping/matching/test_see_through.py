@@ -3,11 +3,11 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import ROOM, box, points_at, store_of
 
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
 from racecar.mapping.matching.see_through import SeeThrough, see_through
 from racecar.maps.geometry.se2 import Pose, compose, transform_points
+from tests.mapping.worlds import ROOM, box, points_at, store_of
 
 places = st.tuples(st.floats(-1.5, 0.5), st.floats(-1.5, 1.5), st.floats(-np.pi, np.pi)).map(np.array)
 ONE_PAIR = np.array([[0, 1]])

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import ROOM, points_at, scan_at
 
 from racecar.mapping.matching.scan_store import prepare_scan
 from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.sensing.odometry import Odometry
+from tests.mapping.worlds import ROOM, points_at, scan_at
 
 PERIOD = 100_000_000
 PLACE = np.array([0.27, 0.05, 0.1])

@@ -3,11 +3,11 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import CORRIDOR, ROOM, points_at
 
 from racecar.mapping.odometry.config import TurnSearchConfig
 from racecar.mapping.odometry.turn_search import with_turn_seen
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+from tests.mapping.worlds import CORRIDOR, ROOM, points_at
 
 START = np.array([-1.0, 0.5, 0.3])
 

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from worlds import BEARINGS, CORRIDOR, MAX_RANGE, ROOM, points_at, ranges
 
 from racecar.mapping.matching.scan_store import prepare_scan
 from racecar.mapping.odometry.config import VelocityFilterConfig
@@ -12,6 +11,7 @@ from racecar.mapping.odometry.deskew import by_velocity
 from racecar.mapping.odometry.velocity_filter import VelocityFilter
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.sensing.scan import Scan
+from tests.mapping.worlds import BEARINGS, CORRIDOR, MAX_RANGE, ROOM, points_at, ranges
 
 PERIOD = 25_000_000
 SWEEP = np.linspace(0.0, 0.019, len(BEARINGS))

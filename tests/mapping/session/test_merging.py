@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from worlds import box, store_of
 
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
@@ -16,6 +15,7 @@ from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+from tests.mapping.worlds import box, store_of
 
 BARE_RING = np.concatenate([box(-6, -4, 6, 4), box(-4, -2, 4, 2)])
 """12 x 8 m about a block; half round it looks the same again."""

@@ -4,12 +4,12 @@ import json
 
 import numpy as np
 import pytest
-from bag_samples import bag_of, cut, odometry, write_bag, write_scan
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.cli import run
+from tests.pipelines.bag_samples import bag_of, cut, odometry, write_bag, write_scan
 
 
 def check(path, **options):

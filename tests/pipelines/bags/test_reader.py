@@ -2,7 +2,13 @@
 
 import numpy as np
 import pytest
-from bag_samples import (
+
+from racecar.maps.errors import UserError
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.messages import LASER_SCAN
+from racecar.pipelines.bags.reader import BagReader
+from tests.pipelines.bag_samples import (
     BEAMS,
     PLACE,
     START,
@@ -14,12 +20,6 @@ from bag_samples import (
     write_bag,
     write_scan,
 )
-
-from racecar.maps.errors import UserError
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.messages import LASER_SCAN
-from racecar.pipelines.bags.reader import BagReader
 
 
 @pytest.fixture(params=["ros1", "mcap", "lone mcap", "sqlite", "lone db3", "no metadata"])

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from bag_samples import odometry
 
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.replay import feed, replay
+from tests.pipelines.bag_samples import odometry
 
 
 class Diary:

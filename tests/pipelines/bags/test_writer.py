@@ -1,11 +1,11 @@
 """Bags appear whole or not at all."""
 
 import pytest
-from bag_samples import PLACE, START, odometry, read, write_bag, write_scan
 from rosbags.highlevel import AnyReader
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.writer import BagWriter
+from tests.pipelines.bag_samples import PLACE, START, odometry, read, write_bag, write_scan
 
 
 @pytest.mark.parametrize("name", ["drive.bag", "drive"])

@@ -1,10 +1,10 @@
 from pathlib import Path
 
 import pytest
-from nested_settings import Camera, Lens, Robot
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.files.config_file import Config, load_config, load_settings
+from tests.pipelines.nested_settings import Camera, Lens, Robot
 
 
 def write(tmp_path: Path, text: str) -> Path:

@@ -1,12 +1,8 @@
 """Real nodes over real DDS, kept to this machine and to a domain of this test process."""
 
 import os
-import sys
-from pathlib import Path
 
 import pytest
-
-sys.path.insert(0, str(Path(__file__).parent))  # the tests import live_car, which importlib mode leaves out
 
 DOMAIN = 1 + os.getpid() % 100
 os.environ.update(ROS_DOMAIN_ID=str(DOMAIN), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")

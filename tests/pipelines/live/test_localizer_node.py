@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live_car import LiveCar, Witness, recorded, ring, wait_for
 
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.messages import nanoseconds
+from tests.pipelines.live.live_car import LiveCar, Witness, recorded, ring, wait_for
 
 RIGHT_AGAIN = 2.0
 """Seconds of good input."""

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from live_car import LiveCar, Witness, recorded, ring, wait_for
 
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM
@@ -18,6 +17,7 @@ from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.tum import load_tum
+from tests.pipelines.live.live_car import LiveCar, Witness, recorded, ring, wait_for
 
 
 @dataclass

@@ -4,13 +4,13 @@ from collections import Counter
 
 import numpy as np
 import pytest
-from bag_samples import START, STEP, bag_of, odometry, read, write_scan
 from hypothesis import given
 from hypothesis import strategies as st
 
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.clock import StampClock, clock_offset
 from racecar.pipelines.bags.messages import ODOMETRY
+from tests.pipelines.bag_samples import START, STEP, bag_of, odometry, read, write_scan
 
 
 def test_poses_without_a_rotation_are_dropped_and_counted(tmp_path):

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from bag_samples import START, STEP, bag_of, odometry, read
 
 from racecar.maps.errors import UserError
 from racecar.maps.sensing.scan import Scan
@@ -10,6 +9,7 @@ from racecar.pipelines.bags.converters.registry import SCAN_CONVERTERS
 from racecar.pipelines.bags.messages import ros2_types
 from racecar.pipelines.live.intake import sensors
 from racecar.pipelines.live.monitoring.faults import Faults
+from tests.pipelines.bag_samples import START, STEP, bag_of, odometry, read
 
 SONAR = "sensor_msgs/msg/Range"
 

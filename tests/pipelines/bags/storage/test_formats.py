@@ -3,11 +3,11 @@
 import pickle
 
 import numpy as np
-from bag_samples import read, write_bag
 
 from racecar.pipelines.bags.storage import formats
 from racecar.pipelines.bags.storage.chunks import Chunk, ChunkedFile
 from racecar.pipelines.bags.storage.store import BagStore
+from tests.pipelines.bag_samples import read, write_bag
 
 
 class PickledFile(ChunkedFile):

@@ -5,7 +5,6 @@ from itertools import pairwise
 
 import lz4.frame
 import pytest
-from bag_samples import as_sqlite, cut, cut_folder, read, write_bag
 from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
@@ -15,6 +14,7 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.storage.compression import decompress_what_is_there
+from tests.pipelines.bag_samples import as_sqlite, cut, cut_folder, read, write_bag
 
 COUNT = 8000
 

@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from live_car import wait_for
+
+from tests.pipelines.live.live_car import wait_for
 
 
 @pytest.fixture

@@ -4,9 +4,9 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
-from nested_settings import Camera, Lens, Robot
 
 from racecar.maps.errors import UserError
+from tests.pipelines.nested_settings import Camera, Lens, Robot
 
 
 @pytest.fixture

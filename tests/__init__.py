@@ -1,0 +1,1 @@
+"""Tests, in folders that mirror the rooms; helper modules are imported as ``tests.<room>.<module>``."""
