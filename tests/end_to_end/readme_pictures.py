@@ -1,4 +1,4 @@
-"""``python tests/end_to_end/readme_pictures.py docs`` makes the pictures of the README; needs Chromium."""
+"""``python -m tests.end_to_end.readme_pictures docs`` makes the pictures of the README; needs Chromium."""
 
 import os
 import subprocess
