@@ -4,6 +4,11 @@ import os
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
+
+settings.register_profile("racecar", deadline=None)  # the first example may compile a kernel
+settings.register_profile("racecar-ci", deadline=None, derandomize=True)  # the same verdict for the same code
+settings.load_profile("racecar-ci" if os.environ.get("CI") else "racecar")
 
 
 @pytest.fixture(scope="session")

@@ -265,7 +265,7 @@ def test_by_what_factor_odometry_tells_the_way_is_learned(scale: float) -> None:
     assert metres[-100:].max() < 0.06
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(st.integers(-400, 450), min_size=2, max_size=8))
 def test_the_carried_pose_is_the_last_one_and_what_the_odometry_told_since(milliseconds: list[int]) -> None:
     """Asked as often as one likes, for any time; the doubt grows with the way."""

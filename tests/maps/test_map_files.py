@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.typing import NDArray
@@ -187,7 +187,6 @@ def test_an_absurd_size_is_refused_before_memory_is_spent(tmp_path: Path) -> Non
         load_map(yaml_path)
 
 
-@settings(deadline=None)
 @given(
     cells=arrays(
         np.int8, array_shapes(min_dims=2, max_dims=2, max_side=20), elements=st.sampled_from([-1, 0, 100])

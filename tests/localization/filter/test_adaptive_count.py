@@ -43,7 +43,6 @@ def test_a_cloud_at_one_place_gets_the_fewest() -> None:
     assert needed_particles(apart(1, 100), even(100), 70, 10**6) == 70
 
 
-@settings(deadline=None)
 @given(st.integers(1, 200), st.integers(1, 500), st.integers(0, 5000))
 def test_the_count_stays_between_the_fewest_and_the_most(places: int, fewest: int, more: int) -> None:
     told = needed_particles(apart(places), even(places), fewest, fewest + more)
@@ -58,7 +57,7 @@ def test_particles_of_no_weight_cover_nothing() -> None:
     assert needed_particles(poses, weights, 1, 10**6) == needed_particles(apart(10), even(10), 1, 10**6)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(1, 3000), st.floats(0.01, 50.0), st.integers(0, 2**32 - 1))
 def test_the_bins_counted_are_those_that_differ(count: int, spread: float, seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -46,7 +46,7 @@ def test_other_particles_are_injected_every_time() -> None:
     assert was_injected.mean() > 0.5
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.floats(-0.4, 0.4), st.integers(10, 300))
 def test_where_nothing_slips_the_cloud_moves_by_the_step(x: float, y: float, turn: float, count: int) -> None:
     step = MotionStep(np.array([x, y, turn]), np.zeros(3), abs(x) + abs(y) + abs(turn), 0.025)
@@ -89,7 +89,6 @@ def test_the_cloud_follows_a_car_that_drives_backward_while_its_odometry_says_fo
 log_likelihoods = st.lists(st.floats(-1e4, 1e4), min_size=8, max_size=8)
 
 
-@settings(deadline=None)
 @given(st.lists(log_likelihoods, min_size=1, max_size=20))
 @example([[0.0] * 7 + [6.0]] * 7)
 def test_weights_sum_to_one_and_none_vanishes_at_once(scans: list[list[float]]) -> None:

@@ -1,5 +1,5 @@
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
@@ -12,7 +12,6 @@ unnormalized = arrays(np.float64, st.integers(1, 60), elements=st.floats(0.0, 1.
 )
 
 
-@settings(deadline=None)
 @given(unnormalized, st.integers(1, 200), st.integers(0, 2**32))
 def test_each_particle_is_taken_as_often_as_its_weight_says(
     weights: NDArray[np.float64], count: int, seed: int

@@ -22,7 +22,7 @@ def on_map(x: float, y: float, yaw: float) -> Pose:
     return compose(hall().map_from_grid, [x, y, yaw])
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0.3, 9.7), st.floats(0.3, 7.7), st.floats(-3.1, 3.1), st.integers(0, 1000))
 def test_a_start_is_on_free_space_only(x: float, y: float, yaw: float, seed: int) -> None:
     drawn = draw_start(on_map(x, y, yaw), None, free_space(), CONFIG, np.random.default_rng(seed))
@@ -55,7 +55,7 @@ def test_a_covariance_may_say_nothing_of_an_axis() -> None:
     np.testing.assert_allclose(drawn[:, 1], on_map(2.5, 4.0, 0.4)[1], atol=1e-9)
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0.5, 9.5), st.floats(0.5, 7.5), st.floats(0.8, 20.0))
 def test_within_a_radius_it_may_be_anywhere(x: float, y: float, radius: float) -> None:
     point = on_map(x, y, 0.0)[:2]

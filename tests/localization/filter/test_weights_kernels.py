@@ -1,12 +1,11 @@
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from racecar.localization.filter.weights_kernels import take_evidence
 
 
-@settings(deadline=None)
 @given(
     arrays(np.float64, 12, elements=st.floats(-30.0, 0.0)),
     arrays(np.float64, 12, elements=st.floats(-1e6, 0.0)),

@@ -40,7 +40,7 @@ def test_a_map_without_floor_is_a_sentence() -> None:
         free_space_of(blocked)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(points, lengths, lengths, angles)
 def test_a_lone_obstacle_is_movable_and_nothing_else_is(
     center: np.ndarray, length: float, width: float, yaw: float
@@ -52,14 +52,14 @@ def test_a_lone_obstacle_is_movable_and_nothing_else_is(
     np.testing.assert_array_equal(free_space.is_standable, hall().cells == FREE)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(angles)
 def test_an_obstacle_with_a_corner_is_movable_at_any_orientation(yaw: float) -> None:
     ell = corner(hall(), yaw)
     np.testing.assert_array_equal(free_space_of(furnished(hall(), ell)).is_movable, ell)
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(1.0, 2.0), st.floats(0.8, 2.0), angles)
 def test_what_an_outline_encloses_is_movable_with_it(length: float, width: float, yaw: float) -> None:
     """A laser draws the outside of furniture; what is within it stays unknown."""
@@ -97,7 +97,7 @@ def test_an_obstacle_where_no_car_drives_is_not_movable() -> None:
     assert not free_space_of(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable.any()
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(points, st.floats(0.3, 3.0))
 def test_the_places_about_a_point_are_no_farther_than_said(point: np.ndarray, metres: float) -> None:
     grid = hall()

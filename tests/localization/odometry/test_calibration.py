@@ -58,7 +58,7 @@ def test_before_anything_is_seen_odometry_is_as_it_is() -> None:
     )
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(st.tuples(st.floats(-0.15, 0.15), st.floats(-0.15, 0.15), st.floats(-0.08, 0.08)))
 def test_faults_are_learned_within_fifty_metres(faults: tuple[float, float, float]) -> None:
     np.testing.assert_allclose(Car(faults).drive(50.0).faults, faults, atol=0.03)

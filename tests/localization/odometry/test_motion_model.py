@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from racecar.localization.config import LocalizationConfig
@@ -35,7 +35,6 @@ def exact(**alphas: float) -> LocalizationConfig:
     return LocalizationConfig(**{**dict.fromkeys(names, tiny), **alphas})
 
 
-@settings(deadline=None)
 @given(poses, poses)
 def test_without_noise_every_particle_moves_by_the_increment(start: np.ndarray, step: np.ndarray) -> None:
     cloud = np.tile(start, (3, 1))
@@ -45,7 +44,6 @@ def test_without_noise_every_particle_moves_by_the_increment(start: np.ndarray, 
     np.testing.assert_allclose(wrap_angle(moved[:, 2] - expected[2]), 0.0, atol=1e-9)
 
 
-@settings(deadline=None)
 @given(poses, st.floats(-3.0, 3.0).filter(lambda way: abs(way) > 1e-3), st.floats(-1.5, 1.5))
 def test_without_noise_a_steered_car_follows_its_arc(start: np.ndarray, way: float, turn: float) -> None:
     chord = way * np.sinc(turn / 2 / np.pi)

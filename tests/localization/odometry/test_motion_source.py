@@ -48,7 +48,7 @@ gaps = st.integers(5, 60)
 
 
 @MODELS
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(
     odometry_gaps=st.lists(gaps, min_size=40, max_size=80),
     scan_gaps=st.lists(gaps, min_size=10, max_size=30),
@@ -94,7 +94,7 @@ def test_the_time_of_the_steps_adds_up() -> None:
     assert sum(seconds) == pytest.approx(1.4)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.integers(0, 1000), st.integers(0, 1100))
 def test_the_motion_between_two_stamps_is_that_of_the_odometry(since: int, until: int) -> None:
     motion = source()

@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from racecar.localization.odometry.config import SegmentConfig
@@ -34,7 +34,6 @@ def driven(told: Pose, truth: Pose, count: int, lag: float = 0.0, behind: Pose =
 increments = st.tuples(st.floats(0.05, 0.1), st.floats(-0.02, 0.02), st.floats(-0.05, 0.05)).map(np.array)
 
 
-@settings(deadline=None)
 @given(increments, st.tuples(*3 * [st.floats(-0.01, 0.01)]))
 def test_faults_explain_the_error(told: Pose, faults: tuple[float, float, float]) -> None:
     distance, turn, trim = faults

@@ -95,7 +95,7 @@ def test_a_better_fit_wins_at_a_good_place_only() -> None:
         assert hypothesis.has_won == has_won
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(0.0, 1e9), st.floats(0.0, 1e9))
 def test_no_single_scan_decides(advantage: float, seconds: float) -> None:
     hypothesis = hypothesis_of(judged(GOOD))
@@ -103,7 +103,7 @@ def test_no_single_scan_decides(advantage: float, seconds: float) -> None:
     assert not hypothesis.has_won
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=20))
 def test_what_speaks_against_it_counts_as_much_as_what_speaks_for_it(advantages: list[float]) -> None:
     hypothesis = hypothesis_of(judged(GOOD))

@@ -158,7 +158,7 @@ shares = st.tuples(*[st.floats(0.0, 1.0)] * 4).filter(lambda parts: sum(parts) >
 scans = st.lists(st.tuples(shares, st.floats(0.0, 1e6)), min_size=1, max_size=60)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(scans)
 def test_its_odds_are_bounded_whatever_it_sees(seen: list[tuple[tuple[float, ...], float]]) -> None:
     detector = fresh()
@@ -168,7 +168,7 @@ def test_its_odds_are_bounded_whatever_it_sees(seen: list[tuple[tuple[float, ...
         assert 0.0 < detector.clarity <= 1.0
 
 
-@settings(deadline=None, max_examples=30)
+@settings(max_examples=30)
 @given(st.floats(0.25, 1e9))
 def test_after_a_pause_a_scan_counts_no_more_than_a_quarter_of_a_second(seconds: float) -> None:
     probabilities = []
@@ -189,7 +189,7 @@ def test_a_thousand_scans_at_a_place_are_forgotten_as_soon_as_ten() -> None:
     assert long.probability == short.probability < 0.995
 
 
-@settings(deadline=None, max_examples=40)
+@settings(max_examples=40)
 @given(st.floats(0.5, 11.5), st.floats(0.5, 7.5), st.floats(-3.1, 3.1), st.integers(0, 2**32 - 1))
 @example(2.5, 3.5, 0.0, 0).via("beams along the edges of cells")
 def test_beams_are_sorted_by_how_they_agree(x: float, y: float, yaw: float, seed: int) -> None:

@@ -62,7 +62,7 @@ def test_packed_rays_are_the_same_rays(counts: list[int | None], seed: int) -> N
         np.testing.assert_array_equal(after.ends, before.ends)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.lists(places, min_size=1, max_size=4))
 def test_walls_are_occupied_and_the_way_to_them_is_free(poses: list[Pose]) -> None:
     lasers = np.array(poses)
@@ -80,7 +80,7 @@ def test_walls_are_occupied_and_the_way_to_them_is_free(poses: list[Pose]) -> No
         assert (occupancy_at(grid, ends) >= OCCUPIED_FROM).mean() > 0.98  # but for the edges of cells
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.lists(places, min_size=1, max_size=4), st.integers(-40, 40), st.integers(-40, 40))
 def test_a_moved_world_is_the_same_picture_elsewhere(poses: list[Pose], columns: int, rows: int) -> None:
     lasers = np.array(poses)

@@ -23,7 +23,7 @@ def pairs_with_first_pass(poses: Pose) -> np.ndarray:
     return first_pass.pairs_with_first_pass(poses, np.ones(len(poses), dtype=np.bool_))
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(2, 6), st.integers(0, 100))
 def test_every_lap_is_tied_to_the_first_one_all_round(count: int, seed: int) -> None:
     pairs = pairs_with_first_pass(laps(count, seed))
@@ -35,7 +35,7 @@ def test_every_lap_is_tied_to_the_first_one_all_round(count: int, seed: int) -> 
         assert len(tied) >= PER_LAP // 3 - 1
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.integers(0, 100))
 def test_pairs_are_near_face_alike_and_are_few(seed: int) -> None:
     poses = laps(4, seed)

@@ -33,7 +33,7 @@ def placed_from(walls: np.ndarray, true: Pose, steps: list[Pose]) -> tuple[Pose,
     return between(true[-1], placed), chosen
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.1, 0.3), st.floats(-0.12, 0.12))
 def test_wheels_that_count_backwards_are_overruled(forward: float, turn: float) -> None:
     step = np.array([forward, 0.0, turn])
@@ -43,7 +43,7 @@ def test_wheels_that_count_backwards_are_overruled(forward: float, turn: float) 
     assert abs(error[2]) < 0.01
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.1, 0.5), st.floats(-0.4, 0.4), st.floats(-0.05, 0.05))
 def test_along_a_bare_corridor_the_wheels_win_over_a_stuck_guess(
     forward: float, aside: float, turn: float
@@ -57,7 +57,7 @@ def test_along_a_bare_corridor_the_wheels_win_over_a_stuck_guess(
     assert abs(error[2]) < 0.01
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.floats(0.8, 1.3), st.floats(-np.pi, np.pi), st.sampled_from([-1.0, 1.0]), st.floats(0.4, 0.7))
 def test_a_lost_scan_is_found_again_by_the_search(
     missed: float, towards: float, side: float, turned: float

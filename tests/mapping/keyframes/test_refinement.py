@@ -72,7 +72,7 @@ def test_what_was_missed_over_a_pause_does_not_move_the_scans_before_it() -> Non
     assert_same(guessed(true, measured, stamps), true, 0.01, 1e-9)
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=8)
 @given(steps, st.integers(0, 10_000))
 def test_scans_find_their_place(step: Pose, seed: int) -> None:
     true = path(step)

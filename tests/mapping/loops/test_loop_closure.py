@@ -155,7 +155,7 @@ def test_scans_that_are_looked_through_refute_a_loop() -> None:
     assert closures(RING, true, true, [SeeThroughVerifier(CONFIG.see_through)]) != []
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.lists(st.floats(0.02, 0.9), min_size=40, max_size=120), st.floats(1.0, 4.0), st.floats(1.0, 5.0))
 def test_submaps_follow_each_other_at_even_distances(
     steps: list[float], spacing: float, half_length: float

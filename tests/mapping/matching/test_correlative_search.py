@@ -10,7 +10,7 @@ from racecar.mapping.matching.correlative_search import LikelihoodPyramid, Windo
 CELL, ANGLE_STEP = CorrelativeSearchConfig().cell, CorrelativeSearchConfig().angle_step
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(0, 10_000))
 def test_equals_brute_force(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -46,7 +46,7 @@ def pair(world: np.ndarray, first: Pose, second: Pose, config: ScanMatchingConfi
     return store
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     st.floats(-0.3, 0.3),
     st.floats(-0.3, 0.3),
@@ -77,7 +77,6 @@ def test_knows_nothing_along_a_bare_corridor() -> None:
     assert abs(result.poses[0][2] - 0.05) < 0.01
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(-3.0, 3.0), min_size=9, max_size=9), st.floats(0.0, 2000.0))
 def test_what_noisy_normals_pretend_is_taken_out_of_the_direction_of_least_information(
     numbers: list[float], weight: float

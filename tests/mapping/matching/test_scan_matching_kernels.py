@@ -20,7 +20,7 @@ def scan_of(returns: list[tuple[float, float]]) -> np.ndarray:
     return np.column_stack([ranges * np.cos(bearings), ranges * np.sin(bearings)]).astype(np.float32)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(st.lists(RETURNS, min_size=1, max_size=60), RETURNS, st.floats(0.05, 1.0), st.data())
 def test_the_nearest_point_is_found_from_wherever_in_half_a_turn_the_search_starts(
     returns: list[tuple[float, float]], seen: tuple[float, float], reach: float, data: st.DataObject
@@ -39,7 +39,6 @@ def test_the_nearest_point_is_found_from_wherever_in_half_a_turn_the_search_star
         assert (best, best_squared) == (-1, reach * reach)
 
 
-@settings(deadline=None)
 @given(st.lists(RETURNS, min_size=1, max_size=60), RETURNS)
 def test_the_table_leads_to_a_like_bearing(
     returns: list[tuple[float, float]], seen: tuple[float, float]

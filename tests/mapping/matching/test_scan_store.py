@@ -20,7 +20,6 @@ def wall(
     return points, -np.array([np.cos(turn), np.sin(turn)])
 
 
-@settings(deadline=None)
 @given(st.floats(-3.1, 3.1), st.floats(0.02, 0.03), st.integers(0, 2**32))
 @example(turn=-3.0625, noise=0.02734375, seed=1198187)
 def test_noise_is_smoothed_along_a_wall(turn: float, noise: float, seed: int) -> None:
@@ -38,7 +37,6 @@ def test_noise_is_smoothed_along_a_wall(turn: float, noise: float, seed: int) ->
     assert np.median(scan.normals[has_normal[0]] @ normal) > np.cos(0.2)
 
 
-@settings(deadline=None)
 @given(st.floats(-3.1, 3.1), st.integers(0, 2**32))
 def test_a_precise_scan_stays_as_it_was_measured(turn: float, seed: int) -> None:
     points, _ = wall(np.random.default_rng(seed), 0.002, turn)
@@ -58,7 +56,6 @@ def test_a_corner_stays_a_corner() -> None:
     assert np.all(np.any(scan.normals[np.abs(bearings) > np.deg2rad(10.0)] != 0.0, axis=1))
 
 
-@settings(deadline=None)
 @given(st.integers(1, 2000), st.floats(0.0, 0.1), st.integers(0, 2**32))
 def test_points_ascend_in_bearing_and_are_not_too_many(beams: int, noise: float, seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -95,7 +92,7 @@ def holds(store: ScanStore, expected: list[PreparedScan], is_kept: NDArray[np.bo
     )
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.integers(1, 150), st.integers(0, 400), st.integers(0, 2**32))
 def test_scans_are_trimmed_and_the_others_stay(before: int, after: int, seed: int) -> None:
     rng = np.random.default_rng(seed)

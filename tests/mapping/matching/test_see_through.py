@@ -17,7 +17,7 @@ def judge(store: ScanStore, first: Pose, second: Pose) -> SeeThrough:
     return see_through(store, ONE_PAIR, first[None], second[None])
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(places, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-0.4, 0.4))
 def test_two_scans_of_one_place_agree(first: Pose, x: float, y: float, yaw: float) -> None:
     second = compose(first, [x, y, yaw])
@@ -26,7 +26,7 @@ def test_two_scans_of_one_place_agree(first: Pose, x: float, y: float, yaw: floa
     assert seen.coverage > 0.5
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(places, st.floats(1.0, 2.0), st.floats(-np.pi, np.pi))
 def test_a_wrong_claim_is_refuted(first: Pose, distance: float, towards: float) -> None:
     store = store_of(ROOM, np.array([first, first]))
@@ -34,7 +34,7 @@ def test_a_wrong_claim_is_refuted(first: Pose, distance: float, towards: float) 
     assert judge(store, first, claimed).agreement < 0.85
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(places, places, places)
 def test_neither_scan_comes_first_and_the_frame_does_not_matter(
     first: Pose, second: Pose, world: Pose

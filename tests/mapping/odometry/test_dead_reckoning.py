@@ -53,7 +53,7 @@ def base_after(step: Pose, count: int) -> Pose:
     return map_from_base
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(steps, poses)
 def test_wheels_and_scans_report_the_motion_of_the_laser(step: Pose, odom_from_map: Pose) -> None:
     """Wherever the odometry frame lies."""
@@ -80,7 +80,7 @@ def test_wheels_are_trusted_first_and_corrected() -> None:
     np.testing.assert_allclose(reckoning.wheel_step(), measured)
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(steps, st.integers(1, 4))
 def test_the_last_guess_keeps_the_velocity_of_the_last_keyframe_step(step: Pose, later: int) -> None:
     """Whatever the sensors say."""

@@ -36,7 +36,7 @@ def drive(
     return lag
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.1, 0.25), st.sampled_from([-1.0, 1.0]), st.floats(0.9, 1.1))
 def test_the_lag_is_learned_from_turns(size: float, sign: float, wheel_scale: float) -> None:
     assert abs(drive(40.0, sign * size, wheel_scale).nanoseconds * 1e-9 - sign * size) < 0.025

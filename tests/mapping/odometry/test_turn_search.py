@@ -16,7 +16,7 @@ def found_motion(last: np.ndarray, points: np.ndarray, motion: Pose) -> Pose:
     return with_turn_seen(last, points, motion, TurnSearchConfig())
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-0.48, 0.48), st.floats(-0.2, 0.2))
 def test_a_turn_that_was_not_predicted_is_found(turn: float, forward: float) -> None:
     moved = np.array([forward, 0.0, turn])
@@ -25,7 +25,7 @@ def test_a_turn_that_was_not_predicted_is_found(turn: float, forward: float) -> 
     np.testing.assert_array_equal(found[:2], IDENTITY[:2])
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-0.3, 0.3), st.floats(-0.5, 0.5))
 def test_a_motion_that_was_predicted_rightly_stays_as_it_is(turn: float, forward: float) -> None:
     motion = np.array([forward, 0.0, turn])
@@ -33,7 +33,7 @@ def test_a_motion_that_was_predicted_rightly_stays_as_it_is(turn: float, forward
     np.testing.assert_array_equal(found, motion)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(0.0, 1.0))
 def test_along_a_bare_corridor_the_prediction_stays(forward: float) -> None:
     start, motion = np.zeros(3), np.array([forward, 0.0, 0.0])

@@ -49,7 +49,7 @@ def follow(
     return all(tracker.advance(sweep(walls, velocity, k * period * 1e-9)) for k in scans)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(velocities)
 def test_place_and_velocity_come_to_be_known(velocity: Pose) -> None:
     """Although sweeps are bent, and at first it is unknown by how much."""

@@ -1,11 +1,10 @@
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
 
 
-@settings(deadline=None)
 @given(st.lists(st.floats(-3.0, 3.0), min_size=9, max_size=9), st.floats(0.05, 10.0))
 def test_a_matrix_times_its_inverse_is_one(numbers: list[float], least: float) -> None:
     root = np.reshape(numbers, (3, 3))

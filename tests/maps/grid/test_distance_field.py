@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.typing import NDArray
@@ -11,7 +11,6 @@ from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 
 
-@settings(deadline=None)
 @given(
     cells=arrays(
         np.int8, array_shapes(min_dims=2, max_dims=2, max_side=12), elements=st.sampled_from([-1, 0, 100])

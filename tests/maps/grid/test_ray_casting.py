@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import array_shapes, arrays
 from numpy.typing import NDArray
@@ -38,7 +38,6 @@ grids = st.builds(
 )
 
 
-@settings(deadline=None)
 @given(
     grid=grids,
     place=st.tuples(st.floats(-0.5, 1.5), st.floats(-0.5, 1.5)),

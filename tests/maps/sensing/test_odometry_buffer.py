@@ -37,7 +37,7 @@ def assert_same_poses(told: Pose, expected: Pose) -> None:
     np.testing.assert_allclose(between(expected, told), 0.0, atol=1e-9)
 
 
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 @given(st.lists(steps, min_size=1, max_size=30), st.floats(0.0, 1.0))
 def test_between_samples_it_is_interpolated(
     taken: list[tuple[int, float, float, float]], share: float
@@ -53,7 +53,7 @@ def test_between_samples_it_is_interpolated(
     assert_same_poses(buffer.pose_at(wanted), interpolate(poses[:-1], poses[1:], shares))
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(steps, min_size=1, max_size=10), st.floats(0.0, 0.1))
 def test_past_the_latest_sample_its_speed_lasts_for_a_little(
     taken: list[tuple[int, float, float, float]], ahead: float
@@ -81,7 +81,7 @@ def test_before_the_first_sample_that_one_stands() -> None:
     assert_same_poses(buffer_of(stamps, poses).pose_at([-(10**12)])[0], poses[0])
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(steps, min_size=2, max_size=20), st.data())
 def test_samples_that_come_late_change_nothing(
     taken: list[tuple[int, float, float, float]], data: st.DataObject
@@ -175,7 +175,7 @@ def test_an_empty_buffer_tells_nothing() -> None:
     assert not OdometryBuffer().covers(0)
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.lists(steps, min_size=2, max_size=20), st.floats(0.0, 1.0))
 def test_poses_are_those_of_interpolate_to_the_bit(
     taken: list[tuple[int, float, float, float]], share: float

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from pydantic import ValidationError
@@ -188,7 +188,6 @@ def test_the_bag_holds_what_was_simulated(tmp_path: Path, clean: Simulation, nam
     np.testing.assert_allclose(scans[0].bearings, laser_sensor.BEARINGS, atol=1e-4)
 
 
-@settings(deadline=None)
 @given(
     distance=st.floats(0.5, 20.0),
     bearing=st.floats(-3.1, 3.1),

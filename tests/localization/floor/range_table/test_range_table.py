@@ -110,7 +110,7 @@ angles = st.floats(-np.pi, np.pi)
 
 @pytest.mark.parametrize("shape", ["box", "outline"])
 @pytest.mark.parametrize("yaw", [0.0, np.pi / 2])
-@settings(deadline=None, max_examples=8)
+@settings(max_examples=8)
 @given(center=centers)
 def test_from_inside_a_lone_obstacle_all_rays_end_where_they_would_without_it(
     shape: str, yaw: float, center: np.ndarray
@@ -124,7 +124,7 @@ def test_from_inside_a_lone_obstacle_all_rays_end_where_they_would_without_it(
 
 
 @SHAPES
-@settings(deadline=None, max_examples=8)
+@settings(max_examples=8)
 @given(center=centers, yaw=angles)
 def test_from_inside_an_obstacle_rays_end_behind_it_unless_they_come_back_to_it(
     shape: str, center: np.ndarray, yaw: float
@@ -141,7 +141,7 @@ def test_from_inside_an_obstacle_rays_end_behind_it_unless_they_come_back_to_it(
 
 
 @SHAPES
-@settings(deadline=None, max_examples=8)
+@settings(max_examples=8)
 @given(center=centers, yaw=angles)
 def test_from_outside_rays_end_at_a_lone_obstacle(shape: str, center: np.ndarray, yaw: float) -> None:
     grid, mask = placed(shape, center, yaw)
