@@ -3,6 +3,7 @@
 import heapq
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeAlias
 
@@ -15,7 +16,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.simulation import laser_sensor
-from racecar.pipelines.simulation.coverage_route import choose_start, plan_route
+from racecar.pipelines.simulation.coverage_route import Route, choose_start, plan_route
 from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
@@ -57,7 +58,7 @@ class Simulation:
     def __init__(self, grid: OccupancyGrid, config: SimulationConfig) -> None:
         """Plan and drive. Raises UserError when the car finds no room in the map."""
         self._grid, self._config = grid, config
-        self._lattice = DrivingLattice(grid)
+        self._lattice = _lattice_of(grid)
         self.drive = self._drive()
         ticks = laser_sensor.scan_ticks(self.drive)
         self.ground_truth = Trajectory(_stamps(ticks), self.drive.map_from_base[ticks])
@@ -100,15 +101,28 @@ class Simulation:
         yield from odometry
 
     def _drive(self) -> CarMotion:
-        config, lattice = self._config, self._lattice
-        wanted = None if config.start is None else np.array(config.start)
-        route = plan_route(lattice, choose_start(self._grid, lattice, wanted))
+        config = self._config
+        route = _route_through(self._grid, config.start)
         rounds, seconds = (config.laps if route.is_lap else 1), np.inf
         if config.duration is not None:
             # At full speed all the time the car would need so many rounds, so it never runs out of them.
             rounds = 1 + int(config.duration * config.max_speed / route.length)
             seconds = config.duration
-        return drive_route(route, self._grid, lattice.clearance, config.max_speed, rounds, seconds)
+        return drive_route(route, self._grid, self._lattice.clearance, config.max_speed, rounds, seconds)
+
+
+@lru_cache(maxsize=2)
+def _lattice_of(grid: OccupancyGrid) -> DrivingLattice:
+    """Kept, since a lattice takes seconds and drives through one grid object share it."""
+    return DrivingLattice(grid)
+
+
+@lru_cache(maxsize=8)
+def _route_through(grid: OccupancyGrid, start: tuple[float, float, float] | None) -> Route:
+    """The round trip from the place nearest to a pose in the map, kept for further drives."""
+    lattice = _lattice_of(grid)
+    wanted = None if start is None else np.array(start)
+    return plan_route(lattice, choose_start(grid, lattice, wanted))
 
 
 def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], None]) -> None:
