@@ -21,7 +21,7 @@ from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
-from tests.localization.drives import BASE_FROM_LASER, BEARINGS, GO_ON, Drive, drive, pose_at, room
+from tests.maps.drives import BASE_FROM_LASER, BEARINGS, GO_ON, Drive, drive, pose_at, room
 
 SECOND = 1_000_000_000
 

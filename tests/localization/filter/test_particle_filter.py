@@ -10,8 +10,8 @@ from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.drives import BASE_FROM_LASER, BEARINGS, room
 from tests.localization.floors import beam_model_of, free_space_of
+from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 
 MODEL = OdometryModel(LocalizationConfig())
 SLIP = 0.3

@@ -11,8 +11,8 @@ from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.drives import BASE_FROM_LASER, BEARINGS, pose_at, room
 from tests.localization.floors import CONFIG, free_space_of, table_of
+from tests.maps.drives import BASE_FROM_LASER, BEARINGS, pose_at, room
 
 SECOND = 1_000_000_000
 LOST = CONFIG.lost_detector

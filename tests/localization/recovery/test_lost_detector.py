@@ -12,8 +12,8 @@ from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.grid.ray_casting import cast_ray_fan, cast_rays
-from tests.localization.drives import BASE_FROM_LASER, BEARINGS, pose_at, room
 from tests.localization.floors import CONFIG, free_space_of, table_of
+from tests.maps.drives import BASE_FROM_LASER, BEARINGS, pose_at, room
 
 TRUE_PLACE = IDENTITY
 WRONG_PLACES = [(0.0, 0.0, np.pi), (-2.5, 0.5, 2.5), (1.0, 0.0, 0.0), (0.0, 1.0, 0.3), (0.5, 0.5, 0.0)]

@@ -8,8 +8,8 @@ from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.drives import BASE_FROM_LASER, BEARINGS, room
 from tests.localization.floors import CODES, CONFIG, beam_model_of, free_space_of, table_of
+from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 
 WITH_TABLE = pytest.mark.parametrize("with_table", [True, False])
 PLACES = [(9.0, 2.0, 0.0), (3.0, 3.0, 1.0), (7.5, 6.0, -2.0), (1.5, 6.5, 3.0)]

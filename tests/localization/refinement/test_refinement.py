@@ -8,7 +8,7 @@ from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.drives import BASE_FROM_LASER, BEARINGS, room
+from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 
 CLOUD = np.diag([0.01, 0.01, 0.0025])
 

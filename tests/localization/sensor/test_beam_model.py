@@ -5,9 +5,9 @@ from racecar.localization.sensor.beam_table import beam_probabilities
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.drives import BASE_FROM_LASER, BEARINGS, room
 from tests.localization.floors import CONFIG, beam_model_of, free_space_of
 from tests.localization.furniture import MIDDLE, furnished, hall, rectangle
+from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 
 
 def test_log_likelihoods_agree_with_the_product_over_exact_ranges() -> None:

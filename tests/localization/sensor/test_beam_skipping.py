@@ -9,8 +9,8 @@ from racecar.localization.sensor.sensor_model import SensorModel
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.drives import BASE_FROM_LASER, BEARINGS, room
 from tests.localization.floors import CONFIG, beam_model_of, free_space_of
+from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 
 PLACE = np.array([9.0, 4.0, 2.4])
 

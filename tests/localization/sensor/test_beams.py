@@ -6,7 +6,7 @@ from racecar.maps.geometry.se2 import IDENTITY, compose, inverse, transform_poin
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
-from tests.localization.drives import BASE_FROM_LASER
+from tests.maps.drives import BASE_FROM_LASER
 
 
 def make_scan(ranges: np.ndarray, offsets: np.ndarray | None = None) -> Scan:

@@ -8,8 +8,8 @@ from racecar.localization.sensor.likelihood_field import LikelihoodField
 from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.drives import BASE_FROM_LASER, BEARINGS, room
 from tests.localization.floors import CONFIG, free_space_of
+from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 
 SQUASH, FIELD = CONFIG.squash, CONFIG.likelihood_field
 ANYWHERE = FIELD.random / (FIELD.random_range / 0.05)

@@ -12,8 +12,8 @@ from racecar.localization.sensor.sensor_model import SensorModel
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.drives import BEARINGS
 from tests.localization.floors import CONFIG, beam_model_of, free_space_of
+from tests.maps.drives import BEARINGS
 
 RESOLUTIONS = (0.02, 0.05, 0.1)
 KINDS = pytest.mark.parametrize("kind", ["table", "rays", "field"])

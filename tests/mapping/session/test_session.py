@@ -8,17 +8,16 @@ from racecar.mapping.config import MappingConfig, ScheduleConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.matching.scan_store import MAX_POINTS
 from racecar.mapping.session.session import Session
-from racecar.maps.map_files import load_map
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.maps.shipped import shipped_map
-from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
+from tests.maps.drives import drive, room
 
 
 @pytest.fixture(scope="module")
 def messages() -> list[Scan | Odometry]:
-    simulation = Simulation(load_map(shipped_map("building")), SimulationConfig(seed=2, duration=8.0))
-    return list(simulation.messages())
+    """Of a car that drives round a room, with a laser of more beams than are kept of a scan."""
+    bearings = np.linspace(-2.35, 2.35, 2 * MAX_POINTS)
+    return drive(room(), 8.0, np.random.default_rng(2), bearings=bearings).messages
 
 
 def feed(mapper: Mapper, messages: list[Scan | Odometry], *, odometry: bool = True) -> None:

@@ -13,10 +13,10 @@ from racecar.localization.floor.range_table.range_table import (
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.drives import room
 from tests.localization.floors import CODES, CONFIG, free_space_of
 from tests.localization.floors import table_of as table_on
 from tests.localization.furniture import corner, furnished, hall, rectangle
+from tests.maps.drives import room
 
 
 def table_of(grid: OccupancyGrid, megabytes: int) -> RangeTable:

@@ -54,6 +54,7 @@ def drive(
     speed: float = 1.5,
     range_noise: float = 0.01,
     odometry_scale: float = 1.03,
+    bearings: NDArray[np.float64] = BEARINGS,
 ) -> Drive:
     """Messages in the order of time; the odometry is off by a factor, besides noise."""
     messages: list[Scan | Odometry] = []
@@ -68,18 +69,23 @@ def drive(
         odom_from_base = compose(odom_from_base, noisy)
         messages.append(Odometry(stamp, odom_from_base, IDENTITY))
     stamps = np.arange(SCAN_PERIOD, int(seconds * 1e9), SCAN_PERIOD)
-    messages.extend(sweep(grid, int(stamp), rng, speed, range_noise) for stamp in stamps)
+    messages.extend(sweep(grid, int(stamp), rng, speed, range_noise, bearings) for stamp in stamps)
     messages.sort(key=lambda message: message.stamp + (SCAN_PERIOD // 2 if isinstance(message, Scan) else 0))
     return Drive(messages, pose_at(grid, stamps * 1e-9, speed))
 
 
 def sweep(
-    grid: OccupancyGrid, stamp: int, rng: np.random.Generator, speed: float, range_noise: float
+    grid: OccupancyGrid,
+    stamp: int,
+    rng: np.random.Generator,
+    speed: float,
+    range_noise: float,
+    bearings: NDArray[np.float64],
 ) -> Scan:
     """A scan taken on the move."""
-    offsets = np.linspace(0.0, SWEEP * 1e-9, len(BEARINGS))
+    offsets = np.linspace(0.0, SWEEP * 1e-9, len(bearings))
     map_from_laser = compose(pose_at(grid, stamp * 1e-9 + offsets, speed), BASE_FROM_LASER)
-    ranges = cast_rays(grid, map_from_laser, BEARINGS, 30.0) + range_noise * rng.standard_normal(
-        len(BEARINGS)
+    ranges = cast_rays(grid, map_from_laser, bearings, 30.0) + range_noise * rng.standard_normal(
+        len(bearings)
     )
-    return Scan(stamp, BEARINGS, ranges, offsets, BASE_FROM_LASER, 30.0)
+    return Scan(stamp, bearings, ranges, offsets, BASE_FROM_LASER, 30.0)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.mapping.mapped_drives import MappedDrive, map_drive
+from tests.simulated.mapped_drives import MappedDrive, map_drive
 
 SLIPPING = {"noise": "slight", "slip": 0.25, "max_speed": 6.0}
 
