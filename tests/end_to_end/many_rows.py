@@ -9,14 +9,13 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import compose, interpolate
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
-from racecar.maps.map_files import load_map
-from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.messages import POINT_CLOUD, TRANSFORMS, ros2_types
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.simulator import START_NS, Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from tests.maps.shipped_plans import shipped_plan
 
 SENSOR_HEIGHT, CEILING = 0.4, 2.5
 BASE_FROM_SENSOR = np.array([0.2, 0.0, 0.0])
@@ -29,7 +28,7 @@ TYPES = ros2_types().types
 
 def write_drive(folder: Path, plan: str, azimuths: int, settings: SimulationConfig) -> Trajectory:
     """Write a ROS 2 bag; returns the true ``map_from_base`` at the stamp of each cloud of 16 × azimuths."""
-    grid, generator = load_map(shipped_map(plan)), np.random.default_rng(settings.seed)
+    grid, generator = shipped_plan(plan), np.random.default_rng(settings.seed)
     simulation = Simulation(grid, settings)
     ticks = np.arange(0, len(simulation.drive.speed) - TURN_TICKS, TURN_TICKS)
     stamps = START_NS + ticks * round(TICK * 1e9)

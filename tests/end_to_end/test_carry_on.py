@@ -10,12 +10,12 @@ import numpy as np
 
 from racecar.maps.geometry.se2 import between
 from racecar.maps.map_files import load_map
-from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from tests.maps.shipped_plans import shipped_plan
 
 Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 
@@ -48,7 +48,7 @@ def mortal(checkpoints: int, *arguments: object) -> "subprocess.CompletedProcess
 
 
 def simulate(bag: Path, plan: str, config: SimulationConfig) -> Trajectory:
-    simulation = Simulation(load_map(shipped_map(plan)), config)
+    simulation = Simulation(shipped_plan(plan), config)
     write_bag(simulation, bag, lambda share: None)
     return simulation.ground_truth
 

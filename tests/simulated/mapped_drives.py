@@ -1,6 +1,7 @@
 """Simulated drives through the mapper, and how far from the truth it ends."""
 
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -97,11 +98,17 @@ def _missed(loop: Constraint, true: Pose) -> tuple[float, float]:
     return float(np.hypot(*beyond)), float(np.rad2deg(abs(missed[2])))
 
 
+@cache
+def _plan(name: str) -> OccupancyGrid:
+    """One object each, so that the route through it is planned once."""
+    return load_or_draw(Path(name))
+
+
 def map_drive(
     plan: str, *, close_loops: bool = True, every: int = 1, has_wheels: bool = True, **settings: object
 ) -> MappedDrive:
     """Simulate with some settings of `SimulationConfig` and map every so many scans."""
-    grid = load_or_draw(Path(plan))
+    grid = _plan(plan)
     simulation = Simulation(grid, SimulationConfig(**settings))
     mapper = Mapper(MappingConfig(close_loops=close_loops))
     scans = 0

@@ -11,14 +11,12 @@ from racecar.localization.localizer import Localizer
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import Pose, between, compose
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import load_map
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.maps.shipped import shipped_map
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from tests.maps.shipped_plans import shipped_plan
 
 
 @dataclass(frozen=True)
@@ -55,13 +53,10 @@ SCANNERS = {
 
 
 @cache
-def building() -> OccupancyGrid:
-    return load_map(shipped_map("building"))
-
-
-@cache
 def simulation() -> Simulation:
-    return Simulation(building(), SimulationConfig(noise="slight", seed=5, duration=25.0, max_speed=1.5))
+    return Simulation(
+        shipped_plan("building"), SimulationConfig(noise="slight", seed=5, duration=25.0, max_speed=1.5)
+    )
 
 
 @cache
@@ -105,7 +100,7 @@ def test_maps(scanner: Scanner) -> None:
 @pytest.mark.parametrize("scanner", SCANNERS.values(), ids=SCANNERS)
 def test_localizes(scanner: Scanner, start: str) -> None:
     messages, truth = drive(scanner)
-    localizer = Localizer(building(), LocalizationConfig(), np.random.default_rng(0))
+    localizer = Localizer(shipped_plan("building"), LocalizationConfig(), np.random.default_rng(0))
     if start == "told":
         localizer.set_pose(truth[0])
     found = np.array([replayed.answer.map_from_base for replayed in replay(messages, localizer)])
