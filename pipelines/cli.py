@@ -21,6 +21,7 @@ from racecar.pipelines.commands.simulate import simulate
 from racecar.pipelines.commands.view import view
 from racecar.pipelines.live.ros.arguments import RosCommand
 
+LOG_FORMAT = "racecar: %(message)s"
 _USER_ERROR = 2
 _INTERRUPTED = 130
 _MENDABLE_BY_USER = {errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EPERM, errno.EROFS}
@@ -43,7 +44,7 @@ app.add_typer(live, name="live")
 
 def main() -> None:
     """Run a command and leave with its exit code: 0, 1 for a fault of ours, 2 for one of the user's."""
-    logging.basicConfig(format="racecar: %(message)s", level=logging.WARNING)
+    logging.basicConfig(format=LOG_FORMAT, level=logging.WARNING)
     sys.exit(run(sys.argv[1:]))
 
 

@@ -1,24 +1,22 @@
-"""The real command, run as a user runs it."""
+"""Commands from one end to the other, and a drive for them."""
 
-import subprocess
-import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+from tests.end_to_end.commands import Racecar, in_own_process, in_this_process
 
 
 @pytest.fixture(scope="session")
 def racecar() -> Racecar:
-    """Run ``racecar`` with some arguments in a process of its own."""
+    """Run ``racecar`` with some arguments."""
+    return in_this_process
 
-    def run(*arguments: object) -> "subprocess.CompletedProcess[str]":
-        command = [sys.executable, "-m", "racecar.pipelines.cli", *map(str, arguments)]
-        return subprocess.run(command, capture_output=True, text=True, check=False)
 
-    return run
+@pytest.fixture(scope="session")
+def racecar_command() -> Racecar:
+    """Run it in a process of its own."""
+    return in_own_process
 
 
 @pytest.fixture(scope="session")

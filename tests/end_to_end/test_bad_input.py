@@ -2,12 +2,11 @@
 
 import json
 import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+from tests.end_to_end.commands import Racecar
 
 
 def assert_refused(done: "subprocess.CompletedProcess[str]", complaint: str, out: Path) -> None:

@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -15,9 +14,8 @@ from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from tests.end_to_end.commands import Racecar
 from tests.maps.shipped_plans import shipped_plan
-
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 
 DIES = """
 import os, signal

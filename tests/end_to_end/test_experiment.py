@@ -1,8 +1,6 @@
 """``racecar experiment``, run as a user runs it."""
 
 import json
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -10,8 +8,8 @@ import pytest
 from PIL import Image
 
 from tests.end_to_end.browser import open_browser
+from tests.end_to_end.commands import Racecar
 
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 NAMES = (
     *("sensor-model", "motion-model", "noise-sweep", "convergence"),
     *("autograde", "beams-and-particles", "real-run"),

@@ -11,6 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.ros_domains import next_domain
+
 ROOMS = ("localization", "mapping", "maps", "pipelines")
 REPOSITORY = Path(__file__).parents[2]
 
@@ -105,7 +107,7 @@ def test_a_live_node_runs_beside_packages_of_the_same_names(
         "PYTHONPATH": os.pathsep.join([str(foreign), *filter(None, [os.environ.get("PYTHONPATH")])]),
         "LD_LIBRARY_PATH": os.pathsep.join([*map(str, libraries), os.environ.get("LD_LIBRARY_PATH", "")]),
         "AMENT_PREFIX_PATH": os.environ.get("AMENT_PREFIX_PATH", str(ros)),
-        "ROS_DOMAIN_ID": str(1 + os.getpid() % 100),
+        "ROS_DOMAIN_ID": str(next_domain()),
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
     }
     log = tmp_path / "log"

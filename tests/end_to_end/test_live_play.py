@@ -18,9 +18,10 @@ from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.report import resident_memory_mb
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.live.ros.processes import private_environment, racecar_process
+from tests.end_to_end.commands import Racecar
+from tests.ros_domains import next_domain
 
-DOMAIN = 1 + (os.getpid() + 50) % 100
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+pytestmark = pytest.mark.xdist_group("live")
 
 
 @pytest.fixture(autouse=True)
@@ -30,7 +31,7 @@ def ros(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
         import rclpy  # noqa: F401
     except ImportError as error:
         pytest.skip(f"no ROS 2 here, so no live tests: {error}")
-    environment = private_environment(DOMAIN)
+    environment = private_environment(next_domain())
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     return environment
@@ -169,11 +170,13 @@ def _listening() -> list[tuple[str, int]]:
 
 @pytest.mark.slow
 def test_no_scan_of_the_race_car_is_lost(
-    recordings: Path, racecar: Racecar, ros: dict[str, str], tmp_path: Path
+    recordings: Path, racecar_command: Racecar, ros: dict[str, str], tmp_path: Path
 ) -> None:
     """At real speed, with its pauses, after which the whole map is searched."""
     bag, map_ = recordings / "racecar" / "session_A", recordings / "racecar" / "maps" / "stata_basement.yaml"
-    offline = racecar("localize", bag, "--map", map_, "--out", tmp_path / "offline", "--global", "--quiet")
+    offline = racecar_command(
+        "localize", bag, "--map", map_, "--out", tmp_path / "offline", "--global", "--quiet"
+    )
     assert offline.returncode == 0, offline.stderr
     found = load_tum(tmp_path / "offline" / "trajectory.tum")
     start = ["--initial-pose", *(f"{value:.6f}" for value in found.map_from_base[40])]
@@ -184,12 +187,14 @@ def test_no_scan_of_the_race_car_is_lost(
 
 
 @pytest.mark.slow
-def test_memory_does_not_grow_with_the_drive(racecar: Racecar, ros: dict[str, str], tmp_path: Path) -> None:
+def test_memory_does_not_grow_with_the_drive(
+    racecar_command: Racecar, ros: dict[str, str], tmp_path: Path
+) -> None:
     """Ten minutes of driving, played five times as fast."""
     from racecar.pipelines.live.ros.run import ros_node
 
     bag, log, summary = tmp_path / "drive", tmp_path / "log", tmp_path / "summary.json"
-    simulated = racecar(
+    simulated = racecar_command(
         *("simulate", "--map", "building", "--out", bag, "--noise", "slight", "--duration", "600", "--quiet")
     )
     assert simulated.returncode == 0, simulated.stderr
@@ -207,9 +212,9 @@ def test_memory_does_not_grow_with_the_drive(racecar: Racecar, ros: dict[str, st
     assert sizes[-2] < 1.05 * sizes[1], sizes
 
 
-def test_the_benchmark_plays_to_both_nodes(racecar: Racecar, tmp_path: Path) -> None:
+def test_the_benchmark_plays_to_both_nodes(racecar_command: Racecar, tmp_path: Path) -> None:
     told = tmp_path / "live.json"
-    done = racecar("benchmark", "live", "--seconds", "5", "--no-recorded", "--quiet", "--json", told)
+    done = racecar_command("benchmark", "live", "--seconds", "5", "--no-recorded", "--quiet", "--json", told)
     assert done.returncode == 0, done.stderr
     nodes = json.loads(told.read_text())["live"]
     assert set(nodes) == {"localizer simulated", "mapper simulated"}

@@ -1,8 +1,6 @@
 """A LiDAR of 16 rows maps too, from the bag on."""
 
 import json
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -18,9 +16,9 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from tests.end_to_end.commands import Racecar
 from tests.end_to_end.many_rows import BASE_FROM_SENSOR, write_drive
 
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 BEARINGS = np.radians(np.arange(-180.0, 180.0))
 
 

@@ -1,22 +1,23 @@
 """The real commands on real recordings."""
 
 import json
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+from tests.end_to_end.commands import Racecar
+
 pytestmark = pytest.mark.slow
 
 
 @pytest.mark.parametrize(("log", "bag"), [("intel", "intel.bag"), ("fr079", "fr079"), ("aces", "aces")])
-def test_benchmark_log(racecar: Racecar, recordings: Path, tmp_path: Path, log: str, bag: str) -> None:
+def test_benchmark_log(
+    racecar_command: Racecar, recordings: Path, tmp_path: Path, log: str, bag: str
+) -> None:
     folder = recordings / "slam_benchmark"
-    done = racecar("map", folder / bag, "--out", tmp_path / "map")
+    done = racecar_command("map", folder / bag, "--out", tmp_path / "map")
     assert done.returncode == 0, done.stderr
-    done = racecar(
+    done = racecar_command(
         *("evaluate", tmp_path / "map" / "trajectory.tum", "--relations", folder / f"{log}.relations"),
         *("--json", tmp_path / "figures.json"),
     )
@@ -27,11 +28,11 @@ def test_benchmark_log(racecar: Racecar, recordings: Path, tmp_path: Path, log: 
 
 
 @pytest.mark.parametrize("run", ["hangar_pus_30_v1", "glc_ot_ez"])
-def test_cartographers_poses(racecar: Racecar, recordings: Path, tmp_path: Path, run: str) -> None:
+def test_cartographers_poses(racecar_command: Racecar, recordings: Path, tmp_path: Path, run: str) -> None:
     folder = recordings / "cartographer_runs"
-    done = racecar("map", folder / run, "--out", tmp_path / "map")
+    done = racecar_command("map", folder / run, "--out", tmp_path / "map")
     assert done.returncode == 0, done.stderr
-    done = racecar(
+    done = racecar_command(
         *("evaluate", tmp_path / "map" / "trajectory.tum"),
         *("--reference", folder / f"{run}.cartographer.tum", "--json", tmp_path / "figures.json"),
     )
@@ -41,15 +42,15 @@ def test_cartographers_poses(racecar: Racecar, recordings: Path, tmp_path: Path,
     assert figures["absolute_position_m"]["mean"] <= 0.10
 
 
-def test_race_car_on_its_own_map(racecar: Racecar, recordings: Path, tmp_path: Path) -> None:
+def test_race_car_on_its_own_map(racecar_command: Racecar, recordings: Path, tmp_path: Path) -> None:
     bag = recordings / "racecar" / "session_A"
-    assert racecar("map", bag, "--out", tmp_path / "map").returncode == 0
-    done = racecar(
+    assert racecar_command("map", bag, "--out", tmp_path / "map").returncode == 0
+    done = racecar_command(
         *("localize", bag, "--map", tmp_path / "map", "--out", tmp_path / "localized"),
         *("--initial-pose", 0, 0, 0),
     )
     assert done.returncode == 0, done.stderr
-    done = racecar(
+    done = racecar_command(
         *("evaluate", tmp_path / "localized" / "trajectory.tum"),
         *("--reference", tmp_path / "map" / "trajectory.tum", "--json", tmp_path / "figures.json"),
     )
@@ -58,15 +59,15 @@ def test_race_car_on_its_own_map(racecar: Racecar, recordings: Path, tmp_path: P
     assert figures["absolute_position_m"]["mean"] <= 0.10
 
 
-def test_race_car_without_odometry(racecar: Racecar, recordings: Path, tmp_path: Path) -> None:
+def test_race_car_without_odometry(racecar_command: Racecar, recordings: Path, tmp_path: Path) -> None:
     """Also before, and after, the pauses of the recording."""
     bag = recordings / "racecar" / "session_A"
-    assert racecar("map", bag, "--out", tmp_path / "with").returncode == 0
-    done = racecar("map", bag, "--out", tmp_path / "without", "--no-odom")
+    assert racecar_command("map", bag, "--out", tmp_path / "with").returncode == 0
+    done = racecar_command("map", bag, "--out", tmp_path / "without", "--no-odom")
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "without" / "report.json").read_text())
     assert any("odometry" in sentence for sentence in report["warnings"])
-    done = racecar(
+    done = racecar_command(
         *("evaluate", tmp_path / "without" / "trajectory.tum"),
         *("--reference", tmp_path / "with" / "trajectory.tum", "--json", tmp_path / "figures.json"),
     )
@@ -89,12 +90,14 @@ def test_race_car_without_odometry(racecar: Racecar, recordings: Path, tmp_path:
         "cartographer_runs/hangar_pus_30_v1/hangar_pus_30_v1.mcap",
     ],
 )
-def test_cut_copy(racecar: Racecar, recordings: Path, tmp_path: Path, recording: str, share: float) -> None:
+def test_cut_copy(
+    racecar_command: Racecar, recordings: Path, tmp_path: Path, recording: str, share: float
+) -> None:
     """Either a map of what could be read, or one sentence and nothing written."""
     whole = recordings / recording
     cut, out = tmp_path / f"cut{whole.suffix}", tmp_path / "out"
     cut.write_bytes(whole.read_bytes()[: int(share * whole.stat().st_size)])
-    done = racecar("map", cut, "--out", out)
+    done = racecar_command("map", cut, "--out", out)
     assert "Traceback" not in done.stderr
     if done.returncode == 2:
         assert done.stderr.strip().count("\n") == 0

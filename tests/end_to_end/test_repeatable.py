@@ -1,24 +1,23 @@
 """The same bag makes the same map, to the byte, in whichever process."""
 
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+from tests.end_to_end.commands import Racecar
+
 pytestmark = pytest.mark.slow
 
 
-def test_a_drive_with_loops_people_and_bad_odometry(racecar: Racecar, tmp_path: Path) -> None:
+def test_a_drive_with_loops_people_and_bad_odometry(racecar_command: Racecar, tmp_path: Path) -> None:
     bag = tmp_path / "drive.bag"
-    done = racecar(
+    done = racecar_command(
         *("simulate", "--map", "building", "--out", bag, "--quiet"),
         *("--noise", "full", "--seed", "2", "--duration", "70", "--walkers", "4"),
     )
     assert done.returncode == 0, done.stderr
     for out in ("once", "again"):
-        done = racecar("map", bag, "--out", tmp_path / out, "--quiet")
+        done = racecar_command("map", bag, "--out", tmp_path / out, "--quiet")
         assert done.returncode == 0, done.stderr
     once, again = ((tmp_path / out / "pose_graph.g2o").read_text() for out in ("once", "again"))
     edges = (line.split()[1:3] for line in once.splitlines() if line.startswith("EDGE_SE2"))

@@ -1,17 +1,15 @@
 """``racecar map --record``, ``racecar localize --record`` and ``racecar view``, as a user runs them."""
 
 import socket
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from rosbags.rosbag2 import Reader
 
 from tests.end_to_end.browser import open_browser
+from tests.end_to_end.commands import Racecar
 from tests.end_to_end.viewing import pixels_of, viewed
 
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
 TOPICS = {"/map", "/scan", "/odom", "/path", "/pf/pose/odom", "/tf", "/tf_static"}
 START_SECONDS = 90
 

@@ -1,22 +1,21 @@
 """Simulate, check, map, localize, evaluate: each command on what the one before it wrote."""
 
 import json
-import subprocess
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-Racecar = Callable[..., "subprocess.CompletedProcess[str]"]
+from tests.end_to_end.commands import Racecar
+
 MAP_FILES = {
     *("map.yaml", "map.pgm", "trajectory.tum", "pose_graph.g2o", "map.png", "report.json", "session.npz"),
 }
 
 
 @pytest.fixture(scope="module")
-def built_map(racecar: Racecar, drive: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def built_map(racecar_command: Racecar, drive: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     out = tmp_path_factory.mktemp("runs") / "map"
-    done = racecar("map", drive / "drive.bag", "--out", out)
+    done = racecar_command("map", drive / "drive.bag", "--out", out)
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     assert str(out / "map.png") in done.stdout
@@ -67,7 +66,7 @@ def test_localize_on_the_built_map(racecar: Racecar, drive: Path, built_map: Pat
     assert figures["absolute_position_m"]["mean"] < 0.10
 
 
-def test_mapping_again_gives_the_same_bytes(
+def test_mapping_again_gives_the_same_bytes_in_another_process(
     racecar: Racecar, drive: Path, built_map: Path, tmp_path: Path
 ) -> None:
     assert racecar("map", drive / "drive.bag", "--out", tmp_path, "--quiet").returncode == 0

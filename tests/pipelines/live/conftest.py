@@ -1,11 +1,10 @@
-"""Real nodes over real DDS, kept to this machine and to a domain of this test process."""
+"""Real nodes over real DDS, kept to this machine and to a domain of each test module."""
 
-import os
+from collections.abc import Iterator
 
 import pytest
 
-DOMAIN = 1 + os.getpid() % 100
-os.environ.update(ROS_DOMAIN_ID=str(DOMAIN), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
+from tests.ros_domains import next_domain
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -18,3 +17,12 @@ def ros() -> None:
     from racecar.pipelines.live.ros.start import start_ros
 
     start_ros()
+
+
+@pytest.fixture(scope="module", autouse=True)
+def domain() -> Iterator[None]:
+    """What nodes of this process, and those it starts, talk in."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", str(next_domain()))
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        yield

@@ -1,0 +1,34 @@
+"""``racecar`` as a user runs it, in a process of its own or, far cheaper, in that of the test."""
+
+import logging
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import redirect_stderr, redirect_stdout
+from io import StringIO
+from typing import TypeAlias
+
+from racecar.pipelines.cli import LOG_FORMAT, run
+
+Racecar: TypeAlias = Callable[..., "subprocess.CompletedProcess[str]"]
+
+
+def in_own_process(*arguments: object) -> "subprocess.CompletedProcess[str]":
+    """The real command."""
+    command = [sys.executable, "-m", "racecar.pipelines.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
+def in_this_process(*arguments: object) -> "subprocess.CompletedProcess[str]":
+    """The command but for its start; a process of its own imports and loads kernels for two seconds."""
+    words = [*map(str, arguments)]
+    out, error = StringIO(), StringIO()
+    log = logging.StreamHandler(error)
+    log.setFormatter(logging.Formatter(LOG_FORMAT))
+    logging.getLogger().addHandler(log)
+    try:
+        with redirect_stdout(out), redirect_stderr(error):
+            code = run(words)
+    finally:
+        logging.getLogger().removeHandler(log)
+    return subprocess.CompletedProcess(words, code, out.getvalue(), error.getvalue())
