@@ -81,8 +81,16 @@ class FindingFigures:
 class AccuracyBenchmark:
     """Tries one configuration on the shipped maps."""
 
-    def __init__(self, settings: LocalizationConfig, seeds: int, announce: Callable[[str], None]) -> None:
+    def __init__(
+        self,
+        settings: LocalizationConfig,
+        seeds: int,
+        announce: Callable[[str], None],
+        places_seconds: float = 600.0,
+    ) -> None:
+        """Places to be found are drawn from a drive of so many seconds."""
         self._settings = settings
+        self._places_seconds = places_seconds
         self.seeds = seeds
         self._announce = announce
         self._grids = {name: load_map(shipped_map(name)) for name in MAPS}
@@ -193,7 +201,9 @@ class AccuracyBenchmark:
         """
         grid, rng = self._grids[map_name], np.random.default_rng(17)
         lookalikes = Lookalikes(grid)
-        settings = SimulationConfig(noise=NoiseLevel.SLIGHT, max_speed=_TRACKING_SPEED, duration=600.0)
+        settings = SimulationConfig(
+            noise=NoiseLevel.SLIGHT, max_speed=_TRACKING_SPEED, duration=self._places_seconds
+        )
         long_drive = simulate_drive(grid, settings)
         length = round(seconds * _SCANS_PER_SECOND)
         before: Pose | None = None

@@ -28,7 +28,9 @@ def test_a_drive_is_tracked() -> None:
 
 
 def test_places_are_found_from_nothing() -> None:
-    figures = AccuracyBenchmark(LocalizationConfig(), 1, quiet).global_start({"building": 2})
+    figures = AccuracyBenchmark(LocalizationConfig(), 1, quiet, places_seconds=40.0).global_start(
+        {"building": 2}
+    )
     assert figures.places == 2
     assert figures.share_found == figures.found / 2
     assert figures.noticed is None
