@@ -21,20 +21,28 @@ def recordings() -> Path:
     return folder
 
 
-@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Workers (``-n``) are given whole modules, whose fixtures are made once then, the longest first.
+    """What takes long comes first, so that no worker (``-n 2``) is left with it in the end."""
+    items.sort(key=lambda item: _is_live(item.nodeid) + item.nodeid.startswith(_LONG), reverse=True)
 
-    What is measured by the clock, in the group ``live``, never runs beside another such test.
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: object) -> object:
+    """A worker is given whole modules, whose fixtures are made once then.
+
+    Those that are measured by the clock go to one worker, so that they do not take time from one another.
     """
-    for item in items:
-        if item.get_closest_marker("xdist_group") is None:
-            item.add_marker(pytest.mark.xdist_group(item.nodeid.split("::")[0]))
-    items.sort(key=_turn)
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByModule(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            return "live" if _is_live(nodeid) else nodeid.split("::")[0]
+
+    return ByModule(config, log)
 
 
-def _turn(item: pytest.Item) -> int:
-    marker = item.get_closest_marker("xdist_group")
-    if marker is not None and marker.args == ("live",):
-        return 0
-    return 1 if item.nodeid.startswith(("tests/end_to_end/", "tests/simulated/", "tests/pipelines/")) else 2
+_LONG = ("tests/end_to_end/", "tests/simulated/", "tests/pipelines/")
+
+
+def _is_live(nodeid: str) -> bool:
+    return nodeid.startswith(("tests/pipelines/live/test_", "tests/end_to_end/test_live_play.py"))

@@ -21,8 +21,6 @@ from racecar.pipelines.live.ros.processes import private_environment, racecar_pr
 from tests.end_to_end.commands import Racecar
 from tests.ros_domains import next_domain
 
-pytestmark = pytest.mark.xdist_group("live")
-
 
 @pytest.fixture(autouse=True)
 def ros(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:

@@ -18,8 +18,6 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.messages import nanoseconds
 from tests.pipelines.live.live_car import LiveCar, Witness, recorded, ring, wait_for
 
-pytestmark = pytest.mark.xdist_group("live")
-
 RIGHT_AGAIN = 2.0
 """Seconds of good input."""
 

@@ -3,12 +3,8 @@
 import os
 from pathlib import Path
 
-import pytest
-
 from racecar.maps.map_files import save_map
 from tests.pipelines.live.live_car import LiveCar, Witness, recorded, ring, wait_for
-
-pytestmark = pytest.mark.xdist_group("live")
 
 
 def test_a_node_killed_mid_drive_is_right_two_seconds_after_its_first_scan(tmp_path: Path) -> None:

@@ -19,8 +19,6 @@ from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.tum import load_tum
 from tests.pipelines.live.live_car import LiveCar, Witness, recorded, ring, wait_for
 
-pytestmark = pytest.mark.xdist_group("live")
-
 
 @dataclass
 class Stage:

@@ -14,8 +14,6 @@ from racecar.pipelines.bags.messages import nanoseconds
 from racecar.pipelines.bags.writer import BagWriter
 from tests.pipelines.live.live_car import wait_for
 
-pytestmark = pytest.mark.xdist_group("live")
-
 SCANS, PERIOD = 20, 50_000_000
 
 
