@@ -95,18 +95,17 @@ def _as_drive(record: list[tuple[float, float, float, float, float]]) -> CarMoti
 
 def _legs(
     route: Route, rounds: int, grid: OccupancyGrid, clearance: NDArray[np.float32], max_speed: float
-) -> list[_Leg]:
+) -> Iterator[_Leg]:
+    """The next leg is smoothed when the car has come to its start: a short drive needs few of them."""
     points = np.concatenate([route.map_from_base[:1, :2]] + [route.map_from_base[1:, :2]] * rounds)
     backwards = np.concatenate([route.backwards[1:]] * rounds)
     changes = np.flatnonzero(np.diff(backwards)) + 1
-    legs = []
     for first, last in zip([0, *changes], [*changes, len(backwards)], strict=True):
         path = smooth_path(points[first : last + 1], grid, clearance)
         gear = -1 if backwards[first] else 1
         room = sample_field(clearance, grid, path)
         limit = np.minimum(max_speed if gear > 0 else _REVERSE_SPEED, _speed_in_narrow(room))
-        legs.append(_Leg(path, _allowed_speed(path, np.minimum(limit, max_speed)), gear))
-    return legs
+        yield _Leg(path, _allowed_speed(path, np.minimum(limit, max_speed)), gear)
 
 
 def _speed_in_narrow(room: NDArray[np.float32]) -> NDArray[np.float64]:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.mapper import MappingResult
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between
 
 

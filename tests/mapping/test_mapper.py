@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.mapper import Mapper, MappingResult
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.sensing.odometry import Odometry

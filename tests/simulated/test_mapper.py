@@ -1,85 +1,28 @@
-"""The whole mapper on a simulated drive, whose truth is known."""
+"""The whole mapper on simulated drives with gaps, or a car that is moved by hand."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.keyframes.config import ConstraintConfig, KeyframeConfig
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.state.result import MappingResult
-from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
-from racecar.maps.map_files import load_map
-from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.maps.shipped import shipped_map
 from racecar.pipelines.simulation.laser_sensor import BASE_FROM_LASER
 from racecar.pipelines.simulation.plans.ring import draw_ring
 from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
+from tests.mapping.mapping_errors import errors, mean_error
+from tests.maps.shipped_plans import shipped_plan
 
 DEFAULT = MappingConfig()
-
-
-def drive(*, odometry: bool = True, resets: bool = False) -> tuple[MappingResult, Simulation]:
-    plan = load_map(shipped_map("building"))
-    simulation = Simulation(plan, SimulationConfig(noise="slight", duration=20.0))
-    mapper = Mapper(MappingConfig())
-    for message in simulation.messages():
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-        elif odometry:
-            mapper.add_odometry(from_another_origin(message) if resets else message)
-    return mapper.finish(), simulation
-
-
-def from_another_origin(odometry: Odometry) -> Odometry:
-    """Another one every three seconds, as if its driver had been started anew."""
-    starts = odometry.stamp // 3_000_000_000
-    origin = np.array([4.0 * (starts % 3), -3.0 * (starts % 2), 1.3 * starts])
-    return replace(odometry, odom_from_base=compose(origin, odometry.odom_from_base))
-
-
-def errors(result: MappingResult, map_from_base: Pose) -> NDArray[np.float64]:
-    """(N,) metres from the truth (N, 3), both seen from their first scans."""
-    true = map_from_base[: len(result.trajectory)]
-    error = between(
-        between(true[0], true), between(result.trajectory.map_from_base[0], result.trajectory.map_from_base)
-    )
-    distances: NDArray[np.float64] = np.hypot(error[:, 0], error[:, 1])
-    return distances
-
-
-def mean_error(result: MappingResult, map_from_base: Pose) -> float:
-    """Metres, of the same."""
-    return float(errors(result, map_from_base).mean())
-
-
-def test_maps_a_drive_and_repeats_to_the_bit() -> None:
-    result, simulation = drive()
-    assert mean_error(result, simulation.ground_truth.map_from_base) < 0.1
-    again, _ = drive()
-    assert np.array_equal(result.trajectory.map_from_base, again.trajectory.map_from_base)
-    assert np.array_equal(result.grid.cells, again.grid.cells)
-
-
-def test_where_the_odometry_begins_anew_no_way_is_made_of_it() -> None:
-    result, simulation = drive(resets=True)
-    assert mean_error(result, simulation.ground_truth.map_from_base) < 0.1
-
-
-def test_runs_without_odometry_and_says_so() -> None:
-    result, _ = drive(odometry=False)
-    assert result.counts["odometry_constraints"] == 0
-    assert "no wheel odometry" in result.warnings[0]
 
 
 def test_without_odometry_a_fast_turn_between_few_scans_is_not_run_away_from() -> None:
     """Four scans a second at two metres a second; scan odometry loses itself now and then."""
     config = SimulationConfig(duration=30.0, max_speed=2.0)
-    simulation = Simulation(load_map(shipped_map("building")), config)
+    simulation = Simulation(shipped_plan("building"), config)
     mapper = Mapper(MappingConfig())
     scans = [message for message in simulation.messages() if isinstance(message, Scan)]
     for scan in scans[::10]:
@@ -101,7 +44,7 @@ def test_where_no_two_scans_tie_it_a_car_that_was_moved_by_hand_stays_where_it_w
 
 def error_of_a_car_moved_by_hand(degrees: int, config: MappingConfig = DEFAULT) -> float:
     """Metres, mean, of a drive during which it was moved on by half a metre or more and turned."""
-    plan = load_map(shipped_map("building"))
+    plan = shipped_plan("building")
     simulation = Simulation(plan, SimulationConfig(noise="slight", duration=12.0, max_speed=2.0))
     messages = list(simulation.messages())
     start = messages[0].stamp
@@ -162,7 +105,7 @@ def test_a_car_that_drove_on_while_nothing_was_recorded_is_where_its_wheels_say(
 def test_wheels_that_begin_anew_while_nothing_was_recorded_tell_of_no_way(
     began: float, origin: tuple[float, float, float]
 ) -> None:
-    plan = load_map(shipped_map("building"))
+    plan = shipped_plan("building")
     simulation = Simulation(plan, SimulationConfig(noise="slight", duration=10.0, max_speed=1.0))
     assert error_over_a_gap(simulation, began, 0.7, np.array(origin)) < 0.02
 
@@ -187,8 +130,3 @@ def error_over_a_gap(simulation: Simulation, began: float, lasted: float, origin
             message = replace(message, odom_from_base=compose(origin, message.odom_from_base))
         mapper.add_odometry(message)
     return mean_error(mapper.finish(), simulation.ground_truth.map_from_base[is_kept])
-
-
-def test_without_a_scan_there_is_no_map() -> None:
-    with pytest.raises(UserError, match="no usable scan"):
-        Mapper(MappingConfig()).finish()
