@@ -18,6 +18,7 @@ test: .venv/installed-dev
 	if $(BIN)/python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'; then $(BIN)/mypy; \
 		else echo "Types are not checked: NumPy's differ from version to version, those for Python 3.11 are meant."; fi
 	$(BIN)/lint-imports
+	$(BIN)/python tests/checks/unexplained_constants.py mapping localization
 	$(BIN)/pytest -n $(WORKERS) --no-loadscope-reorder
 
 slow: .venv/installed-dev
