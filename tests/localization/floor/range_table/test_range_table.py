@@ -220,7 +220,6 @@ def test_cells_on_both_sides_of_a_slanting_wall_have_views_of_their_own() -> Non
     np.testing.assert_array_equal(viewpoints[index[1, 1]], [1.5, 1.5])
 
 
-@settings(deadline=None)
 @given(st.integers(0, 10**9))
 def test_each_cell_is_near_a_viewpoint_of_its_kind(seed: int) -> None:
     kinds = np.random.default_rng(seed).choice(3, (7, 9), p=[0.2, 0.6, 0.2])
