@@ -131,7 +131,7 @@ class BeamSkippingConfig(Settings):
         gt=0,
         le=1,
         description="share of the beams that agree in a usual scan; one of which fewer do counts less. By "
-        "judgement; of session_A's end points 0.71 lie on the basement map's walls (`racecar localize`)",
+        "judgement; of session_A's end points 0.71 lie on the basement map's walls",
     )
     steepness: int = Field(
         4,
