@@ -5,9 +5,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between
+from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.sensing.odometry import FASTEST, Odometry, is_jump
-from racecar.maps.sensing.odometry_buffer_kernels import poses_at
+from racecar.maps.sensing.odometry_buffer_kernels import last_speed, poses_at
 
 STALE_AFTER = 500_000_000
 """Nanoseconds after the last sample for which it says where the car is: long beside the period of any
@@ -123,23 +123,11 @@ class OdometryBuffer:
     def _last_speed(self) -> Pose:
         """(3,) metres and radians per nanosecond, in the car's frame at the last sample."""
         if self._known_speed is None:
-            self._known_speed = self._measured_speed()
+            policy = self.extrapolation
+            self._known_speed = last_speed(
+                self._stamps, self._poses, policy.speed_over, policy.widest_gap, FASTEST
+            )
         return self._known_speed
-
-    def _measured_speed(self) -> Pose:
-        if len(self) < 2:
-            return _STANDING
-        before = self._end - 2
-        latest = int(self._all_stamps[self._end - 1])
-        if self.extrapolation.speed_over > 0:
-            over = latest - self.extrapolation.speed_over
-            older = self._begin + int(np.searchsorted(self._stamps, over, side="right")) - 1
-            before = min(max(older, self._begin), before)
-        gap = latest - int(self._all_stamps[before])
-        if gap >= self.extrapolation.widest_gap:
-            return _STANDING
-        speed: Pose = between(self._all_poses[before], self._all_poses[self._end - 1]) / gap
-        return speed if max(map(abs, speed.tolist())) * 1e9 < FASTEST else _STANDING
 
     @property
     def _stamps(self) -> NDArray[np.int64]:

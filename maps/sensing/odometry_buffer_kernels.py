@@ -48,6 +48,40 @@ def poses_at(
 
 
 @njit(cache=True, nogil=True)
+def last_speed(
+    stamps: NDArray[np.int64], poses: Pose, speed_over: int, widest_gap: int, fastest: float
+) -> Pose:
+    """(3,) metres and radians per nanosecond, in the car's frame at the last of poses (N, 3) at stamps (N,).
+
+    The mean since the latest sample that is ``speed_over`` nanoseconds older, or any older one. None where
+    these are ``widest_gap`` apart, or farther, or faster than ``fastest`` per second: that was no motion.
+    """
+    last = len(stamps) - 1
+    if last < 1:
+        return np.zeros(3)
+    older = np.searchsorted(stamps, stamps[last] - speed_over, side="right") - 1
+    before = min(max(older, 0), last - 1)
+    gap = stamps[last] - stamps[before]
+    if gap >= widest_gap:
+        return np.zeros(3)
+    speed = _between(poses[before], poses[last]) / gap
+    return speed if np.max(np.abs(speed)) * 1e9 < fastest else np.zeros(3)
+
+
+@njit(cache=True, nogil=True)
+def _between(world_from_a: Pose, world_from_b: Pose) -> Pose:
+    """``a_from_b`` (3,), rounded as `racecar.maps.geometry.se2.between` rounds it."""
+    x, y, yaw = world_from_a
+    cos, sin = math.cos(yaw), math.sin(yaw)
+    a_from_world_x, a_from_world_y, turn = -cos * x - sin * y, sin * x - cos * y, _wrapped(-yaw)
+    cos, sin = math.cos(turn), math.sin(turn)
+    x, y, yaw = world_from_b
+    return np.array(
+        [a_from_world_x + cos * x - sin * y, a_from_world_y + sin * x + cos * y, _wrapped(turn + yaw)]
+    )
+
+
+@njit(cache=True, nogil=True)
 def _wrapped(angle: float) -> float:
     """The same angle in (-π, π], rounded as `racecar.maps.geometry.se2.wrap_angle` rounds it, so that poses
     are those of `interpolate` and `compose` there to the bit."""
