@@ -57,7 +57,7 @@ class SubmapSearch:
             return None
         self._count("scored")
         is_near_as_good = near is not None and far is not None and near.score > config.near_share * far.score
-        if is_near_as_good or fit.rival > 0.0:
+        if is_near_as_good or fit.runner_up > 0.0:
             self._count("ambiguous")
             return None
         return fit

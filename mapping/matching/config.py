@@ -186,14 +186,14 @@ class CorrelativeSearchConfig(Settings):
         description="Metres, standard deviation of how far a point may lie from those of the other scan. By "
         "judgement: a little over a cell, so that no wall falls between two places.",
     )
-    rival_distance: float = Field(
+    runner_up_distance: float = Field(
         default=1.0,
         gt=0.0,
         le=20.0,
         description="Metres from the best place, or the angle below, beyond which another is a place of its "
         "own, that makes the best ambiguous. Prototype.",
     )
-    rival_angle: float = Field(
+    runner_up_angle: float = Field(
         default=math.radians(10.0),
         gt=0.0,
         le=3.2,

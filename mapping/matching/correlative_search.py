@@ -48,7 +48,7 @@ class Fit:
     """(3,) fixed_from_moving."""
     score: float
     """Mean likelihood of the moved points, 0 to 1."""
-    rival: float = 0.0
+    runner_up: float = 0.0
     """Score of a second place, clearly apart from the first, as a share of the best; 0 when all others stay
     below the share that was asked for, or none was."""
 
@@ -94,12 +94,12 @@ def search(
     guess: Pose,
     window: Window,
     min_score: float,
-    rival_share: float | None = None,
+    runner_up_share: float | None = None,
 ) -> Fit | None:
     """The pose (3,) near ``guess`` at which ``moving_points`` (N, 2) lie best on ``fixed``.
 
-    None when the best score lies below ``min_score``; a rival is sought above ``rival_share`` of the best, or
-    not at all.
+    None when the best score lies below ``min_score``; a runner-up is sought above ``runner_up_share`` of the
+    best, or not at all.
     """
     cell, angle_step = fixed.config.cell, fixed.config.angle_step
     half_turns = int(np.ceil(window.turn / angle_step))
@@ -116,9 +116,9 @@ def search(
     if score < 0:
         return None
     pose = compose(np.array([guess[0] + dc * cell, guess[1] + dr * cell, guess[2]]), [0.0, 0.0, turns[a]])
-    if rival_share is None:
+    if runner_up_share is None:
         return Fit(pose, score / full)
-    apart = int(fixed.config.rival_distance / cell), int(fixed.config.rival_angle / angle_step)
-    least, about_best = int(rival_share * score), Exclusion(a, dr, dc, *apart)
+    apart = int(fixed.config.runner_up_distance / cell), int(fixed.config.runner_up_angle / angle_step)
+    least, about_best = int(runner_up_share * score), Exclusion(a, dr, dc, *apart)
     second, *_ = branch_and_bound(fixed.levels, cells, reach, least, about_best, True)
     return Fit(pose, score / full, max(second, 0) / score)

@@ -80,7 +80,7 @@ def _seek(
         fits = [
             (found, place)
             for found, place in zip(pool.map(fit, pyramids), places, strict=True)
-            if found is not None and found.rival == 0.0
+            if found is not None and found.runner_up == 0.0
         ]
     fits.sort(key=lambda found: -found[0].score)
     hypotheses: list[Hypothesis] = []

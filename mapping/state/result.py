@@ -69,7 +69,7 @@ def _counts(state: MapperState, session: Session) -> dict[str, int]:
     return {
         "scans": len(state.drive),
         "keyframes": len(session.keyframes),
-        "keyframes_held": int(np.sum(session.keyframes.is_kept)),
+        "keyframes_kept": int(np.sum(session.keyframes.is_kept)),
         "keyframes_of_earlier_drives": len(session.keyframes) - len(state.keyframes),
         "scan_matching_constraints": int(constraints.are("scan_matching").sum()),
         "odometry_constraints": int(constraints.are("odometry").sum()),

@@ -103,7 +103,7 @@ class MapperNode(LiveNode):
         self.side.finish()
 
     def save(self) -> None:
-        """Settle the map of the stopped drive and write its files. Raises UserError when there is no map."""
+        """Finish the map of the stopped drive and write its files. Raises UserError when there is no map."""
         self._output.save(self._mapper)
         self._checkpoints.remove()
 

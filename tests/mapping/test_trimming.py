@@ -75,7 +75,7 @@ def feed(mapper: Mapper, messages: list[Scan | Odometry]) -> None:
 def test_what_is_kept_does_not_grow_with_the_laps(laps: Laps) -> None:
     assert laps.keyframes[-1] > 3 * KEYFRAMES + DELAY + EVERY
     assert max(laps.kept) < KEYFRAMES + DELAY + EVERY
-    assert laps.result.counts["keyframes_held"] == laps.result.session.keyframes.is_kept.sum()
+    assert laps.result.counts["keyframes_kept"] == laps.result.session.keyframes.is_kept.sum()
     half = laps.saved[list(laps.saved)[len(laps.saved) // 2]]
     for name in ("scans.points", "rays.ends", "drive.clouds"):
         assert list(laps.saved.values())[-1][name].size < 1.02 * half[name].size

@@ -39,7 +39,7 @@ class GrowthFigures:
     path_metres: float
     scans: int
     keyframes: int
-    keyframes_held: int
+    keyframes_kept: int
     """Those whose scans were kept."""
     milliseconds_per_scan: list[float]
     """Mean processor time of one scan in each tenth of the drive."""
@@ -54,7 +54,7 @@ class GrowthFigures:
     @property
     def megabytes_per_keyframe(self) -> float:
         """Memory at the end, by the keyframes whose scans were kept."""
-        return self.megabytes[-1] / self.keyframes_held
+        return self.megabytes[-1] / self.keyframes_kept
 
     @property
     def ratio(self) -> float:
@@ -96,7 +96,7 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
         path_metres=float(lengths_along(simulation.ground_truth.map_from_base[:, :2])[-1]),
         scans=scans,
         keyframes=len(result.keyframe_indices),
-        keyframes_held=result.counts["keyframes_held"],
+        keyframes_kept=result.counts["keyframes_kept"],
         milliseconds_per_scan=_by_part(times),
         early_milliseconds_per_scan=_by_part(early_times),
         megabytes=megabytes,

@@ -83,10 +83,10 @@ def growth_table(figures: GrowthFigures) -> Table:
     table = new_table(
         f"Processor time per scan (ms) by tenth of a drive of {1e-3 * figures.path_metres:.1f} km "
         f"with {figures.scans} scans and {figures.keyframes} keyframes, "
-        f"of which {figures.keyframes_held} are held"
+        f"of which {figures.keyframes_kept} are kept"
     )
     tenths = (f"{number}." for number in range(1, len(figures.milliseconds_per_scan) + 1))
-    add_columns(table, "tenth", *tenths, "last / first", "MB per keyframe held", "finish (s)")
+    add_columns(table, "tenth", *tenths, "last / first", "MB per keyframe kept", "finish (s)")
     table.add_row(
         "scans of this tenth",
         *(f"{milliseconds:.2f}" for milliseconds in figures.milliseconds_per_scan),

@@ -34,7 +34,7 @@ class MapOutput:
         return Checkpoint(self.folder, self.run)
 
     def save(self, mapper: Mapper) -> None:
-        """Settle the map and write all files of it; the mapper is at its end.
+        """Finish the map and write all files of it; the mapper is at its end.
 
         Raises UserError when there is nothing to save or the folder cannot be written to.
         """

@@ -43,7 +43,7 @@ def test_finds_a_moved_copy_and_no_rival() -> None:
     assert fit is not None
     assert np.hypot(fit.pose[0] - 2.3, fit.pose[1] + 1.7) < 2 * CELL
     assert abs(fit.pose[2] - yaw) < 2 * ANGLE_STEP
-    assert fit.rival == 0.0
+    assert fit.runner_up == 0.0
 
 
 def test_tells_of_a_rival_along_a_corridor() -> None:
@@ -51,19 +51,19 @@ def test_tells_of_a_rival_along_a_corridor() -> None:
     walls = np.concatenate([np.column_stack([x, np.full_like(x, y)]) for y in (-1.0, 1.0)])
     fit = search(LikelihoodPyramid(walls, 20.0), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85)
     assert fit is not None
-    assert fit.rival > 0.85
+    assert fit.runner_up > 0.85
     alone = search(LikelihoodPyramid(walls, 20.0), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5)
     assert alone is not None
-    assert alone.rival == 0.0
+    assert alone.runner_up == 0.0
     assert np.array_equal(alone.pose, fit.pose)
 
 
 def test_what_counts_as_a_place_of_its_own_is_a_setting() -> None:
     x = np.arange(-10, 10, 0.1)
     walls = np.concatenate([np.column_stack([x, np.full_like(x, y)]) for y in (-1.0, 1.0)])
-    wide = CorrelativeSearchConfig(rival_distance=8.0)
+    wide = CorrelativeSearchConfig(runner_up_distance=8.0)
     fit = search(
         LikelihoodPyramid(walls, 20.0, wide), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85
     )
     assert fit is not None
-    assert fit.rival == 0.0
+    assert fit.runner_up == 0.0

@@ -27,7 +27,7 @@ def test_the_figures_of_a_short_drive(
     assert len(late) == len(early) == 10
     assert min(late + early) > 0
     assert len(growth["megabytes"]) == 10
-    assert growth["keyframes_held"] == growth["keyframes"]
+    assert growth["keyframes_kept"] == growth["keyframes"]
     assert growth["ratio"] == late[-1] / early[-1]
     assert growth["finish_seconds"] > 0
 
@@ -37,7 +37,7 @@ def test_the_table_sets_the_last_tenth_against_the_first() -> None:
         path_metres=12_345.0,
         scans=72_000,
         keyframes=30_000,
-        keyframes_held=2_000,
+        keyframes_kept=2_000,
         milliseconds_per_scan=[2.0] * 9 + [2.5],
         early_milliseconds_per_scan=[1.5] * 9 + [2.0],
         megabytes=[50.0] * 9 + [64.2],
@@ -46,7 +46,7 @@ def test_the_table_sets_the_last_tenth_against_the_first() -> None:
     page = StringIO()
     Console(file=page, width=200).print(growth_table(figures))
     shown = page.getvalue()
-    assert "12.3 km with 72000 scans and 30000 keyframes, of which 2000 are held" in shown
+    assert "12.3 km with 72000 scans and 30000 keyframes, of which 2000 are kept" in shown
     row = next(line for line in shown.splitlines() if line.startswith("| scans of this tenth"))
     assert row.replace("|", "").split()[-4:] == ["2.50", "1.25", "0.032", "321.0"]
 
