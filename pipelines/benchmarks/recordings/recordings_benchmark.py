@@ -98,7 +98,7 @@ def measure_recordings(
     """All the recordings there are in a folder, by name."""
     figures = {}
     for name, recording in find_recordings(folder).items():
-        announce(f"RecordedDrive: {name}")
+        announce(f"Recording: {name}")
         figures[name] = measure_recording(recording, settings, seed=0)
     return figures
 
