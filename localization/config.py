@@ -30,22 +30,25 @@ class TrackingConfig(Settings):
     news_after: float = Field(
         0.02,
         ge=0,
+        le=10,
         description="metres plus radians of motion after which a scan counts: those of a car that stands "
         "repeat themselves, and counted as independent they would narrow the cloud to a point; by judgement",
     )
     look_again_after: float = Field(
         0.5,
         gt=0,
+        le=100,
         description="seconds after which a scan counts although the wheels stand, since the car may be "
         "sliding or pushed; by judgement",
     )
     pushed_distance: float = Field(
         0.1,
         ge=0,
+        le=10,
         description="metres by which a car whose wheels stand may have moved meanwhile, for a few particles; "
         "by judgement",
     )
-    pushed_angle: float = Field(0.05, ge=0, description="radians, likewise; by judgement")
+    pushed_angle: float = Field(0.05, ge=0, le=10, description="radians, likewise; by judgement")
     dominant: float = Field(
         0.9,
         gt=0.5,
@@ -55,17 +58,20 @@ class TrackingConfig(Settings):
     tracked_within: float = Field(
         0.5,
         gt=0,
+        le=100,
         description="metres of standard deviation within which the place counts as known; by judgement",
     )
     narrow_within: float = Field(
         0.25,
         gt=0,
+        le=100,
         description="metres, likewise: known so well that beams that the map does not explain may be left "
         "out; by judgement",
     )
     trusted_within: float = Field(
         0.1,
         gt=0,
+        le=10,
         description="metres, likewise: known so well that the place may be held against the odometry; by "
         "judgement",
     )
@@ -84,6 +90,7 @@ class TrackingConfig(Settings):
     far_advantage: float = Field(
         0.5,
         ge=0,
+        le=100,
         description="by how much more a beam's log-probability must be at a far place than at one near the "
         "last, on average, for what has changed since the map was made costs nearly as much at the right "
         "place; by judgement",
@@ -149,10 +156,13 @@ class LocalizationConfig(Settings):
         "its end is from a wall",
     )
     squash: float = Field(
-        2.2, ge=1, description="a scan's probability is raised to 1/squash: its beams are not independent"
+        2.2,
+        ge=1,
+        le=1000,
+        description="a scan's probability is raised to 1/squash: its beams are not independent",
     )
     table_megabytes: int = Field(
-        256, ge=1, description="limit of the range table; a larger map gets coarser headings"
+        256, ge=1, le=100000, description="limit of the range table; a larger map gets coarser headings"
     )
     motion: MotionConfig = MotionConfig()
     speed_memory: SpeedMemoryConfig = SpeedMemoryConfig()

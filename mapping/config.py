@@ -31,6 +31,7 @@ class ScheduleConfig(Settings):
     recent_loops: int = Field(
         default=10,
         ge=0,
+        le=1000,
         description="Loops closed since a keyframe, after which it is held where it is when the next loop "
         "strains the map. By judgement: so a loop costs the same all day.",
     )
@@ -50,6 +51,7 @@ class ScheduleConfig(Settings):
     calibration_window: int = Field(
         default=1000,
         ge=1,
+        le=100000,
         description="The latest keyframe steps by which they are calibrated. By judgement: some 300 m of "
         "path, at a cost that does not grow.",
     )
@@ -66,7 +68,12 @@ class ScheduleConfig(Settings):
 class MappingConfig(Settings):
     """Settings of one mapping run."""
 
-    resolution: float = Field(default=0.05, gt=0.0, le=1.0, description="Side of a map cell, metres.")
+    resolution: float = Field(
+        default=0.05,
+        ge=0.005,
+        le=1.0,
+        description="Side of a map cell, metres. A usual choice; finer than 1 cm no common laser measures.",
+    )
     keyframe_distance: float = Field(
         default=0.3, gt=0.0, le=5.0, description="A new keyframe is due after this many metres."
     )

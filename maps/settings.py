@@ -12,7 +12,7 @@ class Settings(BaseModel):
     Of settings nested in these, single ones may be given: the others keep the values that they have here.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @model_validator(mode="before")
     @classmethod

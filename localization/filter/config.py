@@ -13,32 +13,38 @@ class ClusterConfig(Settings):
 
     place_size: float = Field(
         0.5,
-        gt=0,
+        ge=0.05,
+        le=100,
         description="metres: side of the squares that are compared for the heaviest place; by judgement",
     )
     radius: float = Field(
         1.0,
-        gt=0,
+        ge=0.1,
+        le=100,
         description="metres about the heaviest place within which particles belong to its cluster: farther "
         "than any tracked cloud reaches; by judgement",
     )
-    half_angle: float = Field(1.0, gt=0, le=math.pi, description="radians about it, likewise; by judgement")
+    half_angle: float = Field(
+        1.0, ge=0.05, le=math.pi, description="radians about it, likewise; by judgement"
+    )
 
 
 class AdaptiveCountConfig(Settings):
     """How many particles a cloud gets: KLD-sampling (Fox, 2003)."""
 
     bin_size: float = Field(
-        0.1, gt=0, description="metres within which particles stand for the same place; by judgement"
+        0.1, gt=0, le=10, description="metres within which particles stand for the same place; by judgement"
     )
     bin_angle: float = Field(
         math.radians(5.0),
         gt=0,
+        le=10,
         description="radians within which particles stand for the same heading; by judgement",
     )
     distance: float = Field(
         0.02,
         gt=0,
+        le=10,
         description="bound of the Kullback-Leibler distance, which is kept with 99 % probability; Fox has "
         "0.05 and coarser bins",
     )
@@ -57,22 +63,24 @@ class TemperingConfig(Settings):
     effective_share: float = Field(
         0.3,
         gt=0,
-        lt=1,
+        le=0.9,
         description="share of the particles that stay effective in a step of tempering; by judgement",
     )
     move: float = Field(
         0.05,
         gt=0,
+        le=10,
         description="metres: standard deviation of the move that a particle tries at full likelihood, about "
         "the width of a scan's likelihood; by judgement",
     )
-    turn: float = Field(0.02, gt=0, description="radians, likewise; by judgement")
+    turn: float = Field(0.02, gt=0, le=10, description="radians, likewise; by judgement")
     widest: float = Field(
         4.0,
         ge=1,
+        le=1000,
         description="times by which moves are wider at most while the likelihood counts little; by judgement",
     )
-    moves: int = Field(3, ge=1, description="moves that a particle tries per step; by judgement")
+    moves: int = Field(3, ge=1, le=1000, description="moves that a particle tries per step; by judgement")
 
 
 class StartConfig(Settings):
@@ -81,10 +89,11 @@ class StartConfig(Settings):
     particles_per_square_metre: float = Field(
         400.0,
         gt=0,
+        le=100000,
         description="so that some particles are within 0.2 m and 20 degrees of the car wherever it is",
     )
     most_particles: int = Field(
-        1_000_000, ge=10, description="limit on a large map, so that memory stays below 100 MB"
+        1_000_000, ge=10, le=100000000, description="limit on a large map, so that memory stays below 100 MB"
     )
 
 
@@ -94,21 +103,24 @@ class ParticleFilterConfig(Settings):
     evidence_per_travel: float = Field(
         40.0,
         gt=0,
+        le=10000,
         description="log-likelihood by which one scan counts against a particle at most, per metre plus "
         "radian since the last: what the map has wrong disturbs scans taken near each other alike; tried on "
         "the drives of `racecar benchmark accuracy`",
     )
     least_evidence: float = Field(
-        2.0, gt=0, description="log-likelihood: the bound is not lower, however short the travel"
+        2.0, gt=0, le=1000, description="log-likelihood: the bound is not lower, however short the travel"
     )
     most_evidence: float = Field(
         6.0,
         gt=0,
+        le=1000,
         description="log-likelihood: the bound is not higher, because no single scan may rule a particle out",
     )
     injection_interval: int = Field(
         20,
         ge=2,
+        le=10000,
         description="one particle in so many is injected where all of the odometry is wrong; without that "
         "fr079, whose odometry counts reversing as driving forward, was lost for minutes",
     )

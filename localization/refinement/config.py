@@ -1,5 +1,7 @@
 """The settings of the alignment of the estimate with the walls."""
 
+from typing import Annotated
+
 from pydantic import Field
 
 from racecar.maps.settings import Settings
@@ -18,7 +20,7 @@ class AlignmentConfig(Settings):
         description="metres, or radians, that an estimate may be moved by; beyond, the walls are others. By "
         "judgement: about the width of a cloud that counts as tracked",
     )
-    scales: tuple[float, ...] = Field(
+    scales: tuple[Annotated[float, Field(ge=0.01, le=10)], ...] = Field(
         (0.3, 0.2, 0.1, 0.1, 0.07, 0.07),
         min_length=1,
         max_length=100,

@@ -1,5 +1,7 @@
 """Settings of the pose graph."""
 
+from typing import Annotated
+
 from pydantic import Field
 
 from racecar.maps.settings import Settings
@@ -11,10 +13,11 @@ class PoseGraphConfig(Settings):
     match_loss_width: float = Field(
         default=1.0,
         gt=0.0,
+        le=100.0,
         description="Width of the Cauchy loss of scan matches, in their standard deviations. By judgement: "
         "one that misses by one standard deviation counts half.",
     )
-    loop_loss_widths: tuple[float, ...] = Field(
+    loop_loss_widths: tuple[Annotated[float, Field(gt=0.0, le=1e6)], ...] = Field(
         default=(30.0, 5.0, 1.0),
         min_length=1,
         description="Widths of the Cauchy loss of loop closures, in their standard deviations, one solution "
@@ -36,6 +39,7 @@ class PoseGraphConfig(Settings):
     most_solved_singly: int = Field(
         default=4000,
         ge=1,
+        le=1000000,
         description="The latest keyframes that are solved one by one while the drive goes on; those before "
         "move by groups. Measured on simulated kilometres (pytest -m slow, test_kilometres): with 1000 a "
         "loop came out 0.28 m off, with 4000 it stays below the bar of 0.25 m; solving all takes seconds.",
@@ -43,14 +47,20 @@ class PoseGraphConfig(Settings):
     strained_distance: float = Field(
         default=0.15,
         gt=0.0,
+        le=100.0,
         description="Metres by which a new loop closure contradicts the poses so that the graph is solved "
         "anew. By judgement: three cells of the map.",
     )
-    strained_angle: float = Field(default=0.03, gt=0.0, description="The same in radians. By judgement.")
+    strained_angle: float = Field(
+        default=0.03, gt=0.0, le=10.0, description="The same in radians. By judgement."
+    )
     refuted_distance: float = Field(
         default=0.3,
         gt=0.0,
+        le=100.0,
         description="Metres by which the final solution contradicts a loop closure that is then dropped. By "
         "judgement: twice what is worth a new solution.",
     )
-    refuted_angle: float = Field(default=0.06, gt=0.0, description="The same in radians. By judgement.")
+    refuted_angle: float = Field(
+        default=0.06, gt=0.0, le=10.0, description="The same in radians. By judgement."
+    )

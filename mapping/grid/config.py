@@ -35,7 +35,7 @@ class RenderingConfig(Settings):
         "map. By judgement; at most 60, because rays are stored as 16-bit steps of 2 mm.",
     )
     margin: float = Field(
-        default=1.0, ge=0.0, description="Metres of unknown cells around the map. For looks."
+        default=1.0, ge=0.0, le=100.0, description="Metres of unknown cells around the map. For looks."
     )
 
 
@@ -45,30 +45,35 @@ class GrowingGridConfig(Settings):
     unsettled_keyframes: int = Field(
         default=80,
         ge=0,
+        le=10000,
         description="The latest keyframes, which are drawn afresh each time. By judgement: twice the window "
         "of keyframes that the mapper keeps adjusting.",
     )
     max_shift: float = Field(
         default=0.5,
         gt=0.0,
+        le=100.0,
         description="Cells by which a settled keyframe, or what it sees at `sight`, may move before all is "
         "redrawn: half a cell, by rounding.",
     )
     sight: float = Field(
         default=10.0,
         ge=0.0,
+        le=1000.0,
         description="Metres at which a turn of a keyframe is judged. By judgement: most of what indoor "
         "scans see.",
     )
     redrawn_at_once: int = Field(
         default=200,
         ge=1,
+        le=100000,
         description="Keyframes redrawn in one call, so that the next map comes within a second or so. "
         "Measured with 2200 keyframes: drawn in one call, nothing was published for 3 to 4 s.",
     )
     growth: float = Field(
         default=10.0,
         ge=0.0,
+        le=1000.0,
         description="Metres of spare room when the grid must grow. By judgement: copies become rare.",
     )
 
@@ -77,11 +82,15 @@ class DespecklingConfig(Settings):
     """Which small blobs become unknown."""
 
     max_size: float = Field(
-        default=0.6, gt=0.0, description="Metres of a blob's longer side: a walking person's, by judgement."
+        default=0.6,
+        gt=0.0,
+        le=100.0,
+        description="Metres of a blob's longer side: a walking person's, by judgement.",
     )
     min_keyframes: int = Field(
         default=8,
         ge=1,
+        le=1000,
         description="Keyframes that must have seen a blob for it to stay. By judgement: 2 m of path and "
-        "more; pytest tests/mapping/test_hard_places.py checks it with simulated people.",
+        "more; pytest tests/simulated/test_hard_places.py checks it with simulated people.",
     )

@@ -6,10 +6,23 @@ fr079 and intel with it before this mapper was written; it was chosen on these l
 """
 
 import math
+from typing import Annotated
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from racecar.maps.settings import Settings
+
+
+def _with_the_one_before(backs: tuple[int, ...]) -> tuple[int, ...]:
+    if 1 not in backs:
+        raise ValueError("1 must be among them, for the second keyframe has only one before it")
+    return backs
+
+
+KeyframesBack = Annotated[
+    tuple[Annotated[int, Field(ge=1, le=1000)], ...], AfterValidator(_with_the_one_before)
+]
+"""Keyframes counted back along the path."""
 
 
 class GuessConfig(Settings):
@@ -41,7 +54,7 @@ class GuessConfig(Settings):
 class PlacementConfig(GuessConfig):
     """Where a new keyframe lies among those before it."""
 
-    placed_against: tuple[int, ...] = Field(
+    placed_against: KeyframesBack = Field(
         default=(1, 2, 4, 7, 11),
         min_length=1,
         description="With which keyframes, counted back along the path, a new one is matched jointly. By "
@@ -113,7 +126,7 @@ class PlacementConfig(GuessConfig):
 class ConstraintConfig(Settings):
     """Which keyframes are tied together by scan matching."""
 
-    tied_to: tuple[int, ...] = Field(
+    tied_to: KeyframesBack = Field(
         default=(1, 2, 4, 7, 11, 16, 22, 30),
         min_length=1,
         description="To which keyframes, counted back along the path, each is tied. Prototype: before any "
@@ -234,12 +247,14 @@ class TrimmingConfig(Settings):
     keyframes: int = Field(
         default=1500,
         ge=1,
+        le=1000000,
         description="Keyframes up to which none is trimmed, since each pass through a place makes the map a "
         "little truer. By judgement: some 450 m of path.",
     )
     scans: int = Field(
         default=6000,
         ge=0,
+        le=1000000,
         description="Scans between keyframes, at most, that wait for the end of the drive to find their "
         "places; each keyframe takes the room of two. Placed on the way, among keyframes that are as good "
         "as final, they lie some tenths of a millimetre worse: aces, fr079 and intel were 0.0344, 0.0399 "
@@ -255,6 +270,7 @@ class TrimmingConfig(Settings):
     delay: int = Field(
         default=200,
         ge=0,
+        le=100000,
         description="Keyframes after which one may be trimmed: by then its loops are closed. By judgement: "
         "some 60 m of path, as far as loop closures wait for consistent support.",
     )
@@ -263,7 +279,7 @@ class TrimmingConfig(Settings):
 class ScanRefinementConfig(GuessConfig):
     """How scans between keyframes find their places among these."""
 
-    near_in_time: tuple[int, ...] = Field(
+    near_in_time: tuple[Annotated[int, Field(ge=-1000, le=1000)], ...] = Field(
         default=(-3, -2, -1, 0, 1, 2, 3, 4),
         min_length=1,
         description="Keyframes with which a scan is matched, counted from the one it follows. Prototype: "
@@ -313,12 +329,14 @@ class ScanRefinementConfig(GuessConfig):
     prior_position: float = Field(
         default=5.0,
         ge=0.0,
+        le=1000.0,
         description="What the guess of a position counts for along each axis, in points on a wall. By "
         "judgement: along a bare corridor it decides, elsewhere some hundred points do.",
     )
     prior_heading: float = Field(
         default=20.0,
         ge=0.0,
+        le=10000.0,
         description="What the guess of a heading counts for, in points a metre away. By judgement.",
     )
     poor_share: float = Field(

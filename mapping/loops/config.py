@@ -13,29 +13,33 @@ class SubmapConfig(Settings):
     spacing: float = Field(
         default=2.0,
         gt=0.0,
+        le=1000.0,
         description="Metres of path from one submap to the next. By judgement: every place lies near the "
         "middle of one.",
     )
     half_length: float = Field(
         default=3.0,
         gt=0.0,
+        le=1000.0,
         description="Metres of path to each side of a submap's middle, over which drift is negligible. By "
         "judgement.",
     )
     point_spacing: float = Field(
         default=0.1,
         gt=0.0,
+        le=10.0,
         description="Side of the cells of which each keeps one point, metres: the cell of the correlative "
         "search.",
     )
     sample_radius: float = Field(
         default=15.0,
         gt=0.0,
+        le=10000.0,
         description="Metres about the middle from which the points are taken that are searched with. By "
         "judgement.",
     )
     min_sample: int = Field(
-        default=50, ge=1, description="Points below which a submap is not sought. By judgement."
+        default=50, ge=1, le=10000, description="Points below which a submap is not sought. By judgement."
     )
 
 
@@ -43,56 +47,73 @@ class CandidateSearchConfig(Settings):
     """Which earlier submaps may show the same place, and how far the drift may have carried it."""
 
     base_reach: float = Field(
-        default=0.5, gt=0.0, description="Metres searched to each side even without drift. By judgement."
+        default=0.5,
+        gt=0.0,
+        le=100.0,
+        description="Metres searched to each side even without drift. By judgement.",
     )
     base_turn: float = Field(
-        default=math.radians(4.0), gt=0.0, description="Radians searched likewise. By judgement: 4 degrees."
+        default=math.radians(4.0),
+        gt=0.0,
+        le=10.0,
+        description="Radians searched likewise. By judgement: 4 degrees.",
     )
     drift_per_metre: float = Field(
         default=0.04,
         ge=0.0,
+        le=10.0,
         description="Metres of drift to reckon with per metre driven. Chosen in a prototype on aces, "
         "intel and fr079, where the loops needed are found with it.",
     )
     turn_per_metre: float = Field(
         default=math.radians(0.06),
         ge=0.0,
+        le=1.0,
         description="Radians of drift to reckon with per metre driven: 0.06 degrees, likewise.",
     )
     unmatched_distance: float = Field(
         default=60.0,
         ge=0.0,
+        le=10000.0,
         description="Metres driven that would drift as much as a keyframe step that no scan match confirms. "
         "By judgement.",
     )
     max_reach: float = Field(
         default=20.0,
         gt=0.0,
+        le=10000.0,
         description="Metres searched to each side at most, for the time it takes. By judgement.",
     )
     max_turn: float = Field(
-        default=math.radians(40.0), gt=0.0, description="Radians likewise: 40 degrees, by judgement."
+        default=math.radians(40.0),
+        gt=0.0,
+        le=100.0,
+        description="Radians likewise: 40 degrees, by judgement.",
     )
     min_drift_distance: float = Field(
         default=15.0,
         ge=0.0,
+        le=10000.0,
         description="Metres of accumulated drift (as metres driven) below which two submaps are well "
         "connected already. By judgement.",
     )
     slack: float = Field(
         default=2.0,
         ge=0.0,
+        le=1000.0,
         description="Metres by which the middles of two submaps of one place may lie apart: the submaps' "
         "spacing.",
     )
     max_candidates: int = Field(
         default=4,
         ge=1,
+        le=1000,
         description="Submaps that a new one is sought on, for the time it takes. By judgement.",
     )
     candidate_spacing: float = Field(
         default=3.0,
         ge=0.0,
+        le=1000.0,
         description="Metres between two candidates, because one of each place suffices. By judgement.",
     )
 
@@ -130,11 +151,12 @@ class SubmapSearchConfig(Settings):
     radius: float = Field(
         default=25.0,
         gt=0.0,
+        le=10000.0,
         description="Metres about its middle of which a submap is searched on: more than the sample's "
         "radius and the widest usual window. By judgement.",
     )
     points: int = Field(
-        default=500, ge=1, description="Points that are searched with, for speed. By judgement."
+        default=500, ge=1, le=100000, description="Points that are searched with, for speed. By judgement."
     )
 
 
@@ -142,35 +164,43 @@ class SubmapMatchingConfig(Settings):
     """The joint match of two submaps, from where the search found them."""
 
     max_pairs: int = Field(
-        default=40, ge=1, description="Pairs of scans that are matched jointly, for speed. By judgement."
+        default=40,
+        ge=1,
+        le=10000,
+        description="Pairs of scans that are matched jointly, for speed. By judgement.",
     )
     rough_kernel_width: float = Field(
         default=0.1,
         gt=0.0,
+        le=10.0,
         description="Metres off a line at which a point weighs a quarter in the first match. It is the cell "
         "of the search, which ends up to one cell off.",
     )
     rough_every: int = Field(
         default=4,
         ge=1,
+        le=1000,
         description="The first match uses one pair of scans in this many, as it only has to bridge one "
         "cell. By judgement.",
     )
     max_partner_distance: float = Field(
         default=0.2,
         gt=0.0,
+        le=100.0,
         description="Metres within which partners are sought in the second match. By judgement: twice the "
         "cell.",
     )
     independent_pairs: float = Field(
         default=20.0,
         gt=0.0,
+        le=10000.0,
         description="Pairs of scans that a closure is worth, however many were matched, because they share "
         "their errors. By judgement.",
     )
     max_residual: float = Field(
         default=0.04,
         gt=0.0,
+        le=10.0,
         description="Metres of weighted residual from which the scans do not fit. By judgement: as for "
         "keyframes.",
     )
@@ -201,24 +231,30 @@ class ConsistentSupportConfig(Settings):
     max_distance: float = Field(
         default=0.35,
         gt=0.0,
+        le=100.0,
         description="Metres by which what one predicts of the other may be off. Chosen in a prototype on "
         "aces, intel and fr079.",
     )
-    max_angle: float = Field(default=math.radians(2.5), gt=0.0, description="Radians likewise: 2.5 degrees.")
+    max_angle: float = Field(
+        default=math.radians(2.5), gt=0.0, le=10.0, description="Radians likewise: 2.5 degrees."
+    )
     min_spacing: float = Field(
         default=1.0,
         ge=0.0,
+        le=100.0,
         description="Metres of path between two that support each other; nearer ones see the same. By "
         "judgement: half the spacing of submaps.",
     )
     max_spacing: float = Field(
         default=14.0,
         gt=0.0,
+        le=10000.0,
         description="Metres of path over which the drift stays within the limits above. By judgement.",
     )
     reach_per_supporter: float = Field(
         default=4.0,
         gt=0.0,
+        le=1000.0,
         description="Metres of search window for each of which one supporter is needed, at least one: the "
         "wider the window, the more look-alikes lie in it. By judgement.",
     )
@@ -230,6 +266,7 @@ class LoopClosureConfig(Settings):
     open_distance: float = Field(
         default=60.0,
         gt=0.0,
+        le=10000.0,
         description="Metres of path for which a hypothesis waits for support, and within which others give "
         "it. By judgement.",
     )

@@ -56,7 +56,7 @@ class LineFittingConfig(Settings):
         description="Variance across a line as a share of that along it, above which noise leaves it no "
         "direction and it is tried again through more returns. By judgement: the normal of six returns then "
         "errs by five degrees. Without further attempts, 3 cm of noise put aces 1.4 m wrong; with them it "
-        "cost 4 % (tests/pipelines/test_altered_logs.py).",
+        "cost 4 % (tests/simulated/test_altered_logs.py).",
     )
     attempts: int = Field(
         default=4,

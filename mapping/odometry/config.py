@@ -1,8 +1,13 @@
 """Settings of dead reckoning: scan odometry, turn search, velocity filter, odometry lag and calibration."""
 
+from typing import Annotated
+
 from pydantic import Field
 
 from racecar.maps.settings import Settings
+
+Positive = Annotated[float, Field(gt=0.0, le=1000.0)]
+"""One of several numbers of a setting."""
 
 
 class UprightConfig(Settings):
@@ -11,18 +16,21 @@ class UprightConfig(Settings):
     column: float = Field(
         default=0.25,
         gt=0.0,
+        le=100.0,
         description="Side of the columns in which heights are compared, metres. By judgement: scan "
         "odometry's voxel.",
     )
     max_gap: float = Field(
         default=1.5,
         gt=0.0,
+        le=1000.0,
         description="Metres of height without a point between floor and ceiling, which are then two things. "
         "By judgement: more than the rows of a laser leave on a wall, less than a storey.",
     )
     margin: float = Field(
         default=0.1,
         ge=0.0,
+        le=10.0,
         description="Metres above the lowest and below the highest point of a column that may still be "
         "floor or ceiling. By judgement: noise, and the slope of a floor across a column.",
     )
@@ -34,43 +42,52 @@ class ScanOdometryConfig(Settings):
     voxel_size: float = Field(
         default=0.25,
         gt=0.0,
+        le=100.0,
         description="Side of a voxel of the local map, metres. Measured when chosen: KISS-ICP's own 1.0 "
         "fails indoors, 0.1 to 0.25 work.",
     )
     points_per_voxel: int = Field(
         default=6,
         ge=1,
+        le=1000,
         description="Points kept in a voxel. KISS-ICP's 20 are for volumes; measured on aces, fr079 and "
         "intel, 6 give the same errors in a sixth less time.",
     )
     local_map_radius: float = Field(
         default=100.0,
         gt=0.0,
+        le=10000.0,
         description="Metres about the sensor within which the local map is kept: farther than indoor lasers "
         "see, because a shorter one loses the ends of corridors.",
     )
     update_distance: float = Field(
         default=0.2,
         gt=0.0,
+        le=100.0,
         description="Metres after which a scan enters the local map, so that a car that stands does not "
         "smear it. By judgement.",
     )
-    update_angle: float = Field(default=0.1, gt=0.0, description="The same in radians. By judgement.")
+    update_angle: float = Field(
+        default=0.1, gt=0.0, le=10.0, description="The same in radians. By judgement."
+    )
     initial_threshold: float = Field(
         default=0.5,
         gt=0.0,
+        le=100.0,
         description="Metres by which predictions are first taken to be off; KISS-ICP then adapts it. By "
         "judgement: a quarter of its outdoor 2.0.",
     )
     min_motion: float = Field(
         default=0.01,
         gt=0.0,
+        le=1.0,
         description="Metres that a prediction must miss by to change that threshold. By judgement: the "
         "noise of a laser.",
     )
     remembered_updates: int = Field(
         default=60,
         ge=1,
+        le=10000,
         description="Updates of the local map that survive a restart: 12 m of path or more, by judgement as "
         "far as most rooms reach.",
     )
@@ -83,24 +100,28 @@ class TurnSearchConfig(Settings):
     max_turn: float = Field(
         default=0.5,
         gt=0.0,
+        le=100.0,
         description="Radians to each side that are searched. By judgement: a car turns by ten degrees "
         "between two scans at times, which fr079 showed.",
     )
     predicted_turn: float = Field(
         default=0.02,
         gt=0.0,
+        le=10.0,
         description="Radians within which a turn counts as the predicted one. By judgement: a step and a "
         "half of the search.",
     )
     reach: float = Field(
         default=0.2,
         gt=0.0,
+        le=100.0,
         description="Metres to each side that are searched, in which the prediction may be off. By "
         "judgement.",
     )
     min_gain: float = Field(
         default=1.1,
         ge=1.0,
+        le=1000.0,
         description="How many times better another turn must fit than the predicted one. By judgement.",
     )
     min_score: float = Field(
@@ -112,14 +133,15 @@ class TurnSearchConfig(Settings):
     radius: float = Field(
         default=15.0,
         gt=0.0,
+        le=10000.0,
         description="Metres of sight that are used: far walls show a turn too, but slow the search. By "
         "judgement.",
     )
     min_points: int = Field(
-        default=30, ge=1, description="Points of a scan below which it shows no turn. By judgement."
+        default=30, ge=1, le=10000, description="Points of a scan below which it shows no turn. By judgement."
     )
     max_points: int = Field(
-        default=200, ge=1, description="Points that are searched with, for speed. By judgement."
+        default=200, ge=1, le=100000, description="Points that are searched with, for speed. By judgement."
     )
 
 
@@ -129,23 +151,24 @@ class VelocityFilterConfig(Settings):
     max_interval: float = Field(
         default=0.25,
         gt=0.0,
+        le=100.0,
         description="Seconds between two scans beyond which a velocity predicts too little. Measured: "
-        "serves lasers of five scans a second (pytest tests/mapping/test_hard_places.py).",
+        "serves lasers of five scans a second (pytest tests/simulated/test_hard_places.py).",
     )
-    acceleration: tuple[float, float, float] = Field(
+    acceleration: tuple[Positive, Positive, Positive] = Field(
         default=(3.0, 1.0, 6.0),
         description="Root of the spectral density of the white noise in forward and sideways acceleration "
         "(m/s², over a second) and angular acceleration (rad/s²). By judgement: what a race car does.",
     )
-    initial_velocity_sigma: tuple[float, float, float] = Field(
+    initial_velocity_sigma: tuple[Positive, Positive, Positive] = Field(
         default=(2.0, 0.5, 2.0),
         description="Standard deviation of the velocity at the start: m/s, m/s, rad/s. By judgement.",
     )
-    initial_place_sigma: tuple[float, float, float] = Field(
+    initial_place_sigma: tuple[Positive, Positive, Positive] = Field(
         default=(0.02, 0.02, 0.02),
         description="Standard deviation of the place at the start: m, m, rad. By judgement: a scan match's.",
     )
-    scan_odometry_sigma: tuple[float, float, float] = Field(
+    scan_odometry_sigma: tuple[Positive, Positive, Positive] = Field(
         default=(0.5, 0.5, 0.25),
         description="By how much scan odometry may miss a step since the keyframe: m, m, rad. So wide that "
         "it decides only where scan matches leave a direction open; aces without wheels showed the need.",
@@ -159,6 +182,7 @@ class VelocityFilterConfig(Settings):
     max_surprise: float = Field(
         default=40.0,
         gt=0.0,
+        le=10000.0,
         description="Squared Mahalanobis distance between prediction and match beyond which the filter "
         "begins anew. By judgement: by the chi-square distribution of three dimensions 16 is exceeded once "
         "in a thousand times, but accelerations have heavier tails.",
@@ -166,11 +190,13 @@ class VelocityFilterConfig(Settings):
     trusted_after: float = Field(
         default=10.0,
         gt=0.0,
+        le=1000.0,
         description="Scans that must have been followed until it is trusted. By judgement.",
     )
     full_interval: float = Field(
         default=0.05,
         gt=0.0,
+        le=10.0,
         description="Seconds between two scans from which one counts in full towards that; sooner ones "
         "count in proportion, because velocities are wrong where stamps come in bunches. By judgement.",
     )
@@ -182,36 +208,42 @@ class OdometryLagConfig(Settings):
     max_lag: float = Field(
         default=0.3,
         gt=0.0,
+        le=100.0,
         description="Seconds to each side that are tried. Measured on recordings of race cars: 0.10 to 0.14.",
     )
     step: float = Field(
         default=0.02,
         gt=0.0,
+        le=10.0,
         description="Seconds from one lag tried to the next: the usual time between two odometry messages.",
     )
     turn_interval: float = Field(
         default=0.5,
         gt=0.0,
+        le=100.0,
         description="Seconds over which turns are compared. Over a shorter time, scans skewed by wheels at "
         "a wrong time would seem to agree with them; the value is by judgement.",
     )
     max_turn_interval: float = Field(
-        default=1.5, gt=0.0, description="Seconds beyond which there is a gap in it. By judgement."
+        default=1.5, gt=0.0, le=1000.0, description="Seconds beyond which there is a gap in it. By judgement."
     )
     max_waiting: int = Field(
         default=200,
         ge=1,
+        le=100000,
         description="Scans that wait for odometry that has not come yet; it may have stopped. By judgement.",
     )
     max_disagreement: float = Field(
         default=0.3,
         gt=0.0,
+        le=100.0,
         description="Radians by which turns of wheels and scans may differ; more counts as much. By "
         "judgement: a slip.",
     )
     turn_until_settled: float = Field(
         default=4.0,
         gt=0.0,
+        le=1000.0,
         description="Radians that the car must have turned, to and fro, until the lag counts as settled; "
         "before, it must explain more, because a slip in one curve looks like a lag. By judgement.",
     )
@@ -234,26 +266,29 @@ class WheelCalibrationConfig(Settings):
     """The fit of the wheels' systematic errors, and how far they are trusted after it."""
 
     min_steps: int = Field(
-        default=20, ge=2, description="Keyframe steps below which nothing is fitted. By judgement."
+        default=20, ge=2, le=10000, description="Keyframe steps below which nothing is fitted. By judgement."
     )
     initial_sigma: float = Field(
         default=0.05,
         gt=0.0,
+        le=10.0,
         description="Standard deviation of a step, metres and radians, before anything is fitted. By "
         "judgement.",
     )
     min_sigma: float = Field(
         default=0.01,
         gt=0.0,
+        le=1.0,
         description="Least standard deviation of a step, metres and radians: no better than a scan match. "
         "By judgement.",
     )
     max_sigma: float = Field(
-        default=0.3, gt=0.0, description="Largest one: a whole keyframe step. By judgement."
+        default=0.3, gt=0.0, le=100.0, description="Largest one: a whole keyframe step. By judgement."
     )
     heavy_tails: float = Field(
         default=2.0,
         ge=1.0,
+        le=1000.0,
         description="Factor on the spread that the median error shows: errors of wheels are not Gaussian, "
         "and their tails exceed it. By judgement.",
     )
@@ -267,12 +302,14 @@ class WheelCalibrationConfig(Settings):
     prior_weight: float = Field(
         default=0.05,
         gt=0.0,
+        le=10.0,
         description="Weight of the wheels' own values in the fit, in squared metres or radians: it decides "
         "only what the drive leaves open. By judgement.",
     )
     loss_width: float = Field(
         default=2.0,
         gt=0.0,
+        le=1000.0,
         description="Width of the Cauchy loss of the fit, in spreads of the residuals. The 95 % efficiency "
         "on Gaussian errors is at 2.385 (Holland and Welsch, 1977); by judgement a little less.",
     )
@@ -284,16 +321,18 @@ class DeadReckoningConfig(Settings):
     lost_distance: float = Field(
         default=1.0,
         gt=0.0,
+        le=100.0,
         description="Metres by which scan odometry may miss a step between keyframes before it begins anew. "
         "By judgement.",
     )
-    lost_angle: float = Field(default=0.5, gt=0.0, description="The same in radians. By judgement.")
+    lost_angle: float = Field(default=0.5, gt=0.0, le=100.0, description="The same in radians. By judgement.")
     sparse_interval: float = Field(
         default=0.075,
         gt=0.0,
+        le=10.0,
         description="Seconds between two scans from which scan odometry corrects the velocity filter; when "
         "scans come more often, the laser moves too little between them for it. Measured on simulated cheap "
-        "lasers (pytest tests/mapping/test_hard_places.py).",
+        "lasers (pytest tests/simulated/test_hard_places.py).",
     )
     scan_odometry: ScanOdometryConfig = ScanOdometryConfig()
     turn_search: TurnSearchConfig = TurnSearchConfig()

@@ -57,7 +57,7 @@ def _explain(error: ValidationError, path: Path, model: type[BaseModel]) -> str:
     if first["type"] == "extra_forbidden":
         return f"The configuration {path} has the unknown key '{name}'; {_suggest(location, model)}."
     section = section_at(model, location)
-    if section is not None:
+    if section is not None and first["type"] != "value_error":
         known = ", ".join(sorted(section.model_fields))
         return f"The configuration {path} has a bad value for '{name}': it should hold settings ({known})."
     return f"The configuration {path} has a bad value for '{name}': {_as_clause(first['msg'])}."
@@ -72,4 +72,6 @@ def _suggest(location: list[str], model: type[BaseModel]) -> str:
 
 
 def _as_clause(message: str) -> str:
-    return message[:1].lower() + message[1:]
+    """In the middle of a sentence, and without what pydantic puts before words of ours."""
+    words = message.removeprefix("Value error, ")
+    return words[:1].lower() + words[1:]

@@ -34,6 +34,17 @@ def test_a_file_overrides(tmp_path: Path) -> None:
             "'localization.particels'; did you mean 'localization.particles'",
         ),
         ("localization:\n  qqq: 5\n", "'localization.qqq'; known there: .*particles"),
+        (
+            "localization:\n  odometry_segments: {shortest: 5}\n",
+            "odometry_segments': shortest must not exceed",
+        ),
+        ("localization:\n  tracking: {news_after: .inf}\n", "'localization.tracking.news_after': .*finite"),
+        (
+            "mapping:\n  keyframes: {constraints: {tied_to: [2]}}\n",
+            "constraints.tied_to': 1 must be among them",
+        ),
+        ("mapping:\n  keyframes: {placement: {placed_against: [1, 0]}}\n", "placed_against.1': .*equal to 1"),
+        ("localization:\n  alignment: {scales: [0.0]}\n", "'localization.alignment.scales.0': .*0.01"),
         ("localization:\n  particles: many\n", "bad value for 'localization.particles': .*integer"),
         ("localization: 5\n", "bad value for 'localization'"),
         ("- a\n- b\n", "should hold sections"),
