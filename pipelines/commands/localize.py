@@ -48,7 +48,7 @@ def localize(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Tell where the car was on a map: trajectory.tum, overlay.png and report.json.
+    """Estimate where the car was on a map: trajectory.tum, overlay.png and report.json.
 
     Without --initial-pose and --global the car starts where the mapping drive was at that time, if the map's
     folder holds its trajectory.tum, else anywhere.

@@ -213,8 +213,9 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
     sentences = []
     starts = sum(estimate.is_start for estimate in run.estimates)
     if starts > 1:
+        times = "once" if starts == 2 else f"{starts - 1} times"
         sentences.append(
-            f"The pose was searched again {starts - 1} times, after gaps in the scans or because they no "
+            f"The pose was searched again {times}, after gaps in the scans or because they no "
             "longer fitted the map; the path may jump there."
         )
     shares = [share for share in run.shares_on_wall if not np.isnan(share)]
