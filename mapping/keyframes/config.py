@@ -22,7 +22,7 @@ def _with_the_one_before(backs: tuple[int, ...]) -> tuple[int, ...]:
 KeyframesBack = Annotated[
     tuple[Annotated[int, Field(ge=1, le=1000)], ...], AfterValidator(_with_the_one_before)
 ]
-"""Keyframes counted back along the path."""
+"""Keyframes counted back along the path; up to 1000, because no match reaches farther than some tens."""
 
 
 class GuessConfig(Settings):

@@ -7,7 +7,7 @@ from pydantic import Field
 from racecar.maps.settings import Settings
 
 Positive = Annotated[float, Field(gt=0.0, le=1000.0)]
-"""One of several numbers of a setting."""
+"""One of several numbers of a setting; up to 1000 because no car accelerates or errs so much."""
 
 
 class UprightConfig(Settings):
