@@ -48,7 +48,7 @@ def wheel_command(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
     # The dependencies are those of this environment; its own racecar comes by a hook that is left behind.
     (packages / "dependencies.pth").write_text(sysconfig.get_path("purelib") + "\n")
     _bring_compiled_kernels(packages / "racecar")
-    where = [str(python), "-c", "import racecar; print(racecar.__file__)"]
+    where = [str(python), "-I", "-c", "import racecar; print(racecar.__file__)"]
     assert (
         str(packages) in subprocess.run(where, cwd=folder, capture_output=True, text=True, check=True).stdout
     )
