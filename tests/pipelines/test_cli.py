@@ -25,7 +25,7 @@ def test_help_without_arguments(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_help_loads_nothing_heavy() -> None:
     heavy = "{'numpy', 'numba', 'gtsam', 'matplotlib', 'rosbags', 'evo', 'open3d', 'scipy'}"
-    code = f"import sys; from pipelines import cli; cli.run([]); sys.exit(bool({heavy} & set(sys.modules)))"
+    code = f"import sys; from racecar.pipelines import cli; cli.run([]); sys.exit(bool({heavy} & set(sys.modules)))"
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL, check=False)
     assert done.returncode == 0
 
@@ -35,7 +35,7 @@ def test_a_wrong_path_is_told_before_anything_heavy_is_loaded(command: list[str]
     arguments = [*command, str(tmp_path / "no.bag"), "--out", str(tmp_path / "run")]
     heavy = "{'numba', 'gtsam', 'matplotlib', 'evo', 'open3d', 'scipy'}"
     code = (
-        f"import sys; from pipelines import cli; code = cli.run({arguments}); "
+        f"import sys; from racecar.pipelines import cli; code = cli.run({arguments}); "
         f"sys.exit(code != 2 or bool({heavy} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], stderr=subprocess.DEVNULL, check=False)
