@@ -25,7 +25,10 @@ def test_help_without_arguments(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_help_loads_nothing_heavy() -> None:
     heavy = "{'numpy', 'numba', 'gtsam', 'matplotlib', 'rosbags', 'evo', 'open3d', 'scipy'}"
-    code = f"import sys; from racecar.pipelines import cli; cli.run([]); sys.exit(bool({heavy} & set(sys.modules)))"
+    code = (
+        "import sys; from racecar.pipelines import cli; cli.run([]); "
+        f"sys.exit(bool({heavy} & set(sys.modules)))"
+    )
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.DEVNULL, check=False)
     assert done.returncode == 0
 
