@@ -10,6 +10,13 @@ class Finding:
 
     what: str
     remedy: str
+    spoils_map: bool = False
+    """A map made of the bag as it is would be wrong, or not be made at all."""
+
+    @property
+    def sentence(self) -> str:
+        """What is wrong and what to do about it."""
+        return f"{self.what} {self.remedy}"
 
 
 _COUNTED = {
@@ -52,11 +59,20 @@ _COUNTED = {
     ),
 }
 
+_LOST = ("dropped_out_of_order", "empty_scans", "undecodable_messages")
+"""Counts of messages that are missing in the map."""
+_MUCH_LOST = 0.25
+"""Of all messages; a drive of which more is lost has holes that no odometry bridges: by judgement."""
+
 
 def counted_findings(counts: Counter[str]) -> list[Finding]:
     """What was mended or dropped while reading."""
+    lost = sum(counts[name] for name in _LOST)
+    is_much = lost > _MUCH_LOST * (lost + counts["scans"] + counts["odometry"])
     findings = [
-        Finding(f"{counts[name]} {what}", remedy) for name, (what, remedy) in _COUNTED.items() if counts[name]
+        Finding(f"{counts[name]} {what}", remedy, is_much and name in _LOST)
+        for name, (what, remedy) in _COUNTED.items()
+        if counts[name]
     ]
     lacking = counts["scans_without_odometry"]
     if lacking > 0.01 * counts["scans"] + 2:

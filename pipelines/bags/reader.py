@@ -21,6 +21,7 @@ from racecar.pipelines.bags.converters.registry import (
     Converter,
     ScanSetup,
 )
+from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts
 from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.messages import TRANSFORMS, decode, frame_name, nanoseconds
 from racecar.pipelines.bags.order import Item, after_their_odometry, in_order
@@ -99,6 +100,10 @@ class BagReader:
             raise
         self._heights = (min_height, max_height)
         self._gaps = ScanGaps()
+        self.scan_facts = ScanFacts()
+        """What the scans read so far are like."""
+        self.odometry_facts = OdometryFacts()
+        """What the odometry read so far is like."""
         self._counter: Counter[str] = Counter()
         self.messages_read = 0
         """Of the chosen topics; advances while iterating."""
@@ -176,16 +181,23 @@ class BagReader:
         losses = [
             Finding(loss, "Copy the bag again from where it was recorded.") for loss in self._store.losses
         ]
-        return [*losses, *self._findings, *self._gaps.findings, *counted_findings(self._counter)]
+        return [
+            *losses,
+            *self._findings,
+            *self._gaps.findings,
+            *counted_findings(self._counter),
+            *self.scan_facts.findings,
+            *self.odometry_facts.findings,
+        ]
 
     @property
     def warnings(self) -> list[str]:
         """The findings as sentences for people."""
-        return [finding.what for finding in self.findings]
+        return [finding.sentence for finding in self.findings]
 
     def __iter__(self) -> Iterator[Scan | Odometry]:
         self._counter.clear()
-        self._gaps = ScanGaps()
+        self._gaps, self.scan_facts, self.odometry_facts = ScanGaps(), ScanFacts(), OdometryFacts()
         self.messages_read = 0
         items = in_order(self._items(), self._counter)
         if self._odometry is not None:
@@ -193,6 +205,9 @@ class BagReader:
         for item in items:
             if isinstance(item, Scan):
                 self._gaps.add(item)
+                self.scan_facts.add(item)
+            else:
+                self.odometry_facts.add(item)
             self._counter["scans" if isinstance(item, Scan) else "odometry"] += 1
             yield item
         if not self._counter["scans"]:

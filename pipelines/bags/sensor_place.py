@@ -56,5 +56,6 @@ def _check_tilt(place: SensorPlace, findings: list[Finding]) -> None:
             Finding(
                 f"The sensor is tilted by {np.degrees(place.tilt):.0f}°: it is taken as level.",
                 "Mount it level; else walls appear too far and the floor as a wall.",
+                spoils_map=True,
             )
         )

@@ -1,6 +1,8 @@
 """``racecar check``: what is in a bag and what is wrong with it."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
+
+import typer
 
 from racecar.pipelines.commands.options import (
     BagArgument,
@@ -18,6 +20,9 @@ if TYPE_CHECKING:
 
     from racecar.pipelines.bags.check import BagCheck
 
+_SPOILT = 3
+"""Exit code; 1 and 2 say that the command itself failed."""
+
 
 def check(
     bag: BagArgument,
@@ -25,12 +30,17 @@ def check(
     odom_topic: OdomTopicOption = None,
     no_odom: NoOdomOption = False,
     laser_pose: LaserPoseOption = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit code 3 when a map of the bag would be wrong.")
+    ] = False,
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Show what is in a bag and what is wrong with it, before hours are spent on it.
 
     Example: racecar check drive.bag
+
+    In a script: racecar check drive.bag --strict --quiet && racecar map drive.bag --out runs/drive
     """
     from rich.console import Console
 
@@ -51,6 +61,8 @@ def check(
         console = Console()
         for table in (_topics_table(result), _facts_table(result), _findings_table(result)):
             console.print(table)
+    if strict and any(finding.spoils_map for finding in result.findings):
+        raise typer.Exit(_SPOILT)
 
 
 def _topics_table(result: "BagCheck") -> "Table":
@@ -119,5 +131,5 @@ def _findings_table(result: "BagCheck") -> "Table | str":
         "what is wrong", "what to do about it", title="Findings", title_justify="left", show_lines=True
     )
     for finding in result.findings:
-        table.add_row(finding.what, finding.remedy)
+        table.add_row(finding.what, finding.remedy, style="bold" if finding.spoils_map else None)
     return table

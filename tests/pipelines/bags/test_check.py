@@ -9,7 +9,7 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.cli import run
-from tests.pipelines.bag_samples import bag_of, cut, odometry, write_bag, write_scan
+from tests.pipelines.bag_samples import bag_of, cut, odometry, read, write_bag, write_scan
 
 
 def check(path, **options):
@@ -95,6 +95,46 @@ def test_the_command_passes_a_cut_bag_with_findings(tmp_path, capsys):
     path = cut(write_bag(tmp_path / "drive.bag"), tmp_path / "cut.bag", 0.5)
     assert run(["check", str(path)]) == 0
     assert "cut off" in capsys.readouterr().out
+
+
+def blind_bag(path):
+    """Of a laser that meets nothing."""
+
+    def write(writer):
+        for index in range(40):
+            writer.write_odometry(odometry(index))
+            write_scan(writer, index, ranges=np.full(181, 30.0, dtype=np.float32))
+
+    return bag_of(path, write)
+
+
+def test_strict_ends_in_3_where_a_map_would_be_wrong(tmp_path, capsys):
+    good, blind = write_bag(tmp_path / "drive.bag"), blind_bag(tmp_path / "blind.bag")
+    assert run(["check", str(good), "--strict"]) == 0
+    assert run(["check", str(blind)]) == 0
+    capsys.readouterr()
+    assert run(["check", str(blind), "--strict", "--quiet", "--json", str(tmp_path / "check.json")]) == 3
+    assert capsys.readouterr() == ("", "")
+    spoiling = [
+        finding["what"]
+        for finding in json.loads((tmp_path / "check.json").read_text())["findings"]
+        if finding["spoils_map"]
+    ]
+    assert spoiling == ["Not one beam met anything."]
+
+
+def test_strict_minds_faults_only_that_spoil_the_map(tmp_path):
+    cut_off = cut(write_bag(tmp_path / "drive.bag"), tmp_path / "cut.bag", 0.9)
+    assert check(cut_off).findings
+    assert run(["check", str(cut_off), "--strict", "--quiet"]) == 0
+
+
+def test_whoever_reads_a_bag_hears_the_same_as_check(tmp_path):
+    path = blind_bag(tmp_path / "blind.bag")
+    told = [finding.sentence for finding in check(path).findings]
+    *_, reader = read(path)
+    assert any("Not one beam met anything" in sentence for sentence in told)
+    assert reader.warnings == told
 
 
 @pytest.mark.parametrize("arguments", [["nothing.bag"], ["drive.bag", "--scan-topic", "/scam"]])

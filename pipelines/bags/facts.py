@@ -1,0 +1,180 @@
+"""What is learned of scans and odometry while they are read, and what of it is suspicious."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from racecar.maps.sensing.odometry import Odometry, is_jump
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.findings import Finding
+
+_LEAST_PATH = 0.5
+"""Metres; a car that was recorded for a map has gone farther, by judgement."""
+_LOWEST_ODOMETRY_RATE = 10.0
+"""Per second; below, a car at 1 m/s goes 0.1 m between two samples and may steer meanwhile: by judgement."""
+_INVALID_SHARE = 0.5
+"""Of the beams, above which the sensor is covered rather than in the open: by judgement."""
+_MISSING_SHARE = 0.02
+"""Of the steps between scans, above which they come unevenly: by judgement."""
+
+
+class Spacing:
+    """Steps between stamps; of a long log, a sample of bounded size."""
+
+    def __init__(self) -> None:
+        self.first: int | None = None
+        self.last: int | None = None
+        self.count = 0
+        self._steps: list[int] = []
+        self._stride = 1
+
+    def add(self, stamp: int) -> None:
+        """Take note of the next stamp, in nanoseconds."""
+        if self.last is not None and self.count % self._stride == 0:
+            self._steps.append(stamp - self.last)
+            if len(self._steps) >= 20_000:
+                self._steps, self._stride = self._steps[::2], self._stride * 2
+        self.first = stamp if self.first is None else self.first
+        self.last = stamp
+        self.count += 1
+
+    @property
+    def seconds(self) -> float:
+        """From the first stamp to the last."""
+        return 0.0 if self.first is None or self.last is None else (self.last - self.first) * 1e-9
+
+    @property
+    def rate(self) -> float:
+        """Messages per second by the median step; 0 where there are fewer than two."""
+        return 1e9 / float(np.median(self._steps)) if self._steps else 0.0
+
+    @property
+    def missing_share(self) -> float:
+        """Share of the steps over which at least one message is missing."""
+        steps = np.array(self._steps)
+        return float(np.mean(steps > 1.7 * np.median(steps))) if len(steps) else 0.0
+
+
+@dataclass
+class ScanFacts:
+    """Of all scans so far."""
+
+    spacing: Spacing = field(default_factory=Spacing)
+    fewest_beams: int = 2**31
+    most_beams: int = 0
+    first_bearing: float = np.inf
+    last_bearing: float = -np.inf
+    longest_sweep: float = 0.0
+    max_range: float = 0.0
+    nearest: float = np.inf
+    farthest: float = 0.0
+    beams: int = 0
+    misses: int = 0
+    invalid: int = 0
+
+    def add(self, scan: Scan) -> None:
+        """Take note of the next scan."""
+        self.spacing.add(scan.stamp)
+        beams = len(scan.ranges)
+        self.fewest_beams, self.most_beams = min(self.fewest_beams, beams), max(self.most_beams, beams)
+        self.first_bearing = min(self.first_bearing, float(scan.bearings[0]))
+        self.last_bearing = max(self.last_bearing, float(scan.bearings[-1]))
+        self.longest_sweep = max(self.longest_sweep, float(np.ptp(scan.time_offsets)))
+        self.max_range = max(self.max_range, scan.max_range)
+        returns = scan.ranges[scan.is_return]
+        if len(returns):
+            self.nearest = min(self.nearest, float(returns.min()))
+            self.farthest = max(self.farthest, float(returns.max()))
+        misses = int(np.count_nonzero(np.isposinf(scan.ranges)))
+        self.beams += beams
+        self.misses += misses
+        self.invalid += beams - len(returns) - misses
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What a person should know of."""
+        if not self.spacing.count:
+            return []
+        findings = []
+        if self.invalid > _INVALID_SHARE * self.beams:
+            findings.append(
+                Finding(
+                    f"{self.invalid / self.beams:.0%} of the beams hold no reading "
+                    "(NaN, zero or below range_min).",
+                    "Clean the sensor's window, see that the car does not cover it, and look at range_min.",
+                )
+            )
+        if self.farthest == 0.0:
+            findings.append(
+                Finding(
+                    "Not one beam met anything.",
+                    "See that the sensor works, and that range_max is right.",
+                    spoils_map=True,
+                )
+            )
+        if self.spacing.missing_share > _MISSING_SHARE:
+            findings.append(
+                Finding(
+                    "Scans come unevenly: "
+                    f"after {self.spacing.missing_share:.1%} of them a sweep is missing.",
+                    "Record to a faster disk, or fewer topics, unless the sensor is meant to work like that.",
+                )
+            )
+        return findings
+
+
+@dataclass
+class OdometryFacts:
+    """Of all odometry so far."""
+
+    spacing: Spacing = field(default_factory=Spacing)
+    path_length: float = 0.0
+    turned: float = 0.0
+    top_speed: float = 0.0
+    jumps: int = 0
+    last: Odometry | None = None
+
+    def add(self, odometry: Odometry) -> None:
+        """Take note of the next sample."""
+        self.spacing.add(odometry.stamp)
+        if self.last is not None:
+            step = odometry.odom_from_base - self.last.odom_from_base
+            metres = float(np.hypot(step[0], step[1]))
+            seconds = (odometry.stamp - self.last.stamp) * 1e-9
+            if is_jump(self.last.odom_from_base, odometry.odom_from_base, seconds):
+                self.jumps += 1
+            else:
+                self.path_length += metres
+                self.top_speed = max(self.top_speed, metres / seconds if seconds > 0.005 else 0.0)
+            self.turned += abs(float(np.arctan2(np.sin(step[2]), np.cos(step[2]))))
+        self.last = odometry
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What a person should know of."""
+        if not self.spacing.count:
+            return []
+        findings = []
+        if self.path_length < _LEAST_PATH:
+            findings.append(
+                Finding(
+                    f"By its odometry the car moves {self.path_length:.2f} m in all.",
+                    "If it did drive, name another topic with --odom-topic, or ignore it with --no-odom.",
+                )
+            )
+        if self.jumps:
+            findings.append(
+                Finding(
+                    f"The odometry jumps {self.jumps} times, faster than any car.",
+                    "See that only one node publishes it and that it is not reset while driving.",
+                )
+            )
+        if self.top_speed > 1.0 and self.spacing.rate < _LOWEST_ODOMETRY_RATE:
+            findings.append(
+                Finding(
+                    f"The odometry comes {self.spacing.rate:.1f} times a second, at up to "
+                    f"{self.top_speed:.1f} m/s.",
+                    "Publish it at 20 Hz or more, so that the motion within a sweep is known.",
+                )
+            )
+        return findings
