@@ -3,17 +3,20 @@
 from pathlib import Path
 from typing import Any, TypeVar
 
-import yaml
 from pydantic import BaseModel, Field, ValidationError
 
 from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
 from racecar.maps.settings import Settings
+from racecar.maps.text_files import read_text
+from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
 from racecar.pipelines.files.nested_settings import nearest_name, section_at
-from racecar.pipelines.files.text_file import read_text
 
 Model = TypeVar("Model", bound=BaseModel)
+
+_LONGEST_NAME = 100
+"""Characters of a key in a message, since no setting's name is longer."""
 
 
 class Config(Settings):
@@ -36,14 +39,11 @@ def load_settings(path: Path, model: type[Model]) -> Model:
         raise UserError(_explain(error, path, model)) from error
 
 
-def _read_yaml(path: Path) -> Any:
+def _read_yaml(path: Path) -> dict[str, Any]:
     try:
-        contents = yaml.safe_load(read_text(path))
-    except yaml.MarkedYAMLError as error:
-        line = f" at line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise UserError(f"The configuration {path} is not valid YAML{line}: {error.problem}.") from error
-    except yaml.YAMLError as error:
-        raise UserError(f"The configuration {path} is not a YAML text file.") from error
+        contents = parse_yaml(read_text(path, MOST_BYTES))
+    except UnreadableYamlError as error:
+        raise UserError(f"The configuration {path} cannot be used: {error}.") from error
     contents = {} if contents is None else contents
     if not isinstance(contents, dict):
         raise UserError(f"The configuration {path} should hold sections such as 'mapping:' with settings.")
@@ -53,7 +53,7 @@ def _read_yaml(path: Path) -> Any:
 def _explain(error: ValidationError, path: Path, model: type[BaseModel]) -> str:
     first = error.errors()[0]
     location = [str(part) for part in first["loc"]]
-    name = ".".join(location)
+    name = _shortened(".".join(location))
     if first["type"] == "extra_forbidden":
         return f"The configuration {path} has the unknown key '{name}'; {_suggest(location, model)}."
     section = section_at(model, location)
@@ -69,6 +69,12 @@ def _suggest(location: list[str], model: type[BaseModel]) -> str:
         return f"did you mean '{nearest}'"
     section = section_at(model, location[:-1])
     return f"known there: {', '.join(sorted(section.model_fields) if section else ())}"
+
+
+def _shortened(name: str) -> str:
+    """On one line, for a key may be anything."""
+    words = " ".join(name.split())
+    return words if len(words) <= _LONGEST_NAME else f"{words[:_LONGEST_NAME]}..."
 
 
 def _as_clause(message: str) -> str:

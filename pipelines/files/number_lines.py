@@ -6,7 +6,7 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.files.text_file import read_text
+from racecar.maps.text_files import read_text
 
 _LATEST_SECONDS = 2**63 // 10**9
 

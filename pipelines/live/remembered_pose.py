@@ -13,8 +13,8 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.text_files import read_text
 from racecar.pipelines.files.report import write_json
-from racecar.pipelines.files.text_file import read_text
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 
 _LONGEST_BRIDGE = 3600.0

@@ -48,8 +48,12 @@ def test_a_file_overrides(tmp_path: Path) -> None:
         ("localization:\n  particles: many\n", "bad value for 'localization.particles': .*integer"),
         ("localization: 5\n", "bad value for 'localization'"),
         ("- a\n- b\n", "should hold sections"),
-        ("mapping: [1, 2\nb: c\n", "not valid YAML at line"),
+        ("mapping: [1, 2\nb: c\n", "line 2 is not valid YAML"),
         ("a: \x00\n", "not a YAML text file"),
+        ("mapping: 2001-99-01\n", "line 1 holds a value that cannot be read .month must be in 1..12"),
+        ("mapping: " + "[" * 5000, "nested more than 40 levels deep"),
+        ("mapping: {}\nlocalization: {}\nmapping: {}\n", "line 3 gives the key 'mapping' a second time"),
+        ("? " + "k" * 5000 + "\n: 1\n", "unknown key 'k{100}[.]{3}'"),
     ],
 )
 def test_mistakes_are_named(tmp_path: Path, text: str, complaint: str) -> None:
