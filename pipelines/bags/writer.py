@@ -74,7 +74,6 @@ class BagWriter:
         with ExitStack() as stack:
             if self._is_ros1:
                 place = stack.enter_context(write_atomically(self._path))
-                place.unlink()
                 self._writer: Ros1Writer | Ros2Writer = stack.enter_context(Ros1Writer(place))
             else:
                 place = stack.enter_context(output_folder(self._path)) / self._path.absolute().name

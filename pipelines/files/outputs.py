@@ -1,14 +1,12 @@
 """Folders of results appear whole or not at all: written beside their place and moved at the end."""
 
 import os
-import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 from racecar.maps.errors import UserError
-from racecar.maps.whole_files import cannot_write
+from racecar.maps.whole_files import cannot_write, move_into_place, staging_folder
 
 
 @contextmanager
@@ -21,15 +19,9 @@ def output_folder(path: Path) -> Iterator[Path]:
     if path.exists() and not path.is_dir():
         raise UserError(f"{path} is a file; name a folder to write to.")
     home = next(folder for folder in [path, *path.absolute().parents] if folder.is_dir())
-    try:
-        staging = Path(tempfile.mkdtemp(prefix=".racecar-", dir=home))
-    except OSError as error:
-        raise cannot_write(path, error) from error
-    try:
+    with staging_folder(home, path) as staging:
         yield staging
         _move_files(staging, path)
-    finally:
-        shutil.rmtree(staging, ignore_errors=True)
 
 
 def _move_files(source: Path, destination: Path) -> None:
@@ -38,6 +30,8 @@ def _move_files(source: Path, destination: Path) -> None:
             target = destination / Path(folder).relative_to(source)
             target.mkdir(parents=True, exist_ok=True)
             for name in names:
-                Path(folder, name).replace(target / name)
+                move_into_place(Path(folder, name), target / name)
+    except BrokenPipeError:
+        raise
     except OSError as error:
         raise cannot_write(destination, error) from error
