@@ -7,7 +7,10 @@ colour channels, the darker the more occupied (the other way round with ``negate
 """
 
 import math
+import reprlib
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +23,9 @@ from PIL import Image
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.maps.shipped import shipped_map, shipped_names
+from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
+from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
 
 MODES = ("trinary", "scale", "raw")
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
@@ -28,7 +33,15 @@ OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
 BLACK, GREY, WHITE = 0, 205, 254
 """What map_saver draws for occupied, unknown and free."""
 
-_MAX_YAML_BYTES = 1_000_000
+_FINEST, _COARSEST = 0.001, 10.0
+"""Metres per cell: lasers of small cars err by a centimetre, and a car is lost in a cell larger than a room,
+so that a resolution beyond has the wrong unit."""
+_FARTHEST_ORIGIN = 1e8
+"""Metres, since the earth's circumference is 4e7 and no map's coordinates are larger."""
+_MOST_YAW = 6.3
+"""Radians: a whole turn and a little; what is larger was meant as degrees."""
+_STRIP = 256
+"""Rows of an image that are worked on at a time, because NumPy takes eight bytes for each pixel of them."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +57,9 @@ class _Header:
     mode: str
 
 
-def find_map(path: Path) -> Path:
+def find_map(path: str | Path) -> Path:
     """The YAML file meant by a path: itself, the ``map.yaml`` of a folder, or the name of a shipped map."""
+    path = Path(path)
     if path.is_dir():
         path = path / "map.yaml"
     if path.is_file():
@@ -58,25 +72,22 @@ def find_map(path: Path) -> Path:
     )
 
 
-def load_map(path: Path) -> OccupancyGrid:
+def load_map(path: str | Path) -> OccupancyGrid:
     """The grid in a map's YAML file, in a folder's ``map.yaml``, or of a shipped map's name.
 
     Raises UserError for everything that can be wrong with the two files.
     """
     yaml_path = find_map(path)
     header = _read_header(yaml_path)
-    brightness, full, transparent = _read_brightness(header, yaml_path)
-    cells = _percent_of_brightness(header, full)[brightness]
-    if header.mode == "scale":
-        cells[transparent] = UNKNOWN
-    return OccupancyGrid(np.ascontiguousarray(cells[::-1]), header.resolution, header.origin)
+    return OccupancyGrid(_read_cells(header, yaml_path), header.resolution, header.origin)
 
 
-def save_map(grid: OccupancyGrid, yaml_path: Path) -> None:
+def save_map(grid: OccupancyGrid, yaml_path: str | Path) -> None:
     """Write a trinary PGM image and then the YAML file that names it, each beside and renamed.
 
     Cells between free and occupied become unknown, as with map_saver; trinary grids come back exactly.
     """
+    yaml_path = Path(yaml_path)
     image_path = yaml_path.with_suffix(".pgm")
     pixels = np.full(grid.cells.shape, GREY, dtype=np.uint8)
     pixels[(grid.cells >= FREE) & (grid.cells <= 100 * FREE_THRESHOLD)] = WHITE
@@ -100,11 +111,12 @@ def _read_header(yaml_path: Path) -> _Header:
     entries = _read_yaml(yaml_path)
     mode = entries.get("mode", "trinary")
     if mode not in MODES:
-        raise UserError(f"In {yaml_path}, mode is {mode!r}; it must be one of {', '.join(MODES)}.")
+        raise UserError(f"In {yaml_path}, mode is {_short(mode)}; it must be one of {', '.join(MODES)}.")
     resolution = _number(entries, "resolution", yaml_path)
-    if resolution <= 0:
+    if not _FINEST <= resolution <= _COARSEST:
         raise UserError(
-            f"In {yaml_path}, resolution is {resolution}; it must be a positive number of metres."
+            f"In {yaml_path}, resolution is {resolution}; it must be the metres that a cell measures, "
+            f"{_FINEST:g} to {_COARSEST:g}, such as 0.05."
         )
     occupied = _number(entries, "occupied_thresh", yaml_path)
     free = _number(entries, "free_thresh", yaml_path)
@@ -126,16 +138,10 @@ def _read_header(yaml_path: Path) -> _Header:
 
 def _read_yaml(yaml_path: Path) -> dict[str, Any]:
     try:
-        if yaml_path.stat().st_size > _MAX_YAML_BYTES:
-            raise UserError(
-                f"{yaml_path} is too large to be a map's YAML file; give the YAML, not the image."
-            )
-        entries = yaml.safe_load(yaml_path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise UserError(f"Cannot read the map {yaml_path}: {error.strerror}.") from error
-    except (UnicodeDecodeError, yaml.YAMLError) as error:
+        entries = parse_yaml(read_text(yaml_path, MOST_BYTES))
+    except UnreadableYamlError as error:
         raise UserError(
-            f"{yaml_path} is not a YAML file{_place_of(error)}; give the YAML file of a map, not its image."
+            f"{yaml_path} is not a YAML file of a map, as {error}; give the YAML file, not its image."
         ) from error
     if not isinstance(entries, dict):
         raise UserError(
@@ -144,22 +150,24 @@ def _read_yaml(yaml_path: Path) -> dict[str, Any]:
     return entries
 
 
-def _place_of(error: Exception) -> str:
-    mark = getattr(error, "problem_mark", None)
-    return f" (line {mark.line + 1})" if mark is not None else ""
-
-
 def _entry(entries: dict[str, Any], key: str, yaml_path: Path) -> Any:
     if entries.get(key) is None:
         raise UserError(f"{yaml_path} lacks the key {key}, which every ROS map file has; add it.")
     return entries[key]
 
 
+def _short(value: Any) -> str:
+    """A value in a message, on one line, for it may be anything."""
+    short = reprlib.Repr()
+    short.maxstring = short.maxother = 120
+    return " ".join(short.repr(value).split())
+
+
 def _number(entries: dict[str, Any], key: str, yaml_path: Path) -> float:
     value = _entry(entries, key, yaml_path)
     number = _as_number(value)
     if number is None:
-        raise UserError(f"In {yaml_path}, {key} is {value!r}; it must be a finite number.")
+        raise UserError(f"In {yaml_path}, {key} is {_short(value)}; it must be a finite number.")
     return number
 
 
@@ -179,14 +187,21 @@ def _origin(entries: dict[str, Any], yaml_path: Path) -> NDArray[np.float64]:
     numbers = [_as_number(number) for number in value] if isinstance(value, list) else []
     origin = np.array([number for number in numbers if number is not None])
     if len(numbers) != 3 or len(origin) != 3:
-        raise UserError(f"In {yaml_path}, origin is {value!r}; it must be three finite numbers [x, y, yaw].")
+        raise UserError(
+            f"In {yaml_path}, origin is {_short(value)}; it must be three finite numbers [x, y, yaw]."
+        )
+    if np.abs(origin[:2]).max() > _FARTHEST_ORIGIN or abs(origin[2]) > _MOST_YAW:
+        raise UserError(
+            f"In {yaml_path}, origin is {_short(value)}; it must be x and y in metres, "
+            f"{_FARTHEST_ORIGIN:g} at most, and yaw in radians, a turn at most."
+        )
     return origin
 
 
 def _negate(entries: dict[str, Any], yaml_path: Path) -> bool:
     value = _entry(entries, "negate", yaml_path)
     if value not in (0, 1):
-        raise UserError(f"In {yaml_path}, negate is {value!r}; it must be 0 or 1.")
+        raise UserError(f"In {yaml_path}, negate is {_short(value)}; it must be 0 or 1.")
     return bool(value)
 
 
@@ -194,32 +209,59 @@ def _image_path(entries: dict[str, Any], yaml_path: Path) -> Path:
     """The image's path, held to the YAML file's folder: a map from a stranger must not read other files."""
     name = _entry(entries, "image", yaml_path)
     if not isinstance(name, str) or not name or "\0" in name:
-        raise UserError(f"In {yaml_path}, image is {name!r}; it must be the name of an image file beside it.")
-    image_path = yaml_path.parent / name
-    if not image_path.resolve().is_relative_to(yaml_path.parent.resolve()):
         raise UserError(
-            f"In {yaml_path}, image points outside its folder ({name}); "
-            "put the image beside the YAML file and name it without a path."
+            f"In {yaml_path}, image is {_short(name)}; it must be the name of an image beside it."
         )
+    image_path, beside = yaml_path.parent / name, yaml_path.parent / Path(name).name
+    is_other = beside != image_path and beside.is_file()
+    instead = f"{beside.name} lies beside it: write 'image: {beside.name}' if that is the one"
+    if not image_path.resolve().is_relative_to(yaml_path.parent.resolve()):
+        remedy = instead if is_other else "put the image beside the YAML file and name it without a path"
+        raise UserError(f"In {yaml_path}, image points outside its folder ({_short(name)}); {remedy}.")
     if not image_path.is_file():
-        raise UserError(f"The image {image_path}, named in {yaml_path}, does not exist; put it there.")
+        remedy = instead if is_other else "put it there"
+        raise UserError(f"The image {image_path}, named in {yaml_path}, does not exist; {remedy}.")
     return image_path
 
 
-def _read_brightness(header: _Header, yaml_path: Path) -> tuple[NDArray[np.uint16], int, NDArray[np.bool_]]:
+def _read_cells(header: _Header, yaml_path: Path) -> NDArray[np.int8]:
+    """(rows, columns) of the image, the lowest first."""
+    image = _open_image(header.image, yaml_path)
+    cells = np.empty((image.height, image.width), dtype=np.int8)
+    try:
+        with _silence():
+            for top in range(0, image.height, _STRIP):
+                strip = image.crop((0, top, image.width, min(top + _STRIP, image.height)))
+                cells[image.height - top - strip.height : image.height - top] = _cells_of(strip, header)[::-1]
+    except MemoryError:
+        raise
+    except Exception as error:  # as when it is opened
+        raise _unreadable(header.image, yaml_path, error) from error
+    return cells
+
+
+def _cells_of(image: Image.Image, header: _Header) -> NDArray[np.int8]:
+    """(rows, columns) of an image, the highest first."""
+    brightness, full, transparent = _brightness(image, header.mode)
+    cells = _percent_of_brightness(header, full)[brightness]
+    if header.mode == "scale":
+        cells[transparent] = UNKNOWN
+    return cells
+
+
+def _brightness(image: Image.Image, mode: str) -> tuple[NDArray[np.uint16], int, NDArray[np.bool_]]:
     """Sums of each pixel's channels (rows, columns), that of a white pixel, and which pixels are not opaque.
 
     Integers, so that equal pixels fall on the same side of a threshold whatever the kind of image.
     As in nav2, alpha counts as a fourth channel in trinary mode and not in the others.
     """
-    image = _open_image(header.image, yaml_path)
     if image.mode.startswith("I"):
         grey = np.clip(np.asarray(image), 0, 65535).astype(np.uint16)
         return grey, 65535, np.zeros(grey.shape, dtype=np.bool_)
     if "A" in image.getbands() or "transparency" in image.info:
         pixels = np.asarray(image.convert("RGBA"))
         transparent = pixels[..., 3] < 255
-        channels = pixels if header.mode == "trinary" else pixels[..., :3]
+        channels = pixels if mode == "trinary" else pixels[..., :3]
     else:
         channels = np.atleast_3d(np.asarray(image.convert("L" if image.mode in ("1", "L") else "RGB")))
         transparent = np.zeros(channels.shape[:2], dtype=np.bool_)
@@ -228,7 +270,7 @@ def _read_brightness(header: _Header, yaml_path: Path) -> tuple[NDArray[np.uint1
 
 def _open_image(image_path: Path, yaml_path: Path) -> Image.Image:
     try:
-        with warnings.catch_warnings():
+        with _silence():
             warnings.simplefilter("error", Image.DecompressionBombWarning)
             image = Image.open(image_path, formats=IMAGE_FORMATS)
             image.load()
@@ -237,12 +279,27 @@ def _open_image(image_path: Path, yaml_path: Path) -> Image.Image:
             f"The image {image_path}, named in {yaml_path}, has more than {Image.MAX_IMAGE_PIXELS} pixels; "
             "crop it or save it at a coarser resolution."
         ) from error
+    except MemoryError:
+        raise
     except Exception as error:  # Pillow's decoders raise whatever they trip over.
-        raise UserError(
-            f"The image {image_path}, named in {yaml_path}, cannot be read ({error}); "
-            f"it must be a whole image of one of the kinds {', '.join(IMAGE_FORMATS)}."
-        ) from error
+        raise _unreadable(image_path, yaml_path, error) from error
     return image
+
+
+def _unreadable(image_path: Path, yaml_path: Path, error: Exception) -> UserError:
+    reason = " ".join(str(error).split())
+    return UserError(
+        f"The image {image_path}, named in {yaml_path}, cannot be read ({reason}); "
+        f"it must be a whole image of one of the kinds {', '.join(IMAGE_FORMATS)}."
+    )
+
+
+@contextmanager
+def _silence() -> Iterator[None]:
+    """Pillow warns of what it reads all the same."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 def _percent_of_brightness(header: _Header, full: int) -> NDArray[np.int8]:

@@ -1,6 +1,7 @@
 """Map files: what nav2 reads, what it writes, and one clear sentence for each bad input."""
 
 import os
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +92,35 @@ def test_sixteen_bit_images_are_read_at_their_depth(tmp_path: Path) -> None:
     np.testing.assert_array_equal(load_map(write_map(tmp_path, pixels)).cells, [[100, 0, -1]])
 
 
+@pytest.mark.parametrize(
+    "image",
+    [
+        b"P2\n# made by hand\n2 2 # two\n255\n0 255\n255 0\n",
+        b"P1\n2 2\n1 0\n0 1\n",
+        b"P5\n# sixteen bits\n2 2\n1000\n" + np.array([0, 1000, 1000, 0], dtype=">u2").tobytes(),
+    ],
+)
+def test_pgm_of_every_kind(tmp_path: Path, image: bytes) -> None:
+    yaml_path = write_map(tmp_path, [[0]], image="m.pgm")
+    (tmp_path / "m.pgm").write_bytes(image)
+    np.testing.assert_array_equal(load_map(yaml_path).cells, [[0, 100], [100, 0]])
+
+
+def test_large_images_are_read_in_strips(tmp_path: Path) -> None:
+    pixels = np.where(np.arange(700 * 3).reshape(700, 3) % 7 == 0, 0, 254).astype(np.uint8)
+    cells = load_map(write_map(tmp_path, pixels)).cells
+    np.testing.assert_array_equal(cells, np.where(pixels == 0, 100, 0)[::-1])
+
+
+def test_pillow_warns_of_nothing(tmp_path: Path) -> None:
+    yaml_path = write_map(tmp_path, [[0, 255], [255, 0]])
+    picture = Image.open(tmp_path / "map.png").convert("P")
+    picture.save(tmp_path / "map.png", transparency=bytes([255] * 255 + [0]))  # of which Pillow warns
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert load_map(str(yaml_path)).cells.shape == (2, 2)
+
+
 @pytest.mark.parametrize("mode", ["1", "P", "LA"])
 def test_other_kinds_of_image_read_like_grey_ones(tmp_path: Path, mode: str) -> None:
     yaml_path = write_map(tmp_path, [[0, 255], [255, 0]])
@@ -143,6 +173,14 @@ def test_every_missing_key_is_named(tmp_path: Path, key: str) -> None:
         ({"image": "/etc/passwd"}, "points outside its folder"),
         ({"image": "map.yaml"}, "cannot be read"),
         ({"image": "."}, "does not exist"),
+        ({"image": "maps/map.png"}, "does not exist; map.png lies beside it: write 'image: map.png'"),
+        ({"image": "/home/other/map.png"}, "points outside its folder .*; map.png lies beside it"),
+        ({"resolution": 1e-9}, "resolution is 1e-09; it must be the metres that a cell measures"),
+        ({"resolution": 1e6}, "resolution is 1000000.0; it must be the metres that a cell measures"),
+        ({"origin": [1e300, 0, 0]}, "origin is .1e[+]300, 0, 0.; it must be x and y in metres"),
+        ({"origin": [0, 0, 90]}, "origin is .0, 0, 90.; .* yaw in radians"),
+        ({"free_thresh": 0.65, "occupied_thresh": 0.196}, "free_thresh below occupied_thresh"),
+        ({"negate": [[1, 2], "a\nb"]}, r"negate is \[\[1, 2\], 'a"),
     ],
 )
 def test_each_bad_entry_is_told(tmp_path: Path, changes: dict[str, object], complaint: str) -> None:
@@ -160,10 +198,34 @@ def test_a_link_out_of_the_folder_is_refused(tmp_path: Path) -> None:
         load_map(yaml_path)
 
 
-@pytest.mark.parametrize("content", [b"", b"just text", b"a: [1", b"\x89PNG\xff\x00", b"- 1\n- 2"])
+@pytest.mark.parametrize(
+    "content",
+    [
+        b"",
+        b"just text",
+        b"a: [1",
+        b"\x89PNG\xff\x00",
+        b"- 1\n- 2",
+        b"[" * 5000,
+        b"image: 2001-99-01",
+        b"a: 1\na: 1",
+    ],
+)
 def test_a_file_that_is_no_map_yaml_is_told(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "map.yaml").write_bytes(content)
     with pytest.raises(UserError, match="is not a"):
+        load_map(tmp_path / "map.yaml")
+
+
+def test_a_large_file_is_no_map_yaml(tmp_path: Path) -> None:
+    (tmp_path / "map.yaml").write_bytes(b"#" * 100_001)
+    with pytest.raises(UserError, match=r"is longer than the 0\.1 MB"):
+        load_map(tmp_path / "map.yaml")
+
+
+def test_a_device_is_no_map(tmp_path: Path) -> None:
+    (tmp_path / "map.yaml").symlink_to("/dev/zero")
+    with pytest.raises(UserError, match="There is no map at"):
         load_map(tmp_path / "map.yaml")
 
 
