@@ -181,8 +181,10 @@ class BagReader:
         losses = [
             Finding(loss, "Copy the bag again from where it was recorded.") for loss in self._store.losses
         ]
+        notes = [Finding(what, remedy) for what, remedy in self._store.notes]
         return [
             *losses,
+            *notes,
             *self._findings,
             *self._gaps.findings,
             *counted_findings(self._counter),

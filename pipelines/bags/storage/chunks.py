@@ -8,8 +8,9 @@ overlap, however long the bag.
 
 from abc import ABC, abstractmethod
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
+from itertools import zip_longest
 from pathlib import Path
 from typing import ClassVar
 
@@ -27,6 +28,11 @@ class BagTopic:
     encoding: str
     """``cdr`` or ``ros1``."""
     message_count: int = 0
+
+    def takes(self, other: "BagTopic") -> bool:
+        """Whether the messages of the other are of this topic's name, type and encoding."""
+        names = other.name, other.message_type, other.encoding
+        return names == (self.name, self.message_type, self.encoding)
 
 
 @dataclass
@@ -62,8 +68,8 @@ class Damage:
     """None where the file does not say."""
 
 
-class ChunkedFile(ABC):
-    """A bag file as a list of chunks; subclasses know the format."""
+class BagFile(ABC):
+    """One file of a bag; a subclass knows the format."""
 
     name: ClassVar[str]
     """Of the format, for people."""
@@ -72,24 +78,55 @@ class ChunkedFile(ABC):
     suffix: ClassVar[str]
     """Of file names."""
     is_ros2: ClassVar[bool]
-    """Whether such files make up ROS 2 bags, which ``rosbags`` opens while they are whole."""
+    """Whether such files make up the folders of ROS 2 bags."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.damage: Damage | None = None
+        """What is lost; known at the latest when all was read."""
+
+    @property
+    @abstractmethod
+    def topics(self) -> list[BagTopic]:
+        """With the number of readable messages; a name may come up several times."""
+
+    @property
+    @abstractmethod
+    def start_time(self) -> int:
+        """Recording time of the first message in nanoseconds; 0 where there is none."""
+
+    @abstractmethod
+    def messages(self, topics: Mapping[str, BagTopic]) -> Iterator[RawMessage]:
+        """The messages of these topics, by name, in the order of their recording times."""
+
+    @property
+    @abstractmethod
+    def unreadable_messages(self) -> int:
+        """Messages that the file announced and that could not be read after all; grows while reading."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Close the file."""
+
+
+class ChunkedFile(BagFile):
+    """A bag file as a list of chunks."""
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
         self.channels: dict[int, BagTopic] = {}
         self.chunks: list[Chunk] = []
-        self.damage: Damage | None = None
         self._lost: dict[tuple[int, int], int] = {}
         self._file = path.open("rb")
         self._file_size = path.stat().st_size
 
     def close(self) -> None:
-        """Close the file."""
+        """As in the base class."""
         self._file.close()
 
     @property
     def topics(self) -> list[BagTopic]:
-        """The channels, with the number of readable messages."""
+        """As in the base class."""
         counts: Counter[int] = Counter()
         for chunk in self.chunks:
             counts.update(chunk.counts)
@@ -98,15 +135,24 @@ class ChunkedFile(ABC):
             for channel, topic in self.channels.items()
         ]
 
-    def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
-        """The messages of these topics in the order of their recording times."""
-        wanted = {channel: topic.name for channel, topic in self.channels.items() if topic.name in topics}
+    @property
+    def start_time(self) -> int:
+        """As in the base class."""
+        return min((chunk.start_time for chunk in self.chunks if chunk.counts), default=0)
+
+    def messages(self, topics: Mapping[str, BagTopic]) -> Iterator[RawMessage]:
+        """As in the base class."""
+        wanted = {
+            channel: topic.name
+            for channel, topic in self.channels.items()
+            if topic.name in topics and topics[topic.name].takes(topic)
+        }
         chunks = sorted(
             (chunk for chunk in self.chunks if not wanted.keys().isdisjoint(chunk.counts)),
             key=lambda chunk: chunk.start_time,
         )
         waiting: list[tuple[int, int, bytes]] = []
-        for chunk, following in zip(chunks, [*chunks[1:], None], strict=True):
+        for chunk, following in zip_longest(chunks, chunks[1:]):
             loaded = self._load(chunk, wanted)
             self._note_losses(chunk, wanted, Counter(channel for _, channel, _ in loaded))
             waiting += loaded
@@ -121,7 +167,7 @@ class ChunkedFile(ABC):
 
     @property
     def unreadable_messages(self) -> int:
-        """Messages that the file announced and that could not be read after all; grows while reading."""
+        """As in the base class."""
         return sum(self._lost.values())
 
     def _note_losses(self, chunk: Chunk, wanted: Collection[int], loaded: Counter[int]) -> None:
@@ -134,5 +180,8 @@ class ChunkedFile(ABC):
         """Time, channel and content of the wanted channels' readable messages in a chunk."""
 
     def _read_at(self, begin: int, size: int) -> bytes:
+        """What of these bytes the file has; a damaged length may announce any number of them."""
+        if not 0 <= begin < self._file_size:
+            return b""
         self._file.seek(begin)
-        return self._file.read(size)
+        return self._file.read(min(size, self._file_size - begin))

@@ -1,21 +1,45 @@
-"""Decompression that gives what it can of a block whose end is missing."""
+"""Decompression that gives what it can of damaged data, and no more than memory and disk can bear."""
 
 import bz2
+import shutil
 import sys
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
 
 import lz4.frame  # type: ignore[import-untyped]
+
+from racecar.maps.errors import UserError
 
 if sys.version_info >= (3, 14):
     from compression import zstd
 else:
     from backports import zstd
 
-_DECOMPRESSORS: dict[str, Callable[[], object]] = {
+ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
+"""With which compressed data begin; RFC 8878, 3.1.1. No CDR message begins so."""
+
+_DECOMPRESSORS: dict[str, Callable[[], Any]] = {
     "bz2": bz2.BZ2Decompressor,
     "lz4": lz4.frame.LZ4FrameDecompressor,
     "zstd": zstd.ZstdDecompressor,
 }
+_ERRORS = (OSError, EOFError, RuntimeError, ValueError, MemoryError, zstd.ZstdError)
+"""What decompressors raise on damaged data."""
+_STEP = 4096
+"""Bytes decompressed at once, because an error in a later step leaves the earlier ones intact."""
+_PIECE = 1 << 20
+"""Bytes that one step gives at most, because a few may stand for gigabytes."""
+_BLOCK_BYTES = 64 << 20
+"""That any block may grow to, since chunks have 1 to 4 MB, and a large map in one message has 16 MB."""
+_MOST_BLOCK_BYTES = 512 << 20
+"""That no block may grow to, so that memory suffices."""
+_FILE_BYTES = 1 << 30
+"""That any file may grow to, since a disk takes it in seconds."""
+_LARGEST_RATIO = 200
+"""Beyond these sizes, since scans shrink to a half or a tenth, and black images to a hundredth."""
 
 
 def decompress_what_is_there(data: bytes, compression: str) -> bytes:
@@ -24,12 +48,69 @@ def decompress_what_is_there(data: bytes, compression: str) -> bytes:
         return data
     if compression not in _DECOMPRESSORS:
         return b""
-    decompressor = _DECOMPRESSORS[compression]()
+    room = min(max(_BLOCK_BYTES, _LARGEST_RATIO * len(data)), _MOST_BLOCK_BYTES)
+    steps = (data[begin : begin + _STEP] for begin in range(0, len(data), _STEP))
     pieces = []
-    # In small steps, because an error in a later step leaves the earlier ones intact.
-    for begin in range(0, len(data), 4096):
-        try:
-            pieces.append(decompressor.decompress(data[begin : begin + 4096]))  # type: ignore[attr-defined]
-        except (OSError, EOFError, RuntimeError, zstd.ZstdError):
-            break
+    with suppress(*_ERRORS):
+        for piece in _pieces(steps, compression):
+            pieces.append(piece)
+            room -= len(piece)
+            if room < 0:
+                break
     return b"".join(pieces)
+
+
+def _pieces(steps: Iterable[bytes], compression: str) -> Iterator[bytes]:
+    """The content of one or several compressed frames; raises one of `_ERRORS` where they are damaged."""
+    decompressor = None
+    for step in steps:
+        while step or (decompressor is not None and not decompressor.needs_input):
+            decompressor = decompressor or _DECOMPRESSORS[compression]()
+            yield decompressor.decompress(step, _PIECE)
+            step = b""
+            if decompressor.eof:
+                step, decompressor = decompressor.unused_data or b"", None
+    if decompressor is not None:
+        raise EOFError("its end is missing")
+
+
+class UnpackedFile:
+    """A file that is compressed as a whole, unpacked into a temporary folder."""
+
+    def __init__(self, packed: Path) -> None:
+        """Raises UserError where nothing can be unpacked, or where there is no room for it."""
+        self._folder = tempfile.TemporaryDirectory(prefix="racecar-")
+        self.path = Path(self._folder.name) / packed.name.removesuffix(packed.suffix)
+        self.is_whole = False
+        """Whether all of it could be unpacked."""
+        try:
+            self._unpack(packed)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Remove it."""
+        self._folder.cleanup()
+
+    def _unpack(self, packed: Path) -> None:
+        room = max(_FILE_BYTES, _LARGEST_RATIO * packed.stat().st_size)
+        with packed.open("rb") as source, self.path.open("wb") as target:
+            try:
+                for piece in _pieces(iter(lambda: source.read(_STEP), b""), "zstd"):
+                    room -= len(piece)
+                    if room < 0:
+                        return
+                    self._require_space(len(piece), packed)
+                    target.write(piece)
+                self.is_whole = True
+            except _ERRORS as error:
+                if not target.tell():
+                    raise UserError(f"{packed} is compressed and damaged: copy it again.") from error
+
+    def _require_space(self, size: int, packed: Path) -> None:
+        if shutil.disk_usage(self._folder.name).free < size + _PIECE:
+            raise UserError(
+                f"There is no room in {self._folder.name} to unpack {packed}: "
+                "let TMPDIR name a folder on a larger disk."
+            )

@@ -6,32 +6,41 @@ Another format is a reader of its own and a line in `FORMATS`.
 from pathlib import Path
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.storage.chunks import ChunkedFile
+from racecar.pipelines.bags.storage.chunks import BagFile
+from racecar.pipelines.bags.storage.compression import ZSTD_MAGIC
 from racecar.pipelines.bags.storage.mcap import McapFile
 from racecar.pipelines.bags.storage.ros1 import Ros1File
 from racecar.pipelines.bags.storage.sqlite import SqliteFile
 
-FORMATS: tuple[type[ChunkedFile], ...] = (Ros1File, SqliteFile, McapFile)
+FORMATS: tuple[type[BagFile], ...] = (Ros1File, SqliteFile, McapFile)
 ROS2_SUFFIXES = tuple(reader.suffix for reader in FORMATS if reader.is_ros2)
 """Of the files that lie in the folder of a ROS 2 bag."""
+PACKED_SUFFIXES = (".zstd", ".zst")
+"""Which rosbag2 and the program ``zstd`` append to the name of a file compressed as a whole."""
 
-_ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
-"""Of a file compressed as a whole; RFC 8878, 3.1.1."""
+
+def is_packed(path: Path) -> bool:
+    """Whether a file is compressed as a whole. Raises UserError when it cannot be read."""
+    return _start_of(path).startswith(ZSTD_MAGIC)
 
 
-def file_format(path: Path) -> type[ChunkedFile]:
+def file_format(path: Path) -> type[BagFile]:
     """The reader for a bag file, found by its first bytes. Raises UserError when it is no bag."""
-    try:
-        with path.open("rb") as file:
-            start = file.read(16)
-    except OSError as error:
-        raise UserError(f"{path} cannot be read: {error.strerror}.") from error
+    start = _start_of(path)
     if not start:
         raise UserError(f"{path} is empty: record or copy it again.")
-    if start.startswith(_ZSTD_MAGIC):
-        raise UserError(f"{path} is compressed: unpack it with `zstd -d`, or name the folder it belongs to.")
     for reader in FORMATS:
         if start.startswith(reader.magic):
             return reader
     names = ", ".join(reader.name for reader in FORMATS)
     raise UserError(f"{path} is not a rosbag: give a {names} file or a ROS 2 bag folder.")
+
+
+def _start_of(path: Path) -> bytes:
+    if path.exists() and not path.is_file():
+        raise UserError(f"{path} is neither a file nor a folder.")
+    try:
+        with path.open("rb") as file:
+            return file.read(16)
+    except OSError as error:
+        raise UserError(f"{path} cannot be read: {error.strerror}.") from error

@@ -1,10 +1,12 @@
-"""MCAP files whose end is missing or whose inside is damaged: https://mcap.dev/spec.
+"""MCAP files, whole, without their end, or damaged inside: https://mcap.dev/spec.
 
-Whole files are read by ``rosbags``; this reader needs no summary at the end of the file.
+The file is passed over from front to back. The summary at its end is only needed to find the next chunk
+behind damaged bytes.
 """
 
 import struct
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,13 @@ from rosbags.typesys.msg import normalize_msgtype
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
 from racecar.pipelines.bags.storage.compression import decompress_what_is_there
 
-_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _DATA_END = 0x03, 0x04, 0x05, 0x06, 0x07, 0x0F
+_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _CHUNK_INDEX, _DATA_END = (
+    0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x0F
+)  # fmt: skip
+_FIRST_PRIVATE = 0x80
+"""Records from here on are extensions, to be passed over."""
+_GARBAGE = (struct.error, ValueError)
+"""What parsing damaged bytes raises."""
 _LOOSE = "loose"
 """In place of a compression: messages that stand outside chunks."""
 _LOOSE_BYTES = 1 << 20
@@ -24,6 +32,8 @@ _chunk_head = struct.Struct("<QQQII")
 _two_uint16 = struct.Struct("<HH")
 _uint32 = struct.Struct("<I")
 _uint64 = struct.Struct("<Q")
+_three_uint64 = struct.Struct("<3Q")
+_footer = struct.Struct("<BQQQI8s")
 
 
 def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
@@ -32,7 +42,9 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
     while position + 9 <= len(data):
         operation, size = _record_head.unpack_from(data, position)
         position += 9
-        if position + size > len(data) or (operation == _MESSAGE and size < _message_head.size):
+        if operation == 0 or position + size > len(data):
+            return
+        if operation == _MESSAGE and size < _message_head.size:
             return
         yield operation, data[position : position + size]
         position += size
@@ -41,6 +53,10 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
 def _string(data: bytes, position: int) -> tuple[str, int]:
     end = position + 4 + _uint32.unpack_from(data, position)[0]
     return data[position + 4 : end].decode(errors="replace"), end
+
+
+def _is_operation(operation: int) -> bool:
+    return 0 < operation <= _DATA_END or operation >= _FIRST_PRIVATE
 
 
 class McapFile(ChunkedFile):
@@ -54,49 +70,66 @@ class McapFile(ChunkedFile):
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._schema_names: dict[int, str] = {}
-        end, is_closed = self._scan(len(self.magic))
-        if self.chunks:
-            self._learn(self.chunks[-1], may_lack_index=True)
-        if not is_closed:
-            cause = "is cut off" if end == self._file_size else "is damaged"
-            self.damage = Damage(path.name, cause, end, None)
+        self._skipped = 0
+        end = self._scan(len(self.magic))
+        self._learn_last(may_lack_index=True)
+        if end is None:
+            self.damage = Damage(path.name, "is cut off", self._file_size, None)
+        elif end < self._file_size:
+            self.damage = Damage(path.name, "is damaged", end, None)
+        elif self._skipped:
+            self.damage = Damage(path.name, "is damaged", self._file_size - self._skipped, self._file_size)
 
-    def _scan(self, position: int) -> tuple[int, bool]:
-        """Find chunks and channels; returns where the readable part ends, and whether the data ends there."""
+    def _scan(self, position: int) -> int | None:
+        """Find chunks and channels; returns where the readable part ends, None at the end of a cut file."""
         while len(head := self._read_at(position, 9)) == 9:
             operation, size = _record_head.unpack(head)
-            begin = position + 9
             if operation == _DATA_END:
-                return position, True
+                return self._file_size
+            following = position + 9 + size
+            is_whole = following <= self._file_size
             try:
-                self._take(operation, begin, size)
-            except (struct.error, ValueError):
-                return position, False
-            if begin + size > self._file_size:
-                break
-            position = begin + size
-        return self._file_size, False
+                self._take(operation, position + 9, size)
+                is_read = is_whole
+            except _GARBAGE:
+                is_read = False
+            if not is_read:
+                self._learn_last(may_lack_index=True)
+                resumed = self._next_record(position, following)
+                if resumed is None:
+                    return position if is_whole else None
+                self._skipped += resumed - position
+                following = resumed
+            position = following
+        return None
 
-    def _take_chunk(self, begin: int) -> None:
-        head = self._read_at(begin, _chunk_head.size)
-        if len(head) < _chunk_head.size:
-            return
-        *_, name_length = _chunk_head.unpack(head)
-        name_at = begin + _chunk_head.size
-        if name_at + name_length + 8 > self._file_size:
-            return
-        compression = self._read_at(name_at, name_length).decode(errors="replace")
-        size = _uint64.unpack(self._file.read(8))[0]
-        content_at = name_at + name_length + 8
-        self.chunks.append(Chunk(content_at, min(size, self._file_size - content_at), compression))
+    def _next_record(self, position: int, following: int) -> int | None:
+        """Where to go on behind the damaged record at ``position``; None where nothing tells it."""
+        operation, size = _record_head.unpack(self._read_at(following, 9).ljust(9, b"\0"))
+        if _is_operation(operation) and following + 9 + size <= self._file_size:
+            return following
+        return min((begin for begin in self._summarized_chunks() if begin > position), default=None)
+
+    def _summarized_chunks(self) -> list[int]:
+        """Where chunks begin, according to the summary."""
+        footer = self._read_at(self._file_size - _footer.size, _footer.size)
+        if len(footer) < _footer.size or not footer.endswith(self.magic):
+            return []
+        summary_at = _footer.unpack(footer)[2]
+        summary = self._read_at(summary_at, self._file_size - summary_at)
+        return [
+            _three_uint64.unpack_from(content)[2]
+            for operation, content in _records(summary)
+            if operation == _CHUNK_INDEX and len(content) >= _three_uint64.size
+        ]
 
     def _take(self, operation: int, begin: int, size: int) -> None:
-        if operation == _CHUNK:
-            if self.chunks:
-                self._learn(self.chunks[-1])
-            self._take_chunk(begin)
-        elif not 0 < operation < _DATA_END:
+        """Take a record; raises one of `_GARBAGE` where it is none. All of it need not be there."""
+        if not _is_operation(operation):
             raise ValueError("no such record")
+        if operation == _CHUNK:
+            self._learn_last()
+            self._take_chunk(begin)
         elif begin + size > self._file_size:
             return
         elif operation == _MESSAGE:
@@ -109,6 +142,14 @@ class McapFile(ChunkedFile):
             self.chunks[-1].note(channel, int(times.min()), int(times.max()), len(times))
         elif operation in (_SCHEMA, _CHANNEL):
             self._take_description(operation, self._read_at(begin, size))
+
+    def _take_chunk(self, begin: int) -> None:
+        *_, name_length = _chunk_head.unpack(self._read_at(begin, _chunk_head.size))
+        name_at = begin + _chunk_head.size
+        compression = self._read_at(name_at, name_length).decode(errors="replace")
+        size = _uint64.unpack(self._read_at(name_at + name_length, 8))[0]
+        content_at = name_at + name_length + 8
+        self.chunks.append(Chunk(content_at, min(size, self._file_size - content_at), compression))
 
     def _loose_chunk(self, begin: int, size: int) -> Chunk:
         """The chunk that a message outside chunks is counted to."""
@@ -130,10 +171,11 @@ class McapFile(ChunkedFile):
             message_type = normalize_msgtype(self._schema_names.get(schema, "unknown/msg/Unknown"))
             self.channels[channel] = BagTopic(topic, message_type, encoding)
 
-    def _learn(self, chunk: Chunk, may_lack_index: bool = False) -> None:
-        """Look into a chunk that no index describes, or whose channels were not met before."""
-        if chunk.compression == _LOOSE:
+    def _learn_last(self, may_lack_index: bool = False) -> None:
+        """Look into the last chunk, if no index describes it or its channels were not met before."""
+        if not self.chunks or self.chunks[-1].compression == _LOOSE:
             return
+        chunk = self.chunks[-1]
         is_indexed = bool(chunk.counts) and not may_lack_index
         if is_indexed and all(channel in self.channels for channel in chunk.counts):
             return
@@ -143,7 +185,8 @@ class McapFile(ChunkedFile):
                 channel, _, time, _ = _message_head.unpack_from(content)
                 chunk.note(channel, time, time)
             else:
-                self._take_description(operation, content)
+                with suppress(*_GARBAGE):
+                    self._take_description(operation, content)
 
     def _content(self, chunk: Chunk) -> bytes:
         compression = "" if chunk.compression == _LOOSE else chunk.compression

@@ -7,6 +7,7 @@ http://wiki.ros.org/Bags/Format/2.0
 
 import struct
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,14 @@ _FIRST_LINE = b"#ROSBAG V2.0\n"
 _MESSAGE, _BAG_HEADER, _INDEX, _CHUNK, _CONNECTION = 0x02, 0x03, 0x04, 0x05, 0x07
 _MESSAGE_OPERATION, _CONNECTION_OPERATION = bytes([_MESSAGE]), bytes([_CONNECTION])
 _LONGEST_HEADER = 1 << 20  # bytes; more is garbage
-_GARBAGE = (KeyError, struct.error, UnicodeDecodeError, ValueError)
+_INDEX_ENTRY = 12  # bytes: seconds, nanoseconds, offset
+_CHUNK_FIELD = b"\x04\0\0\0op=" + bytes([_CHUNK])
+"""In the header of every chunk, and in hardly anything else."""
+_CHUNK_HEADER = 64
+"""Bytes, more than the header of a chunk has: op, size, and "none", "bz2" or "lz4"."""
+_STEP = 1 << 20
+"""Bytes searched at once."""
+_GARBAGE = (LookupError, struct.error, ValueError)
 """What parsing damaged bytes raises."""
 
 _uint32 = struct.Struct("<I")
@@ -80,32 +88,70 @@ class Ros1File(ChunkedFile):
         if self._read_at(0, len(_FIRST_LINE)) != _FIRST_LINE:
             raise UserError(f"{path} is not a ROS 1 bag of format 2.0; `rosbag migrate` converts older ones.")
         end = self._scan(len(_FIRST_LINE))
-        self._complete_last_chunk()
         self.damage = self._find_damage(end)
 
     def _scan(self, position: int) -> int:
-        """Find chunks and connections; returns where the readable part ends."""
-        while (record := self._record_at(position)) is not None:
-            fields, data_at, size = record
-            try:
-                self._take(fields, data_at, size)
-            except _GARBAGE:
-                return position
-            position = data_at + size
-        return min(position, self._file_size)
+        """Find chunks and connections; returns how many bytes hold readable records."""
+        skipped = 0
+        while position < self._file_size:
+            following = self._take_record_at(position)
+            if following is None:
+                following = self._next_chunk_after(position)
+                skipped += self._bytes_of_messages(position, following)
+                self._count_messages()
+            position = following
+        self._count_messages()
+        return self._file_size - skipped
+
+    def _bytes_of_messages(self, begin: int, end: int) -> int:
+        """How many of these bytes are not of the index behind all chunks, whose content is known anyway."""
+        index_at = self._index_position if self._index_position > 0 else self._file_size
+        return max(min(end, index_at) - begin, 0)
+
+    def _take_record_at(self, position: int) -> int | None:
+        """The position behind a record; None where no record is."""
+        record = self._record_at(position)
+        if record is None:
+            return None
+        fields, data_at, size = record
+        try:
+            size = self._size_of_index(fields, data_at, size)
+            if data_at + size > self._file_size:  # it is cut off, or its length is damaged
+                size = self._next_chunk_after(data_at) - data_at
+            self._take(fields, data_at, size)
+        except _GARBAGE:
+            return None
+        return data_at + size
+
+    def _size_of_index(self, fields: dict[bytes, bytes], data_at: int, size: int) -> int:
+        """Some recorders wrote a wrong size; rosbag itself goes by the count of entries."""
+        if fields[b"op"][0] != _INDEX or self._record_at(data_at + size) is not None:
+            return size
+        counted = _INDEX_ENTRY * _uint32.unpack(fields[b"count"])[0]
+        return counted if self._record_at(data_at + counted) is not None else size
+
+    def _next_chunk_after(self, position: int) -> int:
+        """Where the next chunk begins behind damaged bytes, or the end of the file."""
+        for begin in range(position + 1, self._file_size, _STEP):
+            block = self._read_at(begin, _STEP + 2 * _CHUNK_HEADER)
+            at = block.find(_CHUNK_FIELD)
+            while at >= 0:
+                for start in range(max(begin + at - _CHUNK_HEADER, position + 1), begin + at):
+                    record = self._record_at(start)
+                    if record is not None and record[0].keys() == {b"op", b"compression", b"size"}:
+                        return start
+                at = block.find(_CHUNK_FIELD, at + 1)
+        return self._file_size
 
     def _take(self, fields: dict[bytes, bytes], data_at: int, size: int) -> None:
         operation = fields[b"op"][0]
-        available = min(size, self._file_size - data_at)
         if operation == _CHUNK:
             if self.chunks:
                 self._learn_channels(self.chunks[-1])
-            self.chunks.append(Chunk(data_at, available, fields[b"compression"].decode()))
+            self.chunks.append(Chunk(data_at, size, fields[b"compression"].decode()))
         elif operation == _BAG_HEADER:
             self._index_position = _uint64.unpack(fields[b"index_pos"])[0]
             self._expected_chunks = _uint32.unpack(fields[b"chunk_count"])[0]
-        elif available < size:
-            return
         elif operation == _INDEX and self.chunks:
             self._take_index(fields, self._read_at(data_at, size))
         elif operation == _CONNECTION:
@@ -129,7 +175,7 @@ class Ros1File(ChunkedFile):
         return fields, position + 8 + length, _uint32.unpack(data_length)[0]
 
     def _take_index(self, fields: dict[bytes, bytes], entries: bytes) -> None:
-        table = np.frombuffer(entries, dtype="<u4").reshape(-1, 3)
+        table = np.frombuffer(entries, dtype="<u4").reshape(-1, _INDEX_ENTRY // 4)
         if len(table):
             times = table[:, 0].astype(np.int64) * 1_000_000_000 + table[:, 1]
             channel = _uint32.unpack(fields[b"conn"])[0]
@@ -143,29 +189,35 @@ class Ros1File(ChunkedFile):
 
     def _learn_channels(self, chunk: Chunk) -> None:
         """Connections stand in the chunk of their first message, and again at the end that may be lost."""
+        if not chunk.counts:
+            self._count_messages()
         if chunk.counts and all(channel in self.channels for channel in chunk.counts):
             return
-        for fields, content in _records(self._content(chunk)):
-            if fields.get(b"op") == _CONNECTION_OPERATION:
-                self._take_connection(fields, content)
+        with suppress(*_GARBAGE):
+            for fields, content in _records(self._content(chunk)):
+                if fields[b"op"] == _CONNECTION_OPERATION:
+                    self._take_connection(fields, content)
 
-    def _complete_last_chunk(self) -> None:
-        """The cut may have taken a part of the last chunk, or of the index records that follow it."""
+    def _count_messages(self) -> None:
+        """Look into the last chunk: a cut or damage may have taken a part of it, or of its index."""
         if not self.chunks:
             return
         last = self.chunks[-1]
-        self._learn_channels(last)
         last.counts.clear()
         for time, channel, _ in _messages(self._content(last)):
             last.note(channel, time, time)
+        if not all(channel in self.channels for channel in last.counts):
+            self._learn_channels(last)
 
     def _find_damage(self, end: int) -> Damage | None:
         if self._index_position == 0:
             return Damage(self.path.name, "was never closed by its recorder", end, None)
+        if self._file_size < self._index_position:
+            return Damage(self.path.name, "is cut off", end, self._index_position)
         if end < self._file_size:
             return Damage(self.path.name, "is damaged", end, self._file_size)
-        if self._file_size < self._index_position or len(self.chunks) < self._expected_chunks:
-            return Damage(self.path.name, "is cut off", end, max(self._index_position, self._file_size))
+        if len(self.chunks) < self._expected_chunks:
+            return Damage(self.path.name, "is cut off", end, self._file_size)
         return None
 
     def _content(self, chunk: Chunk) -> bytes:

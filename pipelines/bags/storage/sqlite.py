@@ -1,63 +1,20 @@
-"""ROS 2 sqlite bags that SQLite itself calls malformed, read page by page.
+"""ROS 2 sqlite bags, read by SQLite as long as it can."""
 
-Of the format (https://sqlite.org/fileformat2.html) only what a bag needs: leaf pages of tables, their
-cells, and overflow pages. Where a page is missing its messages are; the rest is read.
-"""
-
-import struct
-from collections.abc import Collection, Iterator
-from contextlib import suppress
+import logging
+import sqlite3
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
-from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
+from racecar.pipelines.bags.storage.chunks import BagFile, BagTopic, RawMessage
+from racecar.pipelines.bags.storage.sqlite_log import log_beside
+from racecar.pipelines.bags.storage.sqlite_pages import SqlitePages
 
-_LEAF = 0x0D
-_HEADER_SIZE = 100
-_PAGES_PER_CHUNK = 256
-
-_uint16 = struct.Struct(">H")
-_uint32 = struct.Struct(">I")
-
-Value = int | bytes | None
+_log = logging.getLogger(__name__)
 
 
-def _varint(data: bytes, position: int) -> tuple[int, int]:
-    """A number of 1 to 9 bytes, and the position behind it."""
-    value = 0
-    for _ in range(8):
-        byte = data[position]
-        position += 1
-        value = value << 7 | byte & 0x7F
-        if byte < 0x80:
-            return value, position
-    return value << 8 | data[position], position + 1
-
-
-def _column(code: int, record: bytes, position: int) -> tuple[Value, int]:
-    """The value of a column of this serial type, and the position behind it; floats are not read."""
-    if code >= 12:
-        end = position + (code - 12) // 2
-        return record[position:end], end
-    if code in (8, 9):
-        return code - 8, position
-    size = (0, 1, 2, 3, 4, 6, 8, 8, 0, 0, 0, 0)[code]
-    value = int.from_bytes(record[position : position + size], "big", signed=True)
-    return (value if size and code != 7 else None), position + size
-
-
-def _columns(record: bytes, count: int) -> list[Value]:
-    """The first ``count`` columns; fewer where the record has fewer."""
-    header_size, position = _varint(record, 0)
-    value_at, values = header_size, list[Value]()
-    while position < header_size and len(values) < count:
-        code, position = _varint(record, position)
-        value, value_at = _column(code, record, value_at)
-        values.append(value)
-    return values
-
-
-class SqliteFile(ChunkedFile):
-    """A ``.db3`` file whose tables ``topics`` and ``messages`` are read as far as their pages are there."""
+class SqliteFile(BagFile):
+    """A ``.db3`` file; what SQLite cannot or must not read is read page by page."""
 
     name = ".db3"
     magic = b"SQLite format 3\0"
@@ -66,83 +23,123 @@ class SqliteFile(ChunkedFile):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        header = self._read_at(0, _HEADER_SIZE).ljust(_HEADER_SIZE, b"\0")
-        page_size = _uint16.unpack_from(header, 16)[0]
-        self._page_size = 65536 if page_size == 1 else max(page_size, 512)
-        self._usable = self._page_size - header[20]
-        self._scan(range(1, self._file_size // self._page_size + 1))
-        expected = _uint32.unpack_from(header, 28)[0] * self._page_size
-        cause = "is cut off" if self._file_size < expected else "is damaged"
-        self.damage = Damage(path.name, cause, self._file_size, max(expected, self._file_size))
+        self._pages: SqlitePages | None = None
+        self._tables: _Tables | None = None
+        self._read = self._announced = 0
+        if log := log_beside(path):
+            self._pages = SqlitePages(path, log)
+            self.damage = self._pages.damage
+            return
+        try:
+            self._tables = _Tables(path)
+        except sqlite3.Error as error:
+            _log.info("%s: %s; reading its pages", path, error)
+            self._salvage()
 
-    def _scan(self, pages: range) -> None:
-        for begin in range(pages.start, pages.stop, _PAGES_PER_CHUNK):
-            chunk = Chunk(begin, min(_PAGES_PER_CHUNK, pages.stop - begin))
-            for page, cell in self._cells(chunk):
-                with suppress(IndexError, UnicodeDecodeError):  # a page of garbage
-                    self._take(page, cell, chunk)
-            if chunk.counts:
-                self.chunks.append(chunk)
+    @property
+    def topics(self) -> list[BagTopic]:
+        """As in the base class."""
+        if self._tables is not None:
+            return list(self._tables.topics.values())
+        return self._pages.topics if self._pages else []
 
-    def _take(self, page: bytes, cell: int, chunk: Chunk) -> None:
-        """Note a cell that looks like a row of ``topics`` or of ``messages``."""
-        row_id, record, is_whole = self._record(page, cell, with_overflow=False)
-        match _columns(record, 4):
-            case [None, int(topic), int(time), *_] if is_whole or self._record(page, cell)[2]:
-                chunk.note(topic, time, time)
-            case [None, bytes(name), bytes(message_type), bytes(encoding)] if name.startswith(b"/"):
-                self.channels[row_id] = BagTopic(name.decode(), message_type.decode(), encoding.decode())
+    @property
+    def start_time(self) -> int:
+        """As in the base class."""
+        if self._tables is not None:
+            return self._tables.start_time
+        return self._pages.start_time if self._pages else 0
 
-    def _load(self, chunk: Chunk, wanted: Collection[int]) -> list[tuple[int, int, bytes]]:
-        messages = []
-        for page, cell in self._cells(chunk):
-            with suppress(IndexError):
-                match _columns(self._record(page, cell, with_overflow=False)[1], 3):
-                    case [None, int(topic), int(time)] if topic in wanted:
-                        _, record, is_whole = self._record(page, cell)
-                        data = _columns(record, 4)[-1]
-                        if is_whole and isinstance(data, bytes):
-                            messages.append((time, topic, data))
-        return messages
+    @property
+    def unreadable_messages(self) -> int:
+        """As in the base class."""
+        if self._tables is None:
+            return self._pages.unreadable_messages if self._pages else 0
+        return max(self._announced - self._read, 0)
 
-    def _cells(self, chunk: Chunk) -> Iterator[tuple[bytes, int]]:
-        """Leaf pages, each with the position of a cell in it."""
-        for number in range(chunk.begin, chunk.begin + chunk.size):
-            page = self._page(number)
-            start = _HEADER_SIZE if number == 1 else 0
-            if page[start] != _LEAF:
-                continue
-            count = _uint16.unpack_from(page, start + 3)[0]
-            for index in range(min(count, (self._usable - start - 8) // 2)):
-                cell = _uint16.unpack_from(page, start + 8 + 2 * index)[0]
-                if 8 <= cell < self._usable - 16:
-                    yield page, cell
+    def messages(self, topics: Mapping[str, BagTopic]) -> Iterator[RawMessage]:
+        """As in the base class."""
+        if self._tables is None:
+            yield from self._pages.messages(topics) if self._pages else ()
+            return
+        wanted = {
+            number: topic
+            for number, topic in self._tables.topics.items()
+            if topic.name in topics and topics[topic.name].takes(topic)
+        }
+        last_time = read = 0
+        try:
+            for number, last_time, data in self._tables.messages(list(wanted)):
+                read += 1
+                yield wanted[number].name, last_time, data
+        except sqlite3.Error as error:
+            _log.info("%s: %s; going on page by page", self.path, error)
+            for message in self._salvage().messages(topics):
+                if message[1] > last_time:
+                    read += 1
+                    yield message
+        self._read, self._announced = read, sum(topic.message_count for topic in wanted.values())
 
-    def _record(self, page: bytes, cell: int, with_overflow: bool = True) -> tuple[int, bytes, bool]:
-        """Row id and record of a cell, and whether all of it is there."""
-        size, position = _varint(page, cell)
-        row_id, position = _varint(page, position)
-        local = self._bytes_on_page(size)
-        record = page[position : position + local]
-        if local == size or not with_overflow:
-            return row_id, record, local == size
-        pieces, missing = [record], size - local
-        number = _uint32.unpack_from(page, position + local)[0] if position + local + 4 <= len(page) else 0
-        while missing > 0 and 0 < number <= self._file_size // self._page_size:
-            overflow = self._page(number)
-            pieces.append(overflow[4 : 4 + min(missing, self._usable - 4)])
-            missing -= len(pieces[-1])
-            number = _uint32.unpack_from(overflow)[0]
-        return row_id, b"".join(pieces), missing == 0
+    def close(self) -> None:
+        """As in the base class."""
+        if self._pages is not None:
+            self._pages.close()
+        if self._tables is not None:
+            self._tables.close()
 
-    def _bytes_on_page(self, size: int) -> int:
-        """How much of a record of this size stands on the leaf page itself."""
-        most = self._usable - 35
-        if size <= most:
-            return size
-        least = (self._usable - 12) * 32 // 255 - 23
-        local = least + (size - least) % (self._usable - 4)
-        return local if local <= most else least
+    def _salvage(self) -> SqlitePages:
+        if self._pages is None:
+            self._pages = SqlitePages(self.path)
+            self.damage = self._pages.damage
+        return self._pages
 
-    def _page(self, number: int) -> bytes:
-        return self._read_at((number - 1) * self._page_size, self._page_size)
+
+class _Tables:
+    """The tables ``topics`` and ``messages``; all of it raises sqlite3.Error where they are damaged."""
+
+    def __init__(self, path: Path) -> None:
+        # Immutable: no lock is taken and nothing is written beside the file.
+        address = f"{path.absolute().as_uri()}?mode=ro&immutable=1"
+        self._connection = sqlite3.connect(address, uri=True, check_same_thread=False)
+        self._connection.text_factory = bytes
+        try:
+            self._connection.execute("PRAGMA trusted_schema = OFF")
+            self._require_tables()
+            counts = dict(self._rows("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
+            self.topics = {
+                number: BagTopic(_text(name), _text(message_type), _text(encoding), counts.get(number, 0))
+                for number, name, message_type, encoding in self._rows(
+                    "SELECT id, name, type, serialization_format FROM topics ORDER BY id"
+                )
+                if isinstance(number, int)
+            }
+            ((start_time,),) = self._rows("SELECT MIN(timestamp) FROM messages")
+            self.start_time = start_time if isinstance(start_time, int) else 0
+        except BaseException:
+            self._connection.close()
+            raise
+
+    def close(self) -> None:
+        self._connection.close()
+
+    def messages(self, numbers: list[int]) -> Iterator[tuple[int, int, bytes]]:
+        """Topic, time and content in the order of time."""
+        places = ",".join("?" * len(numbers))
+        query = f"SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({places})"
+        for number, time, data in self._rows(f"{query} ORDER BY timestamp, rowid", numbers):
+            if isinstance(time, int) and isinstance(data, bytes):
+                yield number, time, data
+
+    def _require_tables(self) -> None:
+        """What merely bears their names, such as a view, could take for ever."""
+        query = "SELECT COUNT(*) FROM sqlite_master WHERE type = 'table' AND name IN ('topics', 'messages')"
+        ((count,),) = self._rows(query)
+        if count != 2:
+            raise sqlite3.DatabaseError("it lacks a bag's tables")
+
+    def _rows(self, query: str, values: list[int] | None = None) -> Iterator[tuple[Any, ...]]:
+        yield from self._connection.execute(query, values or [])
+
+
+def _text(value: object) -> str:
+    return value.decode(errors="replace") if isinstance(value, bytes) else str(value)

@@ -154,7 +154,11 @@ def test_half_a_compressed_block_gives_its_beginning():
 @pytest.mark.parametrize("name", ["drive.bag", "drive.mcap", "drive.db3"])
 @pytest.mark.parametrize(
     ("content", "reason"),
-    [(b"", "is empty"), (b"Dear diary,\n", "is not a rosbag"), (b"\x28\xb5\x2f\xfd abc", "zstd -d")],
+    [
+        (b"", "is empty"),
+        (b"Dear diary,\n", "is not a rosbag"),
+        (b"\x28\xb5\x2f\xfd abc", "is compressed and damaged"),
+    ],
 )
 def test_files_that_are_no_bags(tmp_path, name, content, reason):
     path = tmp_path / name

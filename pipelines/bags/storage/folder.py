@@ -1,0 +1,116 @@
+"""Which files in a folder make up a ROS 2 bag, and in which order."""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS2_SUFFIXES
+
+METADATA = "metadata.yaml"
+_MOST_BYTES = 1 << 20
+"""Of metadata.yaml; hundreds of topics take less, and parsing more takes long."""
+
+
+@dataclass
+class BagFolder:
+    """The files of a bag, and what metadata.yaml says of them where it is there and sound."""
+
+    files: list[Path]
+    message_count: int | None = None
+    """That metadata.yaml announces."""
+    missing: list[str] = field(default_factory=list)
+    """Names in metadata.yaml for which there is no file."""
+    unnamed: list[Path] = field(default_factory=list)
+    """Those of the files that metadata.yaml forgot; they are further parts of the recording."""
+    others: list[Path] = field(default_factory=list)
+    """Bag files in the folder that are no part of the recording that metadata.yaml describes."""
+
+
+def read_folder(folder: Path) -> BagFolder:
+    """Raises UserError when no bag is in the folder, or it cannot be read."""
+    try:
+        present = sorted((path for path in folder.iterdir() if path.is_file()), key=_natural_order)
+    except OSError as error:
+        raise UserError(f"{folder} cannot be read: {error.strerror}.") from error
+    bag_files = [path for path in present if _unpacked_name(path).endswith(ROS2_SUFFIXES)]
+    # A file that was unpacked by hand lies beside the packed one.
+    bag_files = [
+        path for path in bag_files if path.suffix not in PACKED_SUFFIXES or _twin(path) not in bag_files
+    ]
+    if not bag_files:
+        raise UserError(_no_bag(folder, present))
+    metadata = _read_metadata(folder / METADATA)
+    count = metadata.get("message_count")
+    bag = BagFolder(bag_files, count if isinstance(count, int) and count > 0 else None)
+    named = _named_files(metadata)
+    found = [path for path in bag_files if {path.name, _unpacked_name(path)} & set(named)]
+    if not found:
+        return bag
+    names = {name for path in found for name in (path.name, _unpacked_name(path))}
+    bag.missing = [name for name in named if not {name, _unpacked_name(Path(name))} & names]
+    recordings = {_recording(path) for path in found}
+    bag.unnamed = [path for path in bag_files if path not in found and _recording(path) in recordings]
+    bag.files = [path for path in bag_files if path in found or path in bag.unnamed]
+    bag.others = [path for path in bag_files if path not in bag.files]
+    return bag
+
+
+def _read_metadata(path: Path) -> dict[str, Any]:
+    """The content of metadata.yaml; empty where it is missing or broken."""
+    try:
+        if not path.is_file() or path.stat().st_size > _MOST_BYTES:
+            return {}
+        content = yaml.load(path.read_text(encoding="utf-8"), _PlainLoader)
+    except (OSError, ValueError, RecursionError, yaml.YAMLError):
+        return {}
+    information = content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None
+    return information if isinstance(information, dict) else {}
+
+
+class _PlainLoader(yaml.SafeLoader):
+    """Without aliases, a few of which can stand for gigabytes."""
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        if self.check_event(yaml.AliasEvent):
+            raise yaml.YAMLError("it holds an alias")
+        return super().compose_node(parent, index)
+
+
+def _named_files(metadata: dict[str, Any]) -> list[str]:
+    """The names of the files, without the folders that they lay in while they were recorded."""
+    paths = metadata.get("relative_file_paths")
+    if not isinstance(paths, list):
+        return []
+    return [Path(path).name for path in paths if isinstance(path, str) and "\0" not in path]
+
+
+def _unpacked_name(path: Path) -> str:
+    return path.stem if path.suffix in PACKED_SUFFIXES else path.name
+
+
+def _twin(path: Path) -> Path:
+    return path.with_name(_unpacked_name(path))
+
+
+def _recording(path: Path) -> tuple[str, str]:
+    """What the parts of a split recording have in common: rosbag2 numbers them, as in ``drive_0.mcap``."""
+    name = Path(_unpacked_name(path))
+    return re.sub(r"_\d+$", "", name.stem), name.suffix
+
+
+def _natural_order(path: Path) -> list[tuple[int, str]]:
+    """For sorting; numbers in names count as numbers."""
+    parts = re.split(r"(\d+)", path.name)
+    return [(int(part), "") if part.isdecimal() and len(part) < 20 else (-1, part) for part in parts]
+
+
+def _no_bag(folder: Path, present: list[Path]) -> str:
+    ros1_suffixes = tuple(reader.suffix for reader in FORMATS if not reader.is_ros2)
+    ros1_bags = [path.name for path in present if path.name.endswith(ros1_suffixes)]
+    if ros1_bags:
+        return f"{folder} is a folder of ROS 1 bags: name one of them ({', '.join(ros1_bags[:5])})."
+    return f"{folder} holds no bag: neither {' nor '.join(ROS2_SUFFIXES)} files are in it."
