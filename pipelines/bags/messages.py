@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     )
 
 LASER_SCAN = "sensor_msgs/msg/LaserScan"
+MULTI_ECHO_SCAN = "sensor_msgs/msg/MultiEchoLaserScan"
 POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
 ODOMETRY = "nav_msgs/msg/Odometry"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
@@ -44,6 +45,13 @@ def decode(topic: BagTopic, data: bytes) -> Any:
     if topic.encoding == "ros1":
         return ros1_types().deserialize_ros1(data, topic.message_type)
     return ros2_types().deserialize_cdr(data, topic.message_type)
+
+
+def type_name(message: Any) -> str:
+    """The type of a message, such as ``sensor_msgs/msg/LaserScan``, of ROS or of ``rosbags``."""
+    kind = type(message)
+    name = getattr(kind, "__msgtype__", None) or f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
+    return str(name)
 
 
 def nanoseconds(stamp: "builtin_interfaces__msg__Time") -> int:

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
+from racecar.pipelines.bags.converters.multi_echo import MultiEchoConverter
 from racecar.pipelines.bags.converters.odometry import OdometryConverter
 from racecar.pipelines.bags.converters.point_clouds import PointCloudConverter
 from racecar.pipelines.bags.converters.transforms import SensorPlace
-from racecar.pipelines.bags.messages import LASER_SCAN, ODOMETRY, POINT_CLOUD
+from racecar.pipelines.bags.messages import LASER_SCAN, MULTI_ECHO_SCAN, ODOMETRY, POINT_CLOUD
 
 T_co = TypeVar("T_co", covariant=True)
 
@@ -49,6 +50,9 @@ class ScanSetup:
 
 SCAN_CONVERTERS: Mapping[str, Callable[[ScanSetup, Counter[str]], Converter[Scan]]] = {
     LASER_SCAN: lambda setup, counts: LaserScanConverter(setup.place, setup.longest_sweep, counts),
+    MULTI_ECHO_SCAN: lambda setup, counts: MultiEchoConverter(
+        LaserScanConverter(setup.place, setup.longest_sweep, counts)
+    ),
     POINT_CLOUD: lambda setup, counts: PointCloudConverter(
         setup.base_from_points, setup.place, setup.heights, counts
     ),

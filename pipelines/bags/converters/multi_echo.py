@@ -1,0 +1,38 @@
+"""MultiEchoLaserScan messages to scans: of each beam, the first echo."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
+from racecar.pipelines.bags.messages import LASER_SCAN, ros2_types
+
+if TYPE_CHECKING:
+    from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__MultiEchoLaserScan
+
+_LAYOUT = (
+    *("header", "angle_min", "angle_max", "angle_increment"),
+    *("time_increment", "scan_time", "range_min", "range_max"),
+)
+"""Fields that both messages have, by their definitions."""
+
+
+class MultiEchoConverter:
+    """Reads the first echoes as a LaserScan of the same layout.
+
+    The first echo is the nearest surface in a beam; `laser_proc`, with which ROS users split such messages,
+    calls the same its first scan. As there, a beam without echoes says nothing: drivers leave out misses and
+    failed readings alike.
+    """
+
+    def __init__(self, single_echo: LaserScanConverter) -> None:
+        self._single_echo = single_echo
+
+    def convert(self, message: "sensor_msgs__msg__MultiEchoLaserScan", stamp: int) -> Scan | None:
+        """The scan; None where the message holds no usable beams."""
+        firsts = [beam.echoes[0] if len(beam.echoes) else np.nan for beam in message.ranges]
+        fields: dict[str, Any] = {name: getattr(message, name) for name in _LAYOUT}
+        fields |= {"ranges": np.array(firsts, dtype=np.float32), "intensities": np.empty(0, np.float32)}
+        scan: Any = ros2_types().types[LASER_SCAN](**fields)
+        return self._single_echo.convert(scan, stamp)
