@@ -140,9 +140,9 @@ class LocalizerNode(LiveNode):
         localizer.add_odometry(sample)
         estimate = localizer.pose_at(sample.stamp)
         if estimate is not None:
-            self._publish_odometry(message.header.stamp, estimate, planar_twist(message))
-            odom_frame = frame_name(message.header.frame_id)
-            self.transforms.publish(message.header.stamp, estimate.map_from_base, odom_frame, stated)
+            stamp, odom_frame = self.stamp_of(message), frame_name(message.header.frame_id)
+            self._publish_odometry(stamp, estimate, planar_twist(message))
+            self.transforms.publish(stamp, estimate.map_from_base, odom_frame, stated)
 
     def _new_localizer(self, grid: OccupancyGrid) -> Localizer:
         """With random numbers of its own, as the localizer before it goes on while this one is built."""
@@ -198,7 +198,7 @@ class LocalizerNode(LiveNode):
         if estimate.stamp != scan.stamp:
             self.health.note("scans out of order")
             return
-        stamp = message.header.stamp
+        stamp = self.stamp_of(message)
         self._estimate = estimate
         covariance = estimate.covariance
         self._pose_topic.publish(

@@ -79,7 +79,7 @@ class MapperNode(LiveNode):
         self._schedule = Schedule({"memory": _GIVE_BACK_EVERY})
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
-        self._first = FirstMessages(self.sensors.knows_place)
+        self._first = FirstMessages(self.sensors.knows_place, self.sensors.compare_clocks)
         self._arrivals: dict[int, tuple[Any, int]] = {}
         self._last_scan = -(2**63)
         self._stated = OdometryBuffer()
@@ -152,7 +152,7 @@ class MapperNode(LiveNode):
                 self.health.note("scans out of order")
                 return
             self._last_scan = scan.stamp
-            self._arrivals[scan.stamp] = message.header.stamp, arrival
+            self._arrivals[scan.stamp] = self.stamp_of(message), arrival
             self._hold(scan)
             return
         sample = self.sensors.odometry(message, arrival)

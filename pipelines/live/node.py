@@ -5,15 +5,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from racecar.pipelines.bags.converters.registry import ODOMETRY_CONVERTERS, SCAN_CONVERTERS
 from racecar.pipelines.files.report import peak_memory_mb
 from racecar.pipelines.live.intake.fixed_transforms import FixedTransforms
-from racecar.pipelines.live.intake.sensors import ODOMETRY_TYPE, SCAN_TYPE, Sensors
+from racecar.pipelines.live.intake.sensors import Sensors
+from racecar.pipelines.live.intake.typed_topic import TypedTopic
 from racecar.pipelines.live.monitoring.diagnostics import Diagnostics
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.live.monitoring.health import Health
-from racecar.pipelines.live.ros.message_types import message_class
 from racecar.pipelines.live.ros.parameters import car_parameters
-from racecar.pipelines.live.ros.qos import sensor_qos
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.work.worker import Worker
 
@@ -60,6 +60,7 @@ class LiveNode(ABC):
         self._started = time.monotonic()
         self._dropped_reported = 0
         self._fixed_transforms: FixedTransforms | None = None
+        self._topics: dict[str, TypedTopic] = {}
 
     def start(self) -> None:
         """Begin to listen; everything else must be ready."""
@@ -69,9 +70,10 @@ class LiveNode(ABC):
         node = self.node
         if self.parameters.laser_pose is None:
             self._fixed_transforms = FixedTransforms(node, self.sensors.take_transforms)
-        odometry_class, scan_class = message_class(ODOMETRY_TYPE), message_class(SCAN_TYPE)
-        node.create_subscription(odometry_class, "odom", self._on_odometry, sensor_qos(1000))
-        node.create_subscription(scan_class, "scan", self._on_scan, sensor_qos(400))
+        self._topics = {
+            "odometry": TypedTopic(node, "odom", tuple(ODOMETRY_CONVERTERS), self._on_odometry, 1000),
+            "scans": TypedTopic(node, "scan", tuple(SCAN_CONVERTERS), self._on_scan, 400),
+        }
         node.create_timer(0.5, self.watch)
         node.create_timer(1.0, self._report)
 
@@ -93,6 +95,11 @@ class LiveNode(ABC):
         """Say something in the log."""
         self.node.get_logger().info(sentence)
 
+    def stamp_of(self, message: Any) -> Any:
+        """The stamp that what is made of a message bears: its header's, or else the time."""
+        stamp = message.header.stamp
+        return stamp if stamp.sec or stamp.nanosec else self.node.get_clock().now().to_msg()
+
     def survive(self, error: Exception) -> None:
         """A callback has failed: that is reported, and the node goes on."""
         self.faults.report(
@@ -103,11 +110,11 @@ class LiveNode(ABC):
 
     @abstractmethod
     def take_scan(self, message: Any, arrival: int) -> None:
-        """A LaserScan, and when it arrived in nanoseconds; returns at once."""
+        """A message with a scan, and when it arrived in nanoseconds; returns at once."""
 
     @abstractmethod
     def take_odometry(self, message: Any, arrival: int) -> None:
-        """An Odometry message, in the same way."""
+        """A message with odometry, in the same way."""
 
     @abstractmethod
     def figures(self) -> Mapping[str, Any]:
@@ -125,7 +132,10 @@ class LiveNode(ABC):
         self.take_odometry(message, time.monotonic_ns())
 
     def watch(self) -> None:
-        """Twice a second: topics that stopped, a sensor of unknown place, and work that piles up."""
+        """Twice a second: topics that are silent, a sensor of unknown place, and work that piles up."""
+        for what, topic in self._topics.items():
+            if self.health.silence(what) > _SILENT_AFTER:
+                topic.look()
         if time.monotonic() - self._started > _PATIENCE:
             for what, consequence in self.without.items():
                 self._watch_topic(what, consequence)
@@ -141,9 +151,14 @@ class LiveNode(ABC):
             )
 
     def _watch_topic(self, what: str, consequence: str) -> None:
-        name = self.node.resolve_topic_name({"scans": "scan", "odometry": "odom"}[what])
+        name, strange = self._topics[what].name, self._topics[what].strange
         silence = self.health.silence(what)
-        if silence == float("inf"):
+        if strange and silence > _SILENT_AFTER:
+            self.faults.report(
+                f"no_{what}",
+                f"What is published on {name} is of a type that is not understood: {', '.join(strange)}.",
+            )
+        elif silence == float("inf"):
             self.faults.report(
                 f"no_{what}", f"Nothing has come on {name} yet; is the driver running and the name right?"
             )
@@ -155,6 +170,8 @@ class LiveNode(ABC):
     def _report(self) -> None:
         latency = {f"latency {name} (ms)": value for name, value in self.health.latency_ms().items()}
         rates = {f"{what} (1/s)": self.health.rate(what) for what in ("scans", "odometry", "poses")}
-        self._diagnostics.publish(
-            self.faults.sentences, {**rates, **latency, "scans": self.health.count("scans"), **self.figures()}
-        )
+        known = {
+            "scans": self.health.count("scans"),
+            "odometry's clock behind that of the scans (s)": self.sensors.odometry_behind,
+        }
+        self._diagnostics.publish(self.faults.sentences, {**rates, **latency, **known, **self.figures()})

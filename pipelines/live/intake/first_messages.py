@@ -1,28 +1,33 @@
 """The first messages wait until enough is known to map them."""
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, TypeAlias
 
 _PATIENCE = 2_000_000_000
 """Nanoseconds for which the first scan waits."""
 _MOST_WAITING = 4096
 """Messages: odometry may come for hours before the laser is switched on."""
+_COMPARED = 400
+"""Messages, some two seconds of scans and odometry: what is compared anew with each that comes."""
 
 Arrived: TypeAlias = tuple[bool, Any, int]
 """Is it a scan (or else odometry); the message; nanoseconds when it came."""
 
 
 class FirstMessages:
-    """Waits to learn where the laser sits, and for odometry.
+    """Waits to learn where the laser sits, for odometry, and until both are known to have one clock.
 
     A mapper learns from its first scan where the laser sits; and where a drive was broken off, only wheels
     show how far the car went meanwhile, so what it saw before they did would be placed as if it had stood.
     """
 
-    def __init__(self, knows_place: Callable[[Any], bool]) -> None:
-        """``knows_place``: whether it is known where the laser of a scan's message sits."""
-        self._knows_place = knows_place
+    def __init__(
+        self, knows_place: Callable[[Any], bool], compare_clocks: Callable[[Iterable[Arrived]], bool]
+    ) -> None:
+        """``knows_place``: whether it is known where the laser of a scan's message sits; ``compare_clocks``:
+        whether it is no longer in doubt how the clocks of scans and odometry agree."""
+        self._knows_place, self._compare_clocks = knows_place, compare_clocks
         self._waiting: deque[Arrived] = deque(maxlen=_MOST_WAITING)
         self.are_taken = False
         """Whether nothing waits any longer."""
@@ -37,7 +42,11 @@ class FirstMessages:
         if first_scan is None:
             return []
         first_odometry = next((at for at, each in enumerate(self._waiting) if not each[0]), None)
-        knows_enough = first_odometry is not None and self._knows_place(first_scan[1])
+        knows_enough = (
+            first_odometry is not None
+            and self._knows_place(first_scan[1])
+            and self._compare_clocks(list(self._waiting)[-_COMPARED:])
+        )
         if not knows_enough and arrival - first_scan[2] <= _PATIENCE:
             return []
         self.are_taken = True

@@ -1,7 +1,8 @@
 """Messages of the car's sensors to scans and odometry, by the same converters that read bags."""
 
+import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -18,20 +19,12 @@ from racecar.pipelines.bags.converters.registry import (
     ScanSetup,
 )
 from racecar.pipelines.bags.converters.transforms import SensorPlace, TransformTree
-from racecar.pipelines.bags.messages import (
-    LASER_SCAN,
-    ODOMETRY,
-    TRANSFORMS,
-    frame_name,
-    nanoseconds,
-    ros2_types,
-)
+from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, nanoseconds, ros2_types, type_name
+from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports
+from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.intake.steady_clock import SteadyClock, TopicClock
 from racecar.pipelines.live.monitoring.faults import Faults
-
-SCAN_TYPE, ODOMETRY_TYPE = LASER_SCAN, ODOMETRY
-"""What the nodes listen to; any other type that the converters' registry knows would do."""
 
 _REMEMBERED = "the last run"
 _LONGEST_SWEEP = 0.25
@@ -66,15 +59,14 @@ class Sensors:
         self._place: LaserPlace | None = None
         self._remembered: LaserPlace | None = None
         self._misses_place = False
-        self._scan_frame = ""
-        self._scan_converter: Converter[Scan] | None = None
+        self._scan_converters: dict[tuple[str, str], Converter[Scan]] = {}
         self._scan_counts: Counter[str] = Counter()
         self._odometry_counts: Counter[str] = Counter()
         self._integrate_twist = integrate_twist
-        self._odometry_converter = ODOMETRY_CONVERTERS[ODOMETRY_TYPE](integrate_twist, self._odometry_counts)
-        shared = SteadyClock(after)
-        self._scan_clock = TopicClock(shared, self._jump_reporter("scans"))
-        self._odometry_clock = TopicClock(shared, self._jump_reporter("odometry"))
+        self._odometry_converters: dict[str, Converter[Odometry]] = {}
+        self._clock = SteadyClock(after, time.time_ns() - time.monotonic_ns())
+        self._scan_clocks: dict[str, TopicClock] = {}
+        self._odometry_clock = TopicClock(self._clock, ClockFaults("odometry", faults))
         self._standing: Pose | None = None
         self._moving_messages = 0
         self.take_transforms(_NO_TRANSFORMS)  # the first one takes long enough for scans to pile up
@@ -93,7 +85,7 @@ class Sensors:
         """Where a laser sat when another run ended; it counts until ``/tf_static`` comes, which may take
         seconds."""
         self._remembered = place
-        self._scan_converter = None
+        self._scan_converters.clear()
 
     def knows_place(self, scan_message: Any) -> bool:
         """Whether it is known where the laser of a message sits, so that its scans need no assumption."""
@@ -104,19 +96,39 @@ class Sensors:
         message = ros2_types().deserialize_cdr(serialized, TRANSFORMS)
         for transform in message.transforms:  # type: ignore[attr-defined]
             self._tree.add(transform)
-        self._scan_converter = None
+        self._scan_converters.clear()
+
+    @property
+    def odometry_behind(self) -> float:
+        """Seconds by which the odometry's headers are behind those of the scans, as far as was noticed."""
+        scans = next(iter(self._scan_clocks.values()), None)
+        return 0.0 if scans is None else (self._odometry_clock.behind - scans.behind) * 1e-9
+
+    def compare_clocks(self, messages: Iterable[Arrived]) -> bool:
+        """Find out from the first messages how the clocks of scans and odometry disagree, so that all of them
+        are corrected by that; False while it is in doubt."""
+        shared, silent = SteadyClock(), NoReports()
+        scans, odometry = TopicClock(shared, silent, is_reference=True), TopicClock(shared, silent)
+        first_frame: str | None = None
+        for is_scan, message, arrival in messages:
+            header = nanoseconds(message.header.stamp)
+            if not is_scan:
+                odometry.steady(header, arrival)
+            elif first_frame in (None, frame := frame_name(message.header.frame_id)):
+                first_frame = frame
+                scans.steady(header, arrival, _sweep(message))
+        if odometry.correction:
+            self._odometry_clock.correct(odometry.correction)
+        return bool(odometry.correction) or odometry.agrees
 
     def scan(self, message: Any, arrival: int) -> Scan | None:
         """The scan of a message that arrived at a time (nanoseconds); None where it is to be left out."""
-        stamp = self._scan_clock.steady(nanoseconds(message.header.stamp), arrival)
+        clock = self._scan_clock(frame_name(message.header.frame_id))
+        stamp = clock.steady(nanoseconds(message.header.stamp), arrival, _sweep(message))
         if stamp is None:
-            self._report_lone_stamp("scan")
             return None
-        frame = frame_name(message.header.frame_id)
-        if self._scan_converter is None or frame != self._scan_frame:
-            self._scan_converter = self._new_scan_converter(frame)
         beams_changed = self._scan_counts["changed_beam_counts"]
-        scan = self._scan_converter.convert(message, stamp)
+        scan = self._scan_converter(message).convert(message, stamp)
         if scan is not None and self._scan_counts["changed_beam_counts"] > beams_changed:
             self._faults.report(
                 "beams",
@@ -136,9 +148,8 @@ class Sensors:
         """The sample of a message that arrived at a time (nanoseconds); None where it holds none."""
         stamp = self._odometry_clock.steady(nanoseconds(message.header.stamp), arrival)
         if stamp is None:
-            self._report_lone_stamp("odometry message")
             return None
-        sample = self._odometry_converter.convert(message, stamp)
+        sample = self._odometry_converter(message).convert(message, stamp)
         if sample is None:
             self._faults.report(
                 "odometry_invalid", "The odometry holds poses that are not numbers; they are left out."
@@ -149,10 +160,23 @@ class Sensors:
             self._watch_poses(message)
         return sample
 
-    def _new_scan_converter(self, frame: str) -> Converter[Scan]:
+    def _scan_converter(self, message: Any) -> Converter[Scan]:
+        """Of the message's type and of the laser's frame, which may differ from scan to scan."""
+        key = type_name(message), frame_name(message.header.frame_id)
+        if key not in self._scan_converters:
+            self._scan_converters[key] = self._new_scan_converter(*key)
+        return self._scan_converters[key]
+
+    def _odometry_converter(self, message: Any) -> Converter[Odometry]:
+        kind = type_name(message)
+        if kind not in self._odometry_converters:
+            new_converter = ODOMETRY_CONVERTERS[kind]
+            self._odometry_converters[kind] = new_converter(self._integrate_twist, self._odometry_counts)
+        return self._odometry_converters[kind]
+
+    def _new_scan_converter(self, message_type: str, frame: str) -> Converter[Scan]:
         place = self._known_place(frame)
         self._place = None if place is None else LaserPlace(self._base_frame, frame, place.base_from_sensor)
-        self._scan_frame = frame
         self._misses_place = place is None or place.source == _REMEMBERED
         if place is None:
             self._faults.report(
@@ -175,7 +199,7 @@ class Sensors:
             longest_sweep=_LONGEST_SWEEP,
             heights=SECTION_HEIGHTS,
         )
-        return SCAN_CONVERTERS[SCAN_TYPE](setup, self._scan_counts)
+        return SCAN_CONVERTERS[message_type](setup, self._scan_counts)
 
     def _known_place(self, frame: str) -> SensorPlace | None:
         if self._laser_pose is not None:
@@ -207,19 +231,18 @@ class Sensors:
                     "to twist.",
                 )
 
-    def _jump_reporter(self, what: str) -> Callable[[float], None]:
-        def report(seconds: float) -> None:
-            self._faults.report(
-                f"{what}_clock",
-                f"The stamps of the {what} jumped by {seconds:+.1f} s: a clock was set. The drive goes on.",
-                lasting=False,
+    def _scan_clock(self, frame: str) -> TopicClock:
+        """Of a laser, which may have a clock of its own; the first one's is that of the drive."""
+        if frame not in self._scan_clocks:
+            is_first = not self._scan_clocks
+            what = "scans" if is_first else f"scans of {frame}"
+            self._scan_clocks[frame] = TopicClock(
+                self._clock, ClockFaults(what, self._faults), is_reference=is_first
             )
+        return self._scan_clocks[frame]
 
-        return report
 
-    def _report_lone_stamp(self, what: str) -> None:
-        self._faults.report(
-            "lone_stamp",
-            f"The stamp of a {what} was far from those before; it was left out.",
-            lasting=False,
-        )
+def _sweep(message: Any) -> int:
+    """Nanoseconds from the stamp of a scan's message to its last beam, as far as it says."""
+    seconds = getattr(message, "time_increment", 0.0) * (len(getattr(message, "ranges", ())) - 1)
+    return round(seconds * 1e9) if 0.0 < seconds <= _LONGEST_SWEEP else 0

@@ -7,7 +7,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.registry import SCAN_CONVERTERS
 from racecar.pipelines.bags.messages import ros2_types
-from racecar.pipelines.live.intake import sensors
+from racecar.pipelines.live.intake.sensors import Sensors
 from racecar.pipelines.live.monitoring.faults import Faults
 from tests.pipelines.bag_samples import START, STEP, bag_of, odometry, read
 
@@ -55,9 +55,8 @@ def sonar_bag(tmp_path):
 
 
 def test_a_bag_of_an_unknown_type_holds_no_scans(sonar_bag):
-    with pytest.raises(
-        UserError, match=r"no laser scans \(LaserScan or PointCloud2\).*sensor_msgs/msg/Range"
-    ):
+    known = r"no laser scans \(LaserScan, MultiEchoLaserScan or PointCloud2\)"
+    with pytest.raises(UserError, match=known + ".*sensor_msgs/msg/Range"):
         read(sonar_bag)
 
 
@@ -67,14 +66,13 @@ def test_a_registered_type_is_read_from_bags(sonar_bag, monkeypatch):
     assert (reader.scan_topic, len(scans), len(samples)) == ("/sonar", 9, 10)
     np.testing.assert_allclose(scans[0].bearings, [-0.1, 0.1], atol=1e-7)
     assert reader.counts["empty_scans"] == 1
-    with pytest.raises(UserError, match="LaserScan, PointCloud2 or Range"):
+    with pytest.raises(UserError, match="LaserScan, MultiEchoLaserScan, PointCloud2 or Range"):
         read(bag_of(sonar_bag.parent / "other", lambda writer: writer.write_odometry(odometry(0))))
 
 
 def test_a_registered_type_is_taken_by_the_nodes(monkeypatch):
     monkeypatch.setitem(SCAN_CONVERTERS, SONAR, SonarConverter)
-    monkeypatch.setattr(sensors, "SCAN_TYPE", SONAR)
-    taking = sensors.Sensors(
+    taking = Sensors(
         base_frame="base_link",
         laser_pose=None,
         integrate_twist=False,

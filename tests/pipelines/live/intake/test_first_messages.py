@@ -1,5 +1,7 @@
 """What waits at the start of a drive, for how long, and what is left out."""
 
+from collections.abc import Callable
+
 from racecar.pipelines.live.intake.first_messages import FirstMessages
 
 SCAN, ODOMETRY = True, False
@@ -13,38 +15,52 @@ def told(first: FirstMessages, *messages: tuple[bool, float]) -> list[list[float
     ]
 
 
+def first_messages(
+    knows_place: Callable[[object], bool], compare_clocks: Callable[[object], bool] = lambda messages: True
+) -> FirstMessages:
+    return FirstMessages(knows_place, compare_clocks)
+
+
 def test_scans_wait_for_odometry_and_those_from_before_it_are_left_out() -> None:
-    first = FirstMessages(lambda message: True)
+    first = first_messages(lambda message: True)
     assert told(first, (SCAN, 0.0), (SCAN, 1.0), (ODOMETRY, 1.5), (SCAN, 1.6)) == [[], [], [1.5], [1.6]]
     assert first.are_taken
 
 
 def test_odometry_waits_for_a_scan() -> None:
-    first = FirstMessages(lambda message: True)
+    first = first_messages(lambda message: True)
     assert told(first, (ODOMETRY, 0.0), (ODOMETRY, 9.0), (SCAN, 9.1)) == [[], [], [0.0, 9.0, 9.1]]
 
 
 def test_a_car_without_odometry_does_not_wait_for_ever() -> None:
-    first = FirstMessages(lambda message: True)
+    first = first_messages(lambda message: True)
     assert told(first, (SCAN, 0.0), (SCAN, 2.0), (SCAN, 2.5)) == [[], [], [0.0, 2.0, 2.5]]
 
 
 def test_nor_does_a_car_that_never_tells_where_its_laser_sits() -> None:
-    first = FirstMessages(lambda message: False)
+    first = first_messages(lambda message: False)
     assert told(first, (ODOMETRY, 0.0), (SCAN, 0.1), (SCAN, 2.2)) == [[], [], [0.0, 0.1, 2.2]]
 
 
 def test_all_goes_on_once_the_laser_is_known() -> None:
     is_known: list[bool] = []
-    first = FirstMessages(lambda message: bool(is_known))
+    first = first_messages(lambda message: bool(is_known))
     assert told(first, (ODOMETRY, 0.0), (SCAN, 0.1)) == [[], []]
     is_known.append(True)
     assert told(first, (ODOMETRY, 0.2)) == [[0.0, 0.1, 0.2]]
 
 
 def test_odometry_that_comes_for_hours_is_not_kept() -> None:
-    first = FirstMessages(lambda message: True)
+    first = first_messages(lambda message: True)
     told(first, *((ODOMETRY, 0.02 * k) for k in range(10_000)))
     (taken,) = told(first, (SCAN, 200.0))
     assert len(taken) < 5000
     assert taken[-2:] == [199.98, 200.0]
+
+
+def test_all_waits_until_the_clocks_are_compared() -> None:
+    first = first_messages(lambda message: True, lambda messages: len(messages) > 3)
+    assert told(first, (ODOMETRY, 0.0), (SCAN, 0.1), (ODOMETRY, 0.2), (SCAN, 0.3)) == [
+        *([[]] * 3),
+        [0.0, 0.1, 0.2, 0.3],
+    ]

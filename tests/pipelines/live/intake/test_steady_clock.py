@@ -1,5 +1,9 @@
-"""Stamps go on steadily whatever is done to the car's clock."""
+"""Stamps go on steadily whatever is done to the car's clocks."""
 
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -10,31 +14,60 @@ SECOND = 1_000_000_000
 WALL = 1_700_000_000 * SECOND
 
 
-def clock(shared: SteadyClock | None = None) -> tuple[TopicClock, list[float]]:
-    jumps: list[float] = []
-    return TopicClock(shared or SteadyClock(), jumps.append), jumps
+@dataclass
+class Reports:
+    """What was said."""
+
+    jumps: list[float] = field(default_factory=list)
+    astray: int = 0
+    still: list[bool] = field(default_factory=list)
+    corrections: list[float] = field(default_factory=list)
+
+    def jumped(self, seconds: float) -> None:
+        self.jumps.append(seconds)
+
+    def went_astray(self) -> None:
+        self.astray += 1
+
+    def stood_still(self, is_still: bool) -> None:
+        self.still.append(is_still)
+
+    def disagreed(self, seconds: float) -> None:
+        self.corrections.append(seconds)
+
+
+def clock(shared: SteadyClock | None = None, *, is_reference: bool = False) -> tuple[TopicClock, Reports]:
+    reports = Reports()
+    return TopicClock(shared or SteadyClock(), reports, is_reference=is_reference), reports
+
+
+def pair() -> tuple[TopicClock, TopicClock, Reports, Reports]:
+    """Scans and odometry."""
+    shared = SteadyClock()
+    scans, of_scans = clock(shared, is_reference=True)
+    odometry, of_odometry = clock(shared)
+    return scans, odometry, of_scans, of_odometry
 
 
 def test_stamps_of_a_clock_that_is_left_alone_are_its_own() -> None:
-    topic, jumps = clock()
+    topic, reports = clock()
     headers = [WALL + i * PERIOD for i in range(100)]
     assert [topic.steady(header, i * PERIOD) for i, header in enumerate(headers)] == headers
-    assert jumps == []
+    assert reports == Reports()
 
 
 @given(st.integers(-(10**5), 10**5).filter(lambda seconds: seconds > 3 or seconds < -2))
 def test_a_jump_costs_one_message_and_leaves_no_gap(seconds: int) -> None:
-    topic, jumps = clock()
+    topic, reports = clock()
     for i in range(10):
         topic.steady(WALL + i * PERIOD, i * PERIOD)
     after = [topic.steady(WALL + i * PERIOD + seconds * SECOND, i * PERIOD) for i in range(10, 20)]
     assert after == [None, *(WALL + i * PERIOD for i in range(11, 20))]
-    assert [round(jump) for jump in jumps] == [seconds]
+    assert [round(jump) for jump in reports.jumps] == [seconds]
 
 
 def test_two_topics_agree_on_a_jump_to_the_nanosecond() -> None:
-    shared = SteadyClock()
-    (scans, _), (odometry, _) = clock(shared), clock(shared)
+    scans, odometry, _, _ = pair()
     late = 3_000_000
     for i in range(5):
         scans.steady(WALL + i * PERIOD, i * PERIOD + late * (i % 2))
@@ -48,8 +81,7 @@ def test_two_topics_agree_on_a_jump_to_the_nanosecond() -> None:
 
 @given(st.integers(0, 900))
 def test_topics_agree_on_a_jump_although_one_waited_on_a_busy_machine(milliseconds: int) -> None:
-    shared = SteadyClock()
-    (scans, _), (odometry, _) = clock(shared), clock(shared)
+    scans, odometry, _, _ = pair()
     back, late = 10 * SECOND, 1_000_000 * milliseconds
     for i in range(10):
         header = WALL + i * PERIOD - back * (i >= 5)
@@ -69,33 +101,132 @@ def test_a_clock_that_is_set_back_and_forth_ends_where_it_was() -> None:
 
 
 def test_one_stray_stamp_is_left_out() -> None:
-    topic, jumps = clock()
+    topic, reports = clock()
     topic.steady(WALL, 0)
     assert topic.steady(WALL + 10**6 * SECOND, PERIOD) is None
     assert topic.steady(WALL + 2 * PERIOD, 2 * PERIOD) == WALL + 2 * PERIOD
-    assert jumps == []
+    assert reports == Reports(astray=1)
 
 
 def test_messages_that_waited_for_a_busy_node_are_no_jump() -> None:
-    topic, jumps = clock()
+    topic, reports = clock()
     topic.steady(WALL, 0)
     steady = [topic.steady(WALL + i * PERIOD, 20 * SECOND) for i in range(1, 50)]
     assert steady == [WALL + i * PERIOD for i in range(1, 50)]
-    assert jumps == []
+    assert reports == Reports()
 
 
-def test_a_bag_played_fast_is_no_jump() -> None:
-    topic, jumps = clock()
-    for i in range(100):
-        assert topic.steady(WALL + i * PERIOD * 20, i * PERIOD) == WALL + i * PERIOD * 20
-    assert jumps == []
+@pytest.mark.parametrize("speed", [0.05, 5.0, 20.0])
+def test_a_bag_played_at_another_speed_is_no_jump_and_no_offset(speed: float) -> None:
+    """The slower topic once a second, as its delays seem to differ most from the other's."""
+    scans, odometry, of_scans, of_odometry = pair()
+    for i in range(500):
+        recorded = i * PERIOD
+        arrival = round(recorded / speed)
+        if i % 40 == 17:
+            assert odometry.steady(WALL + recorded, arrival) == WALL + recorded
+        else:
+            assert scans.steady(WALL + recorded, arrival) == WALL + recorded
+    assert of_scans == of_odometry == Reports()
+
+
+def test_a_bag_that_was_paused_while_it_was_played_is_no_fault() -> None:
+    scans, odometry, of_scans, of_odometry = pair()
+    for i in range(300):
+        header, arrival = WALL + i * PERIOD, i * PERIOD + 100 * SECOND * (i > 150)
+        assert odometry.steady(header, arrival) == header
+        assert scans.steady(header, arrival + 1) == header
+    assert of_scans == of_odometry == Reports()
 
 
 def test_messages_without_stamps_bear_the_time_of_their_arrival() -> None:
-    shared = SteadyClock()
-    (scans, _), (odometry, _) = clock(shared), clock(shared)
-    odometry.steady(WALL, 7)
-    assert scans.steady(0, 7 + PERIOD) == WALL + PERIOD
+    scans, odometry, of_scans, of_odometry = pair()
+    for i in range(80):
+        sample = odometry.steady(WALL + i * PERIOD, 7 + i * PERIOD)
+        assert sample == WALL + i * PERIOD
+        assert scans.steady(0, 7 + i * PERIOD + 5, sweep=3) == sample + 5 - 3
+    assert of_scans == Reports(still=[True])
+    assert of_odometry == Reports()
+
+
+def test_a_car_without_any_stamps_has_the_time_of_the_computer() -> None:
+    shared = SteadyClock(offset=WALL)
+    (scans, _), (odometry, _) = clock(shared, is_reference=True), clock(shared)
+    assert [scans.steady(0, i * PERIOD) for i in range(3)] == [WALL + i * PERIOD for i in range(3)]
+    assert [odometry.steady(0, i * PERIOD) for i in range(3)] == [WALL + i * PERIOD for i in range(3)]
+
+
+@pytest.mark.parametrize("frozen", ["scans", "odometry"])
+@pytest.mark.parametrize("lost", [0, 3])
+def test_stamps_that_stand_still_for_three_seconds(frozen: str, lost: int) -> None:
+    """They go on where time is by now, or from where they stood (``lost`` seconds)."""
+    scans, odometry, of_scans, of_odometry = pair()
+    for i in range(400):
+        now = WALL + i * PERIOD
+        stopped = min(now, WALL + 80 * PERIOD) if i < 200 else now - lost * SECOND
+        arrival = i * PERIOD + (i % 3) * 1_000_000
+        scan = scans.steady(stopped if frozen == "scans" else now, arrival + 7)
+        sample = odometry.steady(stopped if frozen == "odometry" else now, arrival)
+        if not 81 <= i < 96:
+            assert scan == pytest.approx(now, abs=5_000_000)
+            assert sample == pytest.approx(now, abs=5_000_000)
+    reports, others = (of_scans, of_odometry) if frozen == "scans" else (of_odometry, of_scans)
+    assert reports.still == [True, False]
+    assert [round(jump) for jump in reports.jumps] == ([-3] if lost else [])
+    assert others == Reports()
+
+
+@pytest.mark.parametrize("resolution", [SECOND, 10**15])
+def test_stamps_of_whole_seconds_and_counters_show_no_time(resolution: int) -> None:
+    topic, reports = clock()
+    steady = [topic.steady(WALL + i * PERIOD // resolution * resolution + i, i * PERIOD) for i in range(400)]
+    assert steady[80:] == pytest.approx([steady[0] + i * PERIOD for i in range(80, 400)], abs=SECOND)
+    assert min(b - a for a, b in pairwise(steady[80:])) > 0.9 * PERIOD
+    assert reports.still == [True]
+
+
+def test_a_message_that_is_sent_many_times_is_no_clock_that_stands_still() -> None:
+    topic, reports = clock()
+    for i in range(100):
+        for k in range(20):
+            assert topic.steady(WALL + i * PERIOD, i * PERIOD + k * 100_000) == WALL + i * PERIOD
+    assert reports == Reports()
+
+
+@pytest.mark.parametrize("seconds", [-5.0, -3.0, -0.7, 0.7, 3.0, 5.0, 1.6e9])
+def test_a_clock_that_is_off_is_set_right_within_a_second(seconds: float) -> None:
+    """Of odometry at 50 Hz and scans at 10 Hz, which are sent when their sweep is over."""
+    scans, odometry, of_scans, of_odometry = pair()
+    sweep, is_off = 100_000_000, round(seconds * SECOND)
+    for i in range(200):
+        arrival = i * 20_000_000 + (i % 3) * 2_000_000
+        sample = odometry.steady(WALL + i * 20_000_000 - is_off, arrival)
+        if i % 5 == 0:
+            scan = scans.steady(WALL + i * 20_000_000 - sweep, arrival + 5_000_000, sweep)
+            assert scan == WALL + i * 20_000_000 - sweep
+        if i > 60:
+            assert sample == pytest.approx(WALL + i * 20_000_000, abs=20_000_000)
+    assert of_scans == Reports()
+    assert [round(each, 1) for each in of_odometry.corrections] == [pytest.approx(seconds, abs=0.1)]
+
+
+def test_a_jump_of_one_clock_too_small_to_be_seen_alone() -> None:
+    scans, odometry, of_scans, of_odometry = pair()
+    for i in range(200):
+        scan = scans.steady(WALL + i * PERIOD + (i > 40) * 1_500_000_000, i * PERIOD)
+        sample = odometry.steady(WALL + i * PERIOD, i * PERIOD + 1)
+    assert sample == pytest.approx(scan, abs=10)
+    assert of_odometry.corrections == [pytest.approx(1.5)]
+    assert of_scans == Reports()
+
+
+def test_messages_that_are_late_now_and_then_are_no_clock_that_is_off() -> None:
+    scans, odometry, _, of_odometry = pair()
+    for i in range(400):
+        odometry.steady(WALL + i * PERIOD, i * PERIOD)
+        late = (i // 40 % 2) * (i % 40) * 30_000_000  # up to 1.2 s, and all come in their order
+        scans.steady(WALL + i * PERIOD, i * PERIOD + late)
+    assert of_odometry == Reports()
 
 
 def test_a_drive_that_is_carried_on_does_not_go_back_in_time() -> None:

@@ -1,0 +1,65 @@
+"""What is said about the stamps of a sensor's messages."""
+
+from racecar.pipelines.live.monitoring.faults import Faults
+
+
+class ClockFaults:
+    """Reports what a `TopicClock` finds."""
+
+    def __init__(self, what: str, faults: Faults) -> None:
+        """``what`` the messages are, in the plural."""
+        self._what, self._faults = what, faults
+
+    def jumped(self, seconds: float) -> None:
+        """A clock was set."""
+        self._faults.report(
+            f"{self._what}_clock",
+            f"The stamps of the {self._what} jumped by {seconds:+.1f} s: a clock was set. The drive goes on.",
+            lasting=False,
+        )
+
+    def went_astray(self) -> None:
+        """One message is left out."""
+        self._faults.report(
+            "lone_stamp",
+            f"A stamp of the {self._what} was far from those before; the message was left out.",
+            lasting=False,
+        )
+
+    def stood_still(self, is_still: bool) -> None:
+        """The driver does not stamp its messages, or has stopped doing so."""
+        name = f"{self._what}_stamps"
+        if is_still:
+            self._faults.report(
+                name,
+                f"The stamps of the {self._what} show no time: the messages count as of when they arrive. "
+                "Restart the driver, or let it stamp its messages.",
+            )
+        else:
+            self._faults.end(name, f"The stamps of the {self._what} show the time again.")
+
+    def disagreed(self, seconds: float) -> None:
+        """The clock is another than that of the scans."""
+        side = "behind" if seconds > 0 else "ahead of"
+        self._faults.report(
+            f"{self._what}_offset",
+            f"The stamps of the {self._what} were {abs(seconds):.1f} s {side} those of the scans: that is "
+            "corrected. Synchronize the clocks of the computers and sensors.",
+            lasting=False,
+        )
+
+
+class NoReports:
+    """Of clocks that are only tried out."""
+
+    def jumped(self, seconds: float) -> None:
+        """Unsaid, as all the others."""
+
+    def went_astray(self) -> None:
+        """Unsaid."""
+
+    def stood_still(self, is_still: bool) -> None:
+        """Unsaid."""
+
+    def disagreed(self, seconds: float) -> None:
+        """Unsaid."""

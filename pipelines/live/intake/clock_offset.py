@@ -1,0 +1,69 @@
+"""How far the clock of a sensor is off that of the laser, by when the messages of both arrive."""
+
+from collections import deque
+from collections.abc import Sequence
+from statistics import median
+
+_LARGEST_DELAY = 500_000_000
+"""Nanoseconds by which messages of one sensor may take longer than those of another; more is a clock that is
+off. By judgement: what takes half a second to come is of no use for driving, and lags below are learned from
+turns."""
+_STEADY = 0.5
+"""Share of the offset within which it must stay: delays come and go, while clocks that disagree do so all the
+time. By judgement."""
+_WATCHED, _FEWEST = 800_000_000, 5
+"""Nanoseconds of arrivals, and comparisons, over which the offset must have been steady: by judgement, as
+that comes off the two seconds within which a localizer should be right again."""
+_OTHER_TIME = 60_000_000_000
+"""Nanoseconds from which an offset is believed when it is seen twice: no message takes a minute, so that this
+is another kind of time, such as that of a simulator or since the sensor was switched on."""
+
+
+class ClockOffset:
+    """Collects by how much the stamps of scans are ahead of those of another sensor."""
+
+    def __init__(self) -> None:
+        self._before: tuple[int, int] | None = None
+        self._samples: deque[tuple[int, int]] = deque()
+
+    @property
+    def is_small(self) -> bool:
+        """Whether the clocks seem to agree, by the latest that came."""
+        return bool(self._samples) and abs(self._samples[-1][1]) < _LARGEST_DELAY
+
+    def from_scans(self, arrival: int, offset: int, scans: Sequence[tuple[int, int]]) -> int:
+        """By how many nanoseconds this sensor's stamps should be later; 0 as long as they may be right.
+
+        ``offset`` is what its stamp is ahead of its arrival, in the message that has just come; ``scans`` are
+        arrivals and the same offsets of the scans that have come since the last one. The offsets are compared
+        at the arrival of each scan, because all of them drift where a bag is played at another speed.
+        """
+        before, self._before = self._before, (arrival, offset)
+        if before is None or arrival <= before[0]:
+            return 0
+        for scan_arrival, scan_offset in scans:
+            share = min(max((scan_arrival - before[0]) / (arrival - before[0]), 0.0), 1.0)
+            own_offset = before[1] + round(share * (offset - before[1]))
+            self._samples.append((scan_arrival, scan_offset - own_offset))
+        missing = self._settled()
+        if missing:
+            self._samples.clear()
+            self._before = arrival, offset + missing
+        return missing
+
+    def _settled(self) -> int:
+        samples = self._samples
+        if len(samples) < 2:
+            return 0
+        before, latest = samples[-2], samples[-1]
+        if abs(latest[1]) > _OTHER_TIME and abs(latest[1] - before[1]) < _LARGEST_DELAY:
+            return latest[1]
+        while len(samples) > _FEWEST and samples[1][0] <= latest[0] - _WATCHED:
+            samples.popleft()
+        if len(samples) < _FEWEST or latest[0] - samples[0][0] < _WATCHED:
+            return 0
+        offsets = [each for _, each in samples]
+        if min(abs(each) for each in offsets) < _LARGEST_DELAY:
+            return 0
+        middle = round(median(offsets))
+        return middle if max(offsets) - min(offsets) < _STEADY * abs(middle) else 0

@@ -1,0 +1,66 @@
+"""What a node knows of its sensors before anything is mapped."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from racecar.maps.sensing.odometry import Odometry
+from racecar.pipelines.bags.message_factory import MessageFactory
+from racecar.pipelines.bags.messages import ros2_types
+from racecar.pipelines.live.intake.sensors import Sensors
+from racecar.pipelines.live.monitoring.faults import Faults
+
+FACTORY = MessageFactory(ros2_types(), is_ros1=False)
+START = 1_700_000_000_000_000_000
+
+
+def sensors(said: list[str] | None = None) -> Sensors:
+    return Sensors(
+        base_frame="base_link",
+        laser_pose=None,
+        integrate_twist=False,
+        after=None,
+        faults=Faults((said if said is not None else []).append, lambda sentence: None),
+    )
+
+
+def scan(seconds: float, frame: str = "laser", ranges: Any = (1.0, 2.0, 3.0)) -> Any:
+    layout = {"angle_min": -0.1, "angle_increment": 0.1, "time_increment": 0.0, "scan_time": 0.1}
+    limits = {"range_min": 0.1, "range_max": 30.0}
+    values = np.array(ranges, dtype=np.float32)
+    return FACTORY.laser_scan(START + round(seconds * 1e9), frame, values, **layout, **limits)
+
+
+def odometry(seconds: float) -> Any:
+    stamp = START + round(seconds * 1e9)
+    return FACTORY.odometry(stamp, "odom", "base_link", np.zeros(3), np.zeros(3), None)
+
+
+def at(seconds: float) -> int:
+    return round(seconds * 1e9)
+
+
+@pytest.mark.parametrize("off", [-3.0, 0.0, 0.1, 3.0])
+def test_the_first_messages_tell_how_the_clocks_disagree(off: float) -> None:
+    said: list[str] = []
+    taking = sensors(said)
+    waiting = []
+    answers = []
+    for i in range(60):
+        waiting.append((False, odometry(i * 0.02 - off), at(i * 0.02)))
+        if i % 5 == 0:
+            waiting.append((True, scan(i * 0.02), at(i * 0.02 + 0.001)))
+        answers.append(taking.compare_clocks(waiting))
+        if answers[-1]:
+            break
+    assert answers[-1]
+    assert len(answers) < 5 if abs(off) < 0.5 else len(answers) > 40
+    known = taking.scan(scan(0.0), at(0.0)), taking.odometry(odometry(-off), at(0.0))
+    assert isinstance(known[1], Odometry)
+    assert known[0] is not None
+    expected = off if abs(off) > 0.5 else 0.0
+    assert known[1].stamp - known[0].stamp == pytest.approx((expected - off) * 1e9, abs=5e6)
+    assert [f"{abs(off):.1f} s" in sentence for sentence in said if "odometry" in sentence] == [True] * (
+        expected != 0.0
+    )
