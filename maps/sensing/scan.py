@@ -31,6 +31,8 @@ class Scan:
     """Metres; readings at or beyond are misses."""
     cloud: Cloud | None = None
     """All that a sensor with many rows saw, of which the beams are a section; None of a planar sensor."""
+    laser: int = 0
+    """Which of the car's lasers, numbered from 0; those of one number are at one place."""
 
     @property
     def is_return(self) -> NDArray[np.bool_]:

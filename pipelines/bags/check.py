@@ -92,6 +92,7 @@ def _describe_odometry(reader: BagReader, odometry: OdometryFacts) -> dict[str, 
     covered = counts["scans"] - counts.get("scans_without_odometry", 0)
     return {
         "topic": reader.odom_topic,
+        "source": reader.odometry_source,
         "count": odometry.spacing.count,
         "duration_s": round(odometry.spacing.seconds, 3),
         "rate_hz": round(odometry.spacing.rate, 2),

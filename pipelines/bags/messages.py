@@ -21,6 +21,8 @@ MULTI_ECHO_SCAN = "sensor_msgs/msg/MultiEchoLaserScan"
 POINT_CLOUD = "sensor_msgs/msg/PointCloud2"
 ODOMETRY = "nav_msgs/msg/Odometry"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
+OLD_TRANSFORMS = "tf/msg/tfMessage"
+"""The same, of the first ``tf`` of ROS 1."""
 OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
 PATH = "nav_msgs/msg/Path"
 POSE_ARRAY = "geometry_msgs/msg/PoseArray"
@@ -28,16 +30,20 @@ POSE_ARRAY = "geometry_msgs/msg/PoseArray"
 
 @cache
 def ros1_types() -> Typestore:
-    """The message types of ROS 1, with the one of ``/tf`` that its store lacks."""
+    """The message types of ROS 1, with those of ``/tf`` that its store lacks."""
     store = get_typestore(Stores.ROS1_NOETIC)
-    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TRANSFORMS))
+    for name in (TRANSFORMS, OLD_TRANSFORMS):
+        store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
     return store
 
 
 @cache
 def ros2_types() -> Typestore:
-    """The message types of ROS 2; those used here are the same in every distribution."""
-    return get_typestore(Stores.ROS2_JAZZY)
+    """The message types of ROS 2; those used here are the same in every distribution. Bags converted from
+    ROS 1 may hold the old type of ``/tf``."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", OLD_TRANSFORMS))
+    return store
 
 
 def decode(topic: BagTopic, data: bytes) -> Any:

@@ -1,9 +1,9 @@
 """A bag as a stream of scans and odometry; whatever is wrong with real logs is mended or counted."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -13,23 +13,29 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.clock import StampClock, clock_offset, typical_gap
-from racecar.pipelines.bags.converters.odometry import only_twist_is_set
+from racecar.pipelines.bags.converters.framed_scans import FramedScanConverter
+from racecar.pipelines.bags.converters.odometry import PoseSource, pose_source
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
+    TRANSFORM_CONVERTERS,
     Converter,
+    OdometrySetup,
     ScanSetup,
+    stamp_of,
 )
+from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts
 from racecar.pipelines.bags.findings import Finding, counted_findings
-from racecar.pipelines.bags.messages import TRANSFORMS, decode, frame_name, nanoseconds
+from racecar.pipelines.bags.frames import look_at_links, transform_topics
+from racecar.pipelines.bags.messages import decode, frame_name
 from racecar.pipelines.bags.order import Item, after_their_odometry, in_order
 from racecar.pipelines.bags.scan_gaps import ScanGaps
-from racecar.pipelines.bags.sensor_place import BASE_FRAMES, find_place
+from racecar.pipelines.bags.sensor_place import SensorPlaces
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.store import BagStore
-from racecar.pipelines.bags.topics import choose_topic, list_topics
+from racecar.pipelines.bags.topics import choose_odometry, choose_scans, list_topics
 
 _SAMPLES = 25
 """Messages looked at beforehand: enough for medians of their spacing, and read in no time."""
@@ -39,19 +45,26 @@ _LONGEST_SWEEP = 1.0
 
 @dataclass(frozen=True)
 class _Samples:
-    """The first messages of a topic, with their recording times."""
+    """The first messages of a topic, with their recording times and the stamps of their headers."""
 
     topic: BagTopic
     recorded: list[int]
+    headers: list[int]
     messages: list[Any]
-
-    @property
-    def headers(self) -> list[int]:
-        return [nanoseconds(message.header.stamp) for message in self.messages]
 
     @property
     def clock_offset(self) -> int | None:
         return clock_offset(list(zip(self.headers, self.recorded, strict=True)))
+
+    @property
+    def frames(self) -> list[str]:
+        return [frame_name(message.header.frame_id) for message in self.messages]
+
+    def gap(self, frame: str) -> float:
+        """Seconds between the scans of one frame, or of all where it is not among them."""
+        stamps = self.headers if self.clock_offset else self.recorded
+        of_frame = [stamp for stamp, each in zip(stamps, self.frames, strict=True) if each == frame]
+        return typical_gap(of_frame if len(of_frame) > 1 else stamps)
 
 
 class BagReader:
@@ -66,7 +79,7 @@ class BagReader:
         self,
         path: Path,
         *,
-        scan_topic: str | None = None,
+        scan_topic: str | Sequence[str] | None = None,
         odom_topic: str | None = None,
         use_odometry: bool = True,
         base_from_laser: Pose | None = None,
@@ -75,6 +88,7 @@ class BagReader:
     ) -> None:
         """Open a bag and find out what it holds.
 
+        Of several ``scan_topic`` all scans are read, each with the place of its own frame.
         ``base_from_laser`` (3,) overrides the transforms in the bag. Of a PointCloud2 the points between
         ``min_height`` and ``max_height`` (metres above the base frame) make the scan; the cloud of a planar
         sensor is taken whole. Raises UserError when the path holds no bag, a named topic is not in it, or
@@ -83,18 +97,21 @@ class BagReader:
         self._store = BagStore(path)
         self._findings: list[Finding] = []
         self._odometry: _Samples | None = None
+        self._odometry_links: OdometryLinks | None = None
         self._integrate_twist = False
+        self._named_transforms: BagTopic | None = None
         try:
-            self._open_scans(scan_topic)
-            if use_odometry:
-                self._open_odometry(odom_topic)
-            self._place = find_place(
-                self._scan_frame,
-                self._base_frames,
-                self._static_transforms(),
-                base_from_laser,
-                self._findings,
-            )
+            named = [scan_topic] if isinstance(scan_topic, str) else list(scan_topic or ())
+            self._open_scans(named)
+            source = self._open_odometry(odom_topic) if use_odometry else PoseSource.POSE
+            wants_links = source in (PoseSource.NOTHING, PoseSource.STANDING)
+            needs_links = wants_links or base_from_laser is None
+            links = self._look_at_links(wants_links) if needs_links else FrameLinks()
+            if wants_links:
+                self._open_odometry_links(links, source)
+            self._places = SensorPlaces(links, self._odometry_child, base_from_laser, self._findings)
+            for frame in dict.fromkeys(frame for samples in self._scans for frame in samples.frames):
+                self._places.place(frame)
         except BaseException:
             self._store.close()
             raise
@@ -135,8 +152,13 @@ class BagReader:
 
     @property
     def scan_topic(self) -> str:
-        """Topic of the scans."""
-        return self._scans.topic.name
+        """Topic of the scans; of several, the first."""
+        return self._scans[0].topic.name
+
+    @property
+    def scan_topics(self) -> list[str]:
+        """All topics of scans."""
+        return [samples.topic.name for samples in self._scans]
 
     @property
     def odom_topic(self) -> str | None:
@@ -144,29 +166,46 @@ class BagReader:
         return self._odometry.topic.name if self._odometry else None
 
     @property
+    def odometry_source(self) -> str:
+        """The odometry's topic, and of transforms the links it is made of."""
+        if self._odometry_links is not None:
+            return f"{self.odom_topic}: {self._odometry_links}, for there is no usable Odometry topic"
+        return self.odom_topic or "none"
+
+    @property
     def base_from_laser(self) -> Pose:
-        """(3,) the sensor's place on the car."""
-        return self._place.pose
+        """(3,) the first sensor's place on the car."""
+        return self._places.place(self._scan_frame).pose
 
     @property
     def base_from_laser_source(self) -> str:
-        """``flag``, ``tf_static``, ``base frame`` or ``assumed identity``."""
-        return self._place.source
+        """``flag``, ``tf_static``, ``tf``, ``base frame`` or ``assumed identity``."""
+        return self._places.place(self._scan_frame).source
 
     @property
     def inputs(self) -> dict[str, object]:
         """What is read, and what is assumed of the car, for reports."""
-        return {
+        inputs: dict[str, object] = {
             "scan_topic": self.scan_topic,
             "odom_topic": self.odom_topic,
+            "odometry": self.odometry_source,
+            "base_frame": self._places.base_frame(self._scan_frame),
             "base_from_laser": self.base_from_laser,
             "base_from_laser_source": self.base_from_laser_source,
         }
+        if len(self._scans) > 1:
+            inputs["scan_topics"] = self.scan_topics
+        if len(self._places.frames) > 1:
+            inputs["lasers"] = {
+                frame: {"base_from_laser": place.pose, "source": place.source}
+                for frame, place in self._places.frames.items()
+            }
+        return inputs
 
     @property
     def message_count(self) -> int:
         """Messages of the chosen topics that the bag announces."""
-        return sum(samples.topic.message_count for samples in (self._scans, self._odometry) if samples)
+        return sum(self._store.topics[name].message_count for name in self._streams())
 
     @property
     def counts(self) -> dict[str, int]:
@@ -217,43 +256,39 @@ class BagReader:
                 f"{self.path} holds no usable scan on {self.scan_topic}: {' '.join(self.warnings)}"
             )
 
-    def _open_scans(self, scan_topic: str | None) -> None:
+    def _open_scans(self, named: Sequence[str]) -> None:
         topics = self._store.topics
-        scans = choose_topic(
-            topics, tuple(SCAN_CONVERTERS), scan_topic, "Scans", "--scan-topic", self._findings
+        chosen = choose_scans(
+            topics,
+            tuple(SCAN_CONVERTERS),
+            named,
+            lambda topic: self._sample(topic).messages,
+            self._findings,
         )
-        if scans is None:
+        if not chosen:
             losses = "".join(f" {sentence}" for sentence in self._store.losses)
             raise UserError(
                 f"{self.path} holds no laser scans ({_type_names(SCAN_CONVERTERS)}); "
                 f"its topics are {list_topics(topics)}.{losses}"
             )
-        self._scans = self._sample(scans)
-        if not self._scans.messages:
-            raise UserError(f"Not one scan of {scans.name} in {self.path} can be read.")
+        self._scans = [self._sample(topic) for topic in chosen]
+        for samples in self._scans:
+            if not samples.messages:
+                raise UserError(f"Not one scan of {samples.topic.name} in {self.path} can be read.")
 
-    def _open_odometry(self, odom_topic: str | None) -> None:
-        topic = choose_topic(
-            self._store.topics,
-            tuple(ODOMETRY_CONVERTERS),
-            odom_topic,
-            "Odometry messages",
-            "--odom-topic",
-            self._findings,
-        )
-        samples = self._sample(topic) if topic else None
-        if samples is None or not samples.messages:
-            self._findings.append(
-                Finding(
-                    "There is no odometry: the motion must be estimated from the scans alone.",
-                    "Record the odometry topic too, or drive slowly and where there is much to see.",
-                )
-            )
-            return
+    def _open_odometry(self, odom_topic: str | None) -> PoseSource:
+        """Choose a topic of Odometry messages; what there is of motion in it."""
+        types = (*ODOMETRY_CONVERTERS, *(TRANSFORM_CONVERTERS if odom_topic else ()))
+        topic = choose_odometry(self._store.topics, types, odom_topic, self.scan_topic, self._findings)
+        if topic is None or topic.message_type in TRANSFORM_CONVERTERS:
+            self._named_transforms = topic
+            return PoseSource.NOTHING
+        samples = self._sample(topic)
+        if not samples.messages:
+            return PoseSource.NOTHING
         self._odometry = samples
-        self._integrate_twist = only_twist_is_set(
-            message for _, message in self._decoded(samples.topic, Counter())
-        )
+        source = pose_source(message for _, _, message in self._decoded([topic.name]))
+        self._integrate_twist = source == PoseSource.TWIST
         if self._integrate_twist:
             self._findings.append(
                 Finding(
@@ -262,31 +297,101 @@ class BagReader:
                     "Nothing: this is handled.",
                 )
             )
+        return PoseSource.POSE if odom_topic is not None and source == PoseSource.STANDING else source
 
-    def _sample(self, topic: BagTopic) -> _Samples:
-        first = list(islice(self._decoded(topic, Counter()), _SAMPLES))
-        return _Samples(topic, [recorded for recorded, _ in first], [message for _, message in first])
+    def _look_at_links(self, wants_odometry: bool) -> FrameLinks:
+        """The links among the frames of the car that took the scans."""
+        frame, found = self._scan_frame, FrameLinks()
+        for topics in transform_topics(self._store.topics, self.scan_topic):
+            links = look_at_links(topics, self._decoded, frame, wants_odometry)
+            if links.knows(frame):
+                return links
+            found = found if found.are_any else links
+        return found
 
-    def _decoded(self, topic: BagTopic, counts: Counter[str]) -> Iterator[tuple[int, Any]]:
-        for _, recorded, data in self._store.messages([topic.name]):
-            message = _decode_or_count(topic, data, counts)
+    def _open_odometry_links(self, links: FrameLinks, source: PoseSource) -> None:
+        """Take the odometry from transforms, where they show the car moving; else say what there is."""
+        found = links.odometry(self._scan_frame)
+        if found is not None and found.moves:
+            if source == PoseSource.STANDING:
+                self._findings.append(
+                    Finding(
+                        f"The poses of {self.odom_topic} never change, while {found} on "
+                        f"{', '.join(found.topics)} moves: the latter is the odometry.",
+                        "See why the topic stands still.",
+                    )
+                )
+            self._odometry_links = found
+            topic = self._store.topics[found.driving_topic]
+            self._odometry = self._sample(
+                topic, TRANSFORM_CONVERTERS[topic.message_type](self._setup, Counter())
+            )
+            self._findings += [
+                Finding(
+                    f"The link {link} on {link.topic} never changes though the car moves: the motion is read "
+                    f"from {' -> '.join(found.driving)}.",
+                    "See why the odometry stands still, if it should not.",
+                )
+                for link in links.standing_odometry(found)
+            ]
+            return
+        if self._named_transforms is not None:
+            raise UserError(
+                f"{self._named_transforms.name} holds no link that moves from odometry to the car."
+            )
+        if source == PoseSource.STANDING:
+            return
+        without = "There is no odometry: the motion must be estimated from the scans alone."
+        if found is not None:
+            without = (
+                f"The link {found} on {', '.join(found.topics)} never changes: it is not taken for odometry, "
+                "and the motion is estimated from the scans alone."
+            )
+        elif solution := links.solution():
+            without += f" The link {solution} is another program's solution and not used."
+        remedy = "Record the odometry topic too, or drive slowly and where there is much to see."
+        self._findings.append(Finding(without, remedy))
+
+    def _sample(self, topic: BagTopic, converter: Converter[Any] | None = None) -> _Samples:
+        """The first messages that concern a converter."""
+        recorded, headers, messages = [], [], []
+        for _, time, message in self._decoded([topic.name]):
+            header = stamp_of(message, converter)
+            if header is not None:
+                recorded.append(time)
+                headers.append(header)
+                messages.append(message)
+            if len(messages) == _SAMPLES:
+                break
+        return _Samples(topic, recorded, headers, messages)
+
+    def _decoded(self, names: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
+        """Topic, recording time and content of the messages that can be decoded."""
+        names = [name for name in names if self._store.topics[name].message_count]
+        for name, recorded, data in self._store.messages(names) if names else ():
+            message = _decode_or_count(self._store.topics[name], data, Counter())
             if message is not None:
-                yield recorded, message
-
-    def _static_transforms(self) -> Iterator[Any]:
-        topic = self._store.topics.get("/tf_static")
-        if topic is not None and topic.message_type == TRANSFORMS:
-            for _, message in self._decoded(topic, Counter()):
-                yield from message.transforms
+                yield name, recorded, message
 
     @property
     def _scan_frame(self) -> str:
-        return frame_name(self._scans.messages[0].header.frame_id)
+        return self._scans[0].frames[0]
 
     @property
-    def _base_frames(self) -> list[str]:
-        of_odometry = [frame_name(self._odometry.messages[0].child_frame_id)] if self._odometry else []
-        return [frame for frame in (*BASE_FRAMES, *of_odometry) if frame]
+    def _odometry_child(self) -> str:
+        if self._odometry_links is not None:
+            return self._odometry_links.base_frame
+        return frame_name(self._odometry.messages[0].child_frame_id) if self._odometry else ""
+
+    @property
+    def _setup(self) -> OdometrySetup:
+        return OdometrySetup(self._integrate_twist, self._odometry_links)
+
+    def _streams(self) -> list[str]:
+        """The topics that are read."""
+        of_links = self._odometry_links.topics if self._odometry_links else ()
+        of_odometry = [self._odometry.topic.name] if self._odometry else []
+        return list(dict.fromkeys([*self.scan_topics, *of_odometry, *of_links]))
 
     def _items(self) -> Iterator[Item]:
         """What the messages hold, in the order of recording."""
@@ -294,34 +399,41 @@ class BagReader:
         for name, recorded, data in self._store.messages(list(clocks)):
             self.messages_read += 1
             message = _decode_or_count(self._store.topics[name], data, self._counter)
-            if message is None:
+            header = None if message is None else stamp_of(message, converters[name])
+            if message is None or header is None:
                 continue
-            stamp = clocks[name].stamp(nanoseconds(message.header.stamp), recorded)
-            item = converters[name].convert(message, stamp)
+            item = converters[name].convert(message, clocks[name].stamp(header, recorded))
             if item is not None:
                 yield item
 
     def _converters(self) -> dict[str, Converter[Item]]:
         """By topic."""
-        scans, odometry = self._scans, self._odometry
-        gap = typical_gap(scans.headers if scans.clock_offset else scans.recorded)
+        numbers: dict[tuple[str, str], int] = {}
+        converters: dict[str, Converter[Item]] = {
+            samples.topic.name: FramedScanConverter(
+                samples.topic.name, partial(self._new_scan_converter, samples), numbers
+            )
+            for samples in self._scans
+        }
+        if self._odometry is not None:
+            new_converter = {**ODOMETRY_CONVERTERS, **TRANSFORM_CONVERTERS}[self._odometry.topic.message_type]
+            converter = new_converter(self._setup, self._counter)
+            for name in self._streams()[len(self._scans) :]:
+                converters[name] = converter
+        return converters
+
+    def _new_scan_converter(self, samples: _Samples, frame: str) -> Converter[Scan]:
         setup = ScanSetup(
-            self._place,
-            points_are_in_base=self._scan_frame in self._base_frames,
-            longest_sweep=min(_LONGEST_SWEEP, 1.5 * gap),
+            self._places.place(frame),
+            points_are_in_base=frame == self._places.base_frame(frame),
+            longest_sweep=min(_LONGEST_SWEEP, 1.5 * samples.gap(frame)),
             heights=self._heights,
         )
-        converters: dict[str, Converter[Item]] = {
-            scans.topic.name: SCAN_CONVERTERS[scans.topic.message_type](setup, self._counter)
-        }
-        if odometry is not None:
-            new_converter = ODOMETRY_CONVERTERS[odometry.topic.message_type]
-            converters[odometry.topic.name] = new_converter(self._integrate_twist, self._counter)
-        return converters
+        return SCAN_CONVERTERS[samples.topic.message_type](setup, self._counter)
 
     def _clocks(self) -> dict[str, StampClock]:
         """A clock per chosen topic; a topic without stamps of its own keeps to the other's clock."""
-        chosen = [samples for samples in (self._scans, self._odometry) if samples]
+        chosen = [*self._scans, *([self._odometry] if self._odometry else [])]
         known = [samples.clock_offset for samples in chosen if samples.clock_offset is not None]
         common = known[0] if known else 0
         clocks = {}
@@ -329,6 +441,9 @@ class BagReader:
             own = samples.clock_offset
             offset = common if own is None else own
             clocks[samples.topic.name] = StampClock(offset, own is not None, self._counter)
+        for name in self._streams():
+            if name not in clocks:
+                clocks[name] = clocks[chosen[-1].topic.name]
         return clocks
 
 

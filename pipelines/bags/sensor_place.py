@@ -1,53 +1,133 @@
-"""Where a bag's sensor sits on the car: given by the user, found in the bag's transforms, or assumed."""
+"""Where a bag's sensors sit on the car: given by the user, found in the bag's transforms, or assumed."""
 
-from collections.abc import Iterable, Sequence
-from typing import Any
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose
-from racecar.pipelines.bags.converters.transforms import SensorPlace, TransformTree
+from racecar.pipelines.bags.converters.transforms import (
+    BASE_FRAMES,
+    FrameLinks,
+    SensorPlace,
+    TransformTree,
+    last_name,
+    seen_from_above,
+)
 from racecar.pipelines.bags.findings import Finding
 
-BASE_FRAMES = ("base_link", "base_footprint")
-"""Of a car, as REP 105 and REP 120 name them."""
 _LARGEST_TILT = np.radians(10)
 """Above which a planar scan is misleading, since 10° put a wall 5 m away 9 cm too far: by judgement."""
+_SAME_PLACE = 0.01
+"""Metres or radians within which two places are one: far below what blurs a map, by judgement."""
 
 
-def find_place(
-    sensor_frame: str,
-    base_frames: Sequence[str],
-    static_transforms: Iterable[Any],
-    given: Pose | None,
-    findings: list[Finding],
-) -> SensorPlace:
-    """The place of the sensor in the first of the base frames from which a transform leads to it.
+@dataclass(eq=False)
+class SensorPlaces:
+    """Finds the place of each sensor by the name of its frame; what is doubtful goes into the findings."""
 
-    ``given`` (3,) overrides the bag's ``static_transforms`` (TransformStamped). What is doubtful goes into
-    the ``findings``.
+    links: FrameLinks
+    odometry_child: str
+    """The frame whose motion odometry tells; empty where it does not say."""
+    given: Pose | None
+    """(3,) overrides the links."""
+    findings: list[Finding]
+    _found: dict[str, tuple[SensorPlace, str]] = field(default_factory=dict)
+
+    def place(self, sensor_frame: str) -> SensorPlace:
+        """Where a sensor sits in the frame of the base."""
+        return self._find(sensor_frame)[0]
+
+    def base_frame(self, sensor_frame: str) -> str:
+        """The frame that stands for the car where this sensor is concerned; empty where none is known."""
+        return self._find(sensor_frame)[1]
+
+    @property
+    def frames(self) -> dict[str, SensorPlace]:
+        """All that were asked for so far."""
+        return {frame: place for frame, (place, _) in self._found.items()}
+
+    def _find(self, sensor_frame: str) -> tuple[SensorPlace, str]:
+        if sensor_frame not in self._found:
+            self._found[sensor_frame] = self._look_up(sensor_frame)
+        return self._found[sensor_frame]
+
+    def _look_up(self, sensor_frame: str) -> tuple[SensorPlace, str]:
+        tree = self.links.fixed()
+        base = base_frame_of(tree, sensor_frame, self.odometry_child)
+        if self.given is not None:
+            return SensorPlace.from_pose(self.given, "flag"), base or BASE_FRAMES[0]
+        if base is None:
+            self.findings.append(_unknown(sensor_frame))
+            return SensorPlace.from_pose(IDENTITY, "assumed identity"), ""
+        if base == sensor_frame:
+            return SensorPlace.from_pose(IDENTITY, "base frame"), base
+        matrix = tree.around(base)[sensor_frame]
+        place = SensorPlace(matrix, self._source(sensor_frame, base))
+        if last_name(base) not in BASE_FRAMES and base != self.odometry_child:
+            self.findings.append(_unconfirmed(sensor_frame, base))
+        self._check_contradiction(sensor_frame, base, place)
+        _check_tilt(place, self.findings)
+        return place, base
+
+    def _source(self, sensor_frame: str, base: str) -> str:
+        """``tf_static`` where latched links lead from the base to the sensor, or else ``tf``."""
+        latched = TransformTree()
+        for link in self.links:
+            if link.is_latched:
+                latched.link(link.parent, link.child, link.latest)
+        return "tf" if latched.between(base, sensor_frame) is None else "tf_static"
+
+    def _check_contradiction(self, sensor_frame: str, base: str, place: SensorPlace) -> None:
+        other = self.links.fixed()
+        for (parent, child), pose in self.links.contradicted.items():
+            other.link(parent, child, pose)
+        matrix = other.between(base, sensor_frame)
+        if matrix is None:
+            return
+        x, y, yaw = seen_from_above(np.linalg.inv(place.base_from_sensor) @ matrix)
+        if np.hypot(x, y) > _SAME_PLACE or abs(yaw) > _SAME_PLACE:
+            self.findings.append(
+                Finding(
+                    f"/tf and /tf_static disagree about where {sensor_frame} sits on the car: "
+                    f"{_in_words(seen_from_above(matrix))} and {_in_words(place.pose)}. The latter is taken.",
+                    "Publish it once only; until then give the right one with --laser-pose X Y YAW.",
+                )
+            )
+
+
+def base_frame_of(tree: TransformTree, sensor_frame: str, odometry_child: str) -> str | None:
+    """The frame that stands for the car, among those fixed to a sensor; None where nothing tells.
+
+    One with a standard name, in whatever namespace; but that whose motion odometry tells, where both are not
+    one place seen from above. Without either, the frame from which all others hang.
     """
-    if given is not None:
-        return SensorPlace.from_pose(given, "flag")
-    tree = TransformTree()
-    for transform in static_transforms:
-        tree.add(transform)
-    for base in base_frames:
-        base_from_sensor = tree.between(base, sensor_frame)
-        if base_from_sensor is not None and base != sensor_frame:
-            place = SensorPlace(base_from_sensor, "tf_static")
-            _check_tilt(place, findings)
-            return place
-    if sensor_frame in base_frames:
-        return SensorPlace.from_pose(IDENTITY, "base frame")
-    findings.append(
-        Finding(
-            f"The bag does not say where {sensor_frame or 'the sensor'} sits on the car (no transform from "
-            "base_link in /tf_static): it is taken to be at base_link.",
-            "Give it with --laser-pose X Y YAW, or record /tf_static.",
-        )
+    around = tree.around(sensor_frame)
+    standard = [frame for name in BASE_FRAMES for frame in around if last_name(frame) == name]
+    if odometry_child in around:
+        if not standard:
+            return odometry_child
+        offset = seen_from_above(np.linalg.inv(around[standard[0]]) @ around[odometry_child])
+        return standard[0] if np.abs(offset).max() < _SAME_PLACE else odometry_child
+    if standard:
+        return standard[0]
+    top = tree.top(sensor_frame)
+    return None if top == sensor_frame else top
+
+
+def _unknown(sensor_frame: str) -> Finding:
+    return Finding(
+        f"The bag does not say where {sensor_frame or 'the sensor'} sits on the car (no transform from "
+        "base_link on /tf_static or /tf): it is taken to be at base_link.",
+        "Give it with --laser-pose X Y YAW, or record /tf_static.",
     )
-    return SensorPlace.from_pose(IDENTITY, "assumed identity")
+
+
+def _unconfirmed(sensor_frame: str, base: str) -> Finding:
+    return Finding(
+        f"No frame is called base_link: {sensor_frame} is taken to sit on the car as it does on {base}, from "
+        "which its transforms lead.",
+        "If the car is another frame, give the place with --laser-pose X Y YAW.",
+    )
 
 
 def _check_tilt(place: SensorPlace, findings: list[Finding]) -> None:
@@ -59,3 +139,7 @@ def _check_tilt(place: SensorPlace, findings: list[Finding]) -> None:
                 spoils_map=True,
             )
         )
+
+
+def _in_words(pose: Pose) -> str:
+    return f"x {pose[0]:.2f} m, y {pose[1]:.2f} m, yaw {np.degrees(pose[2]):.0f}°"

@@ -1,47 +1,183 @@
 """Which of a bag's topics are the scans and which the odometry."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.findings import Finding
+from racecar.pipelines.bags.messages import LASER_SCAN
 from racecar.pipelines.bags.storage.chunks import BagTopic
 
 NOT_WHEELS = ("ground_truth", "groundtruth", "/pf/", "amcl")
 """Parts of names of odometry topics that carry a solution or the truth instead of dead reckoning."""
+_NOT_BY_WHEELS = (
+    *("camera", "visual", "vio", "t265", "rtabmap", "icp", "rf2o", "laser", "lidar", "lio", "loam"),
+    *("slam", "gps", "global", "map", "mocap", "vicon", "truth"),
+)
+"""Parts of names of odometry that cameras, scans or satellites tell: wheels are a witness of their own."""
+_PROCESSED = (
+    *("filter", "stable", "extrapol", "project", "process", "smooth", "clean", "crop", "throttle"),
+    *("downsample", "reduced", "correct", "deskew", "merge", "multi", "combin", "fuse", "virtual", "fake"),
+    *("cloud", "depth", "camera", "kinect", "realsense", "obstacle", "clear", "debug", "tilt"),
+)
+"""Parts of names of scans that were computed from others or from images, or that a nodding laser takes."""
+_RAW = "raw"
+_FIELDS_OF_VIEW = (170.0, 95.0)
+"""Degrees from which on a scanner sees all around or to both sides; depth cameras see 57° to 90°."""
+_LEAST_SHARE = 0.1
+"""Of the messages of the fullest topic; one with fewer is not what a laser publishes all the time."""
 
 
-def choose_topic(
+def choose_odometry(
     topics: Mapping[str, BagTopic],
     types: Sequence[str],
     named: str | None,
-    purpose: str,
-    flag: str,
+    near: str,
     findings: list[Finding],
 ) -> BagTopic | None:
-    """The named topic, or else the one of the first type present with most messages; None without any.
+    """The named topic, or else that of the robot to which the topic ``near`` belongs, of wheels rather than
+    of cameras, with most messages; None without any.
 
     Where several might be meant, the choice goes into ``findings``.
     Raises UserError when the named topic is not in the bag or of another type.
     """
     if named is not None:
-        return _named_topic(topics, types, named, purpose)
+        return named_topic(topics, types, named, "Odometry messages")
+    found = [topic for topic in topics.values() if topic.message_type in types and topic.message_count]
+    found = [topic for topic in found if not _is_named(topic, NOT_WHEELS)] or found
+    robot = near.rpartition("/")[0]
+    found = [topic for topic in found if _belongs_to(topic.name, robot)] or found
+    found.sort(key=lambda topic: (_is_named(topic, _NOT_BY_WHEELS), -topic.message_count, topic.name))
+    if len(found) > 1:
+        others = ", ".join(topic.name for topic in found[1:])
+        what = f"Odometry messages are taken from {found[0].name}, not from {others}."
+        findings.append(Finding(what, "Choose another with --odom-topic, if this is not the one."))
+    return found[0] if found else None
+
+
+@dataclass(frozen=True)
+class ScanView:
+    """What the first scans of a topic show of its sensor."""
+
+    topic: BagTopic
+    field_of_view: float
+    """Degrees."""
+    beams: int
+    returns: int
+    """In all of the first scans."""
+    beside: float = 0.0
+    """Share of the messages of the fullest topic."""
+
+    @classmethod
+    def of(cls, topic: BagTopic, messages: Sequence[Any], fullest: int) -> "ScanView":
+        """From the first messages of a topic, LaserScans or others that have ranges."""
+        share = topic.message_count / max(fullest, 1)
+        messages = [message for message in messages if len(message.ranges) > 1]
+        if not messages:
+            return cls(topic, 0.0, 0, 0, share)
+        first = messages[0]
+        beams = len(first.ranges)
+        increments = abs(float(first.angle_increment)) * (beams - 1)
+        span = abs(float(first.angle_max) - float(first.angle_min))
+        # A wrong increment is another's concern: here the narrower reading is safe, both rarely being wrong.
+        angle = min((each for each in (increments, span) if 0.0 < each < np.inf), default=0.0)
+        returns = sum(_returns_of(message) for message in messages)
+        return cls(topic, min(float(np.degrees(angle)), 360.0), beams, returns, share)
+
+    @property
+    def is_processed(self) -> bool:
+        """Whether it was computed from other scans or from images, by its name."""
+        return _is_named(self.topic, _PROCESSED) and _RAW not in self.topic.name.lower()
+
+    @property
+    def preference(self) -> tuple[object, ...]:
+        """The larger, the better it is for a map."""
+        name = self.topic.name.rpartition("/")[2].lower()
+        return (
+            self.returns > 0 and self.beside >= _LEAST_SHARE,
+            sum(self.field_of_view >= wide for wide in _FIELDS_OF_VIEW),
+            not self.is_processed,
+            _RAW in name,
+            name == "scan",
+            round(self.field_of_view, -1),
+            self.beams,
+            self.topic.message_count,
+        )
+
+    def __str__(self) -> str:
+        what = f"{self.topic.name} ({self.field_of_view:.0f}°, {self.beams} beams"
+        if self.returns == 0:
+            return what + ", nothing seen)"
+        return what + (", processed by its name)" if self.is_processed else ")")
+
+
+def choose_scans(
+    topics: Mapping[str, BagTopic],
+    types: Sequence[str],
+    named: Sequence[str],
+    first_messages: Callable[[BagTopic], Sequence[Any]],
+    findings: list[Finding],
+) -> list[BagTopic]:
+    """The named topics, or else one: of the first type present that which looks widest, as a laser sees it.
+
+    Raw scans come before such as were computed from them, and before the narrow ones of depth cameras. One
+    topic only, even where two lasers look front and rear: how exactly each was measured in nobody knows, and
+    a wall that is seen by both comes out twice where it was not. The choice goes into ``findings``.
+    Raises UserError when a named topic is not in the bag or of another type.
+    """
+    if named:
+        chosen = [named_topic(topics, types, name, "Scans") for name in named]
+        return list({topic.name: topic for topic in chosen}.values())
     for message_type in types:
         found = [
             topic for topic in topics.values() if topic.message_type == message_type and topic.message_count
         ]
-        found = [topic for topic in found if not _is_no_wheel_odometry(topic)] or found
-        found.sort(key=lambda topic: (-topic.message_count, topic.name))
-        if len(found) > 1:
+        if len(found) > 1 and message_type == LASER_SCAN:
+            found = _by_view(found, first_messages, findings)
+        elif len(found) > 1:
+            found.sort(key=lambda topic: (-topic.message_count, topic.name))
             others = ", ".join(topic.name for topic in found[1:])
-            what = f"{purpose} are taken from {found[0].name}, not from {others}."
-            findings.append(Finding(what, f"Choose another with {flag}, if this is not the one."))
+            what = f"Scans are taken from {found[0].name}, not from {others}."
+            findings.append(Finding(what, "Choose another with --scan-topic, if this is not the one."))
         if found:
-            return found[0]
-    return None
+            return found[:1]
+    return []
 
 
-def _named_topic(topics: Mapping[str, BagTopic], types: Sequence[str], named: str, purpose: str) -> BagTopic:
+def _by_view(
+    found: Sequence[BagTopic],
+    first_messages: Callable[[BagTopic], Sequence[Any]],
+    findings: list[Finding],
+) -> list[BagTopic]:
+    """Topics of lasers, the best first."""
+    fullest = max(topic.message_count for topic in found)
+    ordered = sorted(found, key=lambda topic: topic.name)
+    views = [ScanView.of(topic, first_messages(topic), fullest) for topic in ordered]
+    views.sort(key=lambda view: view.preference, reverse=True)
+    best, *others = views
+    what = f"Scans are taken from {best}, not from {', '.join(map(str, others))}."
+    remedy = "Choose another with --scan-topic, or give it once for each laser if several are to be used."
+    findings.append(Finding(what, remedy))
+    return [view.topic for view in views]
+
+
+def _returns_of(message: Any) -> int:
+    ranges = np.asarray(message.ranges, dtype=np.float64)
+    farthest = message.range_max if message.range_max > 0 else np.inf
+    return int(np.count_nonzero((ranges > max(message.range_min, 0.0)) & (ranges < farthest)))
+
+
+def _belongs_to(topic: str, robot: str) -> bool:
+    """Whether a topic lies in a robot's namespace."""
+    return bool(robot) and topic.startswith(robot + "/")
+
+
+def named_topic(topics: Mapping[str, BagTopic], types: Sequence[str], named: str, purpose: str) -> BagTopic:
+    """The topic of this name. Raises UserError when it is not in the bag or of another type."""
     topic = topics.get(named) or topics.get("/" + named)
     if topic is None:
         close = get_close_matches(named, topics, n=1, cutoff=0.5)
@@ -55,8 +191,8 @@ def _named_topic(topics: Mapping[str, BagTopic], types: Sequence[str], named: st
     return topic
 
 
-def _is_no_wheel_odometry(topic: BagTopic) -> bool:
-    return any(part in topic.name.lower() for part in NOT_WHEELS)
+def _is_named(topic: BagTopic, parts: Sequence[str]) -> bool:
+    return any(part in topic.name.lower() for part in parts)
 
 
 def list_topics(topics: Mapping[str, BagTopic]) -> str:

@@ -112,7 +112,7 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
         return [*rows, ("odometry", "none")]
     return [
         *rows,
-        ("odometry", f"{odometry['count']} on {odometry['topic']}, {odometry['rate_hz']:g} Hz"),
+        ("odometry", f"{odometry['count']} on {odometry['source']}, {odometry['rate_hz']:g} Hz"),
         (
             "path by odometry",
             f"{odometry['path_length_m']:.1f} m, turned {odometry['turned_deg']:.0f}°, "

@@ -76,7 +76,7 @@ class _Flags:
     map: Path | None = None
     initial_pose: tuple[float, float, float] | None = None
     end_pose: str | None = None
-    scan_topic: str | None = None
+    scan_topic: list[str] | None = None
     odom_topic: str | None = None
     laser_pose: tuple[float, float, float] | None = None
     quick: bool = False

@@ -42,9 +42,12 @@ ConfigOption = Annotated[
     typer.Option("--config", metavar="FILE", help="YAML file that overrides settings.", show_default=False),
 ]
 ScanTopicOption = Annotated[
-    str | None,
+    list[str] | None,
     typer.Option(
-        "--scan-topic", metavar="TOPIC", help="Topic of the scans; found by type.", show_default=False
+        "--scan-topic",
+        metavar="TOPIC",
+        help="Topic of the scans, found by type; give it once for each laser to use several.",
+        show_default=False,
     ),
 ]
 OdomTopicOption = Annotated[
@@ -59,7 +62,7 @@ LaserPoseOption = Annotated[
     typer.Option(
         "--laser-pose",
         metavar="X Y YAW",
-        help="The laser's place on the car in metres and radians; taken from /tf_static when not given.",
+        help="The laser's place on the car in metres and radians; otherwise from its transforms.",
         show_default=False,
     ),
 ]
@@ -81,7 +84,7 @@ QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")
 def open_bag(
     path: Path,
     *,
-    scan_topic: str | None,
+    scan_topic: list[str] | None,
     odom_topic: str | None,
     no_odom: bool,
     laser_pose: tuple[float, float, float] | None,

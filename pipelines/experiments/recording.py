@@ -55,7 +55,7 @@ class BagRecording:
     map: Path
     initial_pose: tuple[float, float, float] | None = None
     end_pose: tuple[float, ...] | None = None
-    scan_topic: str | None = None
+    scan_topic: Sequence[str] | None = None
     odom_topic: str | None = None
     laser_pose: tuple[float, float, float] | None = None
     is_real: bool = True

@@ -95,8 +95,8 @@ def describe_run(reader: BagReader, config: MappingConfig) -> dict[str, Any]:
     files = sorted(path for path in bag.rglob("*") if path.is_file()) if bag.is_dir() else [bag]
     return {
         "files": [[path.name, path.stat().st_size, path.stat().st_mtime_ns] for path in files],
-        "scan_topic": reader.scan_topic,
-        "odom_topic": reader.odom_topic,
+        "scan_topics": reader.scan_topics,
+        "odometry": reader.odometry_source,
         "base_from_laser": reader.base_from_laser.tolist(),
         "settings": config.model_dump(),
     }

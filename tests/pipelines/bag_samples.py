@@ -11,6 +11,7 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.messages import OLD_TRANSFORMS, TRANSFORMS
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
 
@@ -52,6 +53,16 @@ def write_bag(path: Path, count: int = 200, with_odometry: bool = True) -> Path:
                 writer.write_odometry(odometry(index))
             write_scan(writer, index)
     return path
+
+
+def write_links(writer: BagWriter, index: int, *links: Any, topic: str = "/tf", old: bool = False) -> None:
+    """A message of transforms: parent, child and pose (3,) or transform message each."""
+    stamp = START + index * STEP
+    message = writer._messages.transform(stamp, "", "", np.zeros(3))
+    message.transforms.clear()
+    for parent, child, pose in links:
+        message.transforms += writer._messages.transform(stamp, parent, child, pose).transforms
+    writer.write_message(topic, OLD_TRANSFORMS if old else TRANSFORMS, message, stamp)
 
 
 def bag_of(path: Path, write: Callable[[BagWriter], None]) -> Path:

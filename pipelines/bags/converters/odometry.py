@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Iterable
+from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -36,8 +37,18 @@ def planar_twist(message: "nav_msgs__msg__Odometry") -> Pose:
     return np.array([twist.linear.x, twist.linear.y, twist.angular.z])
 
 
-def only_twist_is_set(messages: Iterable["nav_msgs__msg__Odometry"]) -> bool:
-    """Whether the car moves by its twist while its pose stays where it was; reads on until it is clear."""
+class PoseSource(Enum):
+    """What of a topic tells the motion."""
+
+    POSE = "the poses"
+    TWIST = "the speeds"
+    STANDING = "neither changes"
+    NOTHING = "there are no messages"
+
+
+def pose_source(messages: Iterable["nav_msgs__msg__Odometry"]) -> PoseSource:
+    """Whether the car moves by its poses, or by its twist while its pose stays where it was; reads on until
+    it is clear."""
     first: Pose | None = None
     moving = 0
     for message in messages:
@@ -45,11 +56,11 @@ def only_twist_is_set(messages: Iterable["nav_msgs__msg__Odometry"]) -> bool:
         pose = IDENTITY if pose is None else pose
         first = pose if first is None else first
         if not np.array_equal(pose, first):
-            return False
+            return PoseSource.POSE
         moving += bool(np.abs(planar_twist(message)).max() > _MOVING_SPEED)
         if moving >= _MOVING_MESSAGES:
-            return True
-    return False
+            return PoseSource.TWIST
+    return PoseSource.NOTHING if first is None else PoseSource.STANDING
 
 
 class OdometryConverter:

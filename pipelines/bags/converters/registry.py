@@ -17,8 +17,17 @@ from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
 from racecar.pipelines.bags.converters.multi_echo import MultiEchoConverter
 from racecar.pipelines.bags.converters.odometry import OdometryConverter
 from racecar.pipelines.bags.converters.point_clouds import PointCloudConverter
-from racecar.pipelines.bags.converters.transforms import SensorPlace
-from racecar.pipelines.bags.messages import LASER_SCAN, MULTI_ECHO_SCAN, ODOMETRY, POINT_CLOUD
+from racecar.pipelines.bags.converters.transform_odometry import TransformOdometryConverter
+from racecar.pipelines.bags.converters.transforms import OdometryLinks, SensorPlace
+from racecar.pipelines.bags.messages import (
+    LASER_SCAN,
+    MULTI_ECHO_SCAN,
+    ODOMETRY,
+    OLD_TRANSFORMS,
+    POINT_CLOUD,
+    TRANSFORMS,
+    nanoseconds,
+)
 
 T_co = TypeVar("T_co", covariant=True)
 
@@ -28,6 +37,13 @@ class Converter(Protocol[T_co]):
 
     def convert(self, message: Any, stamp: int) -> T_co | None:
         """What a message with this stamp (nanoseconds) holds; None where it holds nothing usable."""
+
+
+def stamp_of(message: Any, converter: "Converter[Any] | None" = None) -> int | None:
+    """The stamp of a message's own clock in nanoseconds; None where it concerns other things only."""
+    if isinstance(converter, TransformOdometryConverter):
+        return converter.stamp_of(message)
+    return nanoseconds(message.header.stamp)
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +75,31 @@ SCAN_CONVERTERS: Mapping[str, Callable[[ScanSetup, Counter[str]], Converter[Scan
 }
 """By message type, in the order of preference where a bag holds several; what is mended goes into counts."""
 
-ODOMETRY_CONVERTERS: Mapping[str, Callable[[bool, Counter[str]], Converter[Odometry]]] = {
-    ODOMETRY: OdometryConverter,
+
+@dataclass(frozen=True, eq=False)
+class OdometrySetup:
+    """What is known of odometry before its messages are converted; a converter takes what it needs."""
+
+    integrate_twist: bool = False
+    """Whether the pose is to be integrated from the twist."""
+    links: OdometryLinks | None = None
+    """Of transforms, those that are the odometry."""
+
+
+ODOMETRY_CONVERTERS: Mapping[str, Callable[[OdometrySetup, Counter[str]], Converter[Odometry]]] = {
+    ODOMETRY: lambda setup, counts: OdometryConverter(setup.integrate_twist, counts),
 }
-"""By message type; the first argument says whether the pose is to be integrated from the twist."""
+"""By message type."""
+
+
+def _of_transforms(setup: OdometrySetup, counts: Counter[str]) -> Converter[Odometry]:
+    if setup.links is None:
+        raise ValueError("odometry from transforms needs to know its links")
+    return TransformOdometryConverter(setup.links, counts)
+
+
+TRANSFORM_CONVERTERS: Mapping[str, Callable[[OdometrySetup, Counter[str]], Converter[Odometry]]] = {
+    TRANSFORMS: _of_transforms,
+    OLD_TRANSFORMS: _of_transforms,
+}
+"""The same of messages that hold odometry among other things, and are looked at where no others are."""

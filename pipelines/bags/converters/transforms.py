@@ -1,7 +1,9 @@
-"""Where the sensor sits on the car, from the transforms in a bag."""
+"""Frames and the links between them: where a sensor sits on the car, and what the car moves by."""
 
 from collections import deque
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +14,16 @@ from racecar.pipelines.bags.messages import frame_name, rotation_matrix
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__TransformStamped
+
+_SAME = 1e-5
+"""Metres, or entries of a rotation matrix, by which a fixed link may vary: publishers that compute it anew
+each time round it, while the wheels of a standing car tremble by more. By judgement."""
+_WORLD = ("map", "world", "earth", "utm", "truth", "camera_init")
+"""In names of frames fixed to the world, whose links bear a solution or the truth: REP 105, and LOAM's."""
+BASE_FRAMES = ("base_link", "base_footprint")
+"""Of a car, as REP 105 and REP 120 name them."""
+_ODOMETRY = "odom"
+"""In names of the frame in which odometry begins, as REP 105 has it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +47,7 @@ class SensorPlace:
     @property
     def pose(self) -> Pose:
         """(3,) ``base_from_laser``: position, and direction of the sensor's x axis, seen from above."""
-        matrix = self.base_from_sensor
-        return np.array([matrix[0, 3], matrix[1, 3], np.arctan2(matrix[1, 0], matrix[0, 0])])
+        return seen_from_above(self.base_from_sensor)
 
     @property
     def is_upside_down(self) -> bool:
@@ -49,36 +60,310 @@ class SensorPlace:
         return float(np.arccos(np.clip(abs(self.base_from_sensor[2, 2]), 0.0, 1.0)))
 
 
+def seen_from_above(matrix: NDArray[np.float64]) -> Pose:
+    """(3,) position and direction of the x axis of a pose (4, 4)."""
+    return np.array([matrix[0, 3], matrix[1, 3], np.arctan2(matrix[1, 0], matrix[0, 0])])
+
+
+def inverted(pose: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The inverse (4, 4) of a pose."""
+    return np.asarray(np.linalg.inv(pose), dtype=np.float64)
+
+
+def last_name(frame: str) -> str:
+    """Of ``robot1/base_link`` the part ``base_link``, in lower case."""
+    return frame.rpartition("/")[2].lower()
+
+
+def is_world_frame(frame: str) -> bool:
+    """Whether a frame is fixed to the world by its name, so that its links are no dead reckoning."""
+    return any(part in last_name(frame) for part in _WORLD)
+
+
+def is_odometry_frame(frame: str) -> bool:
+    """Whether odometry begins in a frame, by its name."""
+    return _ODOMETRY in last_name(frame) and not is_world_frame(frame)
+
+
+def matrix_of(transform: "geometry_msgs__msg__TransformStamped") -> NDArray[np.float64] | None:
+    """``parent_from_child`` (4, 4); None where it holds no valid pose."""
+    rotation = rotation_matrix(transform.transform.rotation)
+    translation = transform.transform.translation
+    position = (translation.x, translation.y, translation.z)
+    if rotation is None or not np.isfinite(position).all():
+        return None
+    parent_from_child = np.eye(4)
+    parent_from_child[:3, :3] = rotation
+    parent_from_child[:3, 3] = position
+    return parent_from_child
+
+
+def ends_of(transform: "geometry_msgs__msg__TransformStamped") -> tuple[str, str]:
+    """The names of parent and child."""
+    return frame_name(transform.header.frame_id), frame_name(transform.child_frame_id)
+
+
+def _numbers(transform: "geometry_msgs__msg__TransformStamped") -> tuple[float, ...]:
+    t, q = transform.transform.translation, transform.transform.rotation
+    return (t.x, t.y, t.z, q.x, q.y, q.z, q.w)
+
+
 class TransformTree:
     """Fixed transforms between frames."""
 
     def __init__(self) -> None:
         self._links: dict[str, dict[str, NDArray[np.float64]]] = {}
+        self._parents: dict[str, str] = {}
 
     def add(self, transform: "geometry_msgs__msg__TransformStamped") -> None:
-        """Take a transform; one without a valid rotation is left out."""
-        rotation = rotation_matrix(transform.transform.rotation)
-        if rotation is None:
-            return
-        translation = transform.transform.translation
-        parent_from_child = np.eye(4)
-        parent_from_child[:3, :3] = rotation
-        parent_from_child[:3, 3] = translation.x, translation.y, translation.z
-        parent = frame_name(transform.header.frame_id)
-        child = frame_name(transform.child_frame_id)
+        """Take a transform; one without a valid pose is left out."""
+        parent_from_child = matrix_of(transform)
+        if parent_from_child is not None:
+            self.link(*ends_of(transform), parent_from_child)
+
+    def link(self, parent: str, child: str, parent_from_child: NDArray[np.float64]) -> None:
+        """Take a link between two frames, its pose as (4, 4)."""
+        self._parents[child] = parent
         self._links.setdefault(parent, {})[child] = parent_from_child
-        self._links.setdefault(child, {})[parent] = np.linalg.inv(parent_from_child).astype(np.float64)
+        self._links.setdefault(child, {})[parent] = inverted(parent_from_child)
 
     def between(self, target: str, source: str) -> NDArray[np.float64] | None:
         """``target_from_source`` (4, 4) over any number of links; None where the frames are not linked."""
+        return self.around(target).get(source)
+
+    def around(self, target: str) -> dict[str, NDArray[np.float64]]:
+        """``target_from_frame`` (4, 4) of every frame that is linked to the target, the nearest first."""
         found = {target: np.eye(4)}
         queue = deque([target])
         while queue:
             frame = queue.popleft()
-            if frame == source:
-                return found[frame]
             for neighbour, frame_from_neighbour in self._links.get(frame, {}).items():
                 if neighbour not in found:
                     found[neighbour] = found[frame] @ frame_from_neighbour
                     queue.append(neighbour)
-        return None
+        return found
+
+    def top(self, frame: str) -> str:
+        """The frame from which all links lead down to this one."""
+        passed = {frame}
+        while (parent := self._parents.get(frame)) is not None and parent not in passed:
+            passed.add(parent)
+            frame = parent
+        return frame
+
+
+@dataclass(eq=False)
+class Link:
+    """What was published so far of one frame in another."""
+
+    parent: str
+    child: str
+    topic: str
+    latest: NDArray[np.float64]
+    """(4, 4) ``parent_from_child``"""
+    is_latched: bool
+    """Whether it was published as fixed."""
+    numbers: tuple[float, ...]
+    """The latest, as they were published."""
+    count: int = 1
+    path: float = 0.0
+    """Metres in the plane that the child moved, and radians that it turned."""
+    moves: bool = False
+    _first: NDArray[np.float64] | None = None
+
+    def __str__(self) -> str:
+        return f"{self.parent} -> {self.child}"
+
+    def repeats(self, transform: "geometry_msgs__msg__TransformStamped") -> bool:
+        """Whether a transform says what the last one did, which takes a tenth of the time to see."""
+        if _numbers(transform) != self.numbers:
+            return False
+        self.count += 1
+        return True
+
+    def take(self, parent_from_child: NDArray[np.float64], numbers: tuple[float, ...]) -> None:
+        """Take the next pose (4, 4)."""
+        self.numbers = numbers
+        first = self.latest if self._first is None else self._first
+        x, y, turn = seen_from_above(inverted(self.latest) @ parent_from_child)
+        self.path += float(np.hypot(x, y)) + abs(float(turn))
+        self.moves = self.moves or float(np.abs(parent_from_child - first).max()) > _SAME
+        self._first, self.latest, self.count = first, parent_from_child, self.count + 1
+
+
+@dataclass(frozen=True, eq=False)
+class OdometryLinks:
+    """Links that lead from the frame of odometry down to the car; the composition of all is the odometry."""
+
+    frames: tuple[str, ...]
+    """From the frame of odometry to that of the car."""
+    poses: tuple[NDArray[np.float64], ...]
+    """(4, 4) of each frame in the one before, as known beforehand."""
+    topics: tuple[str, ...]
+    """On which those that move are published."""
+    driving: tuple[str, str]
+    """Parent and child of the link that moves most; odometry has its stamps."""
+    driving_topic: str
+    moves: bool
+    """Whether any of it was seen to move."""
+
+    @property
+    def base_frame(self) -> str:
+        """The frame whose motion this is."""
+        return self.frames[-1]
+
+    def __str__(self) -> str:
+        return f"{self.frames[0]} -> {self.base_frame}"
+
+
+class FrameLinks:
+    """All links that were published, on whatever topic: those that never change are fixed."""
+
+    def __init__(self) -> None:
+        self._links: dict[tuple[str, str], Link] = {}
+        self.contradicted: dict[tuple[str, str], NDArray[np.float64]] = {}
+        """What a fixed link is by a topic whose links may move, where it is another there."""
+
+    def __iter__(self) -> Iterator[Link]:
+        return iter(self._links.values())
+
+    @property
+    def are_any(self) -> bool:
+        """Whether anything was published."""
+        return bool(self._links)
+
+    def knows(self, frame: str) -> bool:
+        """Whether a frame is linked to another."""
+        return any(frame in ends for ends in self._links)
+
+    def add(
+        self, transform: "geometry_msgs__msg__TransformStamped", topic: str, *, is_latched: bool
+    ) -> Link | None:
+        """Take a transform from a topic, where all are meant to be fixed if it ``is_latched``; such a topic
+        has the last word on a link that others publish too. Returns the link, None without a valid pose."""
+        ends = ends_of(transform)
+        known = self._links.get(ends)
+        if known is not None and known.repeats(transform):
+            return known
+        pose = matrix_of(transform)
+        if pose is None or ends[0] == ends[1]:
+            return None
+        if known is not None and known.is_latched and not is_latched:
+            if float(np.abs(pose - known.latest).max()) > _SAME:
+                self.contradicted.setdefault(ends, pose)
+        elif known is None or is_latched:
+            if known is not None and not known.is_latched and not known.moves:
+                self.contradicted.setdefault(ends, known.latest)
+            self._links[ends] = known = Link(*ends, topic, pose, is_latched, _numbers(transform))
+        else:
+            known.take(pose, _numbers(transform))
+        return known
+
+    def fixed(self) -> TransformTree:
+        """The frames that are fixed to each other on the car."""
+        tree = TransformTree()
+        for link in self._of_the_car():
+            if not link.moves:
+                tree.link(link.parent, link.child, link.latest)
+        return tree
+
+    def _of_the_car(self) -> list[Link]:
+        return [
+            link
+            for link in self
+            if not any(is_world_frame(end) or is_odometry_frame(end) for end in (link.parent, link.child))
+        ]
+
+    def odometry(self, sensor_frame: str) -> OdometryLinks | None:
+        """The links from a frame of odometry to the part of the car that holds the sensor, if there are any.
+
+        The frame of odometry is known by its name; without one it is the parent of what moves nearest to the
+        sensor. No link that is fixed to the world is passed. Of a sensor that nothing links to the car, the
+        part is that of the base, by its name or as the child of odometry.
+        """
+        tree = self.fixed()
+        frames = {end for link in self for end in (link.parent, link.child)}
+        named = sorted(frame for frame in frames if is_odometry_frame(frame))
+        on_car = set(tree.around(sensor_frame))
+        ways = [self._way_down(frame, on_car) for frame in named]
+        if not any(ways):
+            starts = {link.parent for link in self if self._carries(link, on_car)}
+            ways = [self._way_down(frame, on_car) for frame in sorted(starts)]
+        if not any(ways):
+            bases = sorted(frame for frame in frames if last_name(frame) in BASE_FRAMES)
+            bases = bases or sorted(link.child for link in self if is_odometry_frame(link.parent))
+            parts = [set(tree.around(base)) for base in bases]
+            ways = [self._way_down(frame, part) for frame in named for part in parts]
+        candidates = [self._odometry_along(way) for way in ways if way]
+        return max(candidates, key=self._preference(sensor_frame), default=None)
+
+    def standing_odometry(self, odometry: OdometryLinks) -> list[Link]:
+        """Of the links of an odometry that moves, those that begin where odometry does and never change, as
+        whoever publishes them did not mean them to."""
+        ends = pairwise(odometry.frames)
+        return [
+            link
+            for parent, child in ends
+            if is_odometry_frame(parent) and (link := self._links.get((parent, child))) and not link.moves
+        ]
+
+    def solution(self) -> Link | None:
+        """A link that moves in the world, such as that of a localizer."""
+        moving = (link for link in self if link.moves and is_world_frame(link.parent))
+        return next(moving, None)
+
+    def _carries(self, link: Link, on_car: set[str]) -> bool:
+        """Whether a link without a standard name moves the whole car: one to a part of it does not."""
+        is_part = link.parent in on_car or "base" in last_name(link.parent)
+        return link.moves and link.child in on_car and not is_part and not is_world_frame(link.parent)
+
+    def _way_down(self, start: str, on_car: set[str]) -> list[str]:
+        """The frames from the start to the first on the car, by as few links as possible; empty if there is
+        no way. Each link may have been published either way round."""
+        neighbours: dict[str, list[str]] = {}
+        for link in self:
+            if not (is_world_frame(link.parent) or is_world_frame(link.child)):
+                neighbours.setdefault(link.parent, []).append(link.child)
+                neighbours.setdefault(link.child, []).append(link.parent)
+        came_from, queue = {start: ""}, deque([start])
+        while queue:
+            frame = queue.popleft()
+            if frame in on_car:
+                way = [frame]
+                while came_from[way[-1]]:
+                    way.append(came_from[way[-1]])
+                return way[::-1] if len(way) > 1 else []
+            for neighbour in neighbours.get(frame, ()):
+                if neighbour not in came_from:
+                    came_from[neighbour] = frame
+                    queue.append(neighbour)
+        return []
+
+    def _odometry_along(self, way: list[str]) -> OdometryLinks:
+        links, poses = list[Link](), list[NDArray[np.float64]]()
+        for parent, child in pairwise(way):
+            link = self._links.get((parent, child)) or self._links[child, parent]
+            links.append(link)
+            poses.append(link.latest if link.parent == parent else inverted(link.latest))
+        driving = max(links, key=lambda link: (link.moves, link.path))
+        topics = {link.topic for link in links if link.moves} or {driving.topic}
+        ends = (driving.parent, driving.child)
+        return OdometryLinks(
+            tuple(way), tuple(poses), tuple(sorted(topics)), ends, driving.topic, driving.moves
+        )
+
+    def _preference(self, sensor_frame: str) -> Callable[[OdometryLinks], tuple[bool, bool, bool, int, int]]:
+        namespace = sensor_frame.rpartition("/")[0]
+
+        def preference(links: OdometryLinks) -> tuple[bool, bool, bool, int, int]:
+            start = links.frames[0]
+            driving = self._links[links.driving]
+            return (
+                links.moves,
+                start.rpartition("/")[0] == namespace,
+                last_name(start) == _ODOMETRY,
+                -len(links.frames),
+                driving.count,
+            )
+
+        return preference

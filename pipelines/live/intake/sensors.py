@@ -16,6 +16,7 @@ from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
     Converter,
+    OdometrySetup,
     ScanSetup,
 )
 from racecar.pipelines.bags.converters.transforms import SensorPlace, TransformTree
@@ -171,7 +172,9 @@ class Sensors:
         kind = type_name(message)
         if kind not in self._odometry_converters:
             new_converter = ODOMETRY_CONVERTERS[kind]
-            self._odometry_converters[kind] = new_converter(self._integrate_twist, self._odometry_counts)
+            self._odometry_converters[kind] = new_converter(
+                OdometrySetup(self._integrate_twist), self._odometry_counts
+            )
         return self._odometry_converters[kind]
 
     def _new_scan_converter(self, message_type: str, frame: str) -> Converter[Scan]:

@@ -94,12 +94,17 @@ def test_the_run_goes_on_where_none_can_be_written(tmp_path: Path) -> None:
 def test_a_run_is_told_by_its_bag_and_how_it_is_read(tmp_path: Path) -> None:
     bag = tmp_path / "drive.bag"
     bag.write_bytes(b"1")
-    reader: Any = SimpleNamespace(path=bag, scan_topic="/scan", odom_topic=None, base_from_laser=np.zeros(3))
+    reader: Any = SimpleNamespace(
+        path=bag, scan_topics=["/scan"], odometry_source="none", base_from_laser=np.zeros(3)
+    )
     before = describe_run(reader, MappingConfig())
     assert describe_run(reader, MappingConfig()) == before
     assert describe_run(reader, MappingConfig(resolution=0.1)) != before
-    reader.odom_topic = "/odom"
+    reader.odometry_source = "/odom"
     assert describe_run(reader, MappingConfig()) != before
-    reader.odom_topic = None
+    reader.odometry_source = "none"
+    reader.scan_topics = ["/scan", "/rear"]
+    assert describe_run(reader, MappingConfig()) != before
+    reader.scan_topics = ["/scan"]
     bag.write_bytes(b"12")
     assert describe_run(reader, MappingConfig()) != before

@@ -1,0 +1,42 @@
+"""Scans of several sensors on one topic: each has the place of its own frame."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.registry import Converter
+from racecar.pipelines.bags.messages import frame_name
+
+
+class FramedScanConverter:
+    """Hands each message to the converter of its frame; sensors are numbered in the order of their first
+    scans."""
+
+    def __init__(
+        self,
+        topic: str,
+        new_converter: Callable[[str], Converter[Scan]],
+        numbers: dict[tuple[str, str], int],
+    ) -> None:
+        """``new_converter`` makes the converter of a frame; ``numbers`` of sensors, by topic and frame, are
+        shared by all topics."""
+        self._topic = topic
+        self._new_converter = new_converter
+        self._numbers = numbers
+        self._converters: dict[str, Converter[Scan]] = {}
+
+    def convert(self, message: Any, stamp: int) -> Scan | None:
+        """The scan; None where the message holds no usable beams.
+
+        Of synchronized sensors each is set a nanosecond after the one before, so that no two scans have one
+        stamp.
+        """
+        frame = frame_name(message.header.frame_id)
+        if frame not in self._converters:
+            self._converters[frame] = self._new_converter(frame)
+        scan = self._converters[frame].convert(message, stamp)
+        if scan is None:
+            return None
+        laser = self._numbers.setdefault((self._topic, frame), len(self._numbers))
+        return scan if laser == 0 else replace(scan, laser=laser, stamp=scan.stamp + laser)
