@@ -68,7 +68,7 @@ def _describe_scans(reader: BagReader, scans: ScanFacts) -> dict[str, Any]:
     degrees = np.degrees([scans.first_bearing, scans.last_bearing])
     return {
         "topic": reader.scan_topic,
-        "count": scans.spacing.count,
+        "count": scans.count,
         "duration_s": round(scans.spacing.seconds, 3),
         "rate_hz": round(scans.spacing.rate, 2),
         "beams_fewest": scans.fewest_beams,

@@ -60,6 +60,8 @@ class ScanFacts:
     """Of all scans so far."""
 
     spacing: Spacing = field(default_factory=Spacing)
+    """Of the first laser, where there are several."""
+    count: int = 0
     fewest_beams: int = 2**31
     most_beams: int = 0
     first_bearing: float = np.inf
@@ -74,7 +76,9 @@ class ScanFacts:
 
     def add(self, scan: Scan) -> None:
         """Take note of the next scan."""
-        self.spacing.add(scan.stamp)
+        self.count += 1
+        if scan.laser == 0:
+            self.spacing.add(scan.stamp)
         beams = len(scan.ranges)
         self.fewest_beams, self.most_beams = min(self.fewest_beams, beams), max(self.most_beams, beams)
         self.first_bearing = min(self.first_bearing, float(scan.bearings[0]))
