@@ -97,7 +97,8 @@ class LaserScanConverter:
             max_range = RANGE_LIMIT
             self._counts["scans_without_range_max"] += 1
         min_range = message.range_min if 0 < message.range_min < max_range else 1e-6
-        ranges = np.array(message.ranges, dtype=np.float64)
+        with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
+            ranges = np.array(message.ranges, dtype=np.float64)
         is_miss = ranges >= max_range
         is_valid = ranges >= min_range
         self._counts["beams"] += len(ranges)

@@ -17,24 +17,28 @@ if TYPE_CHECKING:
 _MOVING_SPEED = 0.05  # m/s or rad/s
 _MOVING_MESSAGES = 20
 _LONGEST_STEP = 1.0  # seconds; over a longer gap the speed is not carried on
+_FARTHEST = 1e8
+"""Metres from the origin; where odometry is given in UTM coordinates, they stay below 1e7."""
+_FASTEST = 1e3
+"""m/s or rad/s; more comes from damaged bytes."""
 
 
 def planar_pose(message: "nav_msgs__msg__Odometry") -> Pose | None:
     """``odom_from_base`` (3,); None where the message holds no valid pose."""
     position, q = message.pose.pose.position, message.pose.pose.orientation
     square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
-    if not 1e-12 < square < math.inf or not math.isfinite(position.x + position.y):
+    is_near = abs(position.x) < _FARTHEST and abs(position.y) < _FARTHEST
+    if not is_near or not 1e-12 < square < math.inf:
         return None
     yaw = math.atan2(2 * (q.w * q.z + q.x * q.y), square - 2 * (q.y * q.y + q.z * q.z))
     return np.array([position.x, position.y, yaw])
 
 
 def planar_twist(message: "nav_msgs__msg__Odometry") -> Pose:
-    """Forward, sideways and turning speed (3,); zero where the message holds none."""
+    """Forward, sideways and turning speed (3,); zero where the message holds none that can be."""
     twist = message.twist.twist
-    if not math.isfinite(twist.linear.x + twist.linear.y + twist.angular.z):
-        return np.zeros(3)
-    return np.array([twist.linear.x, twist.linear.y, twist.angular.z])
+    speeds = np.array([twist.linear.x, twist.linear.y, twist.angular.z])
+    return speeds if bool((np.abs(speeds) < _FASTEST).all()) else np.zeros(3)
 
 
 class PoseSource(Enum):

@@ -22,6 +22,8 @@ MAX_RANGE = 100.0
 """Metres; what lies beyond is left out, since a cloud does not state the range of its sensor."""
 _MIN_RANGE = 0.05
 """Metres; nearer points are on the sensor's own housing, and a missed beam reads as zero: by judgement."""
+_FARTHEST = 1e5
+"""Metres; coordinates beyond come from damaged bytes, and their squares need not be numbers."""
 _FLAT = 0.01
 """Metres of height within which a cloud is that of a planar sensor, since rounding alone spreads those."""
 _THICK = 0.1
@@ -89,7 +91,7 @@ class PointCloudConverter:
         if offsets is None or np.isnan(offsets).any():
             self._counts["point_times_ignored"] += offsets is not None
             offsets = np.zeros(len(points))
-        is_finite = np.isfinite(points).all(axis=1)
+        is_finite = (np.abs(points) < _FARTHEST).all(axis=1)
         self._counts["beams_nan"] += int(len(points) - np.count_nonzero(is_finite))
         return points[is_finite], offsets[is_finite]
 

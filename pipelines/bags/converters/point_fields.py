@@ -28,11 +28,13 @@ def positions(message: "sensor_msgs__msg__PointCloud2") -> NDArray[np.float64] |
     """
     names = [name for name in ("x", "y", "z") if name != "z" or _field(message, name) is not None]
     columns = [_column(message, name, _COORDINATES) for name in names]
+    if any(column is None for column in columns):
+        return None
+    # Only now, since a message may announce any number of points.
     points = np.zeros((message.height * message.width, 3))
-    for index, column in enumerate(columns):
-        if column is None:
-            return None
-        points[:, index] = column
+    with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
+        for index, column in enumerate(columns):
+            points[:, index] = column
     return points
 
 
@@ -45,8 +47,10 @@ def time_offsets(message: "sensor_msgs__msg__PointCloud2") -> NDArray[np.float64
     times = next((column for column in columns if column is not None), None)
     if times is None or len(times) == 0:
         return None
-    in_nanoseconds = times.dtype.kind in "iu" or times.max() > _SINCE_1970_IN_NANOSECONDS
-    seconds = times.astype(np.float64) * (1e-9 if in_nanoseconds else 1.0)
+    with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
+        numbers = times.astype(np.float64)
+    in_nanoseconds = times.dtype.kind in "iu" or numbers.max() > _SINCE_1970_IN_NANOSECONDS
+    seconds = numbers * (1e-9 if in_nanoseconds else 1.0)
     if seconds.max() > _SINCE_1970:
         seconds -= nanoseconds(message.header.stamp) * 1e-9
     is_plausible = bool(np.all(np.abs(seconds) < _FARTHEST))
@@ -68,6 +72,8 @@ def _column(
     is_cut = len(message.data) < message.height * message.row_step
     if is_cut or message.row_step < row or message.point_step < field.offset + kind.itemsize:
         return None
+    if message.height * message.width == 0:
+        return np.empty(0, kind)
     layout = np.dtype(
         {"names": [name], "formats": [kind], "offsets": [field.offset], "itemsize": message.point_step}
     )

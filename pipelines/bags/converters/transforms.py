@@ -24,6 +24,8 @@ BASE_FRAMES = ("base_link", "base_footprint")
 """Of a car, as REP 105 and REP 120 name them."""
 _ODOMETRY = "odom"
 """In names of the frame in which odometry begins, as REP 105 has it."""
+_FARTHEST = 1e8
+"""Metres between two frames; UTM coordinates stay below 1e7, and more comes from damaged bytes."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +92,7 @@ def matrix_of(transform: "geometry_msgs__msg__TransformStamped") -> NDArray[np.f
     rotation = rotation_matrix(transform.transform.rotation)
     translation = transform.transform.translation
     position = (translation.x, translation.y, translation.z)
-    if rotation is None or not np.isfinite(position).all():
+    if rotation is None or not (np.abs(position) < _FARTHEST).all():
         return None
     parent_from_child = np.eye(4)
     parent_from_child[:3, :3] = rotation

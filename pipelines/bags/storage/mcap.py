@@ -71,6 +71,7 @@ class McapFile(ChunkedFile):
         super().__init__(path)
         self._schema_names: dict[int, str] = {}
         self._skipped = 0
+        self._content_sizes: dict[int, int] = {}
         end = self._scan(len(self.magic))
         self._learn_last(may_lack_index=True)
         if end is None:
@@ -85,6 +86,7 @@ class McapFile(ChunkedFile):
         while len(head := self._read_at(position, 9)) == 9:
             operation, size = _record_head.unpack(head)
             if operation == _DATA_END:
+                self._take_summary()
                 return self._file_size
             following = position + 9 + size
             is_whole = following <= self._file_size
@@ -110,16 +112,26 @@ class McapFile(ChunkedFile):
             return following
         return min((begin for begin in self._summarized_chunks() if begin > position), default=None)
 
+    def _take_summary(self) -> None:
+        """It repeats the channels of all chunks, also of those that are damaged."""
+        known = dict(self.channels)
+        for operation, content in self._summary():
+            with suppress(*_GARBAGE):
+                self._take_description(operation, content)
+        self.channels |= known
+
+    def _summary(self) -> Iterator[tuple[int, bytes]]:
+        """The records of the summary at the end of the file; none where it is not there."""
+        footer = self._read_at(self._file_size - _footer.size, _footer.size)
+        if len(footer) == _footer.size and footer.endswith(self.magic):
+            summary_at = _footer.unpack(footer)[2]
+            yield from _records(self._read_at(summary_at, self._file_size - summary_at))
+
     def _summarized_chunks(self) -> list[int]:
         """Where chunks begin, according to the summary."""
-        footer = self._read_at(self._file_size - _footer.size, _footer.size)
-        if len(footer) < _footer.size or not footer.endswith(self.magic):
-            return []
-        summary_at = _footer.unpack(footer)[2]
-        summary = self._read_at(summary_at, self._file_size - summary_at)
         return [
             _three_uint64.unpack_from(content)[2]
-            for operation, content in _records(summary)
+            for operation, content in self._summary()
             if operation == _CHUNK_INDEX and len(content) >= _three_uint64.size
         ]
 
@@ -144,11 +156,12 @@ class McapFile(ChunkedFile):
             self._take_description(operation, self._read_at(begin, size))
 
     def _take_chunk(self, begin: int) -> None:
-        *_, name_length = _chunk_head.unpack(self._read_at(begin, _chunk_head.size))
+        _, _, content_size, _, name_length = _chunk_head.unpack(self._read_at(begin, _chunk_head.size))
         name_at = begin + _chunk_head.size
         compression = self._read_at(name_at, name_length).decode(errors="replace")
         size = _uint64.unpack(self._read_at(name_at + name_length, 8))[0]
         content_at = name_at + name_length + 8
+        self._content_sizes[content_at] = content_size
         self.chunks.append(Chunk(content_at, min(size, self._file_size - content_at), compression))
 
     def _loose_chunk(self, begin: int, size: int) -> Chunk:
@@ -180,7 +193,10 @@ class McapFile(ChunkedFile):
         if is_indexed and all(channel in self.channels for channel in chunk.counts):
             return
         chunk.counts.clear()
-        for operation, content in _records(self._content(chunk)):
+        records = self._content(chunk)
+        if len(records) < self._content_sizes[chunk.begin]:
+            self._skipped += chunk.size
+        for operation, content in _records(records):
             if operation == _MESSAGE:
                 channel, _, time, _ = _message_head.unpack_from(content)
                 chunk.note(channel, time, time)

@@ -140,3 +140,11 @@ def test_a_full_circle_that_ends_where_it_began():
     scan, _ = convert(sent)
     assert len(scan.bearings) == 360
     assert (np.diff(scan.bearings) > 0).all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_damaged_ranges_are_converted_without_a_warning():
+    ranges = np.array([0x3F800000, 0x7FA00000, 0xFFA00000, 0x3F800000], dtype="u4").view("f4")
+    scan, counts = convert(message(ranges))
+    np.testing.assert_array_equal(np.isnan(scan.ranges), [False, True, True, False])
+    assert counts["beams_nan"] == 2

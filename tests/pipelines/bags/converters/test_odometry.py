@@ -32,10 +32,15 @@ def test_poses_without_a_rotation_are_dropped_and_counted(tmp_path):
                 message.pose.pose.orientation.w = message.pose.pose.orientation.z = 0.0
             if len(sent) == 50:
                 message.pose.pose.position.x = np.nan
+            if len(sent) == 55:
+                message.pose.pose.position.y = -1e300
+            if len(sent) == 58:
+                message.twist.twist.linear.x = 1e200
         return message
 
     _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
-    assert (len(samples), reader.counts["invalid_odometry"]) == (57, 3)
+    assert (len(samples), reader.counts["invalid_odometry"]) == (56, 4)
+    assert max(abs(sample.twist).max() for sample in samples) < 1.0
 
 
 @pytest.mark.parametrize("frozen", [np.zeros(3), np.array([3.0, 1.0, 0.4])])

@@ -164,3 +164,13 @@ def test_planar_sensor_hands_on_no_cloud_even_tilted(tilt):
     scan, _ = convert(message(points), heights=(-2.0, 2.0))
     assert scan.cloud is None
     assert len(scan.ranges) == len(points)
+
+
+@pytest.mark.filterwarnings("error")
+def test_coordinates_of_damaged_bytes_are_left_out():
+    points = np.array(
+        [[1.0, 0.0, 0.5], [1e300, 1.0, 0.5], [0.0, -1e308, 0.5], [np.inf, 0, 0], [0.0, 2.0, 0.5]]
+    )
+    scan, counts = convert(message(points, datatype=8))
+    np.testing.assert_allclose(scan.ranges, [1.0, 2.0])
+    assert counts["beams_nan"] == 3

@@ -87,3 +87,31 @@ def test_cloud_that_does_not_hold_what_it_announces():
         message(**{**XYZ, "z": np.arange(3, dtype="i4")}),
     ):
         assert positions(broken) is None
+
+
+@pytest.mark.parametrize(
+    ("height", "width", "row_step"),
+    [(10**9, 10**9, 0), (10**9, 3, 36), (1, 10**9, 36), (2**32 - 1, 2**32 - 1, 2**32 - 1)],
+)
+def test_a_cloud_that_announces_any_number_of_points_takes_no_memory(height, width, row_step):
+    cloud = message(**XYZ, time=np.zeros(3, dtype="f4"))
+    cloud.height, cloud.width, cloud.row_step = height, width, row_step
+    assert positions(cloud) is None
+    assert time_offsets(cloud) is None
+
+
+@pytest.mark.parametrize(("height", "width"), [(0, 0), (0, 3), (0, 10**9), (3, 0)])
+def test_a_cloud_without_rows_or_columns_has_no_points(height, width):
+    cloud = message(**XYZ)
+    cloud.height, cloud.width = height, width
+    cloud.row_step = width * cloud.point_step
+    points = positions(cloud)
+    assert points is None or len(points) == 0
+
+
+@pytest.mark.filterwarnings("error")
+def test_damaged_numbers_are_converted_without_a_warning():
+    signalling = np.array([0x7FA00000] * 3, dtype="u4").view("f4")
+    cloud = message(x=XYZ["x"], y=XYZ["y"], z=signalling, time=signalling)
+    assert np.isnan(positions(cloud)[:, 2]).all()
+    assert np.isnan(time_offsets(cloud)).all()

@@ -53,6 +53,13 @@ def test_a_rotation_of_zero_is_no_link():
     assert tree.between("base_link", "laser") is None
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e300])
+def test_a_translation_of_damaged_bytes_is_no_link(value):
+    tree = TransformTree()
+    tree.add(transform("base_link", "laser", (0, value, 0), (0, 0, 0, 1)))
+    assert tree.between("base_link", "laser") is None
+
+
 def test_a_pose_as_a_place():
     pose = np.array([1.0, -2.0, 2.5])
     np.testing.assert_allclose(SensorPlace.from_pose(pose, "flag").pose, pose)
