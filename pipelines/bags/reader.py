@@ -25,11 +25,12 @@ from racecar.pipelines.bags.converters.registry import (
     ScanSetup,
     stamp_of,
 )
+from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, learn_reading
 from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts
 from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.frames import look_at_links, transform_topics
-from racecar.pipelines.bags.messages import decode, frame_name
+from racecar.pipelines.bags.messages import LASER_SCAN, decode, frame_name
 from racecar.pipelines.bags.order import Item, after_their_odometry, in_order
 from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.pipelines.bags.sensor_place import SensorPlaces
@@ -96,6 +97,7 @@ class BagReader:
         """
         self._store = BagStore(path)
         self._findings: list[Finding] = []
+        self._readings: dict[str, ScanReading] = {}
         self._odometry: _Samples | None = None
         self._odometry_links: OdometryLinks | None = None
         self._integrate_twist = False
@@ -275,6 +277,11 @@ class BagReader:
         for samples in self._scans:
             if not samples.messages:
                 raise UserError(f"Not one scan of {samples.topic.name} in {self.path} can be read.")
+            if samples.topic.message_type == LASER_SCAN:
+                messages = (message for _, _, message in self._decoded([samples.topic.name]))
+                reading, findings = learn_reading(messages)
+                self._readings[samples.topic.name] = reading
+                self._findings.extend(findings)
 
     def _open_odometry(self, odom_topic: str | None) -> PoseSource:
         """Choose a topic of Odometry messages; what there is of motion in it."""
@@ -428,6 +435,7 @@ class BagReader:
             points_are_in_base=frame == self._places.base_frame(frame),
             longest_sweep=min(_LONGEST_SWEEP, 1.5 * samples.gap(frame)),
             heights=self._heights,
+            reading=self._readings.get(samples.topic.name, AS_STATED),
         )
         return SCAN_CONVERTERS[samples.topic.message_type](setup, self._counter)
 

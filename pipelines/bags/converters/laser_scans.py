@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import wrap_angle
 from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.scan_reading import AS_STATED, LONGEST_RANGE, ScanReading, limits
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 
 if TYPE_CHECKING:
@@ -33,12 +34,19 @@ class _Layout:
 class LaserScanConverter:
     """Makes scans of messages and counts what it mended."""
 
-    def __init__(self, place: SensorPlace, longest_sweep: float, counts: Counter[str]) -> None:
+    def __init__(
+        self,
+        place: SensorPlace,
+        longest_sweep: float,
+        counts: Counter[str],
+        reading: ScanReading = AS_STATED,
+    ) -> None:
         """``longest_sweep`` in seconds: a ``time_increment`` that makes a sweep longer is not believed."""
         self._place = place.pose
         self._is_mirrored = place.is_upside_down
         self._longest_sweep = longest_sweep
         self._counts = counts
+        self._reading = reading
         self._layout: _Layout | None = None
 
     def convert(self, message: "sensor_msgs__msg__LaserScan", stamp: int) -> Scan | None:
@@ -75,6 +83,9 @@ class LaserScanConverter:
         angle_min, angle_max, increment, time_increment, count = key
         if increment == 0 or not np.isfinite(increment):
             increment = (angle_max - angle_min) / max(count - 1, 1)
+        angle_min, increment = self._reading.angles.first_and_increment(
+            angle_min, angle_max, increment, count
+        )
         if count < 2 or not np.isfinite(angle_min) or not 0 < abs(increment) < np.pi:
             return None
         bearings = angle_min + increment * np.arange(count)
@@ -92,13 +103,16 @@ class LaserScanConverter:
 
     def _clean_ranges(self, message: "sensor_msgs__msg__LaserScan") -> tuple[NDArray[np.float64], float]:
         """Ranges with misses as inf and invalid readings as nan, and the range at which misses begin."""
-        max_range = message.range_max
-        if not 0 < max_range < np.inf:
+        min_range, max_range = limits(message, self._reading.unit)
+        if not 0 < max_range < LONGEST_RANGE:
             max_range = RANGE_LIMIT
             self._counts["scans_without_range_max"] += 1
-        min_range = message.range_min if 0 < message.range_min < max_range else 1e-6
+        max_range = min(max_range, self._reading.nearest_miss)
+        min_range = min_range if 0 < min_range < max_range else 1e-6
         with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
             ranges = np.array(message.ranges, dtype=np.float64)
+        if self._reading.unit != 1.0:
+            ranges *= self._reading.unit
         is_miss = ranges >= max_range
         is_valid = ranges >= min_range
         self._counts["beams"] += len(ranges)

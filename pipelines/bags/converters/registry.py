@@ -17,6 +17,7 @@ from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
 from racecar.pipelines.bags.converters.multi_echo import MultiEchoConverter
 from racecar.pipelines.bags.converters.odometry import OdometryConverter
 from racecar.pipelines.bags.converters.point_clouds import PointCloudConverter
+from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading
 from racecar.pipelines.bags.converters.transform_odometry import TransformOdometryConverter
 from racecar.pipelines.bags.converters.transforms import OdometryLinks, SensorPlace
 from racecar.pipelines.bags.messages import (
@@ -57,6 +58,8 @@ class ScanSetup:
     """Seconds; beam times that make a sweep longer are not believed."""
     heights: tuple[float, float]
     """Metres above the base frame, lowest and highest: the section of a cloud that makes the scan."""
+    reading: ScanReading = AS_STATED
+    """How the numbers of LaserScan messages are meant."""
 
     @property
     def base_from_points(self) -> NDArray[np.float64]:
@@ -65,7 +68,9 @@ class ScanSetup:
 
 
 SCAN_CONVERTERS: Mapping[str, Callable[[ScanSetup, Counter[str]], Converter[Scan]]] = {
-    LASER_SCAN: lambda setup, counts: LaserScanConverter(setup.place, setup.longest_sweep, counts),
+    LASER_SCAN: lambda setup, counts: LaserScanConverter(
+        setup.place, setup.longest_sweep, counts, setup.reading
+    ),
     MULTI_ECHO_SCAN: lambda setup, counts: MultiEchoConverter(
         LaserScanConverter(setup.place, setup.longest_sweep, counts)
     ),

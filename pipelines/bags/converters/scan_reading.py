@@ -1,0 +1,256 @@
+"""How the numbers in LaserScan messages are to be read, where they cannot be meant as they stand.
+
+Drivers give angles in degrees, an increment that belongs to another number of beams, ranges in millimetres,
+and misses as a number below ``range_max``. What they mean, the scans themselves show.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.pipelines.bags.findings import Finding
+
+if TYPE_CHECKING:
+    from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan
+
+LONGEST_RANGE = 1000.0
+"""Metres; a ``range_max`` beyond is not the sensor's range, since no laser scanner sees as far."""
+_READ = 3000
+"""Messages looked at, so that a car that stands at first is seen driving too: a fraction of a second."""
+_SCANS = 300
+"""Of these, evenly spread: enough for all that is counted here."""
+_TURN = 2 * np.pi
+"""Radians, by definition."""
+_WIDEST = 1.02 * _TURN
+"""Radians that a sweep spans; some sensors overlap by a few degrees where they begin."""
+_NARROWEST = np.radians(5.0)
+"""Radians that a sweep spans; less is not recorded for a map, by judgement."""
+_LEAST_CONTRADICTION = 2.5
+"""Increments between the last beam and ``angle_max``: drivers are off by one or two, because they count beams
+or the steps between them."""
+_WALL = np.radians(30.0)
+"""Radians of a piece of a scan that is tested for being a straight wall: at 3 m its curve would be 10 cm deep
+if the increment were half as long, while lasers err by 1 to 3 cm."""
+_CLEARLY = 0.75
+"""Of the residual under another reading; only where a wall is that much straighter it counts, because clutter
+is as crooked under each. By judgement."""
+_MAJORITY, _ENOUGH = 0.7, 20
+"""Share of the pieces that count, and their number, by which a reading is decided: by judgement."""
+_ABSURD_RANGE, _FARTHEST = 200.0, 60_000.0
+"""Between these the median of ranges is one in millimetres: in metres half of all beams would go farther than
+planar scanners see, and from the second on in millimetres too."""
+_SPIKE = 10
+"""Times as often as any range that is a little less a range occurs that stands for a miss: noise spreads what
+is measured over several values, even of a flat wall. By judgement."""
+_LITTLE_LESS = 0.7
+"""Of that range: a room has other distances within that, by judgement."""
+_BEYOND = 1e-3
+"""Share of its count that returns beyond it may come to, as stray ones do: by judgement."""
+_BEARINGS, _SCANS_WITH = 0.03, 0.2
+"""Of all bearings and scans, at and in which it occurs at least, since doors and gaps are seen from many
+places. By judgement."""
+
+
+class Angles(Enum):
+    """What ``angle_min``, ``angle_max`` and ``angle_increment`` mean."""
+
+    STATED = "by angle_min and angle_increment"
+    SPREAD = "as spread evenly from angle_min to angle_max"
+    DEGREES = "as degrees"
+    SPREAD_DEGREES = "as spread evenly from angle_min to angle_max, in degrees"
+    INCREMENT_IN_DEGREES = "with angle_min in radians and angle_increment in degrees"
+
+    def first_and_increment(
+        self, angle_min: float, angle_max: float, increment: float, count: int
+    ) -> tuple[float, float]:
+        """Radians, of the first beam and from one to the next."""
+        is_spread = self in (Angles.SPREAD, Angles.SPREAD_DEGREES)
+        step = (angle_max - angle_min) / max(count - 1, 1) if is_spread else increment
+        is_in_degrees = self in (Angles.DEGREES, Angles.SPREAD_DEGREES)
+        first = np.radians(angle_min) if is_in_degrees else angle_min
+        is_step_in_degrees = is_in_degrees or self == Angles.INCREMENT_IN_DEGREES
+        return float(first), float(np.radians(step) if is_step_in_degrees else step)
+
+
+@dataclass(frozen=True)
+class ScanReading:
+    """How the messages of one topic are to be read."""
+
+    angles: Angles = Angles.STATED
+    unit: float = 1.0
+    """Metres of a range of one."""
+    nearest_miss: float = np.inf
+    """Metres; a reading of so much and more is a miss."""
+
+
+AS_STATED = ScanReading()
+"""What most drivers send, by definition of the message."""
+
+
+def learn_reading(
+    messages: "Iterable[sensor_msgs__msg__LaserScan]",
+) -> tuple[ScanReading, list[Finding]]:
+    """From the first messages of a topic: how to read them all, and what is wrong with them."""
+    sample = _spread_sample(messages)
+    if not sample:
+        return AS_STATED, []
+    angles, of_angles = _learn_angles(sample)
+    unit, of_unit = _learn_unit(sample)
+    nearest_miss, of_misses = _learn_nearest_miss(sample, unit)
+    return ScanReading(angles, unit, nearest_miss), [*of_angles, *of_unit, *of_misses]
+
+
+def _spread_sample(
+    messages: "Iterable[sensor_msgs__msg__LaserScan]",
+) -> "list[sensor_msgs__msg__LaserScan]":
+    sample: list[sensor_msgs__msg__LaserScan] = []
+    stride = 1
+    for number, message in enumerate(messages):
+        if number == _READ:
+            break
+        if number % stride == 0 and len(message.ranges) > 1:
+            sample.append(message)
+        if len(sample) > _SCANS:
+            sample, stride = sample[::2], stride * 2
+    return sample
+
+
+def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angles, list[Finding]]:
+    doubtful = [message for message in sample if not _agree(message)]
+    if len(doubtful) <= len(sample) / 2:
+        return Angles.STATED, []
+    message = doubtful[0]
+    count = len(message.ranges)
+    steps: dict[Angles, float] = {}
+    for angles in Angles:
+        first, step = angles.first_and_increment(
+            message.angle_min, message.angle_max, message.angle_increment, count
+        )
+        is_new = all(abs(step - other) > 0.02 * abs(other) for other in steps.values())
+        if is_new and abs(first) <= _WIDEST and _NARROWEST <= abs(step) * (count - 1) <= _WIDEST:
+            steps[angles] = step
+    what = (
+        f"The angles of the scans contradict each other: {count} beams from {message.angle_min:g} on, "
+        f"{message.angle_increment:g} apart, do not end at {message.angle_max:g}"
+    )
+    remedy = "Correct angle_min, angle_max and angle_increment (radians) in the driver."
+    if not steps:
+        return Angles.STATED, [
+            Finding(f"{what}, and nothing else that makes sense.", remedy, spoils_map=True)
+        ]
+    best = _straightest(doubtful, steps) if len(steps) > 1 else next(iter(steps))
+    chosen = best or next(iter(steps))
+    told = "which makes walls straight" if len(steps) > 1 else "since nothing else makes sense"
+    if best is None:
+        told = "though the scans do not show whether that is right"
+    what = f"{what}. They are read {chosen.value}, {told}."
+    return chosen, [Finding(what, remedy, spoils_map=best is None)]
+
+
+def _agree(message: "sensor_msgs__msg__LaserScan") -> bool:
+    """Do the angles tell the same thing twice, and one that can be?"""
+    span = message.angle_increment * (len(message.ranges) - 1)
+    if not np.isfinite(span) or span == 0.0:
+        return True  # there is but one reading left, which the converter takes
+    off = abs(message.angle_min + span - message.angle_max)
+    tolerance = max(_LEAST_CONTRADICTION * abs(message.angle_increment), 0.01 * abs(span))
+    return bool(off <= tolerance and abs(span) <= _WIDEST)
+
+
+def _straightest(
+    messages: "Sequence[sensor_msgs__msg__LaserScan]", steps: dict[Angles, float]
+) -> Angles | None:
+    """The reading under which walls are straight; None where the scans do not decide.
+
+    On a straight wall the inverse range is a cosine of the bearing: of a piece of a scan, the part that no
+    cosine with this increment explains is compared between the readings.
+    """
+    count = len(messages[0].ranges)
+    width = int(np.clip(_WALL / max(abs(step) for step in steps.values()), 7, max(count // 2, 7)))
+    scans = np.array([message.ranges for message in messages if len(message.ranges) == count], np.float64)
+    if count < width:
+        return None
+    pieces = np.lib.stride_tricks.sliding_window_view(scans, width, axis=1)[:, :: width // 2]
+    pieces = pieces.reshape(-1, width)
+    low, high = messages[0].range_min, messages[0].range_max
+    is_whole = ((pieces > max(low, 0.0)) & (pieces < (high if high > 0 else np.inf))).all(axis=1)
+    pieces = pieces[is_whole]
+    inverse = 1.0 / pieces[pieces.max(axis=1) < 3.0 * pieces.min(axis=1)]
+    residuals = np.array([_unexplained(inverse, step) for step in steps.values()]).T
+    second, best = np.partition(residuals, 1, axis=1)[:, 1], np.argmin(residuals, axis=1)
+    counting = best[residuals.min(axis=1) < _CLEARLY * second]
+    votes = np.bincount(counting, minlength=len(steps))
+    if len(counting) < _ENOUGH or votes.max() < _MAJORITY * len(counting):
+        return None
+    return list(steps)[int(np.argmax(votes))]
+
+
+def _unexplained(inverse_ranges: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """(N,) how far pieces (N, W) are from a cosine with beams ``step`` radians apart."""
+    bearings = step * np.arange(inverse_ranges.shape[1])
+    basis, _ = np.linalg.qr(np.column_stack([np.cos(bearings), np.sin(bearings)]))
+    left: NDArray[np.float64] = inverse_ranges - inverse_ranges @ basis @ basis.T
+    unexplained: NDArray[np.float64] = np.sqrt(np.einsum("ij,ij->i", left, left))
+    return unexplained
+
+
+def _learn_unit(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[float, list[Finding]]:
+    ranges = np.concatenate([message.ranges for message in sample])
+    ranges = ranges[np.isfinite(ranges) & (ranges > 0.0)]
+    median = float(np.median(ranges)) if len(ranges) else 0.0
+    if median <= _ABSURD_RANGE:
+        return 1.0, []
+    what, remedy = f"Half of the ranges are above {median:g} m", "Let the driver give ranges in metres."
+    if median > _FARTHEST:
+        return 1.0, [Finding(f"{what}: they cannot be metres.", remedy, spoils_map=True)]
+    return 1e-3, [Finding(f"{what}, which cannot be: they are read as millimetres.", remedy)]
+
+
+def _learn_nearest_miss(
+    sample: "Sequence[sensor_msgs__msg__LaserScan]", unit: float
+) -> tuple[float, list[Finding]]:
+    """The range below ``range_max`` that stands for a miss; inf where there is none."""
+    spikes = [_returns(message, unit) for message in sample]
+    ranges = np.concatenate([returns for _, returns in spikes])
+    if len(ranges) == 0:
+        return np.inf, []
+    values, counts = np.unique(ranges, return_counts=True)
+    beyond = len(ranges) - np.cumsum(counts)
+    is_far = beyond <= _BEYOND * counts
+    spike = int(np.argmax(np.where(is_far, counts, 0)))
+    value = values[spike]
+    less = counts[(values > _LITTLE_LESS * value) & (values < value)]
+    if counts[spike] < _SPIKE * max(less, default=1):
+        return np.inf, []
+    at = [beams[returns == value] for beams, returns in spikes]
+    bearings, beams = len(np.unique(np.concatenate(at))), max(len(message.ranges) for message in sample)
+    scans = np.mean([len(each) > 0 for each in at])
+    if bearings < max(_BEARINGS * beams, 5) or scans < _SCANS_WITH:
+        return np.inf, []
+    return float(value), [
+        Finding(
+            f"{counts[spike] / len(ranges):.0%} of the ranges are exactly {value:g} m, "
+            f"at {bearings} bearings: they are taken for misses.",
+            "Let the driver give inf, or set range_max to that, so that nobody takes misses for walls.",
+        )
+    ]
+
+
+def _returns(
+    message: "sensor_msgs__msg__LaserScan", unit: float
+) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """(M,) beams that seem to have met something, and their ranges in metres."""
+    ranges = np.asarray(message.ranges, dtype=np.float64) * unit
+    low, high = limits(message, unit)
+    beams = np.flatnonzero((ranges > max(low, 0.0)) & (ranges < (high if high > 0 else np.inf)))
+    return beams, ranges[beams]
+
+
+def limits(message: "sensor_msgs__msg__LaserScan", unit: float) -> tuple[float, float]:
+    """Metres, of ``range_min`` and ``range_max``, which may be in metres where the ranges are not."""
+    scale = unit if message.range_max > _ABSURD_RANGE else 1.0
+    return message.range_min * scale, message.range_max * scale

@@ -1,0 +1,147 @@
+"""Numbers in LaserScan messages that cannot be meant as they stand."""
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
+from racecar.pipelines.bags.converters.scan_reading import AS_STATED, Angles, ScanReading, learn_reading
+from tests.pipelines.bags.converters.test_laser_scans import UPRIGHT, message
+
+BEAMS = 271
+SPAN = np.radians(270.0)
+STATED = {"angle_min": -SPAN / 2, "angle_max": SPAN / 2, "angle_increment": SPAN / (BEAMS - 1)}
+
+
+def room_ranges(x, y, yaw, beams=BEAMS, span=SPAN):
+    """What a laser sees of a room of 8 m by 6 m, to a centimetre."""
+    bearings = yaw + np.linspace(-span / 2, span / 2, beams)
+    cos, sin = np.cos(bearings), np.sin(bearings)
+    along = np.where(cos > 0, 4.0 - x, 4.0 + x) / np.maximum(np.abs(cos), 1e-9)
+    across = np.where(sin > 0, 3.0 - y, 3.0 + y) / np.maximum(np.abs(sin), 1e-9)
+    return np.minimum(along, across) + np.random.default_rng(int(1e6 * abs(x))).normal(0.0, 0.01, beams)
+
+
+def drive(change=lambda ranges: ranges, scans=40, **changes):
+    """Messages of a laser that goes through the room and turns."""
+    return [
+        message(change(room_ranges(0.1 * k - 2.0, 0.3, 0.05 * k)), **{**STATED, "range_max": 30.0, **changes})
+        for k in range(scans)
+    ]
+
+
+def bearings_of(messages):
+    reading, findings = learn_reading(messages)
+    scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
+    return scan.bearings, reading, findings
+
+
+def test_what_is_right_is_read_as_it_stands():
+    assert learn_reading(drive()) == (AS_STATED, [])
+
+
+@pytest.mark.parametrize(
+    ("changes", "angles"),
+    [
+        ({name: float(np.degrees(value)) for name, value in STATED.items()}, Angles.DEGREES),
+        ({"angle_increment": float(np.degrees(STATED["angle_increment"]))}, Angles.SPREAD),
+        ({"angle_increment": STATED["angle_increment"] / 2}, Angles.SPREAD),
+        ({"angle_increment": STATED["angle_increment"] * 1.3}, Angles.SPREAD),
+        ({"angle_max": 0.0}, Angles.STATED),
+        ({"angle_max": STATED["angle_max"] * 0.7}, Angles.STATED),
+    ],
+)
+def test_contradicting_angles_are_read_so_that_walls_are_straight(changes, angles):
+    bearings, reading, (finding,) = bearings_of(drive(**changes))
+    assert reading.angles == angles
+    np.testing.assert_allclose(bearings, np.linspace(-SPAN / 2, SPAN / 2, BEAMS), atol=1e-6)
+    assert "contradict" in finding.what and finding.remedy
+    assert not finding.spoils_map
+
+
+def test_a_turned_increment_keeps_its_sign():
+    """From left to right, and the increment of another number of beams."""
+    messages = drive(
+        lambda ranges: ranges[::-1],
+        angle_min=SPAN / 2,
+        angle_max=-SPAN / 2,
+        angle_increment=-STATED["angle_increment"] / 2,
+    )
+    bearings, reading, _ = bearings_of(messages)
+    assert reading.angles == Angles.SPREAD
+    np.testing.assert_allclose(bearings, np.linspace(-SPAN / 2, SPAN / 2, BEAMS), atol=1e-6)
+
+
+def test_where_scans_do_not_decide_a_map_may_be_wrong():
+    clutter = np.random.default_rng(0)
+    messages = drive(
+        lambda ranges: clutter.uniform(1.0, 2.5, BEAMS), angle_increment=0.5 * STATED["angle_increment"]
+    )
+    _, reading, (finding,) = bearings_of(messages)
+    assert reading.angles == Angles.STATED
+    assert finding.spoils_map
+
+
+def test_drivers_that_are_off_by_a_beam_are_not_talked_about():
+    for beams_off in (-1, 1, 2):
+        angle_max = STATED["angle_max"] + beams_off * STATED["angle_increment"]
+        assert learn_reading(drive(angle_max=angle_max)) == (AS_STATED, [])
+
+
+def test_misses_written_as_a_number_below_range_max():
+    """Beyond a door to each side there is nothing in reach."""
+
+    def with_misses(ranges):
+        return np.where(ranges > 3.6, 12.0, ranges)
+
+    messages = drive(with_misses)
+    reading, (finding,) = learn_reading(messages)
+    assert reading == ScanReading(nearest_miss=12.0)
+    assert "exactly 12 m" in finding.what
+    scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
+    assert scan.max_range == 12.0
+    np.testing.assert_array_equal(np.isposinf(scan.ranges), messages[0].ranges == 12.0)
+    assert np.isposinf(scan.ranges).any()
+
+
+@pytest.mark.parametrize("step", [0.001, 0.01, 0.05])
+def test_a_wall_is_no_miss_however_coarse_the_ranges_are(step):
+    """Of a car that stands before the only wall in reach, and of one that drives along it."""
+    rng = np.random.default_rng(1)
+    for speed in (0.0, 0.1):
+        messages = []
+        for k in range(40):
+            bearings = np.linspace(-SPAN / 2, SPAN / 2, BEAMS)
+            wall = (8.0 - speed * k) / np.maximum(np.cos(bearings), 1e-9)
+            ranges = np.where(np.abs(bearings) < 0.3, wall + rng.normal(0.0, 0.01, BEAMS), np.inf)
+            messages.append(message(np.round(ranges / step) * step, **STATED, range_max=30.0))
+        assert learn_reading(messages) == (AS_STATED, [])
+
+
+@pytest.mark.parametrize("limits", [(100.0, 30_000.0), (0.1, 30.0)])
+def test_millimetres(limits):
+    messages = drive(lambda ranges: 1000.0 * ranges, range_min=limits[0], range_max=limits[1])
+    reading, (finding,) = learn_reading(messages)
+    assert "millimetres" in finding.what
+    scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
+    np.testing.assert_allclose(scan.ranges, messages[0].ranges / 1000.0, rtol=1e-6)
+    assert scan.max_range == pytest.approx(30.0)
+
+
+def test_ranges_of_no_unit_spoil_the_map():
+    messages = drive(lambda ranges: 1e6 * ranges, range_max=3e38)
+    reading, (finding,) = learn_reading(messages)
+    assert (reading, finding.spoils_map) == (AS_STATED, True)
+    counts = Counter()
+    scan = LaserScanConverter(UPRIGHT, 1.0, counts, reading).convert(messages[0], 0)
+    assert np.isposinf(scan.ranges).all()
+    assert counts["scans_without_range_max"] == 1
+
+
+def test_numbers_that_are_none():
+    nothing = np.full(BEAMS, np.nan)
+    for changes in ({}, {"angle_min": np.nan}, {"angle_max": np.inf}, {"angle_increment": 0.0}):
+        learn_reading(drive(lambda ranges: nothing, **changes))
+    assert learn_reading([]) == (AS_STATED, [])
+    assert learn_reading([message([])]) == (AS_STATED, [])
