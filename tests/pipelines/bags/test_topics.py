@@ -24,7 +24,7 @@ def bag(path, *topics):
 
 NARROW = {"ranges": np.full(61, 2.0, dtype=np.float32), "angle_min": -np.radians(30)}
 WIDE = {
-    "ranges": np.full(361, 2.0, dtype=np.float32),
+    "ranges": np.linspace(2.0, 3.0, 361, dtype=np.float32),
     "angle_min": -np.pi,
     "angle_increment": np.radians(1.0),
 }
