@@ -2,13 +2,16 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from decimal import Decimal, InvalidOperation
+from decimal import Decimal
 from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.maps.text_files import read_text
 
 _LATEST_SECONDS = 2**63 // 10**9
+"""Because stamps are 64-bit nanoseconds."""
+_LARGEST = 1e9
+"""Metres; twenty times round the earth, and squares and sums of so much are still exact enough."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +30,7 @@ def read_number_lines(path: Path, layout: str, *, stamps: int) -> Iterator[Numbe
     """The lines of a text file, but for empty ones and comments (#).
 
     `layout` names the columns, the first `stamps` of them are seconds. Raises UserError that names the line
-    when it does not hold as many finite numbers.
+    when it does not hold as many finite numbers, none of them absurdly large.
     """
     columns = len(layout.split())
     for number, line in enumerate(read_text(path).splitlines(), start=1):
@@ -41,9 +44,9 @@ def read_number_lines(path: Path, layout: str, *, stamps: int) -> Iterator[Numbe
             yield NumberLine(
                 place,
                 [_nanoseconds(field) for field in fields[:stamps]],
-                [_finite(field) for field in fields[stamps:]],
+                [_usable(field) for field in fields[stamps:]],
             )
-        except (InvalidOperation, ValueError) as error:
+        except (ArithmeticError, ValueError) as error:
             raise UserError(
                 f"Not every value is a usable number in {place}; it should hold '{layout}'."
             ) from error
@@ -56,8 +59,8 @@ def _nanoseconds(field: str) -> int:
     return int((seconds * 10**9).to_integral_value())
 
 
-def _finite(field: str) -> float:
+def _usable(field: str) -> float:
     number = float(field)
-    if not abs(number) < float("inf"):
+    if not abs(number) <= _LARGEST:
         raise ValueError(field)
     return number

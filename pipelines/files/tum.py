@@ -1,5 +1,6 @@
 """Trajectories as TUM files: ``t x y z qx qy qz qw`` per line, seconds and metres."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,9 @@ from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.number_lines import read_number_lines
 
 _LAYOUT = "t x y z qx qy qz qw"
+_SHORTEST, _LONGEST = 0.5, 2.0
+"""Of a quaternion that is meant as a rotation, whose length is 1 but for rounding; by judgement, so that columns
+in another order are noticed."""
 
 
 def save_tum(trajectory: Trajectory, path: Path) -> None:
@@ -34,8 +38,12 @@ def load_tum(path: Path) -> Trajectory:
     for line in read_number_lines(path, _LAYOUT, stamps=1):
         if stamps and line.stamps[0] <= stamps[-1]:
             raise UserError(f"The time in {line.place} is not after the one before; sort the file by time.")
-        if not any(line.numbers[3:]):
-            raise UserError(f"The quaternion in {line.place} is zero; it should hold '{_LAYOUT}'.")
+        length = math.hypot(*line.numbers[3:])
+        if not _SHORTEST <= length <= _LONGEST:
+            raise UserError(
+                f"The quaternion in {line.place} is {length:.3g} long instead of 1, so it is no rotation; "
+                f"the line should hold '{_LAYOUT}'."
+            )
         stamps += line.stamps
         rows.append(line.numbers)
     if not stamps:
