@@ -1,7 +1,7 @@
 """State as named arrays: what a mapper is made of, without a word about files."""
 
 from collections.abc import Mapping, Sequence
-from typing import TypeAlias, TypeVar
+from typing import NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,30 @@ Arrays: TypeAlias = dict[str, NDArray[np.generic]]
 """Arrays by name; names of parts are joined by a dot."""
 
 Number = TypeVar("Number", bound=np.generic)
+
+
+class ArrayLayout(NamedTuple):
+    """What an array is like."""
+
+    kinds: str
+    """NumPy's letters of the types it may have: f float, i and u integers, b bool, U text."""
+    shape: tuple[str | int, ...]
+    """Its sizes; those with a name are the same wherever it stands."""
+
+
+def check_layout(arrays: Mapping[str, NDArray[np.generic]], layouts: Mapping[str, ArrayLayout]) -> None:
+    """Raises ValueError that names the array that is missing, or not of its type or shape."""
+    sizes: dict[str, int] = {}
+    for name, layout in layouts.items():
+        if name not in arrays:
+            raise ValueError(f"{name} is missing")
+        array = arrays[name]
+        if array.dtype.kind not in layout.kinds or array.ndim != len(layout.shape):
+            raise ValueError(f"{name} is not of its type or shape")
+        for size, known in zip(array.shape, layout.shape, strict=True):
+            expected = sizes.setdefault(known, size) if isinstance(known, str) else known
+            if size != expected:
+                raise ValueError(f"{name} is not of its shape")
 
 
 def named(part: str, arrays: Mapping[str, NDArray[np.generic]]) -> Arrays:

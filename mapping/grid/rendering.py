@@ -23,6 +23,8 @@ _ORIGIN = np.zeros((1, 2), dtype=np.int16)
 """Where the steps of rays begin by definition: the laser."""
 _STEP = np.float32(0.002)
 """Metres, finer than lasers measure; it is that coarse so that 16 bits reach farther than the longest ray."""
+LONGEST_RAY = 65.5
+"""Metres that an end may be away along an axis, since 16 bits reach 65.534 m."""
 _SURE = 20.0
 """Log odds beyond which a cell is 0 or 100 percent occupied anyway, so that the exponential stays finite."""
 

@@ -42,6 +42,7 @@ from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import ScanStore
+from racecar.mapping.session.session_layout import check_session
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
 
 _MATCHING = ScanMatchingConfig()
@@ -96,7 +97,9 @@ class Session:
 
     @classmethod
     def from_arrays(cls, arrays: Arrays, matching: ScanMatchingConfig = _MATCHING) -> "Session":
-        """The session that `to_arrays` wrote. Raises KeyError when an array is missing."""
+        """The session that `to_arrays` wrote. Raises ValueError that names the array when one is missing or
+        cannot be of a session."""
+        check_session(arrays)
         ends = unpack(arrays["rays.ends"].astype(np.float32), arrays["rays.lengths"])
         returns = arrays["rays.returns"].tolist()
         return cls(

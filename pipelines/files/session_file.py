@@ -5,9 +5,10 @@ checkpoint holds those, the drive's under ``drive.`` as `Drive` names them, what
 under ``reckoning.``, what identifies the run, and under ``besides.`` what it keeps itself.
 """
 
+import math
 from pathlib import Path
-from typing import Literal
-from zipfile import BadZipFile
+from typing import IO, Literal
+from zipfile import ZipFile
 
 import numpy as np
 
@@ -39,7 +40,7 @@ def load_session(folder: Path) -> Session:
     arrays = load_arrays(path, "racecar session")
     try:
         return Session.from_arrays(arrays)
-    except (KeyError, ValueError, IndexError, TypeError) as error:
+    except ValueError as error:
         raise _damaged(path) from error
 
 
@@ -53,10 +54,11 @@ def save_arrays(arrays: Arrays, path: Path, kind: Format) -> None:
 def load_arrays(path: Path, kind: Format) -> Arrays:
     """The arrays of a file. Raises UserError when it is damaged, of another kind or of another version."""
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays: Arrays = {name: file[name] for name in file.files}
+        arrays = _read_arrays(path)
         is_kind, version = str(arrays.pop("format")) == kind, int(arrays.pop("version"))
-    except (OSError, ValueError, KeyError, TypeError, EOFError, AttributeError, BadZipFile) as error:
+    except MemoryError:
+        raise
+    except Exception as error:  # NumPy and zipfile raise whatever they trip over.
         raise _damaged(path) from error
     if not is_kind:
         raise UserError(f"{path} is not a {kind}; name one that `racecar map` has written.")
@@ -66,6 +68,40 @@ def load_arrays(path: Path, kind: Format) -> Arrays:
             "build the map again, or use the racecar that wrote it."
         )
     return arrays
+
+
+def _read_arrays(path: Path) -> Arrays:
+    """The arrays of an .npz. Raises whatever goes wrong, before memory is taken for what is not in the file.
+
+    An array's header may claim any size, and a compressed member unpack to any: what `save_arrays` writes is
+    not compressed, so that together they are no larger than the file.
+    """
+    arrays: Arrays = {}
+    with path.open("rb") as file, ZipFile(file) as archive:
+        members = archive.infolist()
+        if sum(member.file_size for member in members) > path.stat().st_size:
+            raise ValueError("its members are larger than the file")
+        for member in members:
+            with archive.open(member) as stream:
+                _check_header(stream, member.file_size)
+            with archive.open(member) as stream:
+                array = np.lib.format.read_array(stream, allow_pickle=False)
+                if stream.read(1):
+                    raise ValueError(f"{member.filename} is longer than its array")
+            arrays[member.filename.removesuffix(".npy")] = array
+    return arrays
+
+
+def _check_header(stream: IO[bytes], size: int) -> None:
+    """Raises ValueError when an array is not as large as its header says, of ``size`` bytes with it."""
+    version = np.lib.format.read_magic(stream)
+    if version == (1, 0):
+        shape, _, dtype = np.lib.format.read_array_header_1_0(stream)
+    else:
+        shape, _, dtype = np.lib.format.read_array_header_2_0(stream)
+    is_plain = dtype.kind in "biufU" and dtype.itemsize > 0
+    if not is_plain or stream.tell() + math.prod(shape) * dtype.itemsize != size:
+        raise ValueError("not as large as its header says")
 
 
 def _damaged(path: Path) -> UserError:

@@ -12,8 +12,8 @@ from racecar.pipelines.files.number_lines import read_number_lines
 
 _LAYOUT = "t x y z qx qy qz qw"
 _SHORTEST, _LONGEST = 0.5, 2.0
-"""Of a quaternion that is meant as a rotation, whose length is 1 but for rounding; by judgement, so that columns
-in another order are noticed."""
+"""Of a quaternion that is meant as a rotation, whose length is 1 but for rounding; by judgement, so that
+columns in another order are noticed."""
 
 
 def save_tum(trajectory: Trajectory, path: Path) -> None:

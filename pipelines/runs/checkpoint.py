@@ -60,7 +60,9 @@ class Checkpoint:
         try:
             mapper = Mapper.from_arrays(config, arrays)
             return MappingStart(mapper, int(arrays["messages"]), part_of("besides", arrays))
-        except (KeyError, ValueError, IndexError, TypeError) as error:
+        except MemoryError:
+            raise
+        except Exception as error:  # of what is damaged, the parts of a mapper raise whatever they trip over
             raise UserError(f"{self.path} is damaged.") from error
 
     def save_when_due(self, mapper: Mapper, messages: int) -> None:

@@ -1,3 +1,6 @@
+import io
+import tracemalloc
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +75,33 @@ def test_pickles_are_not_opened(tmp_path: Path) -> None:
     np.savez(path, format=np.array({"a": 1}, dtype=object), version=np.array(VERSION))
     with pytest.raises(UserError, match="damaged"):
         load_session(tmp_path)
+
+
+def header(shape: tuple[int, ...], dtype: str = "<f8") -> bytes:
+    stream = io.BytesIO()
+    np.lib.format.write_array_header_1_0(stream, {"descr": dtype, "fortran_order": False, "shape": shape})
+    return stream.getvalue()
+
+
+@pytest.mark.parametrize("compression", [zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED])
+@pytest.mark.parametrize(
+    "contents", [header((10**15,)), header((10**15,), "<U0"), header((-1,)), b"\x93NUMPY\x01"]
+)
+def test_no_memory_is_taken_for_what_is_not_there(tmp_path: Path, contents: bytes, compression: int) -> None:
+    with zipfile.ZipFile(tmp_path / SESSION_FILE, "w", compression) as archive:
+        archive.writestr("format.npy", contents)
+    with pytest.raises(UserError, match="damaged"):
+        load_session(tmp_path)
+
+
+def test_what_unpacks_to_more_than_the_file_is_refused(tmp_path: Path) -> None:
+    with zipfile.ZipFile(tmp_path / SESSION_FILE, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("poses.npy", header((10**7,), "|u1") + bytes(10**7))
+    tracemalloc.start()
+    with pytest.raises(UserError, match="damaged"):
+        load_session(tmp_path)
+    assert tracemalloc.get_traced_memory()[1] < 1e6
+    tracemalloc.stop()
 
 
 def test_a_checkpoint_is_no_session(tmp_path: Path) -> None:

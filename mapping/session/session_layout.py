@@ -1,0 +1,103 @@
+"""Whether arrays are a session: their shapes and types as `racecar.mapping.session.session` names them, and
+numbers that make sense together.
+
+A session may come from a stranger, or from a disk that lost some bits. What is wrong shows here rather than
+minutes later, in a kernel that reads beyond an array or a solver that does not converge.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.arrays import ArrayLayout, Arrays, check_layout
+from racecar.mapping.graph.constraint import KINDS
+from racecar.mapping.grid.rendering import LONGEST_RAY
+
+_FARTHEST = 1e7
+"""Metres or radians; no drive is longer, since that is a quarter of the earth's circumference."""
+_MOST_INFORMATION = 1e15
+"""Since a match known to a micrometre, which no laser measures, has 1e12."""
+_UNIT = 1.01
+"""Length of a unit vector and a little, because normals are stored in 16 bits."""
+
+
+class _Numbers(NamedTuple):
+    layout: ArrayLayout
+    low: float
+    high: float
+
+
+def _places(*shape: str | int) -> _Numbers:
+    return _Numbers(ArrayLayout("f", shape), -_FARTHEST, _FARTHEST)
+
+
+def _whole(low: float, high: float, *shape: str | int) -> _Numbers:
+    return _Numbers(ArrayLayout("iu", shape), low, high)
+
+
+_INT32 = float(np.iinfo(np.int32).max)
+
+_SESSION = {
+    "keyframe_from_base": _places("K", 3),
+    "map_from_keyframe": _places("K", 3),
+    "scans.counts": _whole(0, np.iinfo(np.int16).max, "K"),
+    "scans.points": _places("points", 2),
+    "scans.normals": _Numbers(ArrayLayout("f", ("points", 2)), -_UNIT, _UNIT),
+    "rays.lengths": _whole(0, _INT32, "K"),
+    "rays.returns": _whole(0, _INT32, "K"),
+    "rays.ends": _Numbers(ArrayLayout("f", ("ends", 2)), -LONGEST_RAY, LONGEST_RAY),
+    "constraints.keyframes": _whole(0, _INT32, "C", 2),
+    "constraints.poses": _places("C", 3),
+    "constraints.information": _Numbers(ArrayLayout("f", ("C", 3, 3)), -_MOST_INFORMATION, _MOST_INFORMATION),
+    "constraints.kinds": _whole(0, len(KINDS) - 1, "C"),
+    "loops.submaps": _whole(0, _INT32, "S", 3),
+    "loops.path": _places("K"),
+    "loops.doubt": _places("K"),
+    "loops.edges": _places("E", 3),
+    "loops.hypothesis_submaps": _whole(0, _INT32, "H", 2),
+    "loops.hypothesis_poses": _places("H", 3),
+    "loops.hypothesis_information": _Numbers(
+        ArrayLayout("f", ("H", 3, 3)), -_MOST_INFORMATION, _MOST_INFORMATION
+    ),
+    "loops.hypothesis_reaches": _places("H"),
+    "loops.hypothesis_accepted": _Numbers(ArrayLayout("b", ("H",)), 0, 1),
+    "loops.log_names": _Numbers(ArrayLayout("U", ("L",)), 0, 0),
+    "loops.log_counts": _whole(0, float(np.iinfo(np.int64).max), "L"),
+}
+
+
+def check_session(arrays: Arrays) -> None:
+    """Raises ValueError that names the array at fault."""
+    check_layout(arrays, {name: numbers.layout for name, numbers in _SESSION.items()})
+    for name, numbers in _SESSION.items():
+        if numbers.layout.kinds != "U" and not _are_within(arrays, name, numbers.low, numbers.high):
+            raise ValueError(f"{name} holds a number that cannot be")
+    keyframes, submaps = len(arrays["map_from_keyframe"]), len(arrays["loops.submaps"])
+    if keyframes == 0:
+        raise ValueError("map_from_keyframe is empty")
+    for lengths, packed in (("scans.counts", "scans.points"), ("rays.lengths", "rays.ends")):
+        if int(arrays[lengths].astype(np.int64).sum()) != len(arrays[packed]):
+            raise ValueError(f"{lengths} do not add up to {packed}")
+    first, middle, last = arrays["loops.submaps"].astype(np.int64).T
+    are_in_order = {
+        "rays.returns": arrays["rays.returns"].astype(np.int64) <= arrays["rays.lengths"].astype(np.int64),
+        "constraints.keyframes": arrays["constraints.keyframes"].astype(np.int64) < keyframes,
+        "loops.submaps": (first <= middle) & (middle <= last) & (last < keyframes),
+        "loops.hypothesis_submaps": arrays["loops.hypothesis_submaps"].astype(np.int64) < submaps,
+        "loops.edges": _are_indices(arrays, "loops.edges", submaps),
+    }
+    for name, are in are_in_order.items():
+        if not are.all():
+            raise ValueError(f"{name} point beyond what there is")
+
+
+def _are_within(arrays: Arrays, name: str, low: float, high: float) -> bool:
+    numbers = arrays[name].astype(np.float64)
+    return bool(np.all((numbers >= low) & (numbers <= high)))
+
+
+def _are_indices(arrays: Arrays, name: str, count: int) -> NDArray[np.bool_]:
+    submaps = arrays[name][:, :2].astype(np.float64)
+    are: NDArray[np.bool_] = (submaps >= 0) & (submaps < count) & (submaps == np.rint(submaps))
+    return are

@@ -1,0 +1,89 @@
+"""What is no session is refused before anything is made of it."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from racecar.mapping.arrays import Arrays
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.session.session import Session
+from racecar.maps.sensing.scan import Scan
+from tests.maps.drives import drive, room
+
+Change = Callable[[NDArray[np.generic]], object]
+
+
+@pytest.fixture(scope="module")
+def arrays() -> Arrays:
+    mapper = Mapper(MappingConfig())
+    for message in drive(room(), 12.0, np.random.default_rng(3)).messages:
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        else:
+            mapper.add_odometry(message)
+    return mapper.finish().session.to_arrays()
+
+
+def test_a_session_is_one(arrays: Arrays) -> None:
+    assert len(arrays["loops.submaps"]) > 0
+    assert Session.from_arrays(arrays).to_arrays().keys() == arrays.keys()
+
+
+def _set(value: float) -> Change:
+    def change(array: NDArray[np.generic]) -> object:
+        changed = array.copy()
+        changed.reshape(-1)[len(changed) // 2] = value
+        return changed
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [
+        ("map_from_keyframe", lambda array: array[:-1]),
+        ("map_from_keyframe", lambda array: array.T),
+        ("map_from_keyframe", lambda array: array.astype(np.complex128)),
+        ("map_from_keyframe", _set(np.nan)),
+        ("keyframe_from_base", lambda array: np.float64(3.0)),
+        ("keyframe_from_base", _set(1e300)),
+        ("scans.counts", _set(-1)),
+        ("scans.counts", _set(20_000)),
+        ("scans.counts", lambda array: array.astype(np.float64)),
+        ("scans.points", _set(np.inf)),
+        ("scans.points", lambda array: array[1:]),
+        ("scans.normals", _set(np.nan)),
+        ("rays.lengths", _set(2**31 - 1)),
+        ("rays.returns", _set(10_000)),
+        ("rays.ends", _set(1e9)),
+        ("rays.ends", lambda array: np.zeros(0)),
+        ("constraints.keyframes", _set(100_000)),
+        ("constraints.keyframes", _set(-1)),
+        ("constraints.kinds", _set(3)),
+        ("constraints.kinds", lambda array: array[:1]),
+        ("constraints.poses", lambda array: array.astype("U5")),
+        ("constraints.information", _set(np.inf)),
+        ("loops.submaps", _set(100_000)),
+        ("loops.edges", lambda array: np.array([[0.5, 0.0, 1.0]])),
+        ("loops.hypothesis_submaps", lambda array: np.array([[0, 10_000]], dtype=np.int32)),
+        ("loops.log_counts", lambda array: np.append(array, 1)),
+    ],
+)
+def test_an_array_that_cannot_be_is_named(arrays: Arrays, name: str, change: Change) -> None:
+    with pytest.raises(ValueError, match=name.split(".")[0]):
+        Session.from_arrays({**arrays, name: np.asarray(change(arrays[name]))})
+
+
+def test_each_array_is_needed(arrays: Arrays) -> None:
+    for name in arrays:
+        with pytest.raises(ValueError, match=f"{name} is missing"):
+            Session.from_arrays({other: array for other, array in arrays.items() if other != name})
+
+
+def test_a_session_of_nothing(arrays: Arrays) -> None:
+    empty = {name: array[:0] for name, array in arrays.items()}
+    with pytest.raises(ValueError, match="map_from_keyframe is empty"):
+        Session.from_arrays(empty)
