@@ -4,6 +4,7 @@ import errno
 import logging
 import os
 import sys
+from contextlib import suppress
 
 import typer
 
@@ -18,13 +19,27 @@ from racecar.pipelines.commands.localize import localize
 from racecar.pipelines.commands.map import map
 from racecar.pipelines.commands.play import play
 from racecar.pipelines.commands.simulate import simulate
+from racecar.pipelines.commands.terminal import leave_terminal, one_line, prepare_terminal
 from racecar.pipelines.commands.view import view
-from racecar.pipelines.live.ros.arguments import RosCommand
+from racecar.pipelines.live.ros.arguments import ROS_ARGUMENTS, RosCommand
+from racecar.pipelines.runs.interrupts import end_like_ctrl_c
 
-LOG_FORMAT = "racecar: %(message)s"
 _USER_ERROR = 2
 _INTERRUPTED = 130
-_MENDABLE_BY_USER = {errno.ENOSPC, errno.EDQUOT, errno.EACCES, errno.EPERM, errno.EROFS}
+_UNREAD = 141
+"""What a shell reports of a program that wrote to nobody."""
+_NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS}
+_MENDABLE_BY_USER = _NO_ROOM | {
+    errno.EACCES,
+    errno.EPERM,
+    errno.EIO,
+    errno.ELOOP,
+    errno.EMFILE,
+    errno.ENAMETOOLONG,
+    errno.ENFILE,
+    errno.ENOMEM,
+    errno.ESTALE,
+}
 
 app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
 
@@ -44,32 +59,71 @@ app.add_typer(live, name="live")
 
 def main() -> None:
     """Run a command and leave with its exit code: 0, 1 for a fault of ours, 2 for one of the user's."""
-    logging.basicConfig(format=LOG_FORMAT, level=logging.WARNING)
-    sys.exit(run(sys.argv[1:]))
+    prepare_terminal()
+    end_like_ctrl_c()
+    code = run(sys.argv[1:])
+    leave_terminal()
+    sys.exit(code)
 
 
 def run(arguments: list[str]) -> int:
     """Run a command and return its exit code; errors become one sentence on stderr."""
+    log = logging.getLogger("racecar")
+    level = log.level  # which --quiet changes
     try:
-        return int(app(arguments or ["--help"], prog_name="racecar", standalone_mode=False) or 0)
+        _refuse_empty(arguments)
+        code = int(app(arguments or ["--help"], prog_name="racecar", standalone_mode=False) or 0)
+        sys.stdout.flush()
+        return code
     except KeyboardInterrupt:
         _say("Stopped.")
         return _INTERRUPTED
-    except Exception as error:
+    except (Exception, SystemExit) as error:
+        if _is_unread(error):
+            return _UNREAD
         if os.environ.get("RACECAR_DEBUG") == "1":
             raise
         return _explain(error)
+    finally:
+        log.setLevel(level)
 
 
-def _explain(error: Exception) -> int:
+def _refuse_empty(arguments: list[str]) -> None:
+    """An empty path would be the current folder; it comes from a variable of the shell that is not set."""
+    before = "racecar"
+    for argument in arguments:
+        if argument == ROS_ARGUMENTS:
+            return
+        name, is_given, value = (
+            argument.partition("=") if argument.startswith("--") else (before, "=", argument)
+        )
+        if is_given and not value.strip():
+            raise UserError(f"What follows {name} is empty; give a value, and for the current folder a dot.")
+        before = argument
+
+
+def _is_unread(error: BaseException) -> bool:
+    """Whether nobody reads the output any more, as behind ``| head``; rich then leaves by SystemExit."""
+    return isinstance(error, BrokenPipeError) or isinstance(error.__context__, BrokenPipeError)
+
+
+def _explain(error: BaseException) -> int:
     if isinstance(error, UserError):
         _say(str(error))
         return _USER_ERROR
     if hasattr(error, "format_message"):  # typer's usage errors, whose class moved between its releases
         _say(f"{error.format_message().rstrip('.')} (see --help).")
         return _USER_ERROR
+    if isinstance(error, MemoryError):
+        _say(
+            f"There is not enough memory for this ({_peak_gigabytes():.1f} GB were in use): close other "
+            "programs, take a smaller map or a part of the recording, or a machine with more memory."
+        )
+        return _USER_ERROR
     if isinstance(error, OSError) and error.errno in _MENDABLE_BY_USER:
-        _say(f"Cannot write {error.filename or 'a file'}: {(error.strerror or '').lower()}.")
+        place = error.filename if isinstance(error.filename, str) else "a file"
+        verb = "write" if error.errno in _NO_ROOM else "use"
+        _say(f"Cannot {verb} {place}: {(error.strerror or '').lower()}.")
         return _USER_ERROR
     summary = " ".join(str(error).split()) or "no message"
     _say(
@@ -79,8 +133,15 @@ def _explain(error: Exception) -> int:
     return 1
 
 
+def _peak_gigabytes() -> float:
+    from racecar.pipelines.files.report import peak_memory_mb
+
+    return peak_memory_mb() / 1e3
+
+
 def _say(sentence: str) -> None:
-    print(sentence, file=sys.stderr)
+    with suppress(OSError):  # nobody hears it
+        print(one_line(sentence), file=sys.stderr)
 
 
 if __name__ == "__main__":

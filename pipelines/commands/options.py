@@ -1,5 +1,6 @@
 """The flags that several commands share, so that each is spelt, explained and parsed the same everywhere."""
 
+import logging
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -10,6 +11,13 @@ if TYPE_CHECKING:
 
 PAGE_WIDTH = 200
 """Characters of a line where tables go to a file or a pipe, so that none of their cells is broken."""
+
+
+def _print_errors_only(quiet: bool) -> bool:
+    if quiet:
+        logging.getLogger("racecar").setLevel(logging.ERROR)
+    return quiet
+
 
 BagArgument = Annotated[
     Path,
@@ -78,7 +86,7 @@ RecordOption = Annotated[
         help="Also write the folder record: a ROS 2 bag (MCAP) for RViz, Foxglove and `racecar view`.",
     ),
 ]
-QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.")]
+QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.", callback=_print_errors_only)]
 
 
 def open_bag(

@@ -81,7 +81,7 @@ def write_json(path: Path, contents: Mapping[str, Any]) -> None:
     """Write figures as JSON, whole or not at all. Raises UserError when the place cannot be written to."""
     text = json.dumps(_plain(contents), indent=2, ensure_ascii=False, allow_nan=False)
     with write_atomically(path) as partial:
-        partial.write_text(text + "\n", encoding="utf-8")
+        partial.write_text(text + "\n", encoding="utf-8", errors="replace")  # a path may be no text
 
 
 def peak_memory_mb() -> float:

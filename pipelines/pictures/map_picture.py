@@ -71,7 +71,7 @@ def map_figure(grid: OccupancyGrid, trajectory: Trajectory, title: str) -> tuple
     axes = figure.add_subplot()
     draw_grid(axes, grid)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    axes.set_title(title, loc="left")
+    draw_title(axes, title)
     axes.spines[:].set_color("#9aa3ad")
     axes.tick_params(color="#9aa3ad")
     _draw_scale_bar(axes, low, high)
@@ -93,6 +93,11 @@ def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
         transform=Affine2D().rotate(yaw).translate(x, y) + axes.transData,
     )
     axes.set_facecolor(_UNKNOWN_COLOR)
+
+
+def draw_title(axes: Axes, title: str) -> None:
+    """Put a title, which may be any file's name, over the axes."""
+    axes.set_title(title.encode(errors="replace").decode(), loc="left", parse_math=False)
 
 
 def save_figure(path: Path, figure: Figure, axes: Axes, dots_per_inch: int) -> None:

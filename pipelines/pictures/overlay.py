@@ -19,6 +19,7 @@ from racecar.pipelines.pictures.map_picture import (
     PATH_COLOR,
     START_COLOR,
     draw_grid,
+    draw_title,
     save_figure,
 )
 
@@ -58,7 +59,7 @@ def save_overlay(
     draw_grid(axes, grid)
     _draw_path(axes, trajectory, moments)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    axes.set_title(title, loc="left")
+    draw_title(axes, title)
     for number, moment in enumerate(moments, start=1):
         row, column = divmod(number - 1, _PANEL_COLUMNS)
         seconds = (moment.stamp - trajectory.stamps[0]) * 1e-9

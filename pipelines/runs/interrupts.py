@@ -1,9 +1,34 @@
 """Ctrl-C that asks work to stop at a good place instead of breaking it off anywhere."""
 
+import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+
+STOP_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+"""Ctrl-C, whoever ends processes, and a terminal that is closed."""
+
+
+def end_like_ctrl_c() -> None:
+    """Let every request to end raise KeyboardInterrupt from now on, so that what was begun is cleared away.
+
+    A copy of this process is ended at once, as ever, and where a closed terminal was to be survived (nohup),
+    it is.
+    """
+    others = [number for number in STOP_SIGNALS if number != signal.SIGINT and not _is_to_be_survived(number)]
+    for number in others:
+        signal.signal(number, signal.default_int_handler)
+
+    def end_at_once() -> None:
+        for number in others:
+            signal.signal(number, signal.SIG_DFL)
+
+    os.register_at_fork(after_in_child=end_at_once)
+
+
+def _is_to_be_survived(number: signal.Signals) -> bool:
+    return number == signal.SIGHUP and signal.getsignal(number) == signal.SIG_IGN
 
 
 class StopRequest:
@@ -15,6 +40,8 @@ class StopRequest:
 
     def __init__(self) -> None:
         self.is_made = False
+        self.source = ""
+        """Who made it."""
         self.has_torn = False
         """Whether it raised KeyboardInterrupt, wherever that came out."""
         self._is_looked_for = False
@@ -32,6 +59,7 @@ class StopRequest:
         """Handle a signal."""
         is_second = self.is_made and number == signal.SIGINT
         self.is_made = True
+        self.source = "Ctrl-C" if number == signal.SIGINT else signal.Signals(number).name
         if is_second or not self._is_looked_for:
             self.has_torn = True
             raise KeyboardInterrupt
@@ -44,7 +72,8 @@ def stop_request(*signals: signal.Signals) -> Iterator[StopRequest]:
     Raises KeyboardInterrupt also when that was dropped and the block failed over what it left undone.
     """
     request = StopRequest()
-    before = {number: signal.signal(number, request.take) for number in signals}
+    heard = [number for number in signals if not _is_to_be_survived(number)]
+    before = {number: signal.signal(number, request.take) for number in heard}
     try:
         yield request
     except Exception as error:

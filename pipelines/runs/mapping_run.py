@@ -1,6 +1,5 @@
 """From a bag to a map and its files: what ``racecar map`` and ``racecar demo`` share."""
 
-import signal
 from collections.abc import Callable, Collection, Iterator
 from itertools import islice
 from pathlib import Path
@@ -19,7 +18,7 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
-from racecar.pipelines.runs.interrupts import StopRequest, stop_request
+from racecar.pipelines.runs.interrupts import STOP_SIGNALS, StopRequest, stop_request
 from racecar.pipelines.runs.map_outputs import REPORT_FILE, WrittenMap, outputs_with
 from racecar.pipelines.runs.progress import progress_bar
 
@@ -41,12 +40,12 @@ def build_map(
     """Feed a bag through the mapper; figures and warnings go into the report.
 
     With an ``earlier`` session its map is carried on. With a ``checkpoint`` the run goes on from it, which
-    is announced, and writes new ones on the way. Ctrl-C ends the reading and what was read becomes the map;
-    a second one raises KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the
-    drive is not recognized on the earlier map.
+    is announced, and writes new ones on the way. Ctrl-C, or another request to end, ends the reading and what
+    was read becomes the map; a second Ctrl-C raises KeyboardInterrupt. Raises UserError when the bag holds no
+    usable scan, and when the drive is not recognized on the earlier map.
     """
     start = _resumed(config, checkpoint, announce)
-    with stop_request(signal.SIGINT) as stop, stop.looked_for():
+    with stop_request(*STOP_SIGNALS) as stop, stop.looked_for():
         if start is None:
             start = _begin(reader, config, report, stop, quiet=quiet)
         scans = _feed(start, reader, report, checkpoint, stop, quiet=quiet)
@@ -138,7 +137,7 @@ def _feed(
             advance_to(reader.messages_read)
             if stop.is_made and number >= start.messages:
                 report.add("counts", {"interrupted": True})
-                report.warn(f"Stopped by Ctrl-C after {scans} scans; the map shows these.")
+                report.warn(f"Stopped by {stop.source} after {scans} scans; the map shows these.")
                 break
     return scans
 

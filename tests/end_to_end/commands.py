@@ -8,7 +8,8 @@ from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from typing import TypeAlias
 
-from racecar.pipelines.cli import LOG_FORMAT, run
+from racecar.pipelines.cli import run
+from racecar.pipelines.commands.terminal import LOG_FORMAT
 
 Racecar: TypeAlias = Callable[..., "subprocess.CompletedProcess[str]"]
 

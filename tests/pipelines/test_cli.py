@@ -114,3 +114,34 @@ def test_figures_of_an_evaluation(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert cli.run(arguments) == 0
     assert "50 of 50 poses" in capsys.readouterr().out
     assert '"matched_share": 1.0' in (tmp_path / "figures.json").read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["map", "drive.bag", "--out", ""], "What follows --out is empty"),
+        (["map", "drive.bag", "--out="], "What follows --out is empty"),
+        (["check", " "], "What follows check is empty"),
+    ],
+)
+def test_an_empty_argument_is_no_path(
+    arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert cli.run(arguments) == 2
+    assert complaint in capsys.readouterr().err
+
+
+def test_too_little_memory_is_no_fault_of_ours(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(cli, "app", fail)
+    assert cli.run(["demo"]) == 2
+    assert "There is not enough memory for this" in capsys.readouterr().err
+
+
+def test_an_error_is_one_line_whatever_a_file_is_called(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["evaluate", "a\nb\x1b[2J\udcff.tum", "--reference", "b.tum"]) == 2
+    assert "Cannot read a b?[2J?.tum: no such file or directory." in capsys.readouterr().err

@@ -56,3 +56,9 @@ def test_smallest_run(tmp_path: Path) -> None:
     alone = Trajectory(np.array([0]), np.zeros((1, 3)))
     save_map_picture(tmp_path / "map.png", grid, alone, alone.map_from_base, [], "one scan")
     assert (tmp_path / "map.png").stat().st_size > 0
+
+
+def test_a_title_may_be_any_name(tmp_path: Path) -> None:
+    for title in ("$\\broken$_{", "\udcff\udce4.bag", "录音.bag"):
+        save_map_picture(tmp_path / "map.png", room(), circle(), circle().map_from_base[:1], [], title)
+        assert (tmp_path / "map.png").stat().st_size > 0

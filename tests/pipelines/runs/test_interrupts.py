@@ -1,4 +1,7 @@
 import signal
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -58,3 +61,55 @@ def test_what_fails_after_a_dropped_request_is_no_fault() -> None:
 def test_what_fails_without_a_request_is_a_fault() -> None:
     with pytest.raises(RuntimeError, match="by itself"), stop_request(signal.SIGINT):
         raise RuntimeError("by itself")
+
+
+WORK = """
+import os, signal, sys, time
+from pathlib import Path
+from racecar.maps.whole_files import staging_folder
+from racecar.pipelines.runs.interrupts import end_like_ctrl_c
+signal.signal(signal.SIGHUP, signal.SIG_IGN if sys.argv[2] == "survive" else signal.SIG_DFL)
+end_like_ctrl_c()
+with staging_folder(Path(sys.argv[1]), Path("run")):
+    child = os.fork()
+    if child == 0:
+        time.sleep(60)
+    print(child, flush=True)
+    try:
+        for _ in range(600):
+            time.sleep(0.1)
+            print(flush=True)
+    finally:
+        os.kill(child, signal.SIGTERM)
+        assert os.WTERMSIG(os.waitpid(child, 0)[1]) == signal.SIGTERM
+"""
+
+
+def start_work(folder: Path, mode: str = "end") -> "subprocess.Popen[str]":
+    command = [sys.executable, "-c", WORK, str(folder), mode]
+    work = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert work.stdout is not None
+    work.stdout.readline()
+    assert len(list(folder.iterdir())) == 1
+    return work
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_whoever_ends_us_leaves_nothing_behind(tmp_path: Path, number: signal.Signals) -> None:
+    """And a copy of the process, as it runs beside, is ended at once by the same signal."""
+    work = start_work(tmp_path)
+    work.send_signal(number)
+    _, error = work.communicate(timeout=20)
+    assert "KeyboardInterrupt" in error
+    assert "AssertionError" not in error
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_closed_terminal_is_survived_where_it_is_to_be(tmp_path: Path) -> None:
+    work = start_work(tmp_path, "survive")
+    work.send_signal(signal.SIGHUP)
+    assert work.stdout is not None
+    assert [work.stdout.readline() for _ in range(3)] == ["\n"] * 3
+    work.send_signal(signal.SIGTERM)
+    work.communicate(timeout=20)
+    assert list(tmp_path.iterdir()) == []

@@ -44,7 +44,14 @@ class RoomReader:
     warnings = ["The bag is cut."]  # noqa: RUF012
     messages_read = message_count = 0
 
-    def __init__(self, scans: int, interrupt_after: int | None = None, odom_topic: str | None = None) -> None:
+    def __init__(
+        self,
+        scans: int,
+        interrupt_after: int | None = None,
+        odom_topic: str | None = None,
+        by: signal.Signals = signal.SIGINT,
+    ) -> None:
+        self._by = by
         self.message_count = scans
         self.odom_topic = odom_topic
         self._interrupt_after = interrupt_after
@@ -55,7 +62,7 @@ class RoomReader:
             yield scan_of_a_room(index)
             if self.messages_read == self._interrupt_after:
                 self._interrupt_after = None
-                signal.raise_signal(signal.SIGINT)
+                signal.raise_signal(self._by)
 
 
 class LateScansReader(RoomReader):
@@ -105,6 +112,13 @@ def test_interrupt_makes_a_map_of_what_was_read(odom_topic: str | None) -> None:
     assert 20 <= len(result.trajectory) <= 21
     assert any("Ctrl-C" in sentence for sentence in report.warnings)
     assert report.as_dict()["counts"]["interrupted"] is True
+
+
+def test_so_does_whoever_ends_processes() -> None:
+    report = Report("racecar map")
+    result = build(RoomReader(40, interrupt_after=20, by=signal.SIGTERM), report)
+    assert 20 <= len(result.trajectory) <= 21
+    assert any("Stopped by SIGTERM after 2" in sentence for sentence in report.warnings)
 
 
 def test_comparing_clocks_changes_nothing_where_they_agree() -> None:
