@@ -17,7 +17,7 @@ from racecar.mapping.grid.rendering import LONGEST_RAY
 _FARTHEST = 1e7
 """Metres or radians; no drive is longer, since that is a quarter of the earth's circumference."""
 _MOST_INFORMATION = 1e15
-"""Since a match known to a micrometre, which no laser measures, has 1e12."""
+"""Per square metre or radian, because a match known to a micrometre, which no laser measures, has 1e12."""
 _UNIT = 1.01
 """Length of a unit vector and a little, because normals are stored in 16 bits."""
 
@@ -38,7 +38,7 @@ def _whole(low: float, high: float, *shape: str | int) -> _Numbers:
 
 _INT32 = float(np.iinfo(np.int32).max)
 
-_SESSION = {
+_SESSION: dict[str, _Numbers] = {
     "keyframe_from_base": _places("K", 3),
     "map_from_keyframe": _places("K", 3),
     "scans.counts": _whole(0, np.iinfo(np.int16).max, "K"),
@@ -65,6 +65,7 @@ _SESSION = {
     "loops.log_names": _Numbers(ArrayLayout("U", ("L",)), 0, 0),
     "loops.log_counts": _whole(0, float(np.iinfo(np.int64).max), "L"),
 }
+"""By definition the arrays of a session, as its module's documentation names them."""
 
 
 def check_session(arrays: Arrays) -> None:
