@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, pose_or_nan
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.despeckling import despeckled
 from racecar.mapping.grid.rendering import pack_rays, rays_of, render, returns_of
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
@@ -25,7 +24,7 @@ from racecar.mapping.state.result import MappingResult, result_of
 from racecar.mapping.state.scan_poses import place_all_scans
 from racecar.mapping.state.trimming import trim_known_keyframes, trim_scans
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, compose, inverse
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 
@@ -97,9 +96,9 @@ class Mapper:
         if self.last_stamp is None or gap != Gap.NONE or guesses.reach(distance, angle):
             self._add_keyframe(scan, points, guesses, gap)
             guesses = AT_KEYFRAME
-        state.drive.add(scan.stamp, points, guesses)
-        map_from_laser = compose(state.map_from_keyframe[-1], guesses.best)
-        return compose(map_from_laser, inverse(state.reckoning.base_from_laser))
+        state.drive.add(scan.stamp, points, guesses, scan.laser)
+        map_from_reference = compose(state.last_map_from_reference, guesses.best)
+        return compose(map_from_reference, inverse(state.reckoning.mounts.base_from_reference))
 
     def finish(
         self, progress: Callable[[float], None] | None = None, earlier: Session | None = None
@@ -136,8 +135,9 @@ class Mapper:
         state = self._state
         prepared = prepare_scan(points, self._config.matching.lines)
         index = state.keyframes.add(prepared)
+        state.keyframe_lasers.append(scan.laser)
         if index == 0:
-            state.map_from_keyframe = state.reckoning.base_from_laser[None].copy()
+            state.map_from_keyframe = scan.base_from_laser[None].copy()
             step, right, is_tied = IDENTITY, guesses.sources[0], True
         else:
             step, right = self._place(index, guesses, gap)
@@ -148,22 +148,29 @@ class Mapper:
         state.rays.append(rays_of(scan, points, self._config.rendering))
         if state.clouds is not None and state.reckoning.cloud is not None:
             state.clouds.add(index, state.reckoning.cloud)
-        state.reckoning.start_keyframe(step, prepared)
+        state.reckoning.start_keyframe(step, prepared, scan.laser)
         self._learn_and_optimize(index)
         if self._config.close_loops:
             self._close_loops(is_tied=is_tied)
         self._trim(index)
 
     def _place(self, index: int, guesses: MotionGuesses, gap: Gap) -> tuple[Pose, GuessSource]:
-        """Place a new keyframe in the map; returns its pose (3,) seen from the one before, and which guess
-        led there."""
+        """Place a new keyframe in the map; returns the motion (3,) of the reference since the one before, and
+        which guess led there."""
         state, config = self._state, self._config.keyframes.placement
         poses, worth = state.map_from_keyframe, state.reckoning.calibration.worth
-        placer = KeyframePlacer(index, state.keyframes, poses, worth, config, state.known_since)
+        last = state.last_map_from_reference
+        mount = state.reckoning.mounts.of(state.keyframe_lasers[index])
+        here, guessed = last, compose(last, guesses.motions)
+        if mount is not None:
+            here, guessed = compose(last, mount), compose(guessed, mount)
+            worth = adjoint(mount).T @ worth @ adjoint(mount)
+        placer = KeyframePlacer(index, state.keyframes, poses, here, worth, config, state.known_since)
         with state.timed("scan matching"):
-            placed, chosen = placer.place(compose(poses[-1], guesses.motions), gap)
+            placed, chosen = placer.place(guessed, gap)
         state.map_from_keyframe = np.concatenate([poses, placed[None]])
-        return between(poses[-1], placed), guesses.sources[chosen]
+        moved_to = placed if mount is None else compose(placed, inverse(mount))
+        return between(last, moved_to), guesses.sources[chosen]
 
     def _tie(self, index: int, step: Pose, gap: Gap) -> bool:
         """Connect a new keyframe to those before; returns whether scan matching did so.
@@ -182,7 +189,7 @@ class Mapper:
             constraints.append(state.by_wheels(index, wheel_step))
         elif gap != Gap.NONE and not is_tied:
             information = state.reckoning.calibration.information(np.zeros(3))
-            constraints.append(Constraint(index - 1, index, step, information, "odometry"))
+            constraints.append(state.by_motion(index, step, information))
         state.wheel_steps.extend(pose_or_nan(wheel_step))
         for constraint in constraints:
             state.graph.add(constraint)
@@ -201,7 +208,7 @@ class Mapper:
                 state.map_from_keyframe = state.graph.optimize_since(state.map_from_keyframe, first)
 
     def _close_loops(self, *, is_tied: bool) -> None:
-        state, steps = self._state, self._state.map_from_keyframe[-2:]
+        state, steps = self._state, self._state.map_from_reference[-2:]
         distance = float(np.hypot(*(steps[-1, :2] - steps[0, :2])))
         if state.loops.add_keyframe(distance, is_matched=is_tied) is None:
             return

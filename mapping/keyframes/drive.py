@@ -9,10 +9,13 @@ stamps                   (N,) int64        nanoseconds
 cloud_lengths            (N,) int64        returns of each scan that is kept; keyframes are kept elsewhere
 clouds                   (sum, 2) float32  metres in the laser frame, corrected for motion, thinned
 guess_counts             (N,) int64        guesses of each scan; one once the next keyframe is placed
-guesses                  (sum, 3) float64  motion of the laser since that keyframe: metres, radians
+guesses                  (sum, 3) float64  motion since that keyframe: metres, radians
+lasers                   (N,) int64        which laser took each scan
 keyframe_scans           (K,) int64        the scan that each keyframe is
 keyframe_from_next       (K-1, 3) float64  motion from one keyframe to the next by the guess that was right
 =======================  ================  ================================================================
+
+All motion is that of the reference among the lasers.
 """
 
 from array import array
@@ -40,6 +43,8 @@ class Drive:
     scans_per_keyframe: int = _SCANS_PER_KEYFRAME
     """What further scans saw after a keyframe is not kept."""
     stamps: "array[int]" = field(default_factory=lambda: array("q"))
+    lasers: "array[int]" = field(default_factory=lambda: array("B"))
+    """Of the scans, by number."""
     clouds: dict[int, NDArray[np.float32]] = field(default_factory=dict)
     """(M, 2) by scan, of those between keyframes that were not trimmed."""
     keyframe_scans: "array[int]" = field(default_factory=lambda: array("q"))
@@ -71,19 +76,20 @@ class Drive:
             self._guesses = []
         self.keyframe_scans.append(len(self.stamps))
 
-    def add(self, stamp: int, points: NDArray[np.float64], guesses: MotionGuesses) -> None:
-        """Take a scan: nanoseconds, points (M, 2) in its frame, and guesses of where it is."""
+    def add(self, stamp: int, points: NDArray[np.float64], guesses: MotionGuesses, laser: int = 0) -> None:
+        """Take a scan of a laser: nanoseconds, points (M, 2) in its frame, and guesses of the motion."""
         if 0 < len(self._guesses) <= self.scans_per_keyframe and len(points) > 0:
             self.clouds[len(self)] = thin(points).astype(np.float32)
         self.stamps.append(stamp)
+        self.lasers.append(laser)
         self._guesses.append(guesses)
 
-    def trim(self, scans: NDArray[np.int64], map_from_laser: Pose, map_from_keyframe: Pose) -> None:
-        """Forget what some scans (M,) saw. They were found to lie at (M, 3) among the keyframes (K, 3); each
-        goes with the one before it from now on, which is not the last."""
+    def trim(self, scans: NDArray[np.int64], map_from_scan: Pose, map_from_keyframe: Pose) -> None:
+        """Forget what some scans (M,) saw. The reference was found to lie at (M, 3) there, and at (K, 3) at
+        the keyframes; each goes with the one before it from now on, which is not the last."""
         before = self.keyframe_of(scans)
         decided, steps = _in_place(self._decided), _in_place(self._keyframe_from_next)
-        decided[scans] = between(map_from_keyframe[before], map_from_laser)
+        decided[scans] = between(map_from_keyframe[before], map_from_scan)
         steps[before] = between(map_from_keyframe[before], map_from_keyframe[before + 1])
         for scan in scans.tolist():
             del self.clouds[scan]
@@ -93,7 +99,8 @@ class Drive:
         self.clouds = dict(zip(self.clouds, side_by_side(list(self.clouds.values())), strict=True))
 
     def guess(self, scans: NDArray[np.int64], map_from_keyframe: Pose) -> Pose:
-        """map_from_laser (M, 3) of some scans, by the drive's keyframes (K, 3) and the motion since each."""
+        """The reference in the map (M, 3) at some scans, from where it was at the keyframes (K, 3) and the
+        motion since each."""
         latest = np.array([guesses.best for guesses in self._guesses]).reshape(-1, 3)
         stamps, keyframe_scans = np.array(self.stamps), np.array(self.keyframe_scans)
         begun = keyframe_scans[keyframe_scans < len(stamps)]  # all but one whose scan is still to come
@@ -119,6 +126,7 @@ class Drive:
         decided = _in_place(self._decided)
         return {
             "stamps": np.array(self.stamps, dtype=np.int64),
+            "lasers": np.array(self.lasers, dtype=np.int64),
             "clouds": clouds,
             "cloud_lengths": cloud_lengths,
             "guesses": np.concatenate([decided, latest]),
@@ -136,6 +144,7 @@ class Drive:
         return cls(
             scans_per_keyframe,
             array("q", arrays["stamps"].tolist()),
+            array("B", arrays.get("lasers", np.zeros_like(arrays["stamps"])).tolist()),
             {scan: cloud for scan, cloud in enumerate(clouds) if len(cloud) > 0},
             array("q", arrays["keyframe_scans"].tolist()),
             array("f", arrays["guesses"][:decided].ravel().tolist()),

@@ -25,6 +25,8 @@ class KeyframePlacer:
     store: ScanStore
     poses: Pose
     """(K, 3) of the keyframes before it."""
+    here: Pose
+    """(3,) where it would lie, had the car stood since the last of them."""
     information: NDArray[np.float64]
     """(3, 3) what the guesses are worth, in the frame of the keyframe."""
     config: PlacementConfig
@@ -45,7 +47,7 @@ class KeyframePlacer:
         placed, chosen, fits = self._match_best(fixed, guesses)
         if fits:
             return placed, chosen
-        windows = [(guesses[0], self._window()), (self.poses[-1], self._window())]
+        windows = [(guesses[0], self._window()), (self.here, self._window())]
         found = [pose for pose in self._search(windows) if pose is not None]
         if not found:
             return placed, chosen
@@ -82,7 +84,7 @@ class KeyframePlacer:
         placed, chosen, fits = self._match_best(fixed, guesses)
         if fits:
             return placed, chosen
-        (found,) = self._search([(self.poses[-1], self._window())])
+        (found,) = self._search([(self.here, self._window())])
         better = self._better(fixed, placed, found, self.config.clearly_better)
         return (placed, chosen) if better is None else (better, 0)
 

@@ -11,13 +11,14 @@ from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import PreparedScan
 from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.mapping.odometry.config import DeadReckoningConfig
-from racecar.mapping.odometry.deskew import by_odometry, by_velocity, deskew, deskew_cloud
+from racecar.mapping.odometry.deskew import by_odometry, by_velocity, deskew, deskew_cloud, seen_by
 from racecar.mapping.odometry.lag import OdometryLag
 from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
+from racecar.mapping.odometry.mounts import Mounts
 from racecar.mapping.odometry.scan_odometry import ScanOdometry
 from racecar.mapping.odometry.turn_search import with_turn_seen
 from racecar.mapping.odometry.velocity_filter import VelocityFilter
-from racecar.maps.geometry.se2 import IDENTITY, Pose, are_apart, between, compose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, are_apart, between, compose, transform_points
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
@@ -42,10 +43,13 @@ class DeadReckoning:
         self._config, self._matching = config, matching
         self.calibration = WheelCalibration.unknown(config.calibration)
         self.scans_without_odometry = 0
-        self.base_from_laser: Pose = IDENTITY
-        """As the latest scan has it."""
+        self.mounts = Mounts()
+        """As the latest scans have them; what moves is the reference among them."""
         self.odometry_lag = OdometryLag(config.lag, odometry_lag)
         """As it was learned last."""
+        self.cloud: NDArray[np.float64] | None = None
+        """(N, 3) what a sensor with many rows saw in the last scan, corrected for motion, in its frame laid
+        level; None of a planar one."""
         self._odometry = OdometryBuffer(lag=odometry_lag)
         self._scan_odometry = ScanOdometry(config.scan_odometry)
         self._filter = VelocityFilter(config.velocity_filter, matching)
@@ -68,14 +72,19 @@ class DeadReckoning:
         self._odometry.add(odometry)
 
     def advance(self, scan: Scan) -> NDArray[np.float64]:
-        """Move on to the next scan; returns its end points (M, 2), corrected for motion, in its frame."""
-        self._place_laser(scan.base_from_laser)
+        """Move on to the next scan; returns its end points (M, 2), corrected for motion, in the frame of its
+        laser."""
+        self._place_laser(scan)
+        mount = self.mounts.of(scan.laser)
         last_by_wheels, self._by_wheels = self._by_wheels, self._wheels_at(scan)
         keyframe_from_last = self._filter.keyframe_from_laser
-        is_followed = self.wheel_step() is None and self._filter.advance(scan)
+        is_followed = self.wheel_step() is None and self._filter.advance(scan, mount)
         is_trusted = is_followed and self._filter.is_trusted
-        within = by_velocity(self._filter.velocity) if is_trusted else by_odometry(scan, self._odometry)
-        points, cloud = deskew(scan, within), deskew_cloud(scan, within)
+        steadily = seen_by(mount, by_velocity(self._filter.velocity))
+        within = steadily if is_trusted else by_odometry(scan, self._odometry)
+        in_laser, self.cloud = deskew(scan, within), deskew_cloud(scan, within)
+        points, cloud = _from_reference(mount, in_laser), self.cloud
+        cloud = None if cloud is None else _from_reference(mount, cloud)
         if last_by_wheels is not None and self._by_wheels is not None:
             motion = self.calibration.correct(between(last_by_wheels, self._by_wheels))
         elif is_trusted:
@@ -96,7 +105,7 @@ class DeadReckoning:
             self._filter.begin(scan.stamp, self.guesses().best, self._last_motion / max(seconds, 1e-3))
         elif seconds > self._config.sparse_interval:
             self._filter.observe(between(self._keyframe_by_scans, by_scans))
-        return points
+        return in_laser
 
     def guesses(self) -> MotionGuesses:
         """Of keyframe_from_laser, by each source that says something."""
@@ -110,21 +119,16 @@ class DeadReckoning:
         by[GuessSource.STEADY_VELOCITY] = self._velocity * (self._stamp - self._keyframe_stamp)
         return MotionGuesses(by)
 
-    @property
-    def cloud(self) -> NDArray[np.float64] | None:
-        """(N, 3) what a sensor with many rows saw in the last scan, corrected for motion, in its frame laid
-        level; None of a planar one."""
-        return self._sweep if self._sweep.shape[1] == 3 else None
-
     def wheel_step(self) -> Pose | None:
         """(3,) keyframe_from_laser as the wheels measured it, not corrected; None where they did not."""
         if self._by_wheels is None or self._keyframe_by_wheels is None:
             return None
         return between(self._keyframe_by_wheels, self._by_wheels)
 
-    def start_keyframe(self, step: Pose, keyframe: PreparedScan) -> None:
-        """From here on the current scan is the keyframe; it lies ``step`` (3,) from the last one."""
-        self._filter.start_keyframe(keyframe)
+    def start_keyframe(self, step: Pose, keyframe: PreparedScan, laser: int = 0) -> None:
+        """From here on the current scan, of a ``laser``, is the keyframe; since the last one the reference
+        moved by ``step`` (3,)."""
+        self._filter.start_keyframe(keyframe, self.mounts.of(laser))
         limits = (self._config.lost_distance, self._config.lost_angle)
         if are_apart(step, between(self._keyframe_by_scans, self._by_scans), limits):
             self._begin_scan_odometry()
@@ -139,7 +143,9 @@ class DeadReckoning:
             self._odometry.lag = self.odometry_lag.nanoseconds
             if self._by_wheels is not None:
                 odom_from_base = self._odometry.pose_at(self._stamp)
-                self._by_wheels = self._keyframe_by_wheels = compose(odom_from_base, self.base_from_laser)
+                self._by_wheels = self._keyframe_by_wheels = compose(
+                    odom_from_base, self.mounts.base_from_reference
+                )
 
     def _begin_scan_odometry(self) -> None:
         """Begin anew with the current scan.
@@ -160,7 +166,7 @@ class DeadReckoning:
         """The whole state; right after `restart_scan_odometry` another goes on from it to the same bits.
 
         Poses (3,) are float64, metres and radians; stamps int64, nanoseconds. ``calibration`` (7,) holds the
-        fields of `WheelCalibration`, ``base_from_laser`` is the laser's mount, ``odometry_stamps`` (M,) and
+        fields of `WheelCalibration`, ``mounts`` those of the lasers, ``odometry_stamps`` (M,) and
         ``odometry_poses`` (M, 3) are the latest odom_from_base. ``by_scans`` and ``by_wheels`` are the laser
         now, in the frames of scan odometry and of the wheels, ``keyframe_by_...`` the same at the last
         keyframe; NaN where the wheels were silent. ``last_motion`` leads from the last scan to this one;
@@ -170,7 +176,7 @@ class DeadReckoning:
         return {
             "calibration": np.array(astuple(self.calibration)),
             "scans_without_odometry": np.array(self.scans_without_odometry),
-            "base_from_laser": self.base_from_laser,
+            **named("mounts", self.mounts.to_arrays()),
             "odometry_stamps": stamps,
             "odometry_poses": poses,
             "stamp": np.array(self._stamp),
@@ -194,7 +200,7 @@ class DeadReckoning:
         reckoning = cls(config, matching=matching)
         reckoning.calibration = WheelCalibration(*arrays["calibration"].tolist())
         reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
-        reckoning.base_from_laser = arrays["base_from_laser"].astype(np.float64)
+        reckoning.mounts = _mounts_of(arrays)
         reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays), config.lag)
         reckoning._odometry.lag = reckoning.odometry_lag.nanoseconds
         for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
@@ -212,20 +218,35 @@ class DeadReckoning:
         reckoning._filter = VelocityFilter.from_arrays(velocity_filter, config.velocity_filter, matching)
         return reckoning
 
-    def _place_laser(self, base_from_laser: Pose) -> None:
+    def _place_laser(self, scan: Scan) -> None:
         """The mount may become known late; what the wheels reported until then is of another point."""
-        if np.array_equal(base_from_laser, self.base_from_laser):
+        moved = self.mounts.take(scan)
+        if moved is None:
             return
-        moved = between(self.base_from_laser, base_from_laser)
         if self._by_wheels is not None:
             self._by_wheels = compose(self._by_wheels, moved)
         if self._keyframe_by_wheels is not None:
             self._keyframe_by_wheels = compose(self._keyframe_by_wheels, moved)
-        self.base_from_laser = base_from_laser
 
     def _wheels_at(self, scan: Scan) -> Pose | None:
-        """odom_from_laser (3,), None where odometry has a gap."""
+        """odom_from_reference (3,), None where odometry has a gap."""
         if not self._odometry.covers(scan.stamp):
             self.scans_without_odometry += 1
             return None
-        return compose(self._odometry.pose_at(scan.stamp), scan.base_from_laser)
+        return compose(self._odometry.pose_at(scan.stamp), self.mounts.base_from_reference)
+
+
+def _mounts_of(arrays: Arrays) -> Mounts:
+    """Drives were once written with one laser only."""
+    one = {
+        "lasers": np.zeros(1, dtype=np.int64),
+        "base_from_laser": arrays.get("base_from_laser", IDENTITY)[None],
+    }
+    return Mounts.from_arrays(part_of("mounts", arrays) or one)
+
+
+def _from_reference(mount: Pose | None, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (N, 2) or (N, 3) that a laser on a ``mount`` (3,) saw, as seen from the reference."""
+    if mount is None:
+        return points
+    return np.column_stack([transform_points(mount, points[:, :2]), points[:, 2:]])

@@ -40,6 +40,15 @@ def by_velocity(velocity: Pose) -> LaserMotion:
     return laser_from_later
 
 
+def seen_by(mount: Pose | None, motion: LaserMotion) -> LaserMotion:
+    """The motion of a laser that is mounted at ``mount`` (3,) seen from the one whose motion is given; None:
+    it is that one."""
+    if mount is None:
+        return motion
+    mounted = mount
+    return lambda seconds: compose(compose(inverse(mounted), motion(seconds)), mounted)
+
+
 def deskew(scan: Scan, motion: LaserMotion) -> NDArray[np.float64]:
     """End points (M, 2) of the returns in the laser frame at the scan's stamp.
 

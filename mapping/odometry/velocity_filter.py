@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from racecar.mapping.arrays import Arrays
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.match_information import as_prior, match_information
-from racecar.mapping.matching.scan_matching import Matches, match, one_to_one
+from racecar.mapping.matching.scan_matching import Matches, Pairings, match
 from racecar.mapping.matching.scan_store import PreparedScan, ScanStore, prepare_scan
 from racecar.mapping.odometry.config import VelocityFilterConfig
-from racecar.mapping.odometry.deskew import by_velocity, deskew
+from racecar.mapping.odometry.deskew import by_velocity, deskew, seen_by
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse, transform_points
 from racecar.maps.sensing.scan import Scan
 
@@ -43,6 +43,7 @@ class VelocityFilter:
         self._followed = 0.0
         self._residual = 0.0
         self._keyframe = _NOTHING_SEEN
+        self._keyframe_mount: Pose = IDENTITY
 
     @property
     def is_trusted(self) -> bool:
@@ -57,13 +58,15 @@ class VelocityFilter:
         self._covariance[3:, 3:] = _covariance(self._config.initial_velocity_sigma)
         self._followed = 0.0
 
-    def start_keyframe(self, keyframe: PreparedScan) -> None:
-        """The present scan is the keyframe from here on."""
+    def start_keyframe(self, keyframe: PreparedScan, mount: Pose | None = None) -> None:
+        """The present scan is the keyframe from here on; ``mount`` as in `advance`."""
+        self._keyframe_mount = IDENTITY if mount is None else mount
         self._keyframe, self.keyframe_from_laser = keyframe, IDENTITY
         self._covariance[:3, :] = self._covariance[:, :3] = 0.0
 
-    def advance(self, scan: Scan) -> bool:
-        """Follow the laser to the next scan.
+    def advance(self, scan: Scan, mount: Pose | None = None) -> bool:
+        """Follow the laser to the next scan; one of another laser, mounted at ``mount`` (3,) seen from it,
+        tells of the motion too.
 
         False where that fails, and then it has to begin anew: the scan came late, or it does not lie where
         any likely velocity could have taken it.
@@ -79,7 +82,7 @@ class VelocityFilter:
         observes = np.hstack([np.eye(3), middle * np.eye(3)])
         spread = observes @ covariance @ observes.T
         expected, known = compose(predicted, self.velocity * middle), _inverse(spread)
-        matches = self._match(scan, middle, expected, known)
+        matches = self._match(scan, middle, expected, known, mount)
         surprise = between(expected, matches.poses[0])
         is_incredible = surprise @ known @ surprise > self._config.max_surprise
         if matches.overlap[0] < self._config.min_overlap or is_incredible:
@@ -109,15 +112,19 @@ class VelocityFilter:
         self.keyframe_from_laser = compose(self.keyframe_from_laser, correction[:3])
         self.velocity = self.velocity + correction[3:]
 
-    def _match(self, scan: Scan, middle: float, expected: Pose, known: NDArray[np.float64]) -> Matches:
+    def _match(
+        self, scan: Scan, middle: float, expected: Pose, known: NDArray[np.float64], mount: Pose | None
+    ) -> Matches:
         """Where the laser was in the middle of a sweep, ``middle`` seconds after its stamp; it is
         ``expected`` (3,) with the information ``known`` (3, 3)."""
-        motion = by_velocity(self.velocity)
+        motion = seen_by(mount, by_velocity(self.velocity))
         points = transform_points(inverse(motion(np.array([middle]))[0]), deskew(scan, motion))
         scans = ScanStore(2, self._matching)
         pair = np.array([[scans.add(self._keyframe), scans.add(prepare_scan(points, self._matching.lines))]])
         prior = as_prior(known, self._residual, self._matching.point_to_line)
-        return match(expected[None], one_to_one(pair), scans, scans, prior_information=prior)
+        at = np.array([[self._keyframe_mount], [IDENTITY if mount is None else mount]])
+        pairings = Pairings(np.arange(2), pair, *at)
+        return match(expected[None], pairings, scans, scans, prior_information=prior)
 
     def _predicted_covariance(self, seconds: float) -> NDArray[np.float64]:
         """The covariance (6, 6) of place and velocity so many seconds later.
@@ -138,7 +145,7 @@ class VelocityFilter:
     def to_arrays(self) -> Arrays:
         """The whole state: ``place`` and ``velocity`` (3,), their joint ``covariance`` (6, 6), the last
         ``stamp`` in nanoseconds, how many scans were ``followed``, the ``residual`` of the last match in
-        metres, and the keyframe's ``points`` and ``normals`` (N, 2)."""
+        metres, and the keyframe's ``points`` and ``normals`` (N, 2) and ``mount`` (3,)."""
         return {
             "place": self.keyframe_from_laser,
             "velocity": self.velocity,
@@ -148,6 +155,7 @@ class VelocityFilter:
             "residual": np.array(self._residual),
             "points": self._keyframe.points,
             "normals": self._keyframe.normals,
+            "mount": self._keyframe_mount,
         }
 
     @classmethod
@@ -164,6 +172,7 @@ class VelocityFilter:
         tracker._keyframe = PreparedScan(
             arrays["points"].astype(np.float32), arrays["normals"].astype(np.float32)
         )
+        tracker._keyframe_mount = arrays.get("mount", IDENTITY).astype(np.float64)
         return tracker
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, named, part_of
 from racecar.mapping.config import MappingConfig
@@ -23,7 +24,7 @@ from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.odometry.calibration import calibrate
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.mapping.session.session import Session
-from racecar.maps.geometry.se2 import Pose, between, inverse
+from racecar.maps.geometry.se2 import Pose, adjoint, between, compose, inverse
 
 Snapshot: TypeAlias = Callable[[], Arrays]
 """Packs what a mapper knew when it was taken."""
@@ -51,6 +52,8 @@ class MapperState:
     """Wall time by stage."""
     clouds: KeyframeClouds | None = None
     """Not saved; None where they were not asked for."""
+    keyframe_lasers: "array[int]" = field(default_factory=lambda: array("B"))
+    """Which laser took each keyframe, by number."""
 
     @classmethod
     def begin(cls, config: MappingConfig, odometry_lag: int) -> "MapperState":
@@ -66,6 +69,25 @@ class MapperState:
         )
 
     @property
+    def map_from_reference(self) -> Pose:
+        """(K, 3) the reference among the lasers at the keyframes."""
+        return self.reckoning.mounts.to_reference(self.map_from_keyframe, self.keyframe_lasers)
+
+    @property
+    def last_map_from_reference(self) -> Pose:
+        """(3,) the reference at the last keyframe that was placed."""
+        placed = len(self.map_from_keyframe)
+        lasers = self.keyframe_lasers[placed - 1 : placed]
+        last: Pose = self.reckoning.mounts.to_reference(self.map_from_keyframe[-1:], lasers)[0]
+        return last
+
+    def guess_scans(self, scans: NDArray[np.int64], map_from_keyframe: Pose) -> Pose:
+        """map_from_laser (M, 3) of some scans, by the keyframes (K, 3) and the motion since each."""
+        mounts = self.reckoning.mounts
+        guesses = self.drive.guess(scans, mounts.to_reference(map_from_keyframe, self.keyframe_lasers))
+        return mounts.to_laser(guesses, np.array(self.drive.lasers)[scans].tolist())
+
+    @property
     def measured_steps(self) -> Pose:
         """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not."""
         return np.array(self.wheel_steps).reshape(-1, 3)
@@ -74,16 +96,31 @@ class MapperState:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
         measured = self.measured_steps
         known = first + np.flatnonzero(~np.isnan(measured[first:, 0]))
-        matched = between(self.map_from_keyframe[known], self.map_from_keyframe[1:][known])
+        poses = self.map_from_reference
+        matched = between(poses[known], poses[1:][known])
         self.reckoning.calibration = calibrate(measured[known], matched, self.config.odometry.calibration)
 
     def by_wheels(self, index: int, step: Pose) -> Constraint:
         """What a ``step`` (3,) of the wheels says of keyframe ``index`` and the one before."""
         calibration = self.reckoning.calibration
         corrected = calibration.correct(step)
-        matched = between(self.map_from_keyframe[index - 1], self.map_from_keyframe[index])
-        information = calibration.information(between(corrected, matched))
-        return Constraint(index - 1, index, corrected, information, "odometry")
+        before, after = self.reckoning.mounts.to_reference(
+            self.map_from_keyframe[index - 1 : index + 1], self.keyframe_lasers[index - 1 : index + 1]
+        )
+        information = calibration.information(between(corrected, between(before, after)))
+        return self.by_motion(index, corrected, information)
+
+    def by_motion(self, index: int, step: Pose, information: NDArray[np.float64]) -> Constraint:
+        """That the reference moved by a ``step`` (3,) between keyframe ``index`` and the one before; its
+        ``information`` (3, 3) is in the tangent frame of the reference."""
+        mounts = self.reckoning.mounts
+        before, after = (mounts.of(laser) for laser in self.keyframe_lasers[index - 1 : index + 1])
+        if before is not None:
+            step = compose(inverse(before), step)
+        if after is not None:
+            step, to_reference = compose(step, after), adjoint(after)
+            information = to_reference.T @ information @ to_reference
+        return Constraint(index - 1, index, step, information, "odometry")
 
     def all_by_wheels(self) -> list[Constraint]:
         """The same of every step that they measured."""
@@ -96,7 +133,7 @@ class MapperState:
         return Session(
             self.keyframes,
             self.rays,
-            np.tile(inverse(self.reckoning.base_from_laser), (len(self.keyframes), 1)),
+            self.reckoning.mounts.laser_from_base(self.keyframe_lasers),
             self.map_from_keyframe,
             self.graph.constraints,
             self.loops.history,
@@ -108,12 +145,13 @@ class MapperState:
 
         The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
         ``wheel_steps`` (K - 1, 3) as `measured_steps`; ``known_since``; wall ``seconds`` (T,) of the
-        ``stages`` (T,).
+        ``stages`` (T,); ``keyframe_lasers`` (K,), which laser took each keyframe.
         """
         session, drive, wheel_steps = self.session().frozen(), self.drive.frozen(), self.measured_steps
         rest = {
             **named("reckoning", self.reckoning.to_arrays()),
             "known_since": np.array(self.known_since),
+            "keyframe_lasers": np.array(self.keyframe_lasers, dtype=np.int64),
             "stages": np.array(list(self.seconds), dtype=np.str_),
             "seconds": np.array(list(self.seconds.values())),
         }
@@ -140,6 +178,9 @@ class MapperState:
             array("d", arrays["wheel_steps"].ravel().tolist()),
             int(arrays["known_since"]),
             dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True)),
+            keyframe_lasers=array(
+                "B", arrays.get("keyframe_lasers", np.zeros(len(session.keyframes))).astype(int).tolist()
+            ),
         )
 
     @contextmanager

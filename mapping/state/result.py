@@ -9,7 +9,7 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState
-from racecar.maps.geometry.se2 import Pose, compose, inverse
+from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 
@@ -48,7 +48,8 @@ def result_of(
     returns: list[NDArray[np.float64]],
 ) -> MappingResult:
     """The result of a drive whose scans lie at (N, 3), among the keyframes of all drives in ``session``."""
-    map_from_base = compose(map_from_laser, inverse(state.reckoning.base_from_laser))
+    laser_from_base = state.reckoning.mounts.laser_from_base(state.drive.lasers)
+    map_from_base = compose(map_from_laser, laser_from_base)
     return MappingResult(
         trajectory=Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),
         grid=grid,

@@ -13,7 +13,7 @@ def place_all_scans(state: MapperState, session: Session) -> Pose:
     """map_from_laser (N, 3) of every scan, among the keyframes of all drives; those of this one are the
     last."""
     map_from_keyframe = session.map_from_keyframe[_first(state, session) :]
-    map_from_laser = state.drive.guess(np.arange(len(state.drive)), map_from_keyframe)
+    map_from_laser = state.guess_scans(np.arange(len(state.drive)), map_from_keyframe)
     map_from_laser[np.array(state.drive.keyframe_scans)] = map_from_keyframe
     kept = state.drive.kept_scans
     map_from_laser[kept] = _refined(state, kept, map_from_laser[kept], session)
@@ -22,7 +22,7 @@ def place_all_scans(state: MapperState, session: Session) -> Pose:
 
 def place_scans(state: MapperState, scans: NDArray[np.int64]) -> Pose:
     """map_from_laser (M, 3) of some scans (M,), among the keyframes so far."""
-    guesses = state.drive.guess(scans, state.map_from_keyframe)
+    guesses = state.guess_scans(scans, state.map_from_keyframe)
     return _refined(state, scans, guesses, state.session())
 
 

@@ -69,4 +69,6 @@ def _trim_keyframes(state: MapperState, keyframes: NDArray[np.int64]) -> None:
 def _trim_scans(state: MapperState, scans: NDArray[np.int64]) -> None:
     """Forget what some scans between keyframes saw, once they have found their places."""
     if len(scans) > 0:
-        state.drive.trim(scans, place_scans(state, scans), state.map_from_keyframe)
+        lasers = np.array(state.drive.lasers)[scans].tolist()
+        map_from_scan = state.reckoning.mounts.to_reference(place_scans(state, scans), lasers)
+        state.drive.trim(scans, map_from_scan, state.map_from_reference)

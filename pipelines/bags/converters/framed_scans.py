@@ -8,6 +8,9 @@ from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.registry import Converter
 from racecar.pipelines.bags.messages import frame_name
 
+_MOST_FRAMES = 16
+"""Of one topic, since no car has more lasers; a driver that numbers its scans' frames means one."""
+
 
 class FramedScanConverter:
     """Hands each message to the converter of its frame; sensors are numbered in the order of their first
@@ -33,6 +36,8 @@ class FramedScanConverter:
         stamp.
         """
         frame = frame_name(message.header.frame_id)
+        if frame not in self._converters and len(self._converters) == _MOST_FRAMES:
+            frame = next(iter(self._converters))
         if frame not in self._converters:
             self._converters[frame] = self._new_converter(frame)
         scan = self._converters[frame].convert(message, stamp)

@@ -28,7 +28,7 @@ def path(step: Pose, *, start: tuple[float, float, float]) -> Pose:
 def placed_from(walls: np.ndarray, true: Pose, steps: list[Pose]) -> tuple[Pose, int]:
     """The last pose (3,) as placed from guesses of its step, seen from the true one; and which guess won."""
     guesses = compose(true[-2], np.array(steps))
-    placer = KeyframePlacer(BEFORE, store_of(walls, true), true[:-1], WORTH, PlacementConfig())
+    placer = KeyframePlacer(BEFORE, store_of(walls, true), true[:-1], true[-2], WORTH, PlacementConfig())
     placed, chosen = placer.place(guesses)
     return between(true[-1], placed), chosen
 

@@ -68,7 +68,7 @@ def test_the_mount_of_the_laser_may_become_known_late(known_from: int) -> None:
     step = np.array([0.1, 0.0, 0.05])
     reckoning = drive(step, 3, known_from=known_from)
     np.testing.assert_allclose(reckoning.wheel_step(), laser_step(step, 3), atol=1e-9)
-    np.testing.assert_array_equal(reckoning.base_from_laser, PLACE)
+    np.testing.assert_array_equal(reckoning.mounts.base_from_reference, PLACE)
 
 
 def test_wheels_are_trusted_first_and_corrected() -> None:

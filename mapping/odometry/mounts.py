@@ -1,0 +1,85 @@
+"""Where the lasers sit on a car that has several.
+
+All motion is that of one of them, the reference, whichever took a scan: so dead reckoning, guesses and what
+the wheels get wrong are as with one laser. Scans and keyframes are in the frame of the laser that took them,
+since rays, bearings and what hides what are as seen from there.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.arrays import Arrays
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+from racecar.maps.sensing.scan import Scan
+
+
+class Mounts:
+    """Places by the lasers' numbers; the reference is the laser of the first scan."""
+
+    def __init__(self) -> None:
+        self._places: dict[int, Pose] = {}
+
+    @property
+    def base_from_reference(self) -> Pose:
+        """(3,)"""
+        return next(iter(self._places.values()), IDENTITY)
+
+    def take(self, scan: Scan) -> Pose | None:
+        """Take the place of a scan's laser, which may become known late; how the reference moved by that
+        (3,), None where it did not."""
+        before = self.base_from_reference
+        self._places[scan.laser] = scan.base_from_laser
+        after = self.base_from_reference
+        return None if np.array_equal(before, after) else between(before, after)
+
+    def of(self, laser: int) -> Pose | None:
+        """(3,) ``reference_from_laser``; None for the reference itself."""
+        if laser == next(iter(self._places), laser):
+            return None
+        return between(self.base_from_reference, self._places[laser])
+
+    def laser_from_base(self, lasers: Sequence[int]) -> Pose:
+        """(N, 3) of the lasers (N,) that took some scans."""
+        return self._each(lasers, {laser: inverse(place) for laser, place in self._places.items()})
+
+    def to_reference(self, world_from_laser: Pose, lasers: Sequence[int]) -> Pose:
+        """Poses (N, 3) of the reference where lasers (N,) have these poses (N, 3)."""
+        if len(self._places) < 2:
+            return world_from_laser
+        each = {laser: self._mount(laser) for laser in self._places}
+        return compose(world_from_laser, inverse(self._each(lasers, each)))
+
+    def to_laser(self, world_from_reference: Pose, lasers: Sequence[int]) -> Pose:
+        """Poses (N, 3) of lasers (N,) where the reference has these poses (N, 3)."""
+        if len(self._places) < 2:
+            return world_from_reference
+        each = {laser: self._mount(laser) for laser in self._places}
+        return compose(world_from_reference, self._each(lasers, each))
+
+    def _mount(self, laser: int) -> Pose:
+        mount = self.of(laser)
+        return IDENTITY if mount is None else mount
+
+    def _each(self, lasers: Sequence[int], poses: dict[int, Pose]) -> Pose:
+        numbers: NDArray[np.int64] = np.array(lasers, dtype=np.int64)
+        each = np.tile(next(iter(poses.values()), IDENTITY), (len(numbers), 1))
+        for laser, pose in poses.items():
+            each[numbers == laser] = pose
+        return each
+
+    def to_arrays(self) -> Arrays:
+        """The numbers of the ``lasers`` (J,), the reference first, and their ``base_from_laser`` (J, 3)."""
+        return {
+            "lasers": np.array(list(self._places), dtype=np.int64),
+            "base_from_laser": np.array(list(self._places.values())).reshape(-1, 3),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays) -> "Mounts":
+        """Those that were written so."""
+        mounts = cls()
+        places = arrays["base_from_laser"].astype(np.float64)
+        mounts._places = dict(zip(arrays["lasers"].tolist(), places, strict=True))
+        return mounts
