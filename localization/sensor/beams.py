@@ -52,9 +52,13 @@ class Beams:
 def select_beams(scan: Scan, count: int, poses_at: PosesAt) -> Beams:
     """Up to ``count`` beams evenly over those that carry information, set back by the motion since the stamp.
 
-    ``poses_at`` gives the motion during the sweep.
+    ``poses_at`` gives the motion during the sweep. None are taken of a scan without any return: it is rather
+    that of a covered laser than of a hall so wide, and as misses in all directions it contradicts every place
+    on the map.
     """
     useful = useful_beams(scan.bearings, scan.ranges)
+    if not np.isfinite(scan.ranges[useful]).any():
+        useful = useful[:0]
     chosen = useful[_evenly(len(useful), count)]
     bearings, ranges, offsets = scan.bearings[chosen], scan.ranges[chosen], scan.time_offsets[chosen]
     base_from_laser = np.array(scan.base_from_laser)  # numba would compile again for a read-only one

@@ -141,6 +141,12 @@ class Sensors:
                 "blind",
                 "The scans hold no readings (NaN, zero or below range_min): the laser is covered or broken.",
             )
+        elif not scan.is_return.any():
+            self._faults.report(
+                "blind",
+                f"The scans see nothing within {scan.max_range:.0f} m: the laser is covered or broken, or no "
+                "wall is in its reach.",
+            )
         else:
             self._faults.end("blind", "The scans hold readings again.")
         return scan

@@ -35,6 +35,11 @@ def test_few_beams_are_all_taken() -> None:
     assert len(select_beams(make_scan(np.full(5, np.nan)), 100, still)) == 0
 
 
+def test_a_scan_of_misses_alone_says_nothing() -> None:
+    assert len(select_beams(make_scan(np.full(50, np.inf)), 100, still)) == 0
+    assert len(select_beams(make_scan(np.array([*np.full(50, np.inf), 2.0])), 100, still)) == 51
+
+
 def test_a_sweep_on_the_move_is_set_back_to_its_stamp() -> None:
     """A point stays where it is while the car drives and turns by it."""
     odometry = OdometryBuffer()
