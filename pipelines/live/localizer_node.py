@@ -1,6 +1,7 @@
 """The node that estimates where the car is."""
 
 import time
+from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -16,7 +17,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
@@ -41,6 +42,12 @@ _LOST = 0.5
 """Probability from which the car counts as lost; by definition more likely lost than not."""
 _KNOWN_WITHIN = 0.5
 """Metres of standard deviation within which the pose is worth remembering: by judgement."""
+
+_TRAIL, _DISAGREED_FOR = 400, 3_000_000_000
+"""Scans, and nanoseconds after which it is certain that clocks disagree, as even the slowest lasers have sent
+five scans by then."""
+_ASTRAY = 0.3
+"""Metres, and half of it radians, by which odometry may be wrong after some seconds: by judgement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +87,7 @@ class LocalizerNode(LiveNode):
         self._remembered: RememberedPose | None = None
         self._estimate: PoseEstimate | None = None
         self._last_odometry: tuple[int, Odometry] | None = None
+        self._trail: deque[tuple[int, Pose, Pose]] = deque(maxlen=_TRAIL)
         self._schedule = Schedule({"memory": _REMEMBER_EVERY})
         map_frame = self.parameters.map_frame
         self._display = LocalizerDisplay(
@@ -138,6 +146,8 @@ class LocalizerNode(LiveNode):
             return
         self._carry_remembered()
         localizer.add_odometry(sample)
+        if self.sensors.was_corrected():
+            self._start_from_trail(arrival, sample)
         estimate = localizer.pose_at(sample.stamp)
         if estimate is not None:
             stamp, odom_frame = self.stamp_of(message), frame_name(message.header.frame_id)
@@ -187,6 +197,18 @@ class LocalizerNode(LiveNode):
         if carried is not None:
             self._requests.set_pose(*carried)
 
+    def _start_from_trail(self, arrival: int, sample: Odometry) -> None:
+        """While the clocks disagreed, the odometry of other moments moved the car; of itself it is right. So
+        the car is sought where it leads from where the car was before."""
+        trail = list(self._trail)
+        self._trail.clear()
+        for then, map_from_base, odom_from_base in reversed(trail):
+            if arrival - then > _DISAGREED_FOR:
+                step = between(odom_from_base, sample.odom_from_base)
+                spread = np.array([_ASTRAY, _ASTRAY, _ASTRAY / 2])
+                self._requests.set_pose(compose(map_from_base, step), np.diag(spread**2))
+                return
+
     def _locate(self, message: Any, arrival: int) -> None:
         localizer = self._localizer
         if localizer is None:
@@ -208,7 +230,10 @@ class LocalizerNode(LiveNode):
             self._publish_odometry(stamp, estimate, IDENTITY)
             self.transforms.publish(stamp, estimate.map_from_base, "", None)
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
-        self._judge(estimate)
+        if scan.is_return.any():
+            self._judge(estimate)
+        if self._last_odometry is not None and estimate.lost_probability < _LOST:
+            self._trail.append((arrival, estimate.map_from_base, self._last_odometry[1].odom_from_base))
         self._display.show(stamp, scan, estimate, localizer)
         if self._schedule.is_due("memory"):
             self.side.inbox.put("memory", self._remember)
@@ -219,7 +244,7 @@ class LocalizerNode(LiveNode):
             odometry_message(
                 stamp,
                 parameters.map_frame,
-                parameters.base_frame,
+                self.sensors.base_frame,
                 estimate.map_from_base,
                 estimate.covariance,
                 twist,

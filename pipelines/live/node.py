@@ -6,9 +6,11 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from racecar.pipelines.bags.converters.registry import ODOMETRY_CONVERTERS, SCAN_CONVERTERS
+from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, ros2_types
 from racecar.pipelines.files.report import peak_memory_mb
-from racecar.pipelines.live.intake.fixed_transforms import FixedTransforms
 from racecar.pipelines.live.intake.sensors import Sensors
+from racecar.pipelines.live.intake.transform_odometry import TransformOdometry
+from racecar.pipelines.live.intake.transform_topics import TransformTopics
 from racecar.pipelines.live.intake.typed_topic import TypedTopic
 from racecar.pipelines.live.monitoring.diagnostics import Diagnostics
 from racecar.pipelines.live.monitoring.faults import Faults
@@ -21,6 +23,10 @@ _SILENT_AFTER = 1.0
 """Seconds without a message after which a topic has stopped; the slowest scanners send twice a second."""
 _PATIENCE = 3.0
 """Seconds after the start for which a topic may be silent, since DDS takes up to 3 s to find publishers."""
+
+_NO_ODOMETRY = 1.5
+"""Seconds after the start without anybody who publishes odometry, after which transforms serve for it; less
+than the first scans wait for odometry. By judgement."""
 
 
 class LiveNode(ABC):
@@ -59,7 +65,9 @@ class LiveNode(ABC):
         self._diagnostics = Diagnostics(node, name)
         self._started = time.monotonic()
         self._dropped_reported = 0
-        self._fixed_transforms: FixedTransforms | None = None
+        self._transforms: TransformTopics | None = None
+        self._transform_odometry: TransformOdometry | None = None
+        self._is_odometry_published = False
         self._topics: dict[str, TypedTopic] = {}
 
     def start(self) -> None:
@@ -68,12 +76,11 @@ class LiveNode(ABC):
         self.side.start()
         self._started = time.monotonic()
         node = self.node
-        if self.parameters.laser_pose is None:
-            self._fixed_transforms = FixedTransforms(node, self.sensors.take_transforms)
         self._topics = {
             "odometry": TypedTopic(node, "odom", tuple(ODOMETRY_CONVERTERS), self._on_odometry, 1000),
             "scans": TypedTopic(node, "scan", tuple(SCAN_CONVERTERS), self._on_scan, 400),
         }
+        self._transforms = TransformTopics(node, self._topics["scans"].name, self._on_transforms)
         node.create_timer(0.5, self.watch)
         node.create_timer(1.0, self._report)
 
@@ -128,8 +135,24 @@ class LiveNode(ABC):
         self.take_scan(message, time.monotonic_ns())
 
     def _on_odometry(self, message: Any) -> None:
+        if self._transform_odometry is not None:
+            self._transform_odometry = None
+            self.inform(f"Odometry comes on {self._topics['odometry'].name} now, and is taken from there.")
+        self._is_odometry_published = True
+        self._take_odometry(message)
+
+    def _take_odometry(self, message: Any) -> None:
+        self.sensors.frames.name_odometry_child(frame_name(message.child_frame_id))
         self.health.note("odometry")
         self.take_odometry(message, time.monotonic_ns())
+
+    def _on_transforms(self, topic: str, serialized: bytes) -> None:
+        message = ros2_types().deserialize_cdr(serialized, TRANSFORMS)
+        self.sensors.frames.take(message, topic)
+        if self._transform_odometry is not None:
+            odometry = self._transform_odometry.message(message)
+            if odometry is not None:
+                self._take_odometry(odometry)
 
     def watch(self) -> None:
         """Twice a second: topics that are silent, a sensor of unknown place, and work that piles up."""
@@ -139,8 +162,7 @@ class LiveNode(ABC):
         if time.monotonic() - self._started > _PATIENCE:
             for what, consequence in self.without.items():
                 self._watch_topic(what, consequence)
-        if self._fixed_transforms is not None and self.sensors.misses_place:
-            self._fixed_transforms.ask_again()
+        self._look_at_transforms()
         dropped = sum(self.worker.inbox.dropped.values())
         if dropped > self._dropped_reported:
             self._dropped_reported = dropped
@@ -148,6 +170,30 @@ class LiveNode(ABC):
                 "too_fast",
                 "Messages come faster than they can be worked on; the oldest are dropped.",
                 lasting=False,
+            )
+
+    def _look_at_transforms(self) -> None:
+        if self._transforms is None:
+            return
+        seconds = time.monotonic() - self._started
+        is_missing = not self._is_odometry_published and self._transform_odometry is None
+        if is_missing and seconds > _NO_ODOMETRY and not self._topics["odometry"].look():
+            self._seek_transform_odometry()
+        misses_place = self.sensors.misses_place
+        if misses_place:
+            self._transforms.ask_again()
+        is_all_told = self._is_odometry_published and bool(self.sensors.scan_frames) and not misses_place
+        self._transforms.look(wants_moving=not (seconds > _PATIENCE and is_all_told))
+
+    def _seek_transform_odometry(self) -> None:
+        """A car that moves in its transforms and publishes no other odometry has it there."""
+        frame = next(iter(self.sensors.scan_frames), None)
+        links = None if frame is None else self.sensors.frames.odometry(frame)
+        if links is not None:
+            self._transform_odometry = TransformOdometry(links)
+            self.inform(
+                f"No odometry comes on {self._topics['odometry'].name}: it is taken from the transforms "
+                f"{links} on {', '.join(links.topics)}."
             )
 
     def _watch_topic(self, what: str, consequence: str) -> None:

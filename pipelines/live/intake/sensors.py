@@ -3,6 +3,7 @@
 import time
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -19,8 +20,9 @@ from racecar.pipelines.bags.converters.registry import (
     OdometrySetup,
     ScanSetup,
 )
-from racecar.pipelines.bags.converters.transforms import SensorPlace, TransformTree
+from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, nanoseconds, ros2_types, type_name
+from racecar.pipelines.live.intake.car_frames import CarFrames, Placed
 from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports
 from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.intake.laser_place import LaserPlace
@@ -35,6 +37,9 @@ _MOVING_SPEED = 0.05
 """m/s or rad/s above which the car moves: by judgement."""
 _MOVING_MESSAGES = 40
 """Messages of a moving car whose pose stands still until that is reported, about a second: by judgement."""
+_LATE_TRANSFORM = 1.0
+"""Seconds for which a transform may come later than the first scan, as DDS finds publishers one after the
+other, before that is reported: by judgement."""
 _NO_TRANSFORMS = bytes([0, 1, 0, 0, 0, 0, 0, 0])
 """A serialized message without any."""
 
@@ -51,15 +56,16 @@ class Sensors:
         after: int | None,
         faults: Faults,
     ) -> None:
-        """``laser_pose`` (3,) overrides ``/tf_static``; ``integrate_twist``: only odometry's speeds count;
+        """``laser_pose`` (3,) overrides transforms; ``integrate_twist``: only odometry's speeds count;
         ``after``: the last stamp of a drive that is continued."""
         self._base_frame = base_frame
-        self._laser_pose = laser_pose
         self._faults = faults
-        self._tree = TransformTree()
-        self._place: LaserPlace | None = None
+        self.frames = CarFrames(base_frame, laser_pose)
+        """Of the car, as they are published."""
+        self._frames_version = 0
+        self._lasers: dict[str, Placed | None] = {}
+        self._unplaced: dict[str, float] = {}
         self._remembered: LaserPlace | None = None
-        self._misses_place = False
         self._scan_converters: dict[tuple[str, str], Converter[Scan]] = {}
         self._scan_counts: Counter[str] = Counter()
         self._odometry_counts: Counter[str] = Counter()
@@ -68,36 +74,48 @@ class Sensors:
         self._clock = SteadyClock(after, time.time_ns() - time.monotonic_ns())
         self._scan_clocks: dict[str, TopicClock] = {}
         self._odometry_clock = TopicClock(self._clock, ClockFaults("odometry", faults))
+        self._known_correction = 0
         self._standing: Pose | None = None
         self._moving_messages = 0
-        self.take_transforms(_NO_TRANSFORMS)  # the first one takes long enough for scans to pile up
+        ros2_types().deserialize_cdr(_NO_TRANSFORMS, TRANSFORMS)  # so slow the first time that scans pile up
 
     @property
     def place(self) -> LaserPlace | None:
-        """Where the laser sits, once that is known."""
-        return self._place
+        """Where the first laser sits, once that is known."""
+        frame, placed = next(iter(self._lasers.items()), ("", None))
+        return None if placed is None else LaserPlace(placed.base_frame, frame, placed.place.base_from_sensor)
+
+    @property
+    def base_frame(self) -> str:
+        """The frame whose pose is estimated."""
+        placed = next((each for each in self._lasers.values() if each is not None), None)
+        return self._base_frame if placed is None else placed.base_frame
+
+    @property
+    def scan_frames(self) -> list[str]:
+        """Of the lasers that were heard."""
+        return list(self._lasers)
 
     @property
     def misses_place(self) -> bool:
         """Whether scans come from a laser whose place is not known from this run."""
-        return self._misses_place
+        return any(each is None or not each.is_sure for each in list(self._lasers.values()))
 
     def remember_place(self, place: LaserPlace) -> None:
-        """Where a laser sat when another run ended; it counts until ``/tf_static`` comes, which may take
+        """Where a laser sat when another run ended; it counts until transforms come, which may take
         seconds."""
         self._remembered = place
-        self._scan_converters.clear()
+        self.frames.version += 1
 
     def knows_place(self, scan_message: Any) -> bool:
         """Whether it is known where the laser of a message sits, so that its scans need no assumption."""
-        return self._known_place(frame_name(scan_message.header.frame_id)) is not None
+        placed = self._placed(frame_name(scan_message.header.frame_id))
+        return placed is not None and (placed.is_sure or placed.place.source == _REMEMBERED)
 
-    def take_transforms(self, serialized: bytes) -> None:
-        """Fixed transforms, from ``/tf_static``."""
-        message = ros2_types().deserialize_cdr(serialized, TRANSFORMS)
-        for transform in message.transforms:  # type: ignore[attr-defined]
-            self._tree.add(transform)
-        self._scan_converters.clear()
+    def was_corrected(self) -> bool:
+        """Whether the odometry's stamps turned out to be wrong since the last call, and were corrected."""
+        before, self._known_correction = self._known_correction, self._odometry_clock.correction
+        return before != self._known_correction
 
     @property
     def odometry_behind(self) -> float:
@@ -129,7 +147,9 @@ class Sensors:
         if stamp is None:
             return None
         beams_changed = self._scan_counts["changed_beam_counts"]
-        scan = self._scan_converter(message).convert(message, stamp)
+        scan = self._of_laser(message, self._scan_converter(message).convert(message, stamp))
+        if self._unplaced:
+            self._report_unplaced()
         if scan is not None and self._scan_counts["changed_beam_counts"] > beams_changed:
             self._faults.report(
                 "beams",
@@ -169,10 +189,35 @@ class Sensors:
 
     def _scan_converter(self, message: Any) -> Converter[Scan]:
         """Of the message's type and of the laser's frame, which may differ from scan to scan."""
+        if self._frames_version != self.frames.version:
+            self._frames_version = self.frames.version
+            self._place_anew()
         key = type_name(message), frame_name(message.header.frame_id)
         if key not in self._scan_converters:
+            if key[1] not in self._lasers:
+                self._lasers[key[1]] = self._placed(key[1])
+                if self._lasers[key[1]] is None:
+                    self._unplaced[key[1]] = time.monotonic()
+                else:
+                    self._report_place(key[1])
             self._scan_converters[key] = self._new_scan_converter(*key)
         return self._scan_converters[key]
+
+    def _place_anew(self) -> None:
+        """Links have come: the lasers that sit elsewhere now are read anew."""
+        for frame, before in self._lasers.items():
+            placed = self._placed(frame)
+            if not _is_same(placed, before):
+                self._lasers[frame] = placed
+                self._unplaced.pop(frame, None)
+                self._report_place(frame)
+                for key in [key for key in self._scan_converters if key[1] == frame]:
+                    del self._scan_converters[key]
+
+    def _of_laser(self, message: Any, scan: Scan | None) -> Scan | None:
+        """With the number of its laser; as of `FramedScanConverter`, no two have one stamp."""
+        laser = self.scan_frames.index(frame_name(message.header.frame_id))
+        return scan if scan is None or laser == 0 else replace(scan, laser=laser, stamp=scan.stamp + laser)
 
     def _odometry_converter(self, message: Any) -> Converter[Odometry]:
         kind = type_name(message)
@@ -184,44 +229,47 @@ class Sensors:
         return self._odometry_converters[kind]
 
     def _new_scan_converter(self, message_type: str, frame: str) -> Converter[Scan]:
-        place = self._known_place(frame)
-        self._place = None if place is None else LaserPlace(self._base_frame, frame, place.base_from_sensor)
-        self._misses_place = place is None or place.source == _REMEMBERED
-        if place is None:
-            self._faults.report(
-                "laser_place",
-                f"/tf_static does not say where {frame or 'the laser'} sits on {self._base_frame}: it is "
-                "taken to be there; publish the transform, or set the parameter laser_pose.",
-            )
-            place = SensorPlace.from_pose(IDENTITY, "assumed identity")
-        elif place.source == _REMEMBERED:
-            self._faults.report(
-                "laser_place",
-                f"/tf_static does not say yet where {frame} sits on {self._base_frame}: it is taken to be "
-                "where it was in the last run.",
-            )
-        else:
-            self._faults.end("laser_place", f"The laser's place is known now, from {place.source}.")
+        placed = self._lasers[frame]
         setup = ScanSetup(
-            place,
-            points_are_in_base=frame == self._base_frame,
+            SensorPlace.from_pose(IDENTITY, "assumed identity") if placed is None else placed.place,
+            points_are_in_base=placed is not None and frame == placed.base_frame,
             longest_sweep=_LONGEST_SWEEP,
             heights=SECTION_HEIGHTS,
         )
         return SCAN_CONVERTERS[message_type](setup, self._scan_counts)
 
-    def _known_place(self, frame: str) -> SensorPlace | None:
-        if self._laser_pose is not None:
-            return SensorPlace.from_pose(self._laser_pose, "the parameter laser_pose")
-        if frame == self._base_frame:
-            return SensorPlace.from_pose(IDENTITY, "base frame")
-        matrix = self._tree.between(self._base_frame, frame)
-        if matrix is not None:
-            return SensorPlace(matrix, "tf_static")
-        last = self._remembered
-        if last is not None and (last.base_frame, last.laser_frame) == (self._base_frame, frame):
-            return SensorPlace(last.base_from_laser, _REMEMBERED)
-        return None
+    def _placed(self, frame: str) -> Placed | None:
+        placed, last = self.frames.placed(frame), self._remembered
+        if placed is None and last is not None and last.laser_frame == frame:
+            place = SensorPlace(last.base_from_laser, _REMEMBERED)
+            return Placed(place, last.base_frame, is_sure=False)
+        return placed
+
+    def _report_unplaced(self) -> None:
+        now = time.monotonic()
+        for frame in [frame for frame, since in self._unplaced.items() if now - since > _LATE_TRANSFORM]:
+            del self._unplaced[frame]
+            self._report_place(frame)
+
+    def _report_place(self, frame: str) -> None:
+        placed, name = self._lasers[frame], f"place of {frame}"
+        if placed is None:
+            self._faults.report(
+                name,
+                f"No transform says where {frame or 'the laser'} sits on {self._base_frame}: it is taken to "
+                "be there; publish the transform, or set the parameter laser_pose.",
+            )
+        elif placed.place.source == _REMEMBERED:
+            self._faults.report(
+                name,
+                f"No transform says yet where {frame} sits on {placed.base_frame}: it is taken to be where "
+                "it was in the last run.",
+            )
+        elif placed.findings:
+            doubts = " ".join(f"{finding.what} {finding.remedy}" for finding in placed.findings)
+            self._faults.report(name, doubts.replace("--laser-pose X Y YAW", "the parameter laser_pose"))
+        else:
+            self._faults.end(name, f"The place of {frame} is known now, from {placed.place.source}.")
 
     def _watch_poses(self, message: Any) -> None:
         """Some drivers fill the speeds only."""
@@ -249,6 +297,16 @@ class Sensors:
                 self._clock, ClockFaults(what, self._faults), is_reference=is_first
             )
         return self._scan_clocks[frame]
+
+
+def _is_same(placed: Placed | None, before: Placed | None) -> bool:
+    if placed is None or before is None:
+        return placed is before
+    return (
+        (placed.base_frame, placed.place.source) == (before.base_frame, before.place.source)
+        and [finding.what for finding in placed.findings] == [finding.what for finding in before.findings]
+        and np.array_equal(placed.place.base_from_sensor, before.place.base_from_sensor)
+    )
 
 
 def _sweep(message: Any) -> int:

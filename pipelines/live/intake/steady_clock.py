@@ -7,7 +7,6 @@ algorithms see stamps that go on steadily; what is published bears the stamps of
 
 from collections import deque
 from dataclasses import dataclass
-from statistics import median
 from threading import Lock
 from typing import Protocol
 
@@ -32,8 +31,9 @@ there are never two, because sensors that send once a second or less are rare.""
 _SLOWEST = 0.01
 """Of the pace of the arrivals: stamps that move on by less do not show time, since no bag is played that
 slowly; some drivers count messages in them."""
-_USUAL_OF = 9
-"""Messages, of whose delays the median is taken, so that no single one that waited counts."""
+_USUAL_OF = 60
+"""Messages, of whose delays the shortest is usual: so many that some of them did not wait, and few beside
+those of a drive, as delays seem to grow where a bag is played slowly. By judgement."""
 
 
 class ClockReports(Protocol):
@@ -74,8 +74,14 @@ class SteadyClock:
             self._shifts = [*self._shifts[-9:], shift]
             return shift
 
-    def first_shift(self, header: int) -> int:
-        """The shift to begin with, so that a drive that is carried on does not go back in time."""
+    def first_shift(self, header: int, arrival: int) -> int:
+        """The shift to begin with: the one that others have by now, where this header was set with theirs;
+        and so that a drive that is carried on does not go back in time."""
+        with self._lock:
+            wanted = header - self.without_stamp(arrival)
+            nearest = min(self._shifts, key=lambda known: abs(known - wanted))
+            if abs(nearest - wanted) < _SAME:
+                return nearest
         if self._after is None or header > self._after:
             return 0
         return self.nearest_shift(header - self._after - _PAUSE)
@@ -189,7 +195,7 @@ class TopicClock:
     def _by_arrival(self, arrival: int, sweep: int) -> int:
         """As long after its stamp as usual; a sensor that never bore stamps says its last reading at once."""
         if self._usual:
-            return arrival + round(median(self._usual))
+            return arrival + max(self._usual)
         return self._shared.without_stamp(arrival) - sweep
 
     def _go_on_from_arrivals(self, seen: "_Seen") -> None:
@@ -204,7 +210,7 @@ class TopicClock:
 
     def _by_header(self, seen: "_Seen") -> int | None:
         if self._last is None:
-            self._shift = self._shared.first_shift(seen.header)
+            self._shift = self._shared.first_shift(seen.header, seen.arrival)
         elif not seen.follows(self._last):
             if self._suspected is None or not seen.follows(self._suspected):
                 self._suspected = seen

@@ -68,6 +68,10 @@ class LiveCar:
         """What the clock of each sensor makes of a time, in nanoseconds."""
         self.frames = ["laser"]
         """Of the scans, which take turns."""
+        self.odometry_links: tuple[str, str] | None = None
+        """Parent and child, where the odometry is published on /tf and nowhere else."""
+        self.repeated_links: list[tuple[str, str, Pose]] = []
+        """Parents, children and poses that are published with it again and again."""
         self.spoil: Callable[[Any], None] = lambda message: None
         """What is done to every LaserScan before it goes out."""
         self.scans_per_sweep = 1
@@ -80,6 +84,7 @@ class LiveCar:
         self.scans_sent = 0
         self.odometry_sent = 0
         self._node = node
+        self._transform_topics: dict[str, Any] = {}
         self._scan_lock = Lock()
         self._scan_topic: Any = None
         self.say_scans_as(LaserScan, lambda message: message)
@@ -104,6 +109,30 @@ class LiveCar:
             except rclpy_implementation.RCLError:
                 assert time.monotonic() < until
                 time.sleep(0.05)
+
+    def link(
+        self,
+        topic: str,
+        parent: str,
+        child: str,
+        pose: Pose,
+        *,
+        is_upside_down: bool = False,
+        stamp: int = 0,
+    ) -> None:
+        """Publish where a frame is in another: ``parent_from_child`` (3,)."""
+        if topic not in self._transform_topics:
+            from racecar.pipelines.live.ros.qos import LATCHED
+            from racecar.pipelines.live.ros.transform_type import transform_message_type
+
+            publisher = self._node.create_publisher(transform_message_type(), topic, LATCHED)
+            self._transform_topics[topic] = publisher
+        message = transform_in_space(parent, child, pose, is_upside_down, stamp)
+        self._transform_topics[topic].publish(message)
+
+    def hush_odometry(self) -> None:
+        """Nobody publishes /odom."""
+        self._node.destroy_publisher(self._odometry_topic)
 
     def hush_place(self) -> None:
         """Nodes that come later are not told where the laser sits."""
@@ -169,6 +198,12 @@ class LiveCar:
         if not self.odometry_on:
             return
         self.truth[stamp] = truth
+        self.odometry_sent += 1
+        if self.odometry_links is not None:
+            self.link("/tf", *self.odometry_links, sample.odom_from_base, stamp=stamp)
+            for parent, child, pose in self.repeated_links:
+                self.link("/tf", parent, child, pose, stamp=stamp)
+            return
         self._odometry_topic.publish(
             odometry_message(
                 time_message(stamp),
@@ -179,11 +214,30 @@ class LiveCar:
                 sample.twist,
             )
         )
-        self.odometry_sent += 1
 
 
 def _as_it_is(stamp: int) -> int:
     return stamp
+
+
+def transform_in_space(parent: str, child: str, pose: Pose, is_upside_down: bool, stamp: int) -> bytes:
+    """A serialized TFMessage; upside down is turned about the x axis of the child."""
+    types = ros2_types().types
+    half = float(pose[2]) / 2
+    cos, sin = float(np.cos(half)), float(np.sin(half))
+    x, y, z, w = (cos, sin, 0.0, 0.0) if is_upside_down else (0.0, 0.0, sin, cos)
+    transform = types["geometry_msgs/msg/TransformStamped"](
+        header=types["std_msgs/msg/Header"](
+            stamp=types["builtin_interfaces/msg/Time"](sec=stamp // 10**9, nanosec=stamp % 10**9),
+            frame_id=parent,
+        ),
+        child_frame_id=child,
+        transform=types["geometry_msgs/msg/Transform"](
+            translation=types["geometry_msgs/msg/Vector3"](x=float(pose[0]), y=float(pose[1]), z=0.2),
+            rotation=types["geometry_msgs/msg/Quaternion"](x=x, y=y, z=z, w=w),
+        ),
+    )
+    return bytes(ros2_types().serialize_cdr(types[TRANSFORMS](transforms=[transform]), TRANSFORMS))
 
 
 def _place() -> bytes:

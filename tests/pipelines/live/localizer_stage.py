@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -38,8 +38,8 @@ class Stage:
 
 
 @contextmanager
-def localizer_stage(folder: Path, *ros_arguments: str) -> Iterator[Stage]:
-    """The node runs and the car drives while the block lasts."""
+def localizer_stage(folder: Path, prepare: Callable[[LiveCar], None] = lambda car: None) -> Iterator[Stage]:
+    """The node runs and the car, which is prepared before, drives while the block lasts."""
     from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
     from racecar.pipelines.live.ros.processes import private_environment, racecar_process
@@ -52,11 +52,12 @@ def localizer_stage(folder: Path, *ros_arguments: str) -> Iterator[Stage]:
     with ros_node("test_car", []) as node:
         car = LiveCar(node)
         stage = Stage(node, car, Witness(car, log), log, memory)
+        prepare(car)
         stage.witness.listen(node)
         map_topic = node.create_publisher(OccupancyGridMessage, "/map", LATCHED)
         map_topic.publish(map_message(ring()))
         environment = private_environment(int(os.environ["ROS_DOMAIN_ID"]))
-        with served(node), racecar_process([*stage.arguments(), *ros_arguments], environment, log) as process:
+        with served(node), racecar_process(stage.arguments(), environment, log) as process:
             stage.process = process
             wait_for(
                 lambda: bool(node.count_subscribers("/scan")) or process.poll() is not None,

@@ -7,8 +7,11 @@ import time
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 import pytest
 
+from racecar.maps.geometry.se2 import compose
+from racecar.pipelines.simulation.laser_sensor import BASE_FROM_LASER as PLACE
 from tests.pipelines.live.live_car import wait_for
 from tests.pipelines.live.localizer_stage import RIGHT_AGAIN, Stage, localizer_stage
 from tests.pipelines.live.scan_forms import as_cloud, as_echoes
@@ -24,7 +27,7 @@ def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
 @pytest.fixture(autouse=True)
 def drives_well_afterwards(stage: Stage) -> Iterator[None]:
     yield
-    stage.car.spoil = lambda message: None
+    stage.car.spoil, stage.car.frames = lambda message: None, ["laser"]
     stage.car.restamp = dict.fromkeys(("scan", "odometry"), lambda stamp: stamp)
     stage.witness.seconds_until_right(RIGHT_AGAIN)
 
@@ -81,3 +84,34 @@ def test_a_laser_that_is_covered_for_ten_seconds(stage: Stage) -> None:
     stage.witness.await_diagnosis("The scans see nothing within 30 m: the laser is covered")
     time.sleep(9.5)
     assert len(stage.witness.warnings("it may be lost")) == lost
+
+
+def turn_over(message: Any) -> None:
+    """As a laser that hangs upside down says the same."""
+    message.ranges = message.ranges[::-1]
+    message.time_increment = 0.0
+
+
+def test_a_laser_that_hangs_upside_down(stage: Stage) -> None:
+    stage.car.link("/tf_static", "base_link", "hanging", PLACE, is_upside_down=True)
+    time.sleep(0.5)
+    stage.car.spoil, stage.car.frames = turn_over, ["hanging"]
+    stage.witness.seconds_until_right(RIGHT_AGAIN)
+
+
+def test_two_lasers_on_one_topic_one_of_them_placed_on_tf(stage: Stage) -> None:
+    def turn(message: Any) -> None:
+        if message.header.frame_id == "rear":
+            message.angle_min -= np.pi
+            message.angle_max -= np.pi
+
+    stage.car.spoil, stage.car.frames = turn, ["laser", "rear"]
+    stage.witness.await_diagnosis("No transform says where rear sits on base_link")
+    for _ in range(8):
+        stage.car.link("/tf", "base_link", "rear", compose(PLACE, [0.0, 0.0, np.pi]))
+        time.sleep(0.1)
+    known = "The place of rear is known now, from tf"
+    wait_for(lambda: known in stage.log.read_text(), 5.0, stage.witness.said)
+    stage.witness.seconds_until_right(RIGHT_AGAIN)
+    time.sleep(0.5)
+    assert max(stage.witness.error(heard) for heard in stage.witness.poses[-15:]) < 0.1

@@ -229,6 +229,18 @@ def test_messages_that_are_late_now_and_then_are_no_clock_that_is_off() -> None:
     assert of_odometry == Reports()
 
 
+def test_a_sensor_that_begins_after_the_clock_was_set_agrees_with_the_others() -> None:
+    shared = SteadyClock()
+    scans, _ = clock(shared, is_reference=True)
+    late, of_late = clock(shared)
+    for i in range(200):
+        header = WALL + i * PERIOD - 10 * SECOND * (i > 20)
+        scan = scans.steady(header, i * PERIOD)
+        if i > 40:
+            assert late.steady(header, i * PERIOD) == scan == WALL + i * PERIOD
+    assert of_late == Reports()
+
+
 def test_a_drive_that_is_carried_on_does_not_go_back_in_time() -> None:
     shared = SteadyClock(after=WALL)
     (scans, _), (odometry, _) = clock(shared), clock(shared)

@@ -1,0 +1,70 @@
+"""``/tf_static`` and ``/tf``: where things sit on the car, and how it moves where nothing else tells."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+
+from racecar.pipelines.bags.frames import is_latched, namespace_of
+from racecar.pipelines.bags.messages import TRANSFORMS
+from racecar.pipelines.live.ros.transform_type import transform_message_type
+
+_ASK_AGAIN_AFTER = 5.0
+"""Seconds; on a busy car the first answer takes three."""
+_FIXED = QoSProfile(
+    depth=100, reliability=ReliabilityPolicy.RELIABLE, durability=DurabilityPolicy.TRANSIENT_LOCAL
+)
+_MOVING = QoSProfile(
+    depth=100, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE
+)
+
+
+class TransformTopics:
+    """Subscribes to topics with transforms: those at the root, and those in the namespaces of the scans'
+    topic, since several robots may publish links of equal names.
+
+    A late subscription to what is published once is sent it. Now and then that is lost on the way; a new
+    subscription is sent it again.
+    """
+
+    def __init__(self, node: Any, scan_topic: str, take: Callable[[str, bytes], None]) -> None:
+        """``take`` is handed the topic and the serialized message."""
+        self._node, self._scan_topic, self._take = node, scan_topic, take
+        self._subscriptions: dict[str, Any] = {}
+        self._listen(node.resolve_topic_name("/tf_static"))
+        self._listen(node.resolve_topic_name("/tf"))
+
+    def look(self, *, wants_moving: bool) -> None:
+        """Listen to topics that have appeared, and to those with links that may move only while they are
+        wanted, as these bear hundreds of messages a second."""
+        root = [self._node.resolve_topic_name(name) for name in ("/tf_static", "/tf")]
+        found = [
+            name
+            for name, types in self._node.get_topic_names_and_types()
+            if TRANSFORMS in types and self._scan_topic.startswith(namespace_of(name) + "/")
+        ]
+        for name in {*root, *found}:
+            if is_latched(name) or wants_moving:
+                self._listen(name)
+            elif name in self._subscriptions:
+                self._node.destroy_subscription(self._subscriptions.pop(name))
+
+    def ask_again(self) -> None:
+        """Subscribe again to what is published once, if the last time was long enough ago."""
+        if time.monotonic() - self._asked <= _ASK_AGAIN_AFTER:
+            return
+        for name in [name for name in self._subscriptions if is_latched(name)]:
+            self._node.destroy_subscription(self._subscriptions.pop(name))
+            self._listen(name)
+
+    def _listen(self, name: str) -> None:
+        if name in self._subscriptions:
+            return
+        qos = _FIXED if is_latched(name) else _MOVING
+        if is_latched(name):
+            self._asked = time.monotonic()
+        self._subscriptions[name] = self._node.create_subscription(
+            transform_message_type(), name, partial(self._take, name), qos, raw=True
+        )

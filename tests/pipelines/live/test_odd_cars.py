@@ -1,0 +1,78 @@
+"""Nodes that are started for a car whose frames, odometry and clocks are not those that the nodes expect."""
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from racecar.maps.geometry.se2 import between
+from racecar.pipelines.simulation.laser_sensor import BASE_FROM_LASER
+from tests.pipelines.live.live_car import LiveCar, Witness, recorded, wait_for
+from tests.pipelines.live.localizer_stage import localizer_stage
+
+
+def make_odd(car: LiveCar) -> None:
+    """The names of another robot; the laser's place, which never changes, and the odometry on /tf alone; the
+    laser's clock three seconds ahead."""
+    car.hush_place()
+    car.hush_odometry()
+    car.frames = ["/robot1/laser"]
+    car.odometry_links = ("robot1/odom", "robot1/base_footprint")
+    car.repeated_links = [
+        ("robot1/base_footprint", "robot1/base_link", np.zeros(3)),
+        ("robot1/base_link", "robot1/laser", BASE_FROM_LASER),
+    ]
+    # By the nanoseconds, the truth at stamps of scans and of odometry is told apart.
+    car.restamp["scan"] = lambda stamp: stamp + 3_000_000_007
+
+
+EXPECTED = (
+    "taken from the transforms robot1/odom -> robot1/base_footprint on /tf",
+    "The stamps of the odometry were 3.0 s behind those of the scans",
+)
+
+
+def test_a_localizer_finds_out(tmp_path: Path) -> None:
+    with localizer_stage(tmp_path, make_odd) as stage:
+        wait_for(lambda: all(each in stage.log.read_text() for each in EXPECTED), 15.0, stage.witness.said)
+        stage.witness.seconds_until_right(2.0)
+        since = time.monotonic()
+        wait_for(lambda: stage.witness.is_right(since, 60), 4.0, stage.witness.said)
+        assert "No transform says" not in stage.log.read_text()
+        assert stage.witness.transforms[-1][:2] == ("map", "robot1/odom")
+
+
+def test_a_mapper_finds_out(tmp_path: Path) -> None:
+    from racecar.pipelines.live.ros.processes import private_environment, racecar_process
+    from racecar.pipelines.live.ros.run import ros_node, served
+
+    log = tmp_path / "log"
+    log.touch()
+    recorded()
+    environment = private_environment(int(os.environ["ROS_DOMAIN_ID"]))
+    command = ["live", "map", "--out", str(tmp_path / "out")]
+    with ros_node("test_odd_car", []) as node:
+        car = LiveCar(node)
+        make_odd(car)
+        witness = Witness(car, log)
+        witness.listen(node)
+        with served(node), racecar_process(command, environment, log) as process:
+            wait_for(lambda: bool(node.count_subscribers("/scan")), 60.0, witness.said)
+            with car.driving():
+                wait_for(lambda: all(each in log.read_text() for each in EXPECTED), 15.0, witness.said)
+                time.sleep(3.0)
+            assert process.poll() is None, witness.said()
+    assert "No transform says" not in log.read_text()
+    first, last = witness.poses[0], witness.poses[-1]
+    moved = between(car.truth[first.stamp], car.truth[last.stamp])
+    assert np.hypot(*moved[:2]) > 1.0
+    np.testing.assert_allclose(between(first.pose, last.pose), moved, atol=0.1)
+
+
+@pytest.fixture(autouse=True)
+def own_domain(monkeypatch: pytest.MonkeyPatch) -> None:
+    from tests.ros_domains import next_domain
+
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(next_domain()))
