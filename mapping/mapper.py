@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from racecar.mapping.arrays import Arrays, pose_or_nan
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.grid.despeckling import despeckled
-from racecar.mapping.grid.rendering import pack_rays, rays_of, render, returns_of
+from racecar.mapping.grid.rendering import Rays, looks_until_free, pack_rays, rays_of, render, returns_of
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
 from racecar.mapping.keyframes.final_optimization import matched_again
 from racecar.mapping.keyframes.gap import Gap, gap_after
@@ -91,11 +91,17 @@ class Mapper:
         guesses = state.reckoning.guesses()
         self._can_be_saved = False
         distance, angle = self._config.keyframe_distance, self._config.keyframe_angle
+        wheel_step, sees = state.reckoning.wheel_step(), len(points) > 0
         since_last = scan.stamp - (scan.stamp if self.last_stamp is None else self.last_stamp)
-        gap = gap_after(since_last, state.reckoning.wheel_step(), distance, self._config.keyframes.gaps)
-        if self.last_stamp is None or gap != Gap.NONE or guesses.reach(distance, angle):
+        unknown_for = state.reckoning.blind_for if wheel_step is None else since_last
+        gap = gap_after(unknown_for, wheel_step, distance, self._config.keyframes.gaps)
+        is_due = gap != Gap.NONE or guesses.reach(distance, angle) or (sees and not state.last_keyframe_sees)
+        # Where the laser is blind, keyframes carry what the wheels measure; without wheels there is nothing.
+        if self.last_stamp is None or (is_due and (sees or wheel_step is not None)):
             self._add_keyframe(scan, points, guesses, gap)
             guesses = AT_KEYFRAME
+        elif sees:
+            self._hold(scan, points)
         state.drive.add(scan.stamp, points, guesses, scan.laser)
         map_from_reference = compose(state.last_map_from_reference, guesses.best)
         return compose(map_from_reference, inverse(state.reckoning.mounts.base_from_reference))
@@ -110,6 +116,11 @@ class Mapper:
         """
         if self.last_stamp is None:
             raise UserError("There was no usable scan, so there is no map: check the topic of the scans.")
+        if not self._state.keyframes.is_kept.any():
+            raise UserError(
+                f"Not one beam of {len(self._state.drive)} scans met anything, so there is no map: see that "
+                "nothing covers the laser, that it works, and that range_min and range_max are right."
+            )
         state, config, report = self._state, self._config, progress or (lambda share: None)
         with state.timed("optimization"):
             self._optimize_finally()
@@ -124,10 +135,20 @@ class Mapper:
         report(0.8)
         with state.timed("rendering"):
             returns = returns_of(session.rays, session.map_from_keyframe)
-            grid = render(session.rays, session.map_from_keyframe, config.resolution, config.rendering)
+            held = list(state.held_rays)
+            poses = np.concatenate([session.map_from_keyframe, map_from_laser[held]])
+            rays = [*session.rays, *state.held_rays.values()]
+            grid = render(rays, poses, config.resolution, config.rendering)
             grid = despeckled(grid, returns, config.despeckling)
         report(1.0)
         return result_of(state, session, map_from_laser, grid, returns)
+
+    def _hold(self, scan: Scan, points: NDArray[np.float64]) -> None:
+        """Keep the rays of a scan between keyframes, where these alone are too few to show free space."""
+        state, config = self._state, self._config
+        most = len(state.keyframes) * config.keyframes.trimming.scans_per_keyframe
+        if len(state.keyframes) < looks_until_free(config.rendering) and len(state.held_rays) < most:
+            state.held_rays[len(state.drive)] = rays_of(scan, points, config.rendering)
 
     def _add_keyframe(
         self, scan: Scan, points: NDArray[np.float64], guesses: MotionGuesses, gap: Gap
@@ -145,7 +166,10 @@ class Mapper:
             if gap == Gap.DRIVEN and not is_tied:
                 state.known_since = index
         state.drive.start_keyframe(guesses, right)
-        state.rays.append(rays_of(scan, points, self._config.rendering))
+        if len(state.keyframes) >= looks_until_free(self._config.rendering):
+            state.held_rays.clear()
+        # A laser that meets nothing may be covered: its misses show no free space.
+        state.rays.append(rays_of(scan, points, self._config.rendering) if len(points) else Rays.none())
         if state.clouds is not None and state.reckoning.cloud is not None:
             state.clouds.add(index, state.reckoning.cloud)
         state.reckoning.start_keyframe(step, prepared, scan.laser)

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from racecar.maps.errors import UserError
-from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import FREE, FREE_THRESHOLD, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.maps.shipped import shipped_map, shipped_names
 from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
@@ -29,7 +29,7 @@ from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
 
 MODES = ("trinary", "scale", "raw")
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
-OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196
+OCCUPIED_THRESHOLD = 0.65
 BLACK, GREY, WHITE = 0, 205, 254
 """What map_saver draws for occupied, unknown and free."""
 

@@ -16,7 +16,7 @@ from racecar.mapping.arrays import side_by_side
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering_kernels import cast_scan
 from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD, UNKNOWN, OccupancyGrid
 from racecar.maps.sensing.scan import Scan
 
 _ORIGIN = np.zeros((1, 2), dtype=np.int16)
@@ -125,6 +125,11 @@ def occupancy(
     log_odds = _log_odds(config.hit_probability) * hits + _log_odds(config.pass_probability) * passes
     percent = np.rint(100.0 / (1.0 + np.exp(-np.clip(log_odds, -_SURE, _SURE))))
     return np.where(hits + passes > 0, percent, UNKNOWN).astype(np.int8)
+
+
+def looks_until_free(config: RenderingConfig) -> int:
+    """How many scans must pass a cell until it counts as free."""
+    return int(np.ceil(_log_odds(FREE_THRESHOLD) / _log_odds(config.pass_probability)))
 
 
 def _log_odds(probability: float) -> np.float64:

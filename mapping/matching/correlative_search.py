@@ -62,10 +62,17 @@ class LikelihoodPyramid:
         radius: float,
         config: CorrelativeSearchConfig = _DEFAULT,
     ) -> None:
-        """``points`` (N, 2) in the submap's frame; those beyond ``radius`` metres are left out."""
+        """``points`` (N, 2) in the submap's frame; those beyond ``radius`` metres are left out.
+
+        Where none is left, nothing fits anywhere.
+        """
         self.config = config
         cell = config.cell
         near = points[np.abs(points).max(axis=1) < radius]
+        if len(near) == 0:
+            self._origin = np.zeros(2, dtype=np.int64)
+            self.levels = np.zeros((_LEVELS, 1, 1), dtype=np.uint8)
+            return
         margin = 1 << (_LEVELS - 1)
         low = np.floor(near.min(axis=0) / cell).astype(np.int64) - _BORDER
         cells = np.floor(near / cell).astype(np.int64) - low

@@ -334,6 +334,14 @@ class DeadReckoningConfig(Settings):
         "scans come more often, the laser moves too little between them for it. Measured on simulated cheap "
         "lasers (pytest tests/simulated/test_hard_places.py).",
     )
+    blind_interval: float = Field(
+        default=2.0,
+        ge=0.0,
+        le=100.0,
+        description="Seconds for which a car without wheel odometry is thought to go on as before while no "
+        "beam meets anything; then it is sought where it was by then. By judgement: as long as a gap after "
+        "which it is sought.",
+    )
     scan_odometry: ScanOdometryConfig = ScanOdometryConfig()
     turn_search: TurnSearchConfig = TurnSearchConfig()
     velocity_filter: VelocityFilterConfig = VelocityFilterConfig()

@@ -24,6 +24,8 @@ from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
 _MATCHING = ScanMatchingConfig()
+_SECOND = 1_000_000_000
+"""Nanoseconds, by definition."""
 
 
 class DeadReckoning:
@@ -45,6 +47,8 @@ class DeadReckoning:
         self.scans_without_odometry = 0
         self.mounts = Mounts()
         """As the latest scans have them; what moves is the reference among them."""
+        self.blind_for = 0
+        """Nanoseconds from the last scan before this one that met anything; zero without any."""
         self.odometry_lag = OdometryLag(config.lag, odometry_lag)
         """As it was learned last."""
         self.cloud: NDArray[np.float64] | None = None
@@ -55,7 +59,7 @@ class DeadReckoning:
         self._filter = VelocityFilter(config.velocity_filter, matching)
         self._points: NDArray[np.float64] = np.zeros((0, 2))
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
-        self._stamp = 0
+        self._stamp = self._seeing_stamp = 0
         self._by_scans: Pose = IDENTITY
         self._last_motion: Pose = IDENTITY
         self._by_wheels: Pose | None = None
@@ -75,6 +79,7 @@ class DeadReckoning:
         """Move on to the next scan; returns its end points (M, 2), corrected for motion, in the frame of its
         laser."""
         self._place_laser(scan)
+        self.blind_for = scan.stamp - self._seeing_stamp if self._seeing_stamp else 0
         mount = self.mounts.of(scan.laser)
         last_by_wheels, self._by_wheels = self._by_wheels, self._wheels_at(scan)
         keyframe_from_last = self._filter.keyframe_from_laser
@@ -89,6 +94,8 @@ class DeadReckoning:
             motion = self.calibration.correct(between(last_by_wheels, self._by_wheels))
         elif is_trusted:
             motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
+        elif len(points) == 0 and self.blind_for > self._config.blind_interval * _SECOND:
+            motion = IDENTITY
         else:
             motion = with_turn_seen(
                 self._points,
@@ -100,6 +107,8 @@ class DeadReckoning:
         self._points, self._sweep = points, points if cloud is None else cloud
         by_scans = self._scan_odometry.register(self._sweep, motion)
         self._last_motion, self._by_scans = between(self._by_scans, by_scans), by_scans
+        if len(points) > 0:
+            self._seeing_stamp = scan.stamp
         seconds, self._stamp = (scan.stamp - self._stamp) * 1e-9, scan.stamp
         if not is_followed:
             self._filter.begin(scan.stamp, self.guesses().best, self._last_motion / max(seconds, 1e-3))
@@ -180,6 +189,7 @@ class DeadReckoning:
             "odometry_stamps": stamps,
             "odometry_poses": poses,
             "stamp": np.array(self._stamp),
+            "seeing_stamp": np.array(self._seeing_stamp),
             "by_scans": self._by_scans,
             "last_motion": self._last_motion,
             "by_wheels": pose_or_nan(self._by_wheels),
@@ -206,6 +216,7 @@ class DeadReckoning:
         for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
             reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
         reckoning._stamp = int(arrays["stamp"])
+        reckoning._seeing_stamp = int(arrays["seeing_stamp"])
         reckoning._by_scans = arrays["by_scans"].astype(np.float64)
         reckoning._last_motion = arrays["last_motion"].astype(np.float64)
         reckoning._by_wheels = pose_or_none(arrays["by_wheels"])

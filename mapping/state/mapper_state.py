@@ -54,6 +54,9 @@ class MapperState:
     """Not saved; None where they were not asked for."""
     keyframe_lasers: "array[int]" = field(default_factory=lambda: array("B"))
     """Which laser took each keyframe, by number."""
+    held_rays: dict[int, Rays] = field(default_factory=dict)
+    """By scan, of those between the first keyframes, while these are so few that even what all of them see is
+    not free yet. Not saved, since there are more keyframes by then."""
 
     @classmethod
     def begin(cls, config: MappingConfig, odometry_lag: int) -> "MapperState":
@@ -86,6 +89,11 @@ class MapperState:
         mounts = self.reckoning.mounts
         guesses = self.drive.guess(scans, mounts.to_reference(map_from_keyframe, self.keyframe_lasers))
         return mounts.to_laser(guesses, np.array(self.drive.lasers)[scans].tolist())
+
+    @property
+    def last_keyframe_sees(self) -> bool:
+        """Whether the last keyframe met anything; True where there is none."""
+        return len(self.keyframes) == 0 or bool(self.keyframes.row_of[-1] > 0)
 
     @property
     def measured_steps(self) -> Pose:

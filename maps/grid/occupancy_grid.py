@@ -12,6 +12,8 @@ FREE = 0
 OCCUPIED = 100
 OCCUPIED_FROM = 50
 """Percent; a cell at least this occupied is an obstacle and stops a ray."""
+FREE_THRESHOLD = 0.196
+"""Probability up to which a cell is free, since ``map_server`` draws it so."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,6 +14,8 @@ _LOWEST_ODOMETRY_RATE = 10.0
 """Per second; below, a car at 1 m/s goes 0.1 m between two samples and may steer meanwhile: by judgement."""
 _INVALID_SHARE = 0.5
 """Of the beams, above which the sensor is covered rather than in the open: by judgement."""
+_LONG_BLANK = 1.0
+"""Seconds without a return; what is shorter is bridged without a trace, by judgement."""
 _MISSING_SHARE = 0.02
 """Of the steps between scans, above which they come unevenly: by judgement."""
 
@@ -73,6 +75,11 @@ class ScanFacts:
     beams: int = 0
     misses: int = 0
     invalid: int = 0
+    blank: int = 0
+    """Scans of which no beam met anything."""
+    longest_blank: float = 0.0
+    """Seconds."""
+    _blank_since: int | None = None
 
     def add(self, scan: Scan) -> None:
         """Take note of the next scan."""
@@ -89,10 +96,20 @@ class ScanFacts:
         if len(returns):
             self.nearest = min(self.nearest, float(returns.min()))
             self.farthest = max(self.farthest, float(returns.max()))
+        self._note_blank(scan.stamp, is_blank=len(returns) == 0)
         misses = int(np.count_nonzero(np.isposinf(scan.ranges)))
         self.beams += beams
         self.misses += misses
         self.invalid += beams - len(returns) - misses
+
+    def _note_blank(self, stamp: int, *, is_blank: bool) -> None:
+        if self._blank_since is not None:
+            self.longest_blank = max(self.longest_blank, (stamp - self._blank_since) * 1e-9)
+        self.blank += is_blank
+        if not is_blank:
+            self._blank_since = None
+        elif self._blank_since is None:
+            self._blank_since = stamp
 
     @property
     def findings(self) -> list[Finding]:
@@ -100,6 +117,14 @@ class ScanFacts:
         if not self.spacing.count:
             return []
         findings = []
+        if self.longest_blank > _LONG_BLANK and self.farthest > 0.0:
+            findings.append(
+                Finding(
+                    f"In {self.blank} of {self.spacing.count} scans no beam met anything, for up to "
+                    f"{self.longest_blank:.1f} s at a time: only wheels can tell the motion there.",
+                    "See that nothing covers the laser and that it keeps running.",
+                )
+            )
         if self.invalid > _INVALID_SHARE * self.beams:
             findings.append(
                 Finding(

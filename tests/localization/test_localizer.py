@@ -547,3 +547,22 @@ def test_readers_beside_the_scans_see_no_two_of_them_mixed() -> None:
 def cloud_of(filter: Localizer) -> int:
     poses, weights = filter.particles()
     return hash((poses.tobytes(), weights.tobytes()))
+
+
+@pytest.mark.parametrize("reading", [np.nan, np.inf])
+def test_odometry_carries_the_pose_while_no_beam_meets_anything(reading: float) -> None:
+    """A covered laser reads nothing, or misses only; these say nothing of the place."""
+    driven = drive(room(), 6.0, np.random.default_rng(0), odometry_scale=1.0)
+    messages = [
+        replace(message, ranges=np.full(len(message.ranges), reading))
+        if isinstance(message, Scan) and 2.0 < message.stamp * 1e-9 < 4.0
+        else message
+        for message in driven.messages
+    ]
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    estimates = replay(filter, messages)
+    metres, _ = errors(estimates, driven)
+    assert metres.max() < 0.3
+    assert metres[-40:].mean() < 0.05
+    assert sum(estimate.is_start for estimate in estimates) == 1

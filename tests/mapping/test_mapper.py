@@ -1,5 +1,6 @@
 """The whole mapper, on a car that drives round a room."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 
@@ -10,7 +11,8 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import compose
+from racecar.maps.geometry.se2 import between, compose
+from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from tests.mapping.mapping_errors import mean_error
@@ -66,3 +68,67 @@ def test_without_odometry_the_map_is_right_all_the_same() -> None:
 def test_without_a_scan_there_is_no_map() -> None:
     with pytest.raises(UserError, match="no usable scan"):
         Mapper(MappingConfig()).finish()
+
+
+def blinded(begin: float, end: float, reading: float) -> Iterator[Scan | Odometry]:
+    """The drive with a laser that is covered for some seconds."""
+    for message in driven().messages:
+        if isinstance(message, Scan) and begin <= message.stamp * 1e-9 < end:
+            yield replace(message, ranges=np.full(len(message.ranges), reading))
+        else:
+            yield message
+
+
+def mapped_from(messages: Iterator[Scan | Odometry], *, odometry: bool = True) -> MappingResult:
+    mapper = Mapper(MappingConfig())
+    for message in messages:
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        elif odometry:
+            mapper.add_odometry(message)
+    return mapper.finish()
+
+
+def error_when_it_sees(result: MappingResult, begin: float, end: float) -> float:
+    """Metres on average, of all scans but those between, seen from the first of them."""
+    seconds = result.trajectory.stamps * 1e-9
+    sees = (seconds < begin) | (seconds >= end)
+    placed, true = result.trajectory.map_from_base[sees], driven().truth[sees]
+    off = between(between(true[0], true), between(placed[0], placed))
+    return float(np.hypot(off[:, 0], off[:, 1]).mean())
+
+
+@pytest.mark.parametrize("reading", [np.nan, np.inf])
+@pytest.mark.parametrize(("begin", "end"), [(5.0, 7.0), (0.0, 6.0)])
+def test_wheels_carry_the_map_over_blank_scans(begin: float, end: float, reading: float) -> None:
+    result = mapped_from(blinded(begin, end, reading))
+    assert error_when_it_sees(result, begin, end) < 0.1
+    assert len(result.trajectory) == len(driven().truth)
+
+
+@pytest.mark.parametrize("begin", [0.0, 5.0])
+def test_without_wheels_the_car_is_found_again_after_blank_scans(begin: float) -> None:
+    """In that time it goes no farther than it is sought, if it goes on as before."""
+    result = mapped_from(blinded(begin, begin + 1.5, np.nan), odometry=False)
+    assert error_when_it_sees(result, begin, begin + 1.5) < 0.1
+
+
+@pytest.mark.parametrize("odometry", [True, False])
+def test_a_covered_laser_is_told_in_one_sentence(odometry: bool) -> None:
+    with pytest.raises(UserError, match=r"Not one beam of \d+ scans met anything"):
+        mapped_from(blinded(0.0, np.inf, np.nan), odometry=odometry)
+
+
+@pytest.mark.parametrize("standing", [4, 40])
+def test_around_a_car_that_stands_there_is_free_space(standing: int) -> None:
+    """One look leaves a cell at 40 percent; each scan of a car that stands is another."""
+    scans = [message for message in driven().messages if isinstance(message, Scan)]
+    result = mapped_from(
+        replace(scans[0], stamp=scans[0].stamp + 50_000_000 * k, time_offsets=np.zeros(len(scans[0].ranges)))
+        for k in range(standing)
+    )
+    assert result.counts["keyframes"] == 1
+    free = (result.grid.cells >= 0) & (result.grid.cells <= 100 * FREE_THRESHOLD)
+    assert free.sum() * result.grid.resolution**2 > 20.0
+    on_walls = result.grid.cells[tuple(result.grid.cell_of(result.points).T)] > 65
+    assert on_walls.mean() > 0.98

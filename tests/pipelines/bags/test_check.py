@@ -9,7 +9,7 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.cli import run
-from tests.pipelines.bag_samples import bag_of, cut, odometry, read, write_bag, write_scan
+from tests.pipelines.bag_samples import PLACE, bag_of, cut, odometry, read, write_bag, write_scan
 
 
 def check(path, **options):
@@ -121,6 +121,19 @@ def test_strict_ends_in_3_where_a_map_would_be_wrong(tmp_path, capsys):
         if finding["spoils_map"]
     ]
     assert spoiling == ["Not one beam met anything."]
+
+
+def test_a_blank_stretch_is_noted_but_spoils_nothing(tmp_path):
+    def write(writer):
+        writer.write_static_transform(PLACE)
+        for index in range(200):
+            writer.write_odometry(odometry(index))
+            is_covered = 40 <= index < 120
+            write_scan(writer, index, **({"ranges": np.zeros(181, dtype=np.float32)} if is_covered else {}))
+
+    (finding,) = check(bag_of(tmp_path / "drive.bag", write)).findings
+    assert finding.what.startswith("In 80 of 200 scans no beam met anything, for up to 2.0 s")
+    assert not finding.spoils_map
 
 
 def test_strict_minds_faults_only_that_spoil_the_map(tmp_path):
