@@ -1,0 +1,160 @@
+"""The latest yaw rates, summed up to angles; their memory is bounded."""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from racecar.maps.sensing.yaw_rate import YawRate
+
+_WIDEST_GAP = 500_000_000
+"""Nanoseconds between two samples over which the rate may be drawn straight; beyond, the turn is not known.
+By judgement, because the slowest IMUs send ten times a second, and may lose a few messages."""
+_LONGEST_EXTRAPOLATION = 150_000_000
+"""Nanoseconds past the last sample for which its rate lasts: a period and a half of the slowest IMUs, so that
+live the next sample may be on its way."""
+
+
+class GyroReading(NamedTuple):
+    """What a gyroscope has summed up until a moment; only differences mean something."""
+
+    series: int
+    """Number of the uninterrupted series of samples."""
+    angle: float
+    """Radians since some time, with the bias of the gyroscope in it."""
+
+
+def turn_between(before: GyroReading | None, after: GyroReading | None) -> float:
+    """Radians, as measured; NaN where that is not known."""
+    if before is None or after is None or before.series != after.series:
+        return math.nan
+    return after.angle - before.angle
+
+
+class GyroBuffer:
+    """Samples in the order of time. Any number of threads may read, or one may add, but not both at once.
+
+    A gyroscope is dead, and says nothing, as long as all its samples are the same number, such as zero.
+    """
+
+    def __init__(self, max_samples: int = 4096) -> None:
+        self._max_samples = max_samples
+        self._all = np.empty((2 * max_samples, 2))
+        """Rates, and angles: their sum until each, by the trapezoidal rule."""
+        self._all_stamps = np.empty(2 * max_samples, dtype=np.int64)
+        self._begin = self._end = 0
+        self._series = 0
+        self._first_rate: float | None = None
+        self._is_alive = False
+
+    def __len__(self) -> int:
+        return self._end - self._begin
+
+    @property
+    def series(self) -> int:
+        """Number of the uninterrupted series of samples."""
+        return self._series
+
+    @property
+    def latest_stamp(self) -> int | None:
+        """Nanoseconds, None while empty."""
+        return int(self._all_stamps[self._end - 1]) if self._end else None
+
+    def add(self, sample: YawRate) -> None:
+        """Take a sample; one that is no number, or not newer than the last, is left out."""
+        latest = self.latest_stamp
+        if not math.isfinite(sample.rate) or (latest is not None and sample.stamp <= latest):
+            return
+        if self._first_rate is None:
+            self._first_rate = sample.rate
+        self._is_alive = self._is_alive or sample.rate != self._first_rate
+        angle = 0.0
+        if latest is not None:
+            if sample.stamp - latest > _WIDEST_GAP:
+                self.start_anew()
+            else:
+                rate, angle = self._all[self._end - 1].tolist()
+                angle += 0.5 * (rate + sample.rate) * (sample.stamp - latest) * 1e-9
+        if self._end == len(self._all_stamps):
+            kept = slice(self._begin, self._end)
+            count = len(self)
+            self._all_stamps[:count], self._all[:count] = (
+                self._all_stamps[kept].copy(),
+                self._all[kept].copy(),
+            )
+            self._begin, self._end = 0, count
+        self._all_stamps[self._end], self._all[self._end] = sample.stamp, (sample.rate, angle)
+        self._end += 1
+        self._begin = max(self._begin, self._end - self._max_samples)
+
+    def start_anew(self) -> None:
+        """What comes does not continue what was."""
+        self._begin = self._end = 0
+        self._series += 1
+
+    def covers(self, stamp: int) -> bool:
+        """Whether the samples reach to a stamp (nanoseconds), or nearly."""
+        latest = self.latest_stamp
+        if latest is None or not self._is_alive or stamp > latest + _LONGEST_EXTRAPOLATION:
+            return False
+        return bool(stamp >= self._all_stamps[self._begin])
+
+    def reading_at(self, stamp: int) -> GyroReading | None:
+        """What was summed up until a stamp (nanoseconds); None where it is not covered."""
+        if not self.covers(stamp):
+            return None
+        return GyroReading(self._series, float(self.angles_at([stamp])[0]))
+
+    def angles_at(self, stamps: ArrayLike) -> NDArray[np.float64]:
+        """Radians (N,) summed up until stamps (N,) in nanoseconds, all in one series.
+
+        Between samples the rate is interpolated; before the first and past the last it stays as it is.
+        Raises LookupError while empty.
+        """
+        if not self._end:
+            raise LookupError("no yaw rates yet")
+        kept = slice(self._begin, self._end)
+        known, (rates, angles) = self._all_stamps[kept], self._all[kept].T
+        wanted = np.asarray(stamps, dtype=np.int64)
+        left = np.clip(np.searchsorted(known, wanted, side="right") - 1, 0, len(known) - 1)
+        right = np.minimum(left + 1, len(known) - 1)
+        since = (wanted - known[left]) * 1e-9
+        apart = np.maximum(known[right] - known[left], 1) * 1e-9
+        slope = np.where(since > 0.0, (rates[right] - rates[left]) / apart, 0.0)
+        found: NDArray[np.float64] = angles[left] + since * (rates[left] + 0.5 * slope * since)
+        return found
+
+    @property
+    def is_dead(self) -> bool:
+        """Whether there were samples, and all the same."""
+        return self._first_rate is not None and not self._is_alive
+
+    def to_arrays(self) -> dict[str, NDArray[Any]]:
+        """``stamps`` (M,) in nanoseconds, ``rates`` and ``angles`` (M,), and the number of the ``series``.
+
+        Also the ``first_rate``, NaN where there was none, and whether it ``is_alive``.
+        """
+        kept = slice(self._begin, self._end)
+        rates, angles = self._all[kept].T.copy()
+        return {
+            "stamps": self._all_stamps[kept].copy(),
+            "rates": rates,
+            "angles": angles,
+            "series": np.array(self._series),
+            "first_rate": np.array(np.nan if self._first_rate is None else self._first_rate),
+            "is_alive": np.array(self._is_alive),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> "GyroBuffer":
+        """The buffer that `to_arrays` wrote. Raises KeyError when an array is missing."""
+        buffer = cls()
+        count = len(arrays["stamps"])
+        buffer._all_stamps[:count] = arrays["stamps"]
+        buffer._all[:count] = np.column_stack([arrays["rates"], arrays["angles"]])
+        buffer._end, buffer._series = count, int(arrays["series"])
+        first_rate = float(arrays["first_rate"])
+        buffer._first_rate = None if math.isnan(first_rate) else first_rate
+        buffer._is_alive = bool(arrays["is_alive"])
+        return buffer

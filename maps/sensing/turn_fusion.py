@@ -1,0 +1,246 @@
+"""How much the car turns, by its wheels and its gyroscope, each weighed by what it has proven to be worth.
+
+A gyroscope has a bias that drifts, and now and then other faults: it is dead, reports degrees, hangs upside
+down, or is read so seldom that it loses turns. Wheels slip. Where the scans show the turn, both are compared
+with it, segment after segment of the drive: the scale and the bias of the gyroscope follow from a robust fit,
+and what both miss after that are their variances. Turns are fused by the inverse of these (the best linear
+unbiased estimate of two independent measurements; Maybeck, Stochastic Models, Estimation, and Control, 1979,
+section 1.5).
+"""
+
+from collections import deque
+from dataclasses import dataclass, replace
+from math import isnan, nan
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from racecar.maps.geometry.se2 import Pose, wrap_angle
+from racecar.maps.sensing.config import TurnFusionConfig
+
+FloatOrArray = TypeVar("FloatOrArray", float, NDArray[np.float64])
+
+_ITERATIONS = 8
+"""Of reweighted least squares: more than enough, because weights change little after the first few."""
+_VARIANCE_PER_MEDIAN = 2.198
+"""Variance of a Gaussian over the median of its squared deviations, by definition of its quantiles."""
+_LOSS_WIDTH = 2.385
+"""Width of the Cauchy loss in standard deviations, for 95 % efficiency on Gaussian errors (Holland and
+Welsch, 1977)."""
+_WORST = 5.0
+"""Standard deviations as which a miss counts at most in a variance: slips count, but one lost scan among them
+does not say all. By judgement, since nothing shows which is which."""
+
+
+@dataclass(frozen=True)
+class TurnModel:
+    """What is known of wheels and gyroscope; replaced as a whole, so that any thread may read it."""
+
+    config: TurnFusionConfig
+    is_believed: bool = False
+    """Whether the gyroscope has proven to measure the turns of this car."""
+    is_contradicted: bool = False
+    """Whether it has proven not to."""
+    scale: float = 1.0
+    """Of the turns that the gyroscope reports, the factor to true ones."""
+    bias: float = 0.0
+    """Radians per second that are left to subtract after that."""
+    gyro_variance: float = 0.01
+    """Square radians per radian of exposure; at first by judgement, because nothing is known."""
+    wheel_variance: float = nan
+    wheels_are_blind: bool = False
+    """Whether they report not the least turn, however the gyroscope turns."""
+
+    @property
+    def is_used(self) -> bool:
+        """Whether the turns of the gyroscope count: proven, or the only ones and not refuted."""
+        return self.is_believed or (self.wheels_are_blind and not self.is_contradicted)
+
+    def by_gyro(self, gyro_turn: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
+        """The turn in so many seconds, from what the gyroscope measured."""
+        return self.scale * gyro_turn - self.bias * seconds
+
+    def variance_by_gyro(self, turn: float, seconds: float) -> float:
+        """Square radians by which that errs."""
+        return self.gyro_variance * (abs(turn) + self.config.second_exposure * seconds)
+
+    def fused(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
+        """Steps (..., 3) of the base by its wheels, with the turns that wheels and gyroscope measured.
+
+        ``gyro_turns`` (...) are as measured, NaN where it did not, and so many ``seconds`` (...) passed.
+        """
+        if not self.is_used:
+            return steps
+        fused = np.array(steps, dtype=np.float64)
+        by_gyro = self.scale * np.asarray(gyro_turns) - self.bias * np.asarray(seconds)
+        gained = (1.0 - self.wheel_share(steps, by_gyro, seconds)) * wrap_angle(by_gyro - fused[..., 2])
+        return turned_more(fused, np.where(np.isnan(gained), 0.0, gained))
+
+    def wheel_share(self, steps: Pose, turns_by_gyro: ArrayLike, seconds: ArrayLike) -> NDArray[np.float64]:
+        """Weights (...) of what the wheels say of the turn in steps (..., 3), 0 to 1."""
+        if self.wheels_are_blind:
+            return np.zeros(np.shape(turns_by_gyro))
+        seconds, turns_by_gyro = np.asarray(seconds), np.asarray(turns_by_gyro)
+        distances = np.hypot(steps[..., 0], steps[..., 1])
+        wheels = self.wheel_variance * _wheel_exposure(self.config, steps[..., 2], distances, seconds)
+        gyro = self.gyro_variance * _gyro_exposure(self.config, turns_by_gyro, seconds)
+        share: NDArray[np.float64] = gyro / np.maximum(gyro + wheels, 1e-30)
+        return np.where(np.isnan(share), 0.0, share)
+
+
+def turned_more(steps: Pose, turns: ArrayLike) -> Pose:
+    """Steps (..., 3) of a car that turned by so many radians (...) more.
+
+    It is taken to have gone along an arc, whose chord deviates from its start by half the turn.
+    """
+    turns = np.asarray(turns)
+    cos, sin = np.cos(0.5 * turns), np.sin(0.5 * turns)
+    x, y, turn = np.moveaxis(np.asarray(steps, dtype=np.float64), -1, 0)
+    return np.stack([cos * x - sin * y, sin * x + cos * y, wrap_angle(turn + turns)], axis=-1)
+
+
+class TurnFusion:
+    """Learns the `TurnModel` while the car drives."""
+
+    def __init__(self, config: TurnFusionConfig) -> None:
+        self.config = config
+        self.model = TurnModel(config)
+        self._segments: deque[NDArray[np.float64]] = deque(maxlen=config.segments)
+        """(5,) each: seconds; turn by the scans, by the gyroscope and by the wheels; metres by the wheels.
+        The last two are NaN where these were silent."""
+        self._segment = np.zeros(5)
+        self._unseen_turn = 0.0
+        """Radians by the gyroscope of which the wheels reported nothing; -inf once they reported any."""
+
+    def reconfigure(self, config: TurnFusionConfig) -> None:
+        """Take other settings from here on."""
+        self.config = config
+        self.model = replace(self.model, config=config)
+
+    def start_anew(self) -> None:
+        """The next turn does not continue the last one."""
+        self._segment = np.zeros(5)
+
+    def watch(self, wheel_step: Pose, gyro_turn: float, seconds: float) -> None:
+        """Take in a step (3,) by the wheels as it is: some drivers know distances only."""
+        if wheel_step[2] != 0.0:
+            self._unseen_turn = -np.inf
+        elif not isnan(gyro_turn):
+            self._unseen_turn += max(abs(gyro_turn) - self.config.bias_sigma * seconds, 0.0)
+        are_blind = self._unseen_turn > self.config.unseen_turn
+        if are_blind != self.model.wheels_are_blind:
+            self.model = replace(self.model, wheels_are_blind=are_blind)
+
+    def follow(self, seconds: float, turn: float, gyro_turn: float, wheel_step: Pose | None) -> None:
+        """Take in a step of so many seconds, in which the scans show a ``turn`` in radians.
+
+        ``gyro_turn`` is as measured, NaN where it did not; ``wheel_step`` (3,) without the systematic errors.
+        """
+        if isnan(gyro_turn) or not 0.0 < seconds < np.inf:
+            self.start_anew()
+            return
+        by_wheels = (
+            (nan, nan) if wheel_step is None else (float(wheel_step[2]), float(np.hypot(*wheel_step[:2])))
+        )
+        self._segment = self._segment + np.array([seconds, turn, gyro_turn, *by_wheels])
+        if self._segment[0] >= self.config.segment_seconds:
+            self._segments.append(self._segment)
+            self.start_anew()
+            self._learn()
+
+    def _learn(self) -> None:
+        segments = np.array(self._segments)
+        config = self.config
+        seconds, turns, by_gyro, by_wheels, metres = segments.T
+        ages = np.arange(len(segments))[::-1]
+        memory = np.exp(-ages / config.memory)
+        design = np.column_stack([by_gyro, -seconds])
+        prior, expected = np.diag([config.scale_sigma**-2.0, config.bias_sigma**-2.0]), np.array([1.0, 0.0])
+        solution, per_exposure = expected, config.min_variance
+        weights = memory
+        covariance = np.zeros((2, 2))
+        for _ in range(_ITERATIONS):
+            exposure = _gyro_exposure(config, design @ solution, seconds)
+            variances = config.scan_noise**2 + per_exposure * exposure
+            covariance = np.linalg.inv(design.T @ ((weights / variances)[:, None] * design) + prior)
+            solution = covariance @ (design.T @ (weights / variances * turns) + prior @ expected)
+            missed = turns - design @ solution
+            per_exposure = _variance(missed, exposure, memory, config)
+            variances = config.scan_noise**2 + per_exposure * exposure
+            weights = memory / (1.0 + missed**2 / (_LOSS_WIDTH**2 * variances))
+        scale, bias = solution.tolist()
+        is_tried = len(segments) >= config.min_segments and np.abs(turns).sum() > config.turn_until_tried
+        is_known = covariance[0, 0] < config.known_scale**2
+        is_right = is_known and abs(scale - 1.0) < config.max_scale_error
+        known = ~np.isnan(by_wheels)
+        exposure = _wheel_exposure(config, by_wheels[known], metres[known], seconds[known])
+        wheels = _variance(turns[known] - by_wheels[known], exposure, memory[known], config)
+        self.model = TurnModel(
+            config,
+            is_tried and is_right,
+            is_tried and not is_right,
+            scale,
+            bias,
+            per_exposure,
+            wheels,
+            self.model.wheels_are_blind,
+        )
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """The ``segments`` (S, 5) that are remembered, the one (5,) that has begun, and ``unseen_turn``."""
+        return {
+            "segments": np.array(self._segments).reshape(-1, 5),
+            "segment": self._segment,
+            "unseen_turn": np.array(self._unseen_turn),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, NDArray[np.generic]], config: TurnFusionConfig) -> "TurnFusion":
+        """One that goes on from where another was. Raises KeyError when an array is missing."""
+        fusion = cls(config)
+        fusion._segments.extend(arrays["segments"].astype(np.float64))
+        fusion._segment = arrays["segment"].astype(np.float64)
+        fusion._unseen_turn = float(arrays["unseen_turn"])
+        are_blind = fusion._unseen_turn > config.unseen_turn
+        fusion.model = replace(fusion.model, wheels_are_blind=are_blind)
+        if fusion._segments:
+            fusion._learn()
+        return fusion
+
+
+def _gyro_exposure(
+    config: TurnFusionConfig, turns: NDArray[np.float64], seconds: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Radians (...) to which errors of a gyroscope are proportional."""
+    return np.abs(turns) + config.second_exposure * seconds
+
+
+def _wheel_exposure(
+    config: TurnFusionConfig,
+    turns: NDArray[np.float64],
+    metres: NDArray[np.float64],
+    seconds: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Radians (...) to which errors of wheels are proportional."""
+    return np.abs(turns) + config.metre_exposure * metres + config.standing_exposure * seconds
+
+
+def _variance(
+    missed: NDArray[np.float64],
+    exposure: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    config: TurnFusionConfig,
+) -> float:
+    """Square radians per exposure (N,), of turns that missed those of the scans by so many radians (N,).
+
+    The mean of squares without what the scans' own noise makes, in which no miss counts as more than some
+    standard deviations that the median shows.
+    """
+    if len(missed) == 0:
+        return nan
+    noise, squares = config.scan_noise**2, missed**2
+    usual = max(float(np.median((_VARIANCE_PER_MEDIAN * squares - noise) / exposure)), config.min_variance)
+    counted = np.minimum(squares, _WORST**2 * (noise + usual * exposure))
+    seen = float(np.sum(weights * (counted - noise)) / np.sum(weights * exposure))
+    return max(seen, config.min_variance)
