@@ -27,10 +27,12 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, compose, inverse
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.turn_fusion import TurnModel
+from racecar.maps.sensing.yaw_rate import YawRate
 
 
 class Mapper:
-    """Builds a map incrementally; scans and odometry come in the order of time."""
+    """Builds a map incrementally; scans, odometry and yaw rates come in the order of time."""
 
     def __init__(self, config: MappingConfig, odometry_lag: int = 0, *, keep_clouds: bool = False) -> None:
         """``odometry_lag`` in nanoseconds as far as it is known; it is learned as the car turns. With
@@ -66,6 +68,11 @@ class Mapper:
         """By how much odometry is stamped later than scans, as far as it was learned."""
         return self._state.reckoning.odometry_lag
 
+    @property
+    def turn_model(self) -> TurnModel:
+        """What the turns by wheels and gyroscope have proven to be worth so far."""
+        return self._state.reckoning.turns.model
+
     def session(self) -> Session:
         """Everything so far but the scans between keyframes; it goes on growing with the mapper."""
         return self._state.session()
@@ -82,6 +89,10 @@ class Mapper:
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample of wheel odometry."""
         self._state.reckoning.add_odometry(odometry)
+
+    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """Take a sample of a gyroscope."""
+        self._state.reckoning.add_yaw_rate(yaw_rate)
 
     def add_scan(self, scan: Scan) -> Pose:
         """Take a scan; returns ``map_from_base`` (3,) as known now."""
@@ -172,7 +183,7 @@ class Mapper:
         state.rays.append(rays_of(scan, points, self._config.rendering) if len(points) else Rays.none())
         if state.clouds is not None and state.reckoning.cloud is not None:
             state.clouds.add(index, state.reckoning.cloud)
-        state.reckoning.start_keyframe(step, prepared, scan.laser)
+        state.reckoning.start_keyframe(step, prepared, scan.laser, is_tied=is_tied and index > 0)
         self._learn_and_optimize(index)
         if self._config.close_loops:
             self._close_loops(is_tied=is_tied)
@@ -210,11 +221,12 @@ class Mapper:
         do_wheels_count = gap == Gap.NONE or (gap == Gap.DRIVEN and not is_tied)
         wheel_step = state.reckoning.wheel_step() if do_wheels_count else None
         if wheel_step is not None:
-            constraints.append(state.by_wheels(index, wheel_step))
+            constraints.append(state.by_wheels(index, wheel_step, state.reckoning.gyro_step()))
         elif gap != Gap.NONE and not is_tied:
             information = state.reckoning.calibration.information(np.zeros(3))
             constraints.append(state.by_motion(index, step, information))
         state.wheel_steps.extend(pose_or_nan(wheel_step))
+        state.gyro_steps.extend(state.reckoning.gyro_step())
         for constraint in constraints:
             state.graph.add(constraint)
         return is_tied

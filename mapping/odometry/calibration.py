@@ -4,6 +4,7 @@ Wheels of unequal size turn a straight drive by so much per metre; a wrong track
 wrong wheel radius every length. All three show against the motion that scan matching measured.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,8 +63,16 @@ class WheelCalibration:
         return np.diag(1.0 / np.maximum(usual, np.abs(surprise)) ** 2)
 
 
-def calibrate(odometry_steps: Pose, matched_steps: Pose, config: WheelCalibrationConfig) -> WheelCalibration:
-    """Robust fit of odometry steps (N, 3) to the same steps as scan matching measured them (N, 3)."""
+def calibrate(
+    odometry_steps: Pose,
+    matched_steps: Pose,
+    config: WheelCalibrationConfig,
+    fused: Callable[[Pose], Pose] = lambda corrected: corrected,
+) -> WheelCalibration:
+    """Robust fit of odometry steps (N, 3) to the same steps as scan matching measured them (N, 3).
+
+    What is left of errors is that of the corrected steps after a gyroscope was ``fused`` with them.
+    """
     if len(odometry_steps) < config.min_steps:
         return WheelCalibration.unknown(config)
     length = np.hypot(odometry_steps[:, 0], odometry_steps[:, 1])
@@ -72,7 +81,7 @@ def calibrate(odometry_steps: Pose, matched_steps: Pose, config: WheelCalibratio
     turn_per_metre, turn_scale = _robust_fit(design, matched_steps[:, 2], np.array([0.0, 1.0]), config)
     along = np.sum(matched_steps[:, :2] * odometry_steps[:, :2], axis=1) / np.maximum(length, _SMALLEST)
     (path_scale,) = _robust_fit(length[:, None], along, np.array([1.0]), config)
-    error = matched_steps - _corrected(odometry_steps, turn_per_metre, turn_scale, path_scale)
+    error = matched_steps - fused(_corrected(odometry_steps, turn_per_metre, turn_scale, path_scale))
     sigma_distance, tail_distance = _spread(error[:, :2], config)
     sigma_turn, tail_turn = _spread(wrap_angle(error[:, 2]), config)
     return WheelCalibration(

@@ -4,6 +4,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.settings import Settings
 
 Positive = Annotated[float, Field(gt=0.0, le=1000.0)]
@@ -346,4 +347,5 @@ class DeadReckoningConfig(Settings):
     turn_search: TurnSearchConfig = TurnSearchConfig()
     velocity_filter: VelocityFilterConfig = VelocityFilterConfig()
     lag: OdometryLagConfig = OdometryLagConfig()
+    turn_fusion: TurnFusionConfig = TurnFusionConfig()
     calibration: WheelCalibrationConfig = WheelCalibrationConfig()

@@ -1,27 +1,47 @@
-"""Dead reckoning: the laser's motion since the last keyframe, by wheels, by scans and at a steady
-velocity."""
+"""Dead reckoning: the laser's motion since the last keyframe, by wheels and gyroscope, by scans and at a
+steady velocity."""
 
 from dataclasses import astuple
+from math import isnan
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from racecar.mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import PreparedScan
 from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.mapping.odometry.config import DeadReckoningConfig
-from racecar.mapping.odometry.deskew import by_odometry, by_velocity, deskew, deskew_cloud, seen_by
+from racecar.mapping.odometry.deskew import (
+    LaserMotion,
+    by_odometry,
+    by_velocity,
+    deskew,
+    deskew_cloud,
+    seen_by,
+)
 from racecar.mapping.odometry.lag import OdometryLag
 from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
 from racecar.mapping.odometry.mounts import Mounts
 from racecar.mapping.odometry.scan_odometry import ScanOdometry
 from racecar.mapping.odometry.turn_search import with_turn_seen
-from racecar.mapping.odometry.velocity_filter import VelocityFilter
-from racecar.maps.geometry.se2 import IDENTITY, Pose, are_apart, between, compose, transform_points
+from racecar.mapping.odometry.velocity_filter import TurnMeasured, VelocityFilter
+from racecar.maps.geometry.se2 import (
+    IDENTITY,
+    Pose,
+    are_apart,
+    between,
+    compose,
+    inverse,
+    transform_points,
+    wrap_angle,
+)
+from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.turn_fusion import TurnFusion
+from racecar.maps.sensing.yaw_rate import YawRate
 
 _MATCHING = ScanMatchingConfig()
 _SECOND = 1_000_000_000
@@ -54,7 +74,12 @@ class DeadReckoning:
         self.cloud: NDArray[np.float64] | None = None
         """(N, 3) what a sensor with many rows saw in the last scan, corrected for motion, in its frame laid
         level; None of a planar one."""
+        self.turns = TurnFusion(config.turn_fusion)
+        """What the turns by wheels and gyroscope have proven to be worth."""
         self._odometry = OdometryBuffer(lag=odometry_lag)
+        self._gyro = GyroBuffer()
+        self._by_gyro: GyroReading | None = None
+        self._keyframe_by_gyro: GyroReading | None = None
         self._scan_odometry = ScanOdometry(config.scan_odometry)
         self._filter = VelocityFilter(config.velocity_filter, matching)
         self._points: NDArray[np.float64] = np.zeros((0, 2))
@@ -75,6 +100,10 @@ class DeadReckoning:
             self._by_wheels = self._keyframe_by_wheels = None
         self._odometry.add(odometry)
 
+    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """Take a sample of the gyroscope."""
+        self._gyro.add(yaw_rate)
+
     def advance(self, scan: Scan) -> NDArray[np.float64]:
         """Move on to the next scan; returns its end points (M, 2), corrected for motion, in the frame of its
         laser."""
@@ -82,20 +111,27 @@ class DeadReckoning:
         self.blind_for = scan.stamp - self._seeing_stamp if self._seeing_stamp else 0
         mount = self.mounts.of(scan.laser)
         last_by_wheels, self._by_wheels = self._by_wheels, self._wheels_at(scan)
+        last_by_gyro, self._by_gyro = self._by_gyro, self._gyro.reading_at(scan.stamp)
+        gyro_turn, seconds = turn_between(last_by_gyro, self._by_gyro), (scan.stamp - self._stamp) * 1e-9
+        if last_by_wheels is not None and self._by_wheels is not None:
+            self.turns.watch(between(last_by_wheels, self._by_wheels), gyro_turn, seconds)
+        turned = self._measured_turn(gyro_turn, seconds, scan)
         keyframe_from_last = self._filter.keyframe_from_laser
-        is_followed = self.wheel_step() is None and self._filter.advance(scan, mount)
+        is_followed = self.wheel_step() is None and self._filter.advance(scan, mount, turned)
         is_trusted = is_followed and self._filter.is_trusted
         steadily = seen_by(mount, by_velocity(self._filter.velocity))
-        within = steadily if is_trusted else by_odometry(scan, self._odometry)
+        within = steadily if is_trusted else self._motion_in_sweep(scan, turned)
         in_laser, self.cloud = deskew(scan, within), deskew_cloud(scan, within)
         points, cloud = _from_reference(mount, in_laser), self.cloud
         cloud = None if cloud is None else _from_reference(mount, cloud)
         if last_by_wheels is not None and self._by_wheels is not None:
-            motion = self.calibration.correct(between(last_by_wheels, self._by_wheels))
+            motion = self.corrected(between(last_by_wheels, self._by_wheels), gyro_turn, seconds)
         elif is_trusted:
             motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
         elif len(points) == 0 and self.blind_for > self._config.blind_interval * _SECOND:
             motion = IDENTITY
+        elif turned is not None:
+            motion = np.array([*self._last_motion[:2], turned.turn])
         else:
             motion = with_turn_seen(
                 self._points,
@@ -109,7 +145,7 @@ class DeadReckoning:
         self._last_motion, self._by_scans = between(self._by_scans, by_scans), by_scans
         if len(points) > 0:
             self._seeing_stamp = scan.stamp
-        seconds, self._stamp = (scan.stamp - self._stamp) * 1e-9, scan.stamp
+        self._stamp = scan.stamp
         if not is_followed:
             self._filter.begin(scan.stamp, self.guesses().best, self._last_motion / max(seconds, 1e-3))
         elif seconds > self._config.sparse_interval:
@@ -121,7 +157,7 @@ class DeadReckoning:
         by: dict[GuessSource, Pose] = {}
         step = self.wheel_step()
         if step is not None:
-            by[GuessSource.WHEELS_OR_FILTER] = self.calibration.correct(step)
+            by[GuessSource.WHEELS_OR_FILTER] = self.corrected(step, *self.gyro_step())
         elif self._filter.is_trusted:
             by[GuessSource.WHEELS_OR_FILTER] = self._filter.keyframe_from_laser
         by[GuessSource.SCAN_ODOMETRY] = between(self._keyframe_by_scans, self._by_scans)
@@ -134,9 +170,54 @@ class DeadReckoning:
             return None
         return between(self._keyframe_by_wheels, self._by_wheels)
 
-    def start_keyframe(self, step: Pose, keyframe: PreparedScan, laser: int = 0) -> None:
+    def gyro_step(self) -> tuple[float, float]:
+        """The turn since the last keyframe as the gyroscope measured it, and in how many seconds.
+
+        Radians, NaN where it did not.
+        """
+        seconds = (self._stamp - self._keyframe_stamp) * 1e-9
+        return turn_between(self._keyframe_by_gyro, self._by_gyro), seconds
+
+    def corrected(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
+        """Steps (..., 3) of the reference by the wheels without their systematic errors, and with what the
+        gyroscope says of the turn."""
+        return self.fused(self.calibration.correct(steps), gyro_turns, seconds)
+
+    def fused(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
+        """Corrected steps (..., 3) of the reference with what the gyroscope says of the turn."""
+        if not self.turns.model.is_used:
+            return steps
+        base_from_reference = self.mounts.base_from_reference
+        base_steps = compose(compose(base_from_reference, steps), inverse(base_from_reference))
+        fused = self.turns.model.fused(base_steps, gyro_turns, seconds)
+        return compose(compose(inverse(base_from_reference), fused), base_from_reference)
+
+    def witnessed(self, step: Pose, gyro_step: tuple[float, float], matched: Pose) -> tuple[Pose, Pose]:
+        """A ``step`` (3,) of the wheels without systematic errors and with the turn that wheels and gyroscope
+        measured, and by how much it contradicts the scans, which ``matched`` (3,) as the same step.
+
+        Of the turn there are three witnesses then, and the one between the others is taken to be right: where
+        wheels and gyroscope agree, they need not yield to scans.
+        """
+        corrected = self.calibration.correct(step)
+        fused = self.fused(corrected, *gyro_step)
+        surprise = between(fused, matched)
+        model = self.turns.model
+        if model.is_used and not isnan(gyro_step[0]):
+            turns = np.array([corrected[2], model.by_gyro(*gyro_step), matched[2]])
+            surprise[2] = float(np.median(wrap_angle(turns - fused[2])))
+        return fused, surprise
+
+    def start_keyframe(
+        self, step: Pose, keyframe: PreparedScan, laser: int = 0, *, is_tied: bool = True
+    ) -> None:
         """From here on the current scan, of a ``laser``, is the keyframe; since the last one the reference
-        moved by ``step`` (3,)."""
+        moved by ``step`` (3,), which the scans show if it ``is_tied``."""
+        if is_tied:
+            self._learn_turn(step)
+        else:
+            self.turns.start_anew()
+        self._keyframe_by_gyro = self._by_gyro
         self._filter.start_keyframe(keyframe, self.mounts.of(laser))
         limits = (self._config.lost_distance, self._config.lost_angle)
         if are_apart(step, between(self._keyframe_by_scans, self._by_scans), limits):
@@ -155,6 +236,39 @@ class DeadReckoning:
                 self._by_wheels = self._keyframe_by_wheels = compose(
                     odom_from_base, self.mounts.base_from_reference
                 )
+
+    def _learn_turn(self, step: Pose) -> None:
+        """Compare the turn of the step (3,) between two keyframes with those by wheels and gyroscope."""
+        gyro_turn, seconds = self.gyro_step()
+        by_wheels = self.wheel_step()
+        corrected = None if by_wheels is None else self.calibration.correct(by_wheels)
+        self.turns.follow(seconds, float(step[2]), gyro_turn, corrected)
+
+    def _measured_turn(self, gyro_turn: float, seconds: float, scan: Scan) -> TurnMeasured | None:
+        """What a gyroscope that has proven right says of the time between two scans."""
+        model = self.turns.model
+        if not model.is_used or isnan(gyro_turn) or seconds <= 0.0:
+            return None
+        turn = model.by_gyro(gyro_turn, seconds)
+        sweep = float(scan.time_offsets.max(initial=0.0))
+        begin, end = self._gyro.angles_at([scan.stamp, scan.stamp + round(sweep * 1e9)]).tolist()
+        rate = model.by_gyro(end - begin, sweep) / sweep if sweep > 1e-3 else turn / seconds
+        variance = model.variance_by_gyro(turn, seconds)
+        return TurnMeasured(turn, variance, rate, self.mounts.base_from_reference)
+
+    def _motion_in_sweep(self, scan: Scan, turned: TurnMeasured | None) -> LaserMotion:
+        """By the wheels, with the turn by the gyroscope where that is believed."""
+        if turned is None:
+            return by_odometry(scan, self._odometry)
+        if len(self._odometry) == 0:
+            return by_velocity(np.array([0.0, 0.0, turned.rate_in_sweep]))
+        at_stamp = self._gyro.angles_at([scan.stamp])
+
+        def correction(steps: Pose, seconds: NDArray[np.float64], stamps: NDArray[np.int64]) -> Pose:
+            turns = self._gyro.angles_at(stamps) - at_stamp
+            return self.turns.model.fused(steps, turns, np.abs(seconds))
+
+        return by_odometry(scan, self._odometry, correction)
 
     def _begin_scan_odometry(self) -> None:
         """Begin anew with the current scan.
@@ -179,7 +293,8 @@ class DeadReckoning:
         ``odometry_poses`` (M, 3) are the latest odom_from_base. ``by_scans`` and ``by_wheels`` are the laser
         now, in the frames of scan odometry and of the wheels, ``keyframe_by_...`` the same at the last
         keyframe; NaN where the wheels were silent. ``last_motion`` leads from the last scan to this one;
-        ``velocity`` is per nanosecond.
+        ``velocity`` is per nanosecond. ``by_gyro`` and ``keyframe_by_gyro`` (2,) are what the gyroscope had
+        summed up at the same times, and in which series; NaN where it was silent.
         """
         stamps, poses = self._odometry.samples
         return {
@@ -197,6 +312,10 @@ class DeadReckoning:
             "keyframe_by_scans": self._keyframe_by_scans,
             "keyframe_by_wheels": pose_or_nan(self._keyframe_by_wheels),
             "velocity": self._velocity,
+            "by_gyro": _reading_or_nan(self._by_gyro),
+            "keyframe_by_gyro": _reading_or_nan(self._keyframe_by_gyro),
+            **named("gyro", self._gyro.to_arrays()),
+            **named("turns", self.turns.to_arrays()),
             **named("odometry_lag", self.odometry_lag.to_arrays()),
             **named("scan_odometry", self._scan_odometry.to_arrays()),
             **named("velocity_filter", self._filter.to_arrays()),
@@ -224,6 +343,10 @@ class DeadReckoning:
         reckoning._keyframe_by_scans = arrays["keyframe_by_scans"].astype(np.float64)
         reckoning._keyframe_by_wheels = pose_or_none(arrays["keyframe_by_wheels"])
         reckoning._velocity = arrays["velocity"].astype(np.float64)
+        reckoning._by_gyro = _reading_or_none(arrays["by_gyro"])
+        reckoning._keyframe_by_gyro = _reading_or_none(arrays["keyframe_by_gyro"])
+        reckoning._gyro = GyroBuffer.from_arrays(part_of("gyro", arrays))
+        reckoning.turns = TurnFusion.from_arrays(part_of("turns", arrays), config.turn_fusion)
         scan_odometry, velocity_filter = part_of("scan_odometry", arrays), part_of("velocity_filter", arrays)
         reckoning._scan_odometry = ScanOdometry.from_arrays(scan_odometry, config.scan_odometry)
         reckoning._filter = VelocityFilter.from_arrays(velocity_filter, config.velocity_filter, matching)
@@ -261,3 +384,12 @@ def _from_reference(mount: Pose | None, points: NDArray[np.float64]) -> NDArray[
     if mount is None:
         return points
     return np.column_stack([transform_points(mount, points[:, :2]), points[:, 2:]])
+
+
+def _reading_or_nan(reading: GyroReading | None) -> NDArray[np.float64]:
+    return np.full(2, np.nan) if reading is None else np.array([reading.series, reading.angle])
+
+
+def _reading_or_none(array: NDArray[np.generic]) -> GyroReading | None:
+    series, angle = array.astype(np.float64).tolist()
+    return None if isnan(series) else GyroReading(int(series), angle)

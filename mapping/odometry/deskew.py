@@ -6,7 +6,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
 
@@ -14,14 +14,25 @@ LaserMotion: TypeAlias = Callable[[NDArray[np.float64]], Pose]
 """Where the laser is (N, 3) so many seconds (N,) after the stamp, in its own frame at the stamp."""
 
 
-def by_odometry(scan: Scan, odometry: OdometryBuffer) -> LaserMotion:
+TurnCorrection: TypeAlias = Callable[[Pose, NDArray[np.float64], NDArray[np.int64]], Pose]
+"""What a gyroscope makes of steps (N, 3) of the base by its wheels, in so many seconds (N,), that end at
+stamps (N,)."""
+
+
+def by_odometry(
+    scan: Scan, odometry: OdometryBuffer, correction: TurnCorrection | None = None
+) -> LaserMotion:
     """The motion that the wheels report; none before their first sample."""
     if len(odometry) == 0:
         return by_velocity(IDENTITY)
 
     def laser_from_later(seconds: NDArray[np.float64]) -> Pose:
         stamps = scan.stamp + np.rint(seconds * 1e9).astype(np.int64)
-        odom_from_laser = compose(odometry.pose_at(np.append(stamps, scan.stamp)), scan.base_from_laser)
+        odom_from_base = odometry.pose_at(np.append(stamps, scan.stamp))
+        if correction is not None:
+            steps = correction(between(odom_from_base[-1], odom_from_base[:-1]), seconds, stamps)
+            return compose(inverse(scan.base_from_laser), compose(steps, scan.base_from_laser))
+        odom_from_laser = compose(odom_from_base, scan.base_from_laser)
         return compose(inverse(odom_from_laser[-1]), odom_from_laser[:-1])
 
     return laser_from_later

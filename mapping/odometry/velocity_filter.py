@@ -7,6 +7,8 @@ Tracking and Navigation, 2001, section 6.2.2]; its measurement is a match of eac
 keyframe, for which the prediction is the prior.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -26,6 +28,19 @@ zero."""
 _MATCHING = ScanMatchingConfig()
 _NOTHING_SEEN = PreparedScan(np.zeros((0, 2), dtype=np.float32), np.zeros((0, 2), dtype=np.float32))
 """The keyframe before the first, which by definition shows no point."""
+
+
+class TurnMeasured(NamedTuple):
+    """What a gyroscope says of the time between two scans."""
+
+    turn: float
+    """Radians."""
+    variance: float
+    """Square radians."""
+    rate_in_sweep: float
+    """Radians per second while the scan was taken."""
+    base_from_laser: Pose
+    """(3,) the mount of the laser that is followed."""
 
 
 class VelocityFilter:
@@ -64,9 +79,9 @@ class VelocityFilter:
         self._keyframe, self.keyframe_from_laser = keyframe, IDENTITY
         self._covariance[:3, :] = self._covariance[:, :3] = 0.0
 
-    def advance(self, scan: Scan, mount: Pose | None = None) -> bool:
+    def advance(self, scan: Scan, mount: Pose | None = None, turned: TurnMeasured | None = None) -> bool:
         """Follow the laser to the next scan; one of another laser, mounted at ``mount`` (3,) seen from it,
-        tells of the motion too.
+        tells of the motion too, and so may a gyroscope.
 
         False where that fails, and then it has to begin anew: the scan came late, or it does not lie where
         any likely velocity could have taken it.
@@ -75,8 +90,12 @@ class VelocityFilter:
         seconds = (scan.stamp - self._stamp) * 1e-9
         if not 0.0 < seconds <= self._config.max_interval:
             return False
+        if turned is not None:
+            self._take_turn(turned.turn / seconds, turned.variance / seconds**2, turned.base_from_laser)
         predicted = compose(self.keyframe_from_laser, self.velocity * seconds)
-        covariance = self._predicted_covariance(seconds)
+        covariance = self._predicted_covariance(seconds, is_turn_known=turned is not None)
+        if turned is not None:
+            self._set_rate(turned.rate_in_sweep, turned.base_from_laser)
         # A sweep shows where the laser was in its middle, however wrongly it was corrected for the motion.
         middle = _middle_of(scan)
         observes = np.hstack([np.eye(3), middle * np.eye(3)])
@@ -112,6 +131,18 @@ class VelocityFilter:
         self.keyframe_from_laser = compose(self.keyframe_from_laser, correction[:3])
         self.velocity = self.velocity + correction[3:]
 
+    def _take_turn(self, rate: float, variance: float, base_from_laser: Pose) -> None:
+        """The rate of turn is measured and not estimated: the filter takes it as an input."""
+        self._set_rate(rate, base_from_laser)
+        self._covariance[5, :] = self._covariance[:, 5] = 0.0
+        self._covariance[5, 5] = variance
+
+    def _set_rate(self, rate: float, base_from_laser: Pose) -> None:
+        """A laser that does not sit where the car turns about moves sideways as it turns."""
+        lever = inverse(base_from_laser)[:2]  # from the laser to the base
+        gained = rate - self.velocity[2]
+        self.velocity = self.velocity + gained * np.array([lever[1], -lever[0], 1.0])
+
     def _match(
         self, scan: Scan, middle: float, expected: Pose, known: NDArray[np.float64], mount: Pose | None
     ) -> Matches:
@@ -126,14 +157,15 @@ class VelocityFilter:
         pairings = Pairings(np.arange(2), pair, *at)
         return match(expected[None], pairings, scans, scans, prior_information=prior)
 
-    def _predicted_covariance(self, seconds: float) -> NDArray[np.float64]:
-        """The covariance (6, 6) of place and velocity so many seconds later.
+    def _predicted_covariance(self, seconds: float, *, is_turn_known: bool) -> NDArray[np.float64]:
+        """The covariance (6, 6) of place and velocity so many seconds later; a known turn does not
+        accelerate.
 
         The rotation of the frame meanwhile, by a few hundredths of a radian, is neglected.
         """
         transition = np.eye(6)
         transition[:3, 3:] = seconds * np.eye(3)
-        density = self._acceleration
+        density = np.diag([1.0, 1.0, 0.0]) @ self._acceleration if is_turn_known else self._acceleration
         noise = np.block(
             [
                 [density * seconds**3 / 3.0 + _ROUNDING, density * seconds**2 / 2.0],

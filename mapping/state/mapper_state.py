@@ -46,6 +46,8 @@ class MapperState:
     """(K) of the keyframes."""
     wheel_steps: "array[float]" = field(default_factory=lambda: array("d"))
     """`measured_steps`, flat."""
+    gyro_steps: "array[float]" = field(default_factory=lambda: array("d"))
+    """Of each of them the turn as the gyroscope measured it, NaN where it did not, and the seconds; flat."""
     known_since: int = 0
     """The keyframe before which the car was elsewhere, where that is not known."""
     seconds: dict[str, float] = field(default_factory=dict)
@@ -106,17 +108,22 @@ class MapperState:
         known = first + np.flatnonzero(~np.isnan(measured[first:, 0]))
         poses = self.map_from_reference
         matched = between(poses[known], poses[1:][known])
-        self.reckoning.calibration = calibrate(measured[known], matched, self.config.odometry.calibration)
+        gyro_turns, seconds = np.array(self.gyro_steps).reshape(-1, 2)[known].T
+        self.reckoning.calibration = calibrate(
+            measured[known],
+            matched,
+            self.config.odometry.calibration,
+            lambda corrected: self.reckoning.fused(corrected, gyro_turns, seconds),
+        )
 
-    def by_wheels(self, index: int, step: Pose) -> Constraint:
-        """What a ``step`` (3,) of the wheels says of keyframe ``index`` and the one before."""
-        calibration = self.reckoning.calibration
-        corrected = calibration.correct(step)
+    def by_wheels(self, index: int, step: Pose, gyro_step: tuple[float, float]) -> Constraint:
+        """What a ``step`` (3,) of the wheels says of keyframe ``index`` and the one before; the gyroscope
+        measured a turn in so many seconds."""
         before, after = self.reckoning.mounts.to_reference(
             self.map_from_keyframe[index - 1 : index + 1], self.keyframe_lasers[index - 1 : index + 1]
         )
-        information = calibration.information(between(corrected, between(before, after)))
-        return self.by_motion(index, corrected, information)
+        corrected, surprise = self.reckoning.witnessed(step, gyro_step, between(before, after))
+        return self.by_motion(index, corrected, self.reckoning.calibration.information(surprise))
 
     def by_motion(self, index: int, step: Pose, information: NDArray[np.float64]) -> Constraint:
         """That the reference moved by a ``step`` (3,) between keyframe ``index`` and the one before; its
@@ -132,8 +139,11 @@ class MapperState:
 
     def all_by_wheels(self) -> list[Constraint]:
         """The same of every step that they measured."""
+        gyro_steps = np.array(self.gyro_steps).reshape(-1, 2).tolist()
         return [
-            self.by_wheels(k + 1, step) for k, step in enumerate(self.measured_steps) if not np.isnan(step[0])
+            self.by_wheels(k + 1, step, (turn, seconds))
+            for k, (step, (turn, seconds)) in enumerate(zip(self.measured_steps, gyro_steps, strict=True))
+            if not np.isnan(step[0])
         ]
 
     def session(self) -> Session:
@@ -152,12 +162,14 @@ class MapperState:
         that takes seconds after a long drive.
 
         The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
-        ``wheel_steps`` (K - 1, 3) as `measured_steps`; ``known_since``; wall ``seconds`` (T,) of the
-        ``stages`` (T,); ``keyframe_lasers`` (K,), which laser took each keyframe.
+        ``wheel_steps`` (K - 1, 3) as `measured_steps`; ``gyro_steps`` (K - 1, 2), the turn and the seconds;
+        ``known_since``; wall ``seconds`` (T,) of the ``stages`` (T,); ``keyframe_lasers`` (K,), which laser
+        took each keyframe.
         """
         session, drive, wheel_steps = self.session().frozen(), self.drive.frozen(), self.measured_steps
         rest = {
             **named("reckoning", self.reckoning.to_arrays()),
+            "gyro_steps": np.array(self.gyro_steps).reshape(-1, 2),
             "known_since": np.array(self.known_since),
             "keyframe_lasers": np.array(self.keyframe_lasers, dtype=np.int64),
             "stages": np.array(list(self.seconds), dtype=np.str_),
@@ -184,6 +196,7 @@ class MapperState:
             session.map_from_keyframe,
             session.rays,
             array("d", arrays["wheel_steps"].ravel().tolist()),
+            array("d", arrays["gyro_steps"].ravel().tolist()),
             int(arrays["known_since"]),
             dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True)),
             keyframe_lasers=array(

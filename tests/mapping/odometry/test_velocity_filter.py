@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from racecar.mapping.matching.scan_store import prepare_scan
 from racecar.mapping.odometry.config import VelocityFilterConfig
 from racecar.mapping.odometry.deskew import by_velocity
-from racecar.mapping.odometry.velocity_filter import VelocityFilter
+from racecar.mapping.odometry.velocity_filter import TurnMeasured, VelocityFilter
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.sensing.scan import Scan
 from tests.mapping.worlds import BEARINGS, CORRIDOR, MAX_RANGE, ROOM, points_at, ranges
@@ -119,3 +119,17 @@ def test_one_that_was_written_goes_on_to_the_same_bits() -> None:
         follow(each, ROOM, velocity, range(10, 15))
     np.testing.assert_array_equal(tracker.keyframe_from_laser, other.keyframe_from_laser)
     np.testing.assert_array_equal(tracker.velocity, other.velocity)
+
+
+def test_a_turn_that_a_gyroscope_measured_is_followed_at_once() -> None:
+    """A laser ahead of where the car turns about; the scans alone would need several to notice."""
+    ahead = np.array([0.3, 0.0, 0.0])
+    tracker = begun(ROOM)
+    rate = 1.5
+    velocity = np.array([0.0, 0.3 * rate, rate])  # of the laser, as the base turns on the spot
+    scan = sweep(ROOM, velocity, PERIOD * 1e-9)
+    turned = TurnMeasured(rate * PERIOD * 1e-9, 1e-8, rate, ahead)
+    assert tracker.advance(scan, turned=turned)
+    np.testing.assert_allclose(tracker.velocity[1:], velocity[1:], atol=0.05)
+    moved = between(START, after(velocity, PERIOD * 1e-9))
+    assert abs(tracker.keyframe_from_laser[2] - moved[2]) < 1e-3
