@@ -21,6 +21,7 @@ from racecar.localization.sensor.config import (
     LikelihoodFieldConfig,
     SensorModelName,
 )
+from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.settings import Settings
 
 
@@ -169,6 +170,7 @@ class LocalizationConfig(Settings):
     odometry_segments: SegmentConfig = SegmentConfig()
     odometry_trust: OdometryTrustConfig = OdometryTrustConfig()
     odometry_calibration: OdometryCalibrationConfig = OdometryCalibrationConfig()
+    turn_fusion: TurnFusionConfig = TurnFusionConfig()
     particle_filter: ParticleFilterConfig = ParticleFilterConfig()
     start: StartConfig = StartConfig()
     tempering: TemperingConfig = TemperingConfig()

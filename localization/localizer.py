@@ -30,8 +30,11 @@ from racecar.localization.sensor.registry import SENSOR_MODELS
 from racecar.localization.sensor.sensor_model import SensorModel
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.gyro_buffer import GyroReading
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.turn_fusion import TurnModel
+from racecar.maps.sensing.yaw_rate import YawRate
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +44,8 @@ class _Published:
     estimate: PoseEstimate
     odom_from_base: Pose | None
     """At the estimate's stamp; None without odometry."""
+    by_gyro: GyroReading | None
+    """At the same time; None without a gyroscope."""
     faults: OdometryFaults
     """Of the odometry, as known then."""
 
@@ -48,7 +53,7 @@ class _Published:
 class Localizer:
     """Estimates the car's pose on a map; its methods may be called from several threads at once.
 
-    `add_odometry`, `pose_at` and `particles` do not wait for a scan that is being worked on.
+    `add_odometry`, `add_yaw_rate`, `pose_at` and `particles` do not wait for a scan that is being worked on.
     """
 
     def __init__(self, grid: OccupancyGrid, config: LocalizationConfig, rng: np.random.Generator) -> None:
@@ -113,6 +118,10 @@ class Localizer:
         """Take in a sample of odometry; those out of order are left out."""
         self._motion.add(odometry)
 
+    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """Take in a sample of a gyroscope; those out of order are left out."""
+        self._motion.add_yaw_rate(yaw_rate)
+
     def add_scan(self, scan: Scan) -> PoseEstimate:
         """The pose at a scan's stamp; a scan out of order gives the last scan's pose again."""
         with self._lock:
@@ -129,7 +138,9 @@ class Localizer:
             self._judge_odometry(step, estimate)
             self._motion.follow(scan.stamp, estimate.map_from_base)
             self._last = estimate
-            self._published = _Published(estimate, self._motion.odom_from_base, self.odometry_faults)
+            self._published = _Published(
+                estimate, self._motion.odom_from_base, self._motion.by_gyro, self.odometry_faults
+            )
             self._cloud = self._filter.map_from_base, self._filter.weights
             return estimate
 
@@ -139,7 +150,9 @@ class Localizer:
         if published is None:
             return None
         last = published.estimate
-        step = self._motion.step_from(published.odom_from_base, published.faults, last.stamp, stamp)
+        step = self._motion.step_from(
+            published.odom_from_base, published.faults, last.stamp, stamp, published.by_gyro
+        )
         map_from_base, covariance = carry(
             last.map_from_base, last.covariance, step.base_from_next_base, step.deviations
         )
@@ -154,6 +167,11 @@ class Localizer:
     def odometry_faults(self) -> OdometryFaults:
         """What this car's odometry always gets wrong, as learned so far; all motion is corrected by it."""
         return self._motion.calibration.faults
+
+    @property
+    def turn_model(self) -> TurnModel:
+        """What the turns by wheels and gyroscope have proven to be worth so far."""
+        return self._motion.turns.model
 
     def _survey(self, config: LocalizationConfig) -> None:
         """Learn what the sensor would see from where on the map."""
@@ -360,6 +378,7 @@ class Localizer:
         """Compare the path that odometry reports with that of the estimates."""
         trusted = self._config.tracking.trusted_within
         is_known = self._is_known_within(trusted, estimate.covariance, estimate.cluster_weight)
+        self._motion.learn_turn(estimate.map_from_base if is_known and not estimate.is_start else None)
         segment = self._segments.follow(step, self._filter.lag, estimate if is_known else None)
         if segment is not None:
             self._trust.learn(segment, self._config.slip)

@@ -1,6 +1,6 @@
 """The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
 
-from math import isfinite
+from math import isfinite, isnan, nan, sqrt
 from threading import Lock
 
 import numpy as np
@@ -11,17 +11,22 @@ from racecar.localization.odometry.calibration import OdometryCalibration, Odome
 from racecar.localization.odometry.motion_model import drift_noise, motion_model, travel
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.speed_memory_kernels import SpeedMemory
-from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, wrap_angle
 from racecar.maps.geometry.se2_kernels import step_between
+from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation, OdometryBuffer
+from racecar.maps.sensing.turn_fusion import TurnFusion, turned_more
+from racecar.maps.sensing.yaw_rate import YawRate
 
 
 class MotionSource:
-    """Gathers odometry, and gives the motion since the last scan; none of it is counted twice or lost.
+    """Gathers odometry and yaw rates, and gives the motion since the last scan.
 
-    Odometry may come in from another thread at any time; the other methods belong to the thread that has
-    the scan, but for `step_from`, which anyone may ask.
+    None of it is counted twice or lost.
+
+    Odometry and yaw rates may come in from other threads at any time; the other methods belong to the thread
+    that has the scan, but for `step_from`, which anyone may ask.
     """
 
     def __init__(self, config: LocalizationConfig) -> None:
@@ -29,6 +34,13 @@ class MotionSource:
         self.calibration = OdometryCalibration(config.odometry_calibration)
         """Of the odometry; all steps are corrected by it."""
         self._odometry = OdometryBuffer(extrapolation=_extrapolation(config))
+        self.turns = TurnFusion(config.turn_fusion)
+        """What the turns by wheels and gyroscope have proven to be worth."""
+        self._gyro = GyroBuffer()
+        self._by_gyro: GyroReading | None = None
+        self._compared: tuple[float, float, Pose | None] = (0.0, nan, None)
+        """The last step: seconds, and turn by the gyroscope and step by the wheels before they were fused."""
+        self._known_heading: float | None = None
         self._restarts = 0
         self._followed_restarts = 0
         self._odom_from_base: Pose | None = None
@@ -43,6 +55,7 @@ class MotionSource:
         self._config = config
         self.model = motion_model(config)
         self.calibration.config = config.odometry_calibration
+        self.turns.reconfigure(config.turn_fusion)
         self._memory.reconfigure(config.speed_memory)
         with self._lock:
             self._odometry.extrapolation = _extrapolation(config)
@@ -64,6 +77,14 @@ class MotionSource:
                 self._restarts += 1
             self._odometry.add(odometry)
 
+    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """Take a sample of the gyroscope; one that is no number or comes out of order is left out."""
+        with self._lock:
+            latest = self._gyro.latest_stamp
+            if latest is not None and latest - yaw_rate.stamp > self._config.motion.restart_seconds * 1e9:
+                self._gyro.start_anew()
+            self._gyro.add(yaw_rate)
+
     def knows(self, stamp: int) -> bool:
         """Whether the odometry reaches to a stamp, or nearly."""
         latest = self._odometry.latest_stamp
@@ -80,12 +101,33 @@ class MotionSource:
     def poses_in_sweep(self, stamps: NDArray[np.int64]) -> Pose:
         """Where the base is (N, 3) at stamps (N,) in the sweep of the last step, in a fixed frame.
 
-        By odometry, or where that is silent by the speed of the estimates.
+        By odometry, or where that is silent by the speed of the estimates; with the turn by the gyroscope.
         """
         if self._odom_from_base is not None:
-            return self.poses_at(stamps)
-        seconds = (stamps - self._stamp) * 1e-9 if self._stamp is not None else np.zeros(len(stamps))
-        return seconds[:, None] * self._speed
+            poses = self.poses_at(stamps)
+            if not self.turns.model.is_used or self._by_gyro is None or self._stamp is None:
+                return poses
+            steps = between(self._odom_from_base, poses)
+            return self.turns.model.fused(
+                steps, self._gyro_turns(stamps), np.abs(stamps - self._stamp) * 1e-9
+            )
+        seconds = np.zeros(len(stamps))
+        if self._stamp is not None:
+            seconds = np.asarray((stamps - self._stamp) * 1e-9, dtype=np.float64)
+        poses = seconds[:, None] * self._speed
+        if self.turns.model.is_used and self._by_gyro is not None:
+            poses[:, 2] = self.turns.model.by_gyro(self._gyro_turns(stamps), seconds)
+        return poses
+
+    def _gyro_turns(self, stamps: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(N,) radians since the last step, as measured."""
+        if self._by_gyro is None:
+            return np.full(len(stamps), np.nan)
+        with self._lock:
+            series, angles = self._gyro.series, self._gyro.angles_at(stamps)
+        return (
+            angles - self._by_gyro.angle if series == self._by_gyro.series else np.full(len(stamps), np.nan)
+        )
 
     def step_to(self, stamp: int) -> MotionStep:
         """The motion since the last call."""
@@ -104,7 +146,19 @@ class MotionSource:
         self._stamp = stamp
         before = self._odom_from_base
         self._odom_from_base = self.poses_at(np.array([stamp]))[0] if self.knows(stamp) else None
-        return self._measured(before, self._odom_from_base, seconds) or self._carried_on(seconds)
+        gyro_before, self._by_gyro = self._by_gyro, self._reading_at(stamp)
+        gyro_turn = turn_between(gyro_before, self._by_gyro)
+        measured = self._measured(before, self._odom_from_base, seconds, gyro_turn)
+        return measured or self._carried_on(seconds, gyro_turn)
+
+    @property
+    def by_gyro(self) -> GyroReading | None:
+        """At the stamp of the last step; None without a gyroscope."""
+        return self._by_gyro
+
+    def _reading_at(self, stamp: int) -> GyroReading | None:
+        with self._lock:
+            return self._gyro.reading_at(stamp)
 
     @property
     def odom_from_base(self) -> Pose | None:
@@ -112,17 +166,41 @@ class MotionSource:
         return self._odom_from_base
 
     def step_from(
-        self, odom_from_base: Pose | None, faults: OdometryFaults, since: int, stamp: int
+        self,
+        odom_from_base: Pose | None,
+        faults: OdometryFaults,
+        since: int,
+        stamp: int,
+        by_gyro: GyroReading | None = None,
     ) -> MotionStep:
-        """The motion from a stamp, at which the odometry said ``odom_from_base``, to another one.
+        """The motion from a stamp, at which the odometry said ``odom_from_base`` and the gyroscope
+        ``by_gyro``, to another one.
 
         The answer is not remembered, so anyone may ask for the motion up to now.
         """
         seconds = (stamp - since) * 1e-9
+        gyro_turn = nan if by_gyro is None else turn_between(by_gyro, self._reading_at(stamp))
         if odom_from_base is not None and self._remembers(since) and self.knows(stamp):
             step = faults.corrected(step_between(odom_from_base, self.poses_at(np.array([stamp]))[0]))
+            if not isnan(gyro_turn):
+                step = self.turns.model.fused(step, gyro_turn, seconds)
             return MotionStep(step, self.model.deviations(step), travel(step), seconds)
-        return self._carried_on(seconds)
+        return self._carried_on(seconds, gyro_turn)
+
+    def learn_turn(self, map_from_base: Pose | None) -> None:
+        """Compare the turn of the last step with the estimates.
+
+        None where the place is not known, or does not continue the one before.
+        """
+        before, self._known_heading = self._known_heading, None
+        if map_from_base is None:
+            self.turns.start_anew()
+            return
+        self._known_heading = float(map_from_base[2])
+        if before is not None:
+            seconds, gyro_turn, by_wheels = self._compared
+            turn = float(wrap_angle(self._known_heading - before))
+            self.turns.follow(seconds, turn, gyro_turn, by_wheels)
 
     def follow(self, stamp: int, map_from_base: Pose) -> None:
         """Learn the car's speed from an estimate, for when odometry fails."""
@@ -143,20 +221,37 @@ class MotionSource:
         first = self._odometry.first_stamp
         return first is not None and first <= stamp
 
-    def _measured(self, before: Pose | None, after: Pose | None, seconds: float) -> MotionStep | None:
+    def _measured(
+        self, before: Pose | None, after: Pose | None, seconds: float, gyro_turn: float
+    ) -> MotionStep | None:
+        self._compared = seconds, gyro_turn, None
         if before is None or after is None:
             return None
-        step = self.calibration.faults.corrected(step_between(before, after))
+        by_wheels = step_between(before, after)
+        self.turns.watch(by_wheels, gyro_turn, seconds)
+        step = self.calibration.faults.corrected(by_wheels)
+        self._compared = seconds, gyro_turn, step
+        model, wheel_share = self.turns.model, 1.0
+        if model.is_used and not isnan(gyro_turn):
+            wheel_share = float(model.wheel_share(step, model.by_gyro(gyro_turn, seconds), seconds))
+            step = model.fused(step, gyro_turn, seconds)
         possible, effort, behind = self._memory.take(step, seconds)
         sliding = self._config.slip * (possible - np.abs(step))
         deviations = np.hypot(self.model.deviations(possible), sliding)
+        if wheel_share < 1.0:
+            behind = behind * np.array([1.0, 1.0, wheel_share])
         is_over_gap = seconds > self._config.motion.gap_seconds
         return MotionStep(step, deviations, travel(possible), seconds, effort, behind, is_over_gap)
 
-    def _carried_on(self, seconds: float) -> MotionStep:
+    def _carried_on(self, seconds: float, gyro_turn: float) -> MotionStep:
         longest, gap = self._config.motion.longest_carry, self._config.motion.gap_seconds
         step = self._speed * float(np.clip(seconds, -longest, longest))
         noise = drift_noise(min(abs(seconds), gap), self._config.drift_noise)
+        model = self.turns.model
+        if model.is_used and not isnan(gyro_turn):
+            turn = model.by_gyro(gyro_turn, seconds)
+            step = turned_more(step, turn - step[2])
+            noise[2] = sqrt(model.variance_by_gyro(turn, abs(seconds)))
         return MotionStep(step, noise, np.inf, seconds, is_over_gap=seconds > gap)
 
 

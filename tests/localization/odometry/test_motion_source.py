@@ -9,6 +9,7 @@ from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.yaw_rate import YawRate
 
 MILLISECOND, SECOND = 1_000_000, 1_000_000_000
 MODELS = pytest.mark.parametrize("model", ["odometry", "ackermann"])
@@ -305,3 +306,47 @@ def test_what_a_car_is_behind_adds_up_to_what_it_has_turned_in_a_tenth_of_a_seco
     assert turn[51:101].sum() == pytest.approx(-1.5 * 0.1, rel=0.15)
     assert turn[101:].sum() == pytest.approx(1.5 * 0.1, rel=0.15)
     np.testing.assert_allclose(np.array(behind)[:, :2], 0.0, atol=2e-3)
+
+
+def turning_source(*, has_odometry: bool) -> MotionSource:
+    """Half a minute of wheels that overstate turns by half, beside estimates that show the truth."""
+    motion = source()
+    for k in range(30 * 50):
+        stamp = k * 20 * MILLISECOND
+        pose = true_pose(stamp)
+        motion.add_yaw_rate(YawRate(stamp, yaw_rate(stamp) + 0.04))
+        if has_odometry:
+            motion.add(Odometry(stamp, np.array([*pose[:2], 1.5 * pose[2]]), IDENTITY))
+        if k % 5 == 0:
+            motion.step_to(stamp)
+            motion.learn_turn(pose)
+            motion.follow(stamp, pose)
+    return motion
+
+
+def yaw_rate(stamp: int) -> float:
+    t = stamp * 1e-9
+    return float(-1.5 * np.sin(t) / (1.5**2 + np.cos(t) ** 2))
+
+
+@pytest.mark.parametrize("has_odometry", [True, False])
+def test_a_gyroscope_that_has_proven_right_measures_the_turn(has_odometry: bool) -> None:
+    motion = turning_source(has_odometry=has_odometry)
+    last, now = 1495 * 20 * MILLISECOND, 1499 * 20 * MILLISECOND
+    assert motion.turns.model.is_believed
+    true = between(true_pose(last), true_pose(now))
+    step = motion.step_from(motion.odom_from_base, OdometryFaults(), last, now, motion.by_gyro)
+    assert step.base_from_next_base[2] == pytest.approx(true[2], abs=1e-3)
+    in_sweep = motion.poses_in_sweep(np.array([last, now]))
+    assert between(*in_sweep)[2] == pytest.approx(true[2], abs=1e-3)
+    assert motion.step_to(now).base_from_next_base[2] == pytest.approx(true[2], abs=1e-3)
+
+
+def test_a_gyroscope_whose_clock_is_set_back_begins_anew() -> None:
+    motion = turning_source(has_odometry=True)
+    for k in range(10):
+        motion.add_yaw_rate(YawRate((10 + k) * 20 * MILLISECOND, 0.1 * k))
+    step = motion.step_from(motion.odom_from_base, OdometryFaults(), 29 * SECOND, 15 * 20 * MILLISECOND)
+    assert np.isfinite(step.base_from_next_base).all()
+    motion.step_to(15 * 20 * MILLISECOND)
+    assert motion.by_gyro is not None
