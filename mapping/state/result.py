@@ -87,6 +87,8 @@ def _warnings(state: MapperState) -> list[str]:
             "There was no wheel odometry: lengths of bare corridors are not to be trusted, "
             "and fast turns may have been lost."
         )
+    if sentence := state.reckoning.turns.model.contradiction:
+        warnings.append(sentence)
     if lag := state.reckoning.odometry_lag.nanoseconds:
         where = "behind" if lag > 0 else "ahead of"
         warnings.append(

@@ -10,7 +10,7 @@ section 1.5).
 
 from collections import deque
 from dataclasses import dataclass, replace
-from math import isnan, nan
+from math import isnan, nan, radians
 from typing import TypeVar
 
 import numpy as np
@@ -56,6 +56,19 @@ class TurnModel:
     def is_used(self) -> bool:
         """Whether the turns of the gyroscope count: proven, or the only ones and not refuted."""
         return self.is_believed or (self.wheels_are_blind and not self.is_contradicted)
+
+    @property
+    def contradiction(self) -> str | None:
+        """What is wrong with a gyroscope that the scans contradict, as a sentence for people."""
+        if not self.is_contradicted:
+            return None
+        if abs(self.scale + 1.0) < self.config.max_scale_error:
+            what = "turns to the other side: it hangs upside down, and no transform says so"
+        elif abs(self.scale / radians(1.0) - 1.0) < self.config.max_scale_error:
+            what = "reports degrees instead of radians per second"
+        else:
+            what = "does not turn as they do"
+        return f"By the scans the gyroscope of the IMU {what}; it was not used."
 
     def by_gyro(self, gyro_turn: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
         """The turn in so many seconds, from what the gyroscope measured."""

@@ -6,6 +6,7 @@ import numpy as np
 
 from racecar.maps.sensing.odometry import Odometry, is_jump
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.findings import Finding
 
 _LEAST_PATH = 0.5
@@ -16,6 +17,8 @@ _INVALID_SHARE = 0.5
 """Of the beams, above which the sensor is covered rather than in the open: by judgement."""
 _LONG_BLANK = 1.0
 """Seconds without a return; what is shorter is bridged without a trace, by judgement."""
+_FEW_SAMPLES = 50
+"""Samples of a gyroscope that may be equal by chance, where one is read coarsely: by judgement."""
 _MISSING_SHARE = 0.02
 """Of the steps between scans, above which they come unevenly: by judgement."""
 
@@ -207,3 +210,30 @@ class OdometryFacts:
                 )
             )
         return findings
+
+
+@dataclass
+class YawRateFacts:
+    """Of all yaw rates so far."""
+
+    spacing: Spacing = field(default_factory=Spacing)
+    slowest: float = np.inf
+    fastest: float = -np.inf
+    """Radians per second."""
+
+    def add(self, yaw_rate: YawRate) -> None:
+        """Take note of the next sample."""
+        self.spacing.add(yaw_rate.stamp)
+        self.slowest, self.fastest = min(self.slowest, yaw_rate.rate), max(self.fastest, yaw_rate.rate)
+
+    @property
+    def findings(self) -> list[Finding]:
+        """What a person should know of."""
+        if self.spacing.count < _FEW_SAMPLES or self.slowest != self.fastest:
+            return []
+        return [
+            Finding(
+                f"The yaw rate of the IMU is always {self.slowest:g}: its gyroscope is dead and not used.",
+                "See that its driver starts the gyroscope.",
+            )
+        ]

@@ -9,7 +9,15 @@ from rosbags.typesys.store import Typestore
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.bags.messages import LASER_SCAN, OCCUPANCY_GRID, ODOMETRY, PATH, POSE_ARRAY, TRANSFORMS
+from racecar.pipelines.bags.messages import (
+    IMU,
+    LASER_SCAN,
+    OCCUPANCY_GRID,
+    ODOMETRY,
+    PATH,
+    POSE_ARRAY,
+    TRANSFORMS,
+)
 
 _PLANAR = [0, 1, 5]
 """x, y and yaw among the six coordinates of a covariance."""
@@ -60,6 +68,20 @@ class MessageFactory:
                 "geometry_msgs/msg/PoseWithCovariance", pose=self._pose(pose), covariance=spread.ravel()
             ),
             twist=self._new("geometry_msgs/msg/TwistWithCovariance", twist=speeds, covariance=np.zeros(36)),
+        )
+
+    def imu(self, stamp_ns: int, frame_id: str, yaw_rate: float) -> Any:
+        """A message that says nothing but how fast the IMU turns about its z axis."""
+        unknown = np.array([-1.0, *[0.0] * 8])
+        return self._new(
+            IMU,
+            header=self._header(stamp_ns, frame_id),
+            orientation=self._quaternion(0.0),
+            orientation_covariance=unknown,
+            angular_velocity=self._new("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=float(yaw_rate)),
+            angular_velocity_covariance=np.zeros(9),
+            linear_acceleration=self._new("geometry_msgs/msg/Vector3", x=0.0, y=0.0, z=0.0),
+            linear_acceleration_covariance=unknown,
         )
 
     def occupancy_grid(self, stamp_ns: int, frame_id: str, grid: OccupancyGrid) -> Any:

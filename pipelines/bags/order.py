@@ -1,13 +1,16 @@
-"""Scans and odometry in the order of their stamps."""
+"""Scans, odometry and yaw rates in the order of their stamps."""
 
 import heapq
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 
-Item = Scan | Odometry
+_KINDS = (YawRate, Odometry, Scan)
+"""Of equal stamps the first goes first, so that a scan comes after the motion that it needs."""
 
 _HORIZON = 1_000_000_000
 """Nanoseconds of log within which messages are sorted; drivers and recorders delay by less: by judgement."""
@@ -22,12 +25,12 @@ _LONGEST_WAIT = 500_000_000
 """Nanoseconds for odometry; a bag whose odometry pauses for longer is mapped by its scans: by judgement."""
 
 
-def in_order(items: Iterable[Item], counts: Counter[str]) -> Iterator[Item]:
+def in_order(items: Iterable[Measurement], counts: Counter[str]) -> Iterator[Measurement]:
     """Sort what is out of order by up to a second; drop, and count, what comes later than that or twice.
 
-    Of equal stamps odometry goes first.
+    Of equal stamps the yaw rate goes first, and the scan last.
     """
-    waiting: list[tuple[int, bool, int, Item]] = []
+    waiting: list[tuple[int, int, int, Measurement]] = []
     # The second newest stamp drives time on, so that one stamp far in the future cannot.
     newest = second = -(2**63)
     released = _Released(counts)
@@ -37,7 +40,7 @@ def in_order(items: Iterable[Item], counts: Counter[str]) -> Iterator[Item]:
             newest, second = stamp, newest
         elif stamp > second:
             second = stamp
-        heapq.heappush(waiting, (stamp, isinstance(item, Scan), arrival, item))
+        heapq.heappush(waiting, (stamp, _KINDS.index(type(item)), arrival, item))
         while waiting and (waiting[0][0] <= second - _HORIZON or len(waiting) > _MOST_WAITING):
             if released.accepts(*(head := heapq.heappop(waiting))[:3]):
                 yield head[3]
@@ -51,55 +54,73 @@ class _Released:
 
     def __init__(self, counts: Counter[str]) -> None:
         self._counts = counts
-        self._stamps = [-(2**63), -(2**63)]
+        self._stamps = [-(2**63)] * len(_KINDS)
         self._arrival = -1
 
-    def accepts(self, stamp: int, is_scan: bool, arrival: int) -> bool:
+    def accepts(self, stamp: int, kind: int, arrival: int) -> bool:
         overtaken = self._arrival - arrival
         jump = stamp - max(self._stamps)
-        if stamp == self._stamps[is_scan]:
+        if stamp == self._stamps[kind]:
             self._counts["dropped_duplicates"] += 1
             return False
         is_astray = overtaken > _OVERTAKEN_FAR or (overtaken > _OVERTAKEN and jump > _JUMP)
-        if stamp < self._stamps[is_scan] or is_astray:
+        if stamp < self._stamps[kind] or is_astray:
             self._counts["dropped_out_of_order"] += 1
             return False
-        self._stamps[is_scan] = stamp
+        self._stamps[kind] = stamp
         self._arrival = max(self._arrival, arrival)
         return True
 
 
-def after_their_odometry(items: Iterable[Item], counts: Counter[str]) -> Iterator[Item]:
-    """Hold each scan back until odometry covers its last beam, or half a second of log has passed."""
-    held = HeldScans(counts)
+def after_their_motion(
+    items: Iterable[Measurement], counts: Counter[str], *, has_odometry: bool
+) -> Iterator[Measurement]:
+    """Hold each scan back until odometry and yaw rates cover its last beam, or half a second of log has
+    passed."""
+    held = HeldScans(counts, has_odometry=has_odometry)
     for item in items:
         yield from held.add(item)
     yield from held.rest()
 
 
 class HeldScans:
-    """Scans that wait for the odometry that covers them."""
+    """Scans that wait for the odometry that covers them, and for the yaw rates while these come."""
 
-    def __init__(self, counts: Counter[str]) -> None:
+    def __init__(self, counts: Counter[str], *, has_odometry: bool = True) -> None:
         self._counts = counts
         self._waiting: deque[tuple[int, Scan]] = deque()
-        self._covered = -(2**63)
+        self._has_odometry = has_odometry
+        self._covered, self._covered_by_gyro = -(2**63), -(2**63)
 
-    def add(self, item: Item) -> Iterator[Item]:
+    def add(self, item: Measurement) -> Iterator[Measurement]:
         """Take an item in the order of time; what need not wait any longer."""
         if isinstance(item, Scan):
             self._waiting.append((item.stamp + int(max(item.time_offsets.max(), 0.0) * 1e9), item))
         else:
-            self._covered = item.stamp
+            if isinstance(item, Odometry):
+                self._covered = item.stamp
+            else:
+                self._covered_by_gyro = item.stamp
             yield item
         waiting = self._waiting
-        while waiting and (waiting[0][0] <= self._covered or item.stamp > waiting[0][0] + _LONGEST_WAIT):
+        while waiting and (
+            self._is_covered(waiting[0][0], item.stamp) or item.stamp > waiting[0][0] + _LONGEST_WAIT
+        ):
             end, scan = waiting.popleft()
-            self._counts["scans_without_odometry"] += end > self._covered
+            self._count(end)
             yield scan
 
-    def rest(self) -> Iterator[Item]:
+    def rest(self) -> Iterator[Measurement]:
         """All that still wait."""
-        self._counts["scans_without_odometry"] += len(self._waiting)
         while self._waiting:
-            yield self._waiting.popleft()[1]
+            end, scan = self._waiting.popleft()
+            self._count(end)
+            yield scan
+
+    def _is_covered(self, end: int, now: int) -> bool:
+        gyro_has_stopped = now - self._covered_by_gyro > _LONGEST_WAIT
+        is_by_gyro = gyro_has_stopped or self._covered_by_gyro >= end
+        return is_by_gyro and (self._covered >= end or not self._has_odometry)
+
+    def _count(self, end: int) -> None:
+        self._counts["scans_without_odometry"] += self._has_odometry and end > self._covered

@@ -1,4 +1,4 @@
-"""A bag as a stream of scans and odometry; whatever is wrong with real logs is mended or counted."""
+"""A bag as a stream of measurements; whatever is wrong with real logs is mended or counted."""
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -10,16 +10,19 @@ from typing import Any
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.clock import StampClock, clock_offset, typical_gap
 from racecar.pipelines.bags.converters.framed_scans import FramedScanConverter
+from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.odometry import PoseSource, pose_source
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
     TRANSFORM_CONVERTERS,
+    YAW_RATE_CONVERTERS,
     Converter,
     OdometrySetup,
     ScanSetup,
@@ -27,16 +30,16 @@ from racecar.pipelines.bags.converters.registry import (
 )
 from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, learn_reading
 from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
-from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts
+from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
 from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.frames import look_at_links, transform_topics
 from racecar.pipelines.bags.messages import LASER_SCAN, decode, frame_name
-from racecar.pipelines.bags.order import Item, after_their_odometry, in_order
+from racecar.pipelines.bags.order import after_their_motion, in_order
 from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.pipelines.bags.sensor_place import SensorPlaces
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.store import BagStore
-from racecar.pipelines.bags.topics import choose_odometry, choose_scans, list_topics
+from racecar.pipelines.bags.topics import choose_imu, choose_odometry, choose_scans, list_topics
 
 _SAMPLES = 25
 """Messages looked at beforehand: enough for medians of their spacing, and read in no time."""
@@ -69,9 +72,9 @@ class _Samples:
 
 
 class BagReader:
-    """Scans and odometry of a bag in the order of time; memory does not grow with the bag.
+    """Scans, odometry and yaw rates of a bag in the order of time; memory does not grow with the bag.
 
-    A scan comes after the odometry that covers its last beam, or half a second of log later. Iterating
+    A scan comes after the motion that covers its last beam, or half a second of log later. Iterating
     again starts afresh, and ends in a UserError when not one scan was usable. Close it, or use it as a
     context manager.
     """
@@ -82,7 +85,9 @@ class BagReader:
         *,
         scan_topic: str | Sequence[str] | None = None,
         odom_topic: str | None = None,
+        imu_topic: str | None = None,
         use_odometry: bool = True,
+        use_imu: bool = True,
         base_from_laser: Pose | None = None,
         min_height: float = SECTION_HEIGHTS[0],
         max_height: float = SECTION_HEIGHTS[1],
@@ -99,6 +104,7 @@ class BagReader:
         self._findings: list[Finding] = []
         self._readings: dict[str, ScanReading] = {}
         self._odometry: _Samples | None = None
+        self._imu: _Samples | None = None
         self._odometry_links: OdometryLinks | None = None
         self._integrate_twist = False
         self._named_transforms: BagTopic | None = None
@@ -107,7 +113,8 @@ class BagReader:
             self._open_scans(named)
             source = self._open_odometry(odom_topic) if use_odometry else PoseSource.POSE
             wants_links = source in (PoseSource.NOTHING, PoseSource.STANDING)
-            needs_links = wants_links or base_from_laser is None
+            self._open_imu(imu_topic, use_imu)
+            needs_links = wants_links or base_from_laser is None or self._imu is not None
             links = self._look_at_links(wants_links) if needs_links else FrameLinks()
             if wants_links:
                 self._open_odometry_links(links, source)
@@ -123,6 +130,8 @@ class BagReader:
         """What the scans read so far are like."""
         self.odometry_facts = OdometryFacts()
         """What the odometry read so far is like."""
+        self.yaw_rate_facts = YawRateFacts()
+        """What the yaw rates read so far are like."""
         self._counter: Counter[str] = Counter()
         self.messages_read = 0
         """Of the chosen topics; advances while iterating."""
@@ -168,6 +177,11 @@ class BagReader:
         return self._odometry.topic.name if self._odometry else None
 
     @property
+    def imu_topic(self) -> str | None:
+        """Topic of the IMU."""
+        return self._imu.topic.name if self._imu else None
+
+    @property
     def odometry_source(self) -> str:
         """The odometry's topic, and of transforms the links it is made of."""
         if self._odometry_links is not None:
@@ -195,6 +209,8 @@ class BagReader:
             "base_from_laser": self.base_from_laser,
             "base_from_laser_source": self.base_from_laser_source,
         }
+        if self._imu is not None:
+            inputs["imu_topic"] = self.imu_topic
         if len(self._scans) > 1:
             inputs["scan_topics"] = self.scan_topics
         if len(self._places.frames) > 1:
@@ -231,6 +247,7 @@ class BagReader:
             *counted_findings(self._counter),
             *self.scan_facts.findings,
             *self.odometry_facts.findings,
+            *self.yaw_rate_facts.findings,
         ]
 
     @property
@@ -238,20 +255,25 @@ class BagReader:
         """The findings as sentences for people."""
         return [finding.sentence for finding in self.findings]
 
-    def __iter__(self) -> Iterator[Scan | Odometry]:
+    def __iter__(self) -> Iterator[Measurement]:
         self._counter.clear()
         self._gaps, self.scan_facts, self.odometry_facts = ScanGaps(), ScanFacts(), OdometryFacts()
+        self.yaw_rate_facts = YawRateFacts()
         self.messages_read = 0
         items = in_order(self._items(), self._counter)
-        if self._odometry is not None:
-            items = after_their_odometry(items, self._counter)
+        if self._odometry is not None or self._imu is not None:
+            items = after_their_motion(items, self._counter, has_odometry=self._odometry is not None)
         for item in items:
             if isinstance(item, Scan):
                 self._gaps.add(item)
                 self.scan_facts.add(item)
-            else:
+                self._counter["scans"] += 1
+            elif isinstance(item, Odometry):
                 self.odometry_facts.add(item)
-            self._counter["scans" if isinstance(item, Scan) else "odometry"] += 1
+                self._counter["odometry"] += 1
+            else:
+                self.yaw_rate_facts.add(item)
+                self._counter["yaw_rates"] += 1
             yield item
         if not self._counter["scans"]:
             raise UserError(
@@ -305,6 +327,14 @@ class BagReader:
                 )
             )
         return PoseSource.POSE if odom_topic is not None and source == PoseSource.STANDING else source
+
+    def _open_imu(self, imu_topic: str | None, use_imu: bool) -> None:
+        if not use_imu:
+            return
+        topics, types = self._store.topics, tuple(YAW_RATE_CONVERTERS)
+        topic = choose_imu(topics, types, imu_topic, self.scan_topic)
+        samples = None if topic is None else self._sample(topic)
+        self._imu = samples if samples and samples.messages else None
 
     def _look_at_links(self, wants_odometry: bool) -> FrameLinks:
         """The links among the frames of the car that took the scans."""
@@ -398,9 +428,13 @@ class BagReader:
         """The topics that are read."""
         of_links = self._odometry_links.topics if self._odometry_links else ()
         of_odometry = [self._odometry.topic.name] if self._odometry else []
-        return list(dict.fromkeys([*self.scan_topics, *of_odometry, *of_links]))
+        return list(dict.fromkeys([*self.scan_topics, *of_odometry, *of_links, *self._of_imu]))
 
-    def _items(self) -> Iterator[Item]:
+    @property
+    def _of_imu(self) -> list[str]:
+        return [self._imu.topic.name] if self._imu else []
+
+    def _items(self) -> Iterator[Measurement]:
         """What the messages hold, in the order of recording."""
         converters, clocks = self._converters(), self._clocks()
         for name, recorded, data in self._store.messages(list(clocks)):
@@ -413,10 +447,10 @@ class BagReader:
             if item is not None:
                 yield item
 
-    def _converters(self) -> dict[str, Converter[Item]]:
+    def _converters(self) -> dict[str, Converter[Measurement]]:
         """By topic."""
         numbers: dict[tuple[str, str], int] = {}
-        converters: dict[str, Converter[Item]] = {
+        converters: dict[str, Converter[Measurement]] = {
             samples.topic.name: FramedScanConverter(
                 samples.topic.name, partial(self._new_scan_converter, samples), numbers
             )
@@ -427,6 +461,12 @@ class BagReader:
             converter = new_converter(self._setup, self._counter)
             for name in self._streams()[len(self._scans) :]:
                 converters[name] = converter
+        if self._imu is not None:
+            base, frame = self._places.base_frame(self._scan_frame), self._imu.frames[0]
+            setup = ImuSetup(self._places.links.fixed().between(base, frame) if base else None)
+            converters[self._imu.topic.name] = YAW_RATE_CONVERTERS[self._imu.topic.message_type](
+                setup, self._counter
+            )
         return converters
 
     def _new_scan_converter(self, samples: _Samples, frame: str) -> Converter[Scan]:
@@ -441,7 +481,7 @@ class BagReader:
 
     def _clocks(self) -> dict[str, StampClock]:
         """A clock per chosen topic; a topic without stamps of its own keeps to the other's clock."""
-        chosen = [*self._scans, *([self._odometry] if self._odometry else [])]
+        chosen = [*self._scans, *(each for each in (self._imu, self._odometry) if each)]
         known = [samples.clock_offset for samples in chosen if samples.clock_offset is not None]
         common = known[0] if known else 0
         clocks = {}

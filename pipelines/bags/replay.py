@@ -1,22 +1,27 @@
-"""Feeding scans and odometry to whatever takes them: a mapper, a localizer, a check of a bag."""
+"""Feeding scans, odometry and yaw rates to whatever takes them: a mapper, a localizer, a check of a bag."""
 
 import time
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import Generic, Protocol, TypeVar
 
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 
 T = TypeVar("T")
 T_co = TypeVar("T_co", covariant=True)
 
 
 class ScanConsumer(Protocol[T_co]):
-    """What scans and odometry are fed to, in the order of time."""
+    """What measurements are fed to, in the order of time."""
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample."""
+
+    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """Take a sample of a gyroscope."""
 
     def add_scan(self, scan: Scan) -> T_co:
         """Take a scan; the answer to it, such as a pose."""
@@ -32,16 +37,19 @@ class Replayed(Generic[T]):
     """That the answer took."""
 
 
-def feed(message: Scan | Odometry, consumer: ScanConsumer[T]) -> T | None:
-    """Hand one message on; the answer to a scan, None for odometry."""
+def feed(message: Measurement, consumer: ScanConsumer[T]) -> T | None:
+    """Hand one message on; the answer to a scan, None for the others."""
     if isinstance(message, Scan):
         return consumer.add_scan(message)
-    consumer.add_odometry(message)
+    if isinstance(message, YawRate):
+        consumer.add_yaw_rate(message)
+    else:
+        consumer.add_odometry(message)
     return None
 
 
 def replay(
-    messages: Iterable[Scan | Odometry],
+    messages: Iterable[Measurement],
     consumer: ScanConsumer[T],
     clock: Callable[[], float] = time.perf_counter,
 ) -> Iterator[Replayed[T]]:
@@ -52,4 +60,4 @@ def replay(
             answer = consumer.add_scan(message)
             yield Replayed(message, answer, clock() - began)
         else:
-            consumer.add_odometry(message)
+            feed(message, consumer)

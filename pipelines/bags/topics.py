@@ -25,6 +25,20 @@ _PROCESSED = (
     *("cloud", "depth", "camera", "kinect", "realsense", "obstacle", "clear", "debug", "tilt"),
 )
 """Parts of names of scans that were computed from others or from images, or that a nodding laser takes."""
+_OF_CAMERAS = (
+    "camera",
+    "realsense",
+    "d4",
+    "t265",
+    "zed",
+    "oak",
+    "depth",
+    "lidar",
+    "ouster",
+    "livox",
+    "velodyne",
+)
+"""Parts of names of IMUs that sit in other sensors, whose axes are rarely those of the car."""
 _RAW = "raw"
 _FIELDS_OF_VIEW = (170.0, 95.0)
 """Degrees from which on a scanner sees all around or to both sides; depth cameras see 57° to 90°."""
@@ -56,6 +70,23 @@ def choose_odometry(
         others = ", ".join(topic.name for topic in found[1:])
         what = f"Odometry messages are taken from {found[0].name}, not from {others}."
         findings.append(Finding(what, "Choose another with --odom-topic, if this is not the one."))
+    return found[0] if found else None
+
+
+def choose_imu(
+    topics: Mapping[str, BagTopic], types: Sequence[str], named: str | None, near: str
+) -> BagTopic | None:
+    """The named topic, or else that of the robot to which the topic ``near`` belongs, in no other sensor,
+    with most messages; None without any.
+
+    Raises UserError when the named topic is not in the bag or of another type.
+    """
+    if named is not None:
+        return named_topic(topics, types, named, "IMU messages")
+    found = [topic for topic in topics.values() if topic.message_type in types and topic.message_count]
+    robot = near.rpartition("/")[0]
+    found = [topic for topic in found if _belongs_to(topic.name, robot)] or found
+    found.sort(key=lambda topic: (_is_named(topic, _OF_CAMERAS), -topic.message_count, topic.name))
     return found[0] if found else None
 
 

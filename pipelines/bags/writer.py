@@ -25,9 +25,11 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.bags.message_factory import MessageFactory
 from racecar.pipelines.bags.messages import (
+    IMU,
     LASER_SCAN,
     OCCUPANCY_GRID,
     ODOMETRY,
@@ -135,6 +137,11 @@ class BagWriter:
             odometry.stamp, frame_id, child_frame_id, odometry.odom_from_base, odometry.twist, covariance
         )
         self.write_message(topic, ODOMETRY, message, odometry.stamp)
+
+    def write_yaw_rate(self, yaw_rate: YawRate, topic: str = "/imu", frame_id: str = "base_link") -> None:
+        """A sample of a gyroscope."""
+        message = self._messages.imu(yaw_rate.stamp, frame_id, yaw_rate.rate)
+        self.write_message(topic, IMU, message, yaw_rate.stamp)
 
     def write_transform(self, stamp_ns: int, frame_id: str, child_frame_id: str, pose: Pose) -> None:
         """Where a frame is in another: ``frame_from_child`` (3,), on ``/tf``."""

@@ -6,8 +6,10 @@ import typer
 
 from racecar.pipelines.commands.options import (
     BagArgument,
+    ImuTopicOption,
     JsonOption,
     LaserPoseOption,
+    NoImuOption,
     NoOdomOption,
     OdomTopicOption,
     QuietOption,
@@ -29,6 +31,8 @@ def check(
     scan_topic: ScanTopicOption = None,
     odom_topic: OdomTopicOption = None,
     no_odom: NoOdomOption = False,
+    imu_topic: ImuTopicOption = None,
+    no_imu: NoImuOption = False,
     laser_pose: LaserPoseOption = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 3 when a map of the bag would be wrong.")
@@ -50,7 +54,13 @@ def check(
 
     with (
         open_bag(
-            bag, scan_topic=scan_topic, odom_topic=odom_topic, no_odom=no_odom, laser_pose=laser_pose
+            bag,
+            scan_topic=scan_topic,
+            odom_topic=odom_topic,
+            no_odom=no_odom,
+            laser_pose=laser_pose,
+            imu_topic=imu_topic,
+            no_imu=no_imu,
         ) as reader,
         progress_bar("Reading", reader.message_count, quiet=quiet) as progress,
     ):

@@ -8,9 +8,11 @@ import typer
 from racecar.pipelines.commands.options import (
     BagArgument,
     ConfigOption,
+    ImuTopicOption,
     JsonOption,
     LaserPoseOption,
     MapOption,
+    NoImuOption,
     NoOdomOption,
     OdomTopicOption,
     OutputFolderOption,
@@ -42,6 +44,8 @@ def localize(
     scan_topic: ScanTopicOption = None,
     odom_topic: OdomTopicOption = None,
     no_odom: NoOdomOption = False,
+    imu_topic: ImuTopicOption = None,
+    no_imu: NoImuOption = False,
     laser_pose: LaserPoseOption = None,
     record: RecordOption = False,
     seed: SeedOption = 0,
@@ -71,7 +75,13 @@ def localize(
     with (
         output_folder(out) as folder,
         open_bag(
-            bag, scan_topic=scan_topic, odom_topic=odom_topic, no_odom=no_odom, laser_pose=laser_pose
+            bag,
+            scan_topic=scan_topic,
+            odom_topic=odom_topic,
+            no_odom=no_odom,
+            laser_pose=laser_pose,
+            imu_topic=imu_topic,
+            no_imu=no_imu,
         ) as reader,
     ):
         grid = load_map(map)

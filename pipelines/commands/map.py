@@ -8,8 +8,10 @@ import typer
 from racecar.pipelines.commands.options import (
     BagArgument,
     ConfigOption,
+    ImuTopicOption,
     JsonOption,
     LaserPoseOption,
+    NoImuOption,
     NoOdomOption,
     OdomTopicOption,
     OutputFolderOption,
@@ -43,6 +45,8 @@ def map(
     scan_topic: ScanTopicOption = None,
     odom_topic: OdomTopicOption = None,
     no_odom: NoOdomOption = False,
+    imu_topic: ImuTopicOption = None,
+    no_imu: NoImuOption = False,
     laser_pose: LaserPoseOption = None,
     continue_: ContinueOption = None,
     ply: PlyOption = False,
@@ -75,7 +79,13 @@ def map(
     with (
         output_folder(out) as folder,
         open_bag(
-            bag, scan_topic=scan_topic, odom_topic=odom_topic, no_odom=no_odom, laser_pose=laser_pose
+            bag,
+            scan_topic=scan_topic,
+            odom_topic=odom_topic,
+            no_odom=no_odom,
+            laser_pose=laser_pose,
+            imu_topic=imu_topic,
+            no_imu=no_imu,
         ) as reader,
     ):
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once

@@ -65,6 +65,11 @@ OdomTopicOption = Annotated[
     ),
 ]
 NoOdomOption = Annotated[bool, typer.Option("--no-odom", help="Leave the bag's odometry aside.")]
+NoImuOption = Annotated[bool, typer.Option("--no-imu", help="Leave the bag's IMU aside.")]
+ImuTopicOption = Annotated[
+    str | None,
+    typer.Option("--imu-topic", metavar="TOPIC", help="Topic of the IMU; found by type.", show_default=False),
+]
 LaserPoseOption = Annotated[
     tuple[float, float, float] | None,
     typer.Option(
@@ -96,6 +101,8 @@ def open_bag(
     odom_topic: str | None,
     no_odom: bool,
     laser_pose: tuple[float, float, float] | None,
+    imu_topic: str | None = None,
+    no_imu: bool = False,
 ) -> "BagReader":
     """The bag, read as the flags say. Raises UserError when it cannot be."""
     import numpy as np
@@ -106,6 +113,8 @@ def open_bag(
         path,
         scan_topic=scan_topic,
         odom_topic=odom_topic,
+        imu_topic=imu_topic,
         use_odometry=not no_odom,
+        use_imu=not no_imu,
         base_from_laser=None if laser_pose is None else np.array(laser_pose),
     )

@@ -43,6 +43,10 @@ def simulate(
         float,
         typer.Option("--slip", metavar="SHARE", min=0.0, max=0.99, help="Wheel slip at full acceleration."),
     ] = 0.0,
+    imu: Annotated[
+        float,
+        typer.Option("--imu", metavar="HZ", min=0.0, max=1000.0, help="Rate of /imu, a cheap gyroscope."),
+    ] = 0.0,
     quiet: QuietOption = False,
 ) -> None:
     """Drive a car through a map and record /scan, /odom and /ground_truth; ground_truth.tum is put beside.
@@ -60,7 +64,13 @@ def simulate(
     from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
     config = SimulationConfig(
-        noise=noise, seed=seed, duration=duration, max_speed=speed, walkers=walkers, slip=slip
+        noise=noise,
+        seed=seed,
+        duration=duration,
+        max_speed=speed,
+        walkers=walkers,
+        slip=slip,
+        imu_rate=imu,
     )
     simulation = Simulation(load_or_draw(map), config)
     with progress_bar("Driving", quiet=quiet) as progress:

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from racecar.localization.config import LocalizationConfig
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.measurement import Measurement
 from racecar.pipelines.experiments.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import (
     COURSE_NAME,
@@ -163,12 +162,12 @@ def converge(
     return track(filter_, messages, with_start=True)
 
 
-def _in_lab_room(rng: np.random.Generator) -> tuple[OccupancyGrid, Pose, list[Scan | Odometry]]:
+def _in_lab_room(rng: np.random.Generator) -> tuple[OccupancyGrid, Pose, list[Measurement]]:
     drive = CircleDrive(draw_lab_room(), _SECONDS, np.zeros(3), np.inf)
     return drive.grid, np.zeros(3), list(drive.messages(rng))
 
 
-def _in_recording(recording: Recording) -> tuple[OccupancyGrid, Pose, list[Scan | Odometry]]:
+def _in_recording(recording: Recording) -> tuple[OccupancyGrid, Pose, list[Measurement]]:
     messages = list(first_seconds(recording.messages(), _SECONDS))
     return recording.load_map(), known_start(recording), messages
 

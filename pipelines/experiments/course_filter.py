@@ -15,6 +15,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 
 TABLE_WIDTH = 201
 """Distances 0 to 200, in pixels of the map."""
@@ -64,6 +65,9 @@ class CourseFilter:
         if self._odom_from_base is not None:
             self._step = compose(self._step, between(self._odom_from_base, odometry.odom_from_base))
         self._odom_from_base = odometry.odom_from_base
+
+    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """The course's filter knows no gyroscope."""
 
     def add_scan(self, scan: Scan) -> CourseEstimate:
         """Predict, weigh, resample; the estimate is the particles' mean."""

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
@@ -55,7 +56,7 @@ class CircleDrive:
         poses = self._circle(stamps) + np.where(stamps[:, None] * 1e-9 > self.jump_after, self.jump, 0.0)
         return Trajectory(stamps, poses)
 
-    def messages(self, rng: np.random.Generator) -> Iterator[Scan | Odometry]:
+    def messages(self, rng: np.random.Generator) -> Iterator[Measurement]:
         """Exact odometry, which does not notice the jump, and a scan with each sample of it."""
         truth = self.truth
         yield Odometry(0, self._circle(np.zeros(1))[0], np.zeros(3))

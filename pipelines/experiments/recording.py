@@ -12,7 +12,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import find_map, load_map
-from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.experiments.shared_drives import simulated_drive
@@ -43,7 +43,7 @@ class Recording(Protocol):
     def end(self) -> Sequence[float] | None:
         """Where the car is at the last scan by tape measure: x, y and, if it was measured, yaw."""
 
-    def messages(self) -> Iterator[Scan | Odometry]:
+    def messages(self) -> Iterator[Measurement]:
         """In the order of time."""
 
 
@@ -84,7 +84,7 @@ class BagRecording:
     def end(self) -> Sequence[float] | None:
         return self.end_pose
 
-    def messages(self) -> Iterator[Scan | Odometry]:
+    def messages(self) -> Iterator[Measurement]:
         with self._open() as reader:
             yield from reader
 
@@ -120,7 +120,7 @@ class StandIn:
         end: list[float] = simulated_drive("building", self._config).truth.map_from_base[-1].tolist()
         return end
 
-    def messages(self) -> Iterator[Scan | Odometry]:
+    def messages(self) -> Iterator[Measurement]:
         yield from simulated_drive("building", self._config).messages
 
     @property
@@ -130,7 +130,7 @@ class StandIn:
         )
 
 
-def first_seconds(messages: Iterator[Scan | Odometry], seconds: float) -> Iterator[Scan | Odometry]:
+def first_seconds(messages: Iterator[Measurement], seconds: float) -> Iterator[Measurement]:
     """The messages of the first seconds."""
     end = None
     for message in messages:

@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, wrap_angle
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.replay import replay
 
 
@@ -30,6 +32,9 @@ class Filter(Protocol):
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take in a sample."""
+
+    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """Take in a sample of a gyroscope."""
 
     def add_scan(self, scan: Scan) -> Estimate:
         """The pose at the scan's stamp."""
@@ -64,7 +69,7 @@ class Track:
 
 def track(
     filter_: Filter,
-    messages: Iterable[Scan | Odometry],
+    messages: Iterable[Measurement],
     watch: Callable[[Scan, Estimate], None] = lambda scan, estimate: None,
     *,
     with_start: bool = False,

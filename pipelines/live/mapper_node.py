@@ -12,6 +12,7 @@ from geometry_msgs.msg import PoseStamped
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
@@ -172,10 +173,10 @@ class MapperNode(LiveNode):
     def _take_rest(self) -> None:
         self._take(self._held.rest())
 
-    def _hold(self, item: Scan | Odometry) -> None:
+    def _hold(self, item: Measurement) -> None:
         self._take(self._held.add(item))
 
-    def _take(self, ready: Iterable[Scan | Odometry]) -> None:
+    def _take(self, ready: Iterable[Measurement]) -> None:
         for replayed in replay(ready, self._mapper):
             scan, self._pose = replayed.scan, replayed.answer
             stamp, arrival = self._arrivals.pop(scan.stamp)

@@ -11,10 +11,12 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import IDENTITY, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import find_map
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.evaluation.wall_fit import WallFit
 from racecar.pipelines.files.report import Report
@@ -87,7 +89,7 @@ def run_localization(
                 with report.stage("judging"):
                     _judge(run, message, walls, reader.messages_read / max(reader.message_count, 1))
             else:
-                localizer.add_odometry(message)
+                feed(message, localizer)
             if recorder is not None:
                 with report.stage("recording"):
                     _record(message, run, localizer, recorder)
@@ -133,12 +135,12 @@ def _add_scan(run: LocalizationRun, scan: Scan, localizer: Localizer) -> None:
     run.update_seconds.append(time.perf_counter() - began)
 
 
-def _record(message: Scan | Odometry, run: LocalizationRun, localizer: Localizer, recorder: Recorder) -> None:
+def _record(message: Measurement, run: LocalizationRun, localizer: Localizer, recorder: Recorder) -> None:
     if isinstance(message, Odometry):
         recorder.write_odometry(message)
-        return
-    recorder.write_scan(message, run.estimates[-1].map_from_base, run.estimates[-1].covariance)
-    recorder.write_particles(message.stamp, *localizer.particles())
+    elif isinstance(message, Scan):
+        recorder.write_scan(message, run.estimates[-1].map_from_base, run.estimates[-1].covariance)
+        recorder.write_particles(message.stamp, *localizer.particles())
 
 
 def _judge(run: LocalizationRun, scan: Scan, walls: WallFit, progress: float) -> None:
@@ -168,7 +170,9 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, rep
     report.add("update_ms", _update_times(run))
     if reader.odom_topic is not None:
         report.add("odometry_faults", asdict(localizer.odometry_faults))
-    for sentence in [*reader.warnings, *_cautions(run, reader)]:
+    contradiction = localizer.turn_model.contradiction
+    told = [] if contradiction is None else [contradiction]
+    for sentence in [*reader.warnings, *told, *_cautions(run, reader)]:
         report.warn(sentence)
 
 

@@ -12,7 +12,7 @@ from racecar.mapping.session.session import Session
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between
-from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
@@ -142,12 +142,12 @@ def _feed(
     return scans
 
 
-def _hand_on(message: Scan | Odometry, mapper: Mapper, report: Report) -> None:
+def _hand_on(message: Measurement, mapper: Mapper, report: Report) -> None:
     with report.stage("scan matching"):
         feed(message, mapper)
 
 
-def _timed(reader: BagReader, report: Report) -> Iterator[Scan | Odometry]:
+def _timed(reader: BagReader, report: Report) -> Iterator[Measurement]:
     messages = iter(reader)
     while True:
         with report.stage("reading"):

@@ -4,7 +4,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.simulation.simulator import Simulation
@@ -20,7 +20,7 @@ class SimulatedDrive:
 
     grid: OccupancyGrid
     """The world it drove through."""
-    messages: list[Scan | Odometry]
+    messages: list[Measurement]
     """In the order of time."""
     truth: Trajectory
     """One pose per scan."""
@@ -50,7 +50,7 @@ def simulate_drive(grid: OccupancyGrid, config: SimulationConfig, *, every: int 
     )
 
 
-def every_nth_scan(messages: Iterable[Scan | Odometry], n: int, first: int = 0) -> Iterator[Scan | Odometry]:
+def every_nth_scan(messages: Iterable[Measurement], n: int, first: int = 0) -> Iterator[Measurement]:
     """All odometry, and of the scans number ``first`` (from 0) and each nth after it."""
     scans = 0
     for message in messages:

@@ -11,14 +11,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.simulation import laser_sensor
 from racecar.pipelines.simulation.coverage_route import Route, choose_start, plan_route
 from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
+from racecar.pipelines.simulation.gyroscope import measure_yaw_rates
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
 from racecar.pipelines.simulation.wheel_odometry import measure_odometry, true_odometry
@@ -48,8 +51,8 @@ class LaserSweep:
         )
 
 
-_Message: TypeAlias = LaserSweep | tuple[Odometry, Odometry]
-"""A sweep, or the odometry measured and true."""
+_Message: TypeAlias = LaserSweep | YawRate | tuple[Odometry, Odometry]
+"""A sweep, a yaw rate, or the odometry measured and true."""
 
 
 class Simulation:
@@ -69,6 +72,13 @@ class Simulation:
         generator = np.random.default_rng([self._config.seed, 1])
         return measure_odometry(self.drive, START_NS, self._config.noise, self._config.slip, generator)
 
+    def yaw_rates(self) -> list[YawRate]:
+        """What the gyroscope says; nothing where the car has none."""
+        if self._config.imu_rate == 0.0:
+            return []
+        generator = np.random.default_rng([self._config.seed, 4])
+        return measure_yaw_rates(self.drive, START_NS, self._config.imu_rate, generator)
+
     def true_odometry(self) -> Iterator[Odometry]:
         """Where the car is and how it moves, 50 times a second, in the map."""
         return true_odometry(self.drive, START_NS)
@@ -87,18 +97,21 @@ class Simulation:
             yield LaserSweep(stamp, laser_sensor.measure(ranges, noise, dropouts, generator))
             legs = legs_after
 
-    def messages(self) -> Iterator[Scan | Odometry]:
-        """Scans and odometry as from a bag: a scan follows the odometry that covers its last beam."""
-        odometry = iter(self.odometry())
+    def messages(self) -> Iterator[Measurement]:
+        """Measurements as from a bag: a scan follows the motion that covers its last beam."""
+        yaw_rates = self.yaw_rates()
+        covered: dict[type, int] = dict.fromkeys([Odometry, YawRate] if yaw_rates else [Odometry], 0)
+        motion: Iterator[Odometry | YawRate] = heapq.merge(yaw_rates, self.odometry(), key=_stamp_of)
         for sweep in self.sweeps():
             scan = sweep.as_scan()
             end = scan.stamp + round(scan.time_offsets[-1] * 1e9)
-            for sample in odometry:
+            for sample in motion:
                 yield sample
-                if sample.stamp >= end:
+                covered[type(sample)] = sample.stamp
+                if min(covered.values()) >= end:
                     break
             yield scan
-        yield from odometry
+        yield from motion
 
     def _drive(self) -> CarMotion:
         config = self._config
@@ -126,14 +139,16 @@ def _route_through(grid: OccupancyGrid, start: tuple[float, float, float] | None
 
 
 def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], None]) -> None:
-    """Write ``/scan``, ``/odom``, ``/ground_truth`` and ``/tf_static``; progress goes from 0 to 1.
+    """Write ``/scan``, ``/odom``, ``/ground_truth`` and ``/tf_static``, and ``/imu`` of a car that has one;
+    progress goes from 0 to 1.
 
     Raises UserError when the place cannot be written to.
     """
     scans = len(simulation.ground_truth)
     samples: Iterator[_Message] = zip(simulation.odometry(), simulation.true_odometry(), strict=True)
     sweeps: Iterator[_Message] = simulation.sweeps()
-    messages = heapq.merge(samples, sweeps, key=_stamp_of)
+    yaw_rates: Iterator[_Message] = iter(simulation.yaw_rates())
+    messages = heapq.merge(samples, sweeps, yaw_rates, key=_stamp_of)
     with BagWriter(path) as writer:
         writer.write_static_transform(laser_sensor.BASE_FROM_LASER)
         written = 0
@@ -142,14 +157,16 @@ def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], No
                 _write_sweep(writer, message)
                 written += 1
                 progress(written / scans)
+            elif isinstance(message, YawRate):
+                writer.write_yaw_rate(message)
             else:
                 measured, true = message
                 writer.write_odometry(measured)
                 writer.write_odometry(true, topic="/ground_truth", frame_id="map")
 
 
-def _stamp_of(message: _Message) -> int:
-    return message.stamp if isinstance(message, LaserSweep) else message[0].stamp
+def _stamp_of(message: _Message | Odometry) -> int:
+    return message[0].stamp if isinstance(message, tuple) else message.stamp
 
 
 def _write_sweep(writer: BagWriter, sweep: LaserSweep) -> None:

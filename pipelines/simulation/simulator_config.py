@@ -34,6 +34,8 @@ class SimulationConfig(BaseModel):
     slip: float = Field(0.0, ge=0.0, lt=1.0)
     """Share by which the wheels run ahead at full acceleration and turns are overstated at the tyres' limit,
     on top of what the noise level brings."""
+    imu_rate: float = Field(0.0, ge=0.0, le=1000.0)
+    """Readings of a gyroscope per second; 0: the car has none."""
     range_noise: float = Field(0.01, ge=0.0)
     """Standard deviation in metres."""
     dropouts: float = Field(0.002, ge=0.0, le=1.0)

@@ -4,6 +4,7 @@ from pathlib import Path
 
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.view.recorder import Recorder
 
@@ -19,7 +20,7 @@ def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> No
         for message in reader:
             if isinstance(message, Odometry):
                 recorder.write_odometry(message)
-            elif message.stamp in poses:
+            elif isinstance(message, Scan) and message.stamp in poses:
                 recorder.write_scan(message, poses[message.stamp])
             elif message.stamp > trajectory.stamps[-1]:
                 break  # Ctrl-C ended the mapping here

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.messages import decode, nanoseconds, rotation_matrix
 from racecar.pipelines.bags.reader import BagReader
@@ -66,7 +66,7 @@ def _read_sights(path: Path) -> list[Sight]:
         return [
             Sight(scan.stamp, scan.points_in_base().astype(np.float32))
             for index, scan in enumerate(reader)
-            if index % every == 0 and not isinstance(scan, Odometry)
+            if index % every == 0 and isinstance(scan, Scan)
         ]
 
 

@@ -1,6 +1,7 @@
-"""Which converter turns which message type into scans or odometry, in bags and live.
+"""Which converter turns which message type into scans, odometry or yaw rates, in bags and live.
 
-Another message type is a converter of its own and a line in `SCAN_CONVERTERS` or `ODOMETRY_CONVERTERS`.
+Another message type is a converter of its own and a line in `SCAN_CONVERTERS`, `ODOMETRY_CONVERTERS` or
+`YAW_RATE_CONVERTERS`.
 """
 
 from collections import Counter
@@ -13,6 +14,8 @@ from numpy.typing import NDArray
 
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.pipelines.bags.converters.imu import ImuConverter, ImuSetup
 from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
 from racecar.pipelines.bags.converters.multi_echo import MultiEchoConverter
 from racecar.pipelines.bags.converters.odometry import OdometryConverter
@@ -21,6 +24,7 @@ from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReadin
 from racecar.pipelines.bags.converters.transform_odometry import TransformOdometryConverter
 from racecar.pipelines.bags.converters.transforms import OdometryLinks, SensorPlace
 from racecar.pipelines.bags.messages import (
+    IMU,
     LASER_SCAN,
     MULTI_ECHO_SCAN,
     ODOMETRY,
@@ -108,3 +112,8 @@ TRANSFORM_CONVERTERS: Mapping[str, Callable[[OdometrySetup, Counter[str]], Conve
     OLD_TRANSFORMS: _of_transforms,
 }
 """The same of messages that hold odometry among other things, and are looked at where no others are."""
+
+YAW_RATE_CONVERTERS: Mapping[str, Callable[[ImuSetup, Counter[str]], Converter[YawRate]]] = {
+    IMU: ImuConverter,
+}
+"""By message type."""

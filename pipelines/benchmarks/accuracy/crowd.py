@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import wrap_angle
-from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 
 _PERSON_WIDTH = 0.5
@@ -19,8 +19,8 @@ _BEARING_WALK = 0.03
 
 
 def among_people(
-    messages: Iterable[Scan | Odometry], share: float, rng: np.random.Generator
-) -> Iterator[Scan | Odometry]:
+    messages: Iterable[Measurement], share: float, rng: np.random.Generator
+) -> Iterator[Measurement]:
     """The messages, with a ``share`` of each scan's beams stopped by people."""
     people = np.empty((0, 2))
     for message in messages:

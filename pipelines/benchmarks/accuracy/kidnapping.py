@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import between, compose
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 
@@ -23,7 +23,7 @@ def join_as_kidnappings(drives: Sequence[SimulatedDrive]) -> tuple[SimulatedDriv
 
     Time goes on without a gap and so does the odometry: only the scans show it.
     """
-    messages: list[Scan | Odometry] = []
+    messages: list[Measurement] = []
     stamps: list[NDArray[np.int64]] = []
     end, odom_from_base = 0, np.zeros(3)
     for drive in drives:

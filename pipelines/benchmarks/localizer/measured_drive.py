@@ -78,6 +78,6 @@ def _simulated(grid: OccupancyGrid, seconds: float, seed: int) -> Iterator[Drive
     for message in simulation.messages():
         if isinstance(message, Odometry):
             odometry.append(message)
-        else:
+        elif isinstance(message, Scan):
             yield DriveStep(odometry, message, next(poses))
             odometry = []

@@ -8,7 +8,7 @@ import numpy as np
 from racecar.localization.localizer import Localizer
 from racecar.localization.sensor.beams import select_beams
 from racecar.maps.geometry.se2 import Pose, between
-from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.replay import replay
@@ -43,7 +43,7 @@ class LocalizedScans:
         return ScanSegment(beams, between(driven[self.scans[index].stamp], own_from_base))
 
 
-def localize(messages: Iterable[Scan | Odometry], localizer: Localizer) -> LocalizedScans:
+def localize(messages: Iterable[Measurement], localizer: Localizer) -> LocalizedScans:
     """Feed all messages to a localizer."""
     scans, poses, searches = [], [], 0
     for replayed in replay(messages, localizer):

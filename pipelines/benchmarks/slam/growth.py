@@ -12,8 +12,7 @@ from numpy.typing import NDArray
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.files.report import resident_memory_mb
@@ -114,7 +113,7 @@ def _mapping(mapper: Mapper, simulation: Simulation) -> Iterator[float]:
         yield replayed.seconds
 
 
-def _taken(simulation: Simulation) -> Iterator[Scan | Odometry]:
+def _taken(simulation: Simulation) -> Iterator[Measurement]:
     return every_nth_scan(simulation.messages(), _TAKEN, first=_TAKEN - 1)
 
 

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.replay import feed, replay
 from tests.pipelines.bag_samples import odometry
 
@@ -17,6 +18,9 @@ class Diary:
     def add_odometry(self, odometry):
         self.entries.append(("odometry", odometry.stamp))
 
+    def add_yaw_rate(self, yaw_rate):
+        self.entries.append(("yaw rate", yaw_rate.stamp))
+
     def add_scan(self, scan):
         self.entries.append(("scan", scan.stamp))
         return len(self.entries)
@@ -29,8 +33,9 @@ def scan(stamp):
 def test_a_message_goes_where_it_belongs():
     diary, sample = Diary(), odometry(3)
     assert feed(sample, diary) is None
-    assert feed(scan(7), diary) == 2
-    assert diary.entries == [("odometry", sample.stamp), ("scan", 7)]
+    assert feed(YawRate(5, 0.1), diary) is None
+    assert feed(scan(7), diary) == 3
+    assert diary.entries == [("odometry", sample.stamp), ("yaw rate", 5), ("scan", 7)]
 
 
 def test_a_replay_yields_each_scan_with_its_answer_before_it_reads_on():

@@ -15,6 +15,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.simulation import laser_sensor
@@ -237,3 +238,38 @@ def test_walkers_are_seen_and_hide_what_is_behind_them() -> None:
 def test_settings_that_make_no_sense_are_refused(wrong: dict[str, object]) -> None:
     with pytest.raises(ValidationError):
         SimulationConfig.model_validate(wrong)
+
+
+@pytest.mark.parametrize("rate", [10.0, 200.0])
+def test_the_gyroscope_says_how_fast_the_car_turns_but_for_a_bias(rate: float) -> None:
+    simulation = simulate(imu_rate=rate)
+    drive, samples = simulation.drive, simulation.yaw_rates()
+    seconds = np.array([sample.stamp - simulation.ground_truth.stamps[0] for sample in samples]) * 1e-9
+    np.testing.assert_allclose(np.diff(seconds), 1.0 / rate, atol=1e-8)
+    true = np.interp(seconds, TICK * np.arange(len(drive.turning_speed)), drive.turning_speed)
+    missed = np.array([sample.rate for sample in samples]) - true
+    assert np.degrees(abs(np.median(missed))) < 5.0
+    assert np.degrees((missed - np.median(missed)).std()) < 1.0
+    assert len({sample.rate for sample in samples}) == len(samples)
+
+
+def test_a_car_without_gyroscope_drives_and_measures_as_with_one() -> None:
+    without, with_one = list(simulate().messages()), list(simulate(imu_rate=100.0).messages())
+    others = [message for message in with_one if not isinstance(message, YawRate)]
+    assert not any(isinstance(message, YawRate) for message in without)
+    assert [message.stamp for message in without] == [message.stamp for message in others]
+    assert len(with_one) - len(others) == 401
+    covered = 0
+    for message in with_one[: with_one.index(others[-5])]:
+        if isinstance(message, YawRate):
+            covered = message.stamp
+        elif isinstance(message, Scan):
+            assert covered >= message.stamp + round(message.time_offsets[-1] * 1e9)
+
+
+def test_a_bag_with_an_imu_is_read_as_it_was_simulated(tmp_path: Path) -> None:
+    simulation = simulate(imu_rate=100.0, duration=1.0)
+    write_bag(simulation, tmp_path / "drive.bag", lambda share: None)
+    with BagReader(tmp_path / "drive.bag") as reader:
+        read = [(item.stamp, item.rate) for item in reader if isinstance(item, YawRate)]
+    assert read == [(sample.stamp, sample.rate) for sample in simulation.yaw_rates()]

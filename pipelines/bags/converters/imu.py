@@ -1,0 +1,49 @@
+"""Messages of IMUs to yaw rates; nothing else of them is used."""
+
+import math
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.sensing.yaw_rate import YawRate
+
+if TYPE_CHECKING:
+    from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__Imu
+
+_NOT_MEASURED = -1.0
+"""First entry of a covariance whose quantity the IMU does not measure, by definition of sensor_msgs/Imu."""
+
+
+@dataclass(frozen=True, eq=False)
+class ImuSetup:
+    """What is known of an IMU before its messages are converted."""
+
+    base_from_imu: NDArray[np.float64] | None = None
+    """(4, 4) its place on the car; None where nothing says how it is mounted, and then its z axis counts."""
+
+    @property
+    def up(self) -> tuple[float, float, float]:
+        """The base's z axis in the frame of the IMU."""
+        if self.base_from_imu is None:
+            return 0.0, 0.0, 1.0
+        x, y, z = self.base_from_imu[2, :3].tolist()
+        return x, y, z
+
+
+class ImuConverter:
+    """Makes yaw rates of messages and counts what it dropped."""
+
+    def __init__(self, setup: ImuSetup, counts: Counter[str]) -> None:
+        self._up, self._counts = setup.up, counts
+
+    def convert(self, message: "sensor_msgs__msg__Imu", stamp: int) -> YawRate | None:
+        """The yaw rate; None where the message holds none."""
+        rate, (x, y, z) = message.angular_velocity, self._up
+        yaw_rate = x * rate.x + y * rate.y + z * rate.z
+        if message.angular_velocity_covariance[0] == _NOT_MEASURED or not math.isfinite(yaw_rate):
+            self._counts["invalid_yaw_rates"] += 1
+            return None
+        return YawRate(stamp, yaw_rate)
