@@ -95,8 +95,11 @@ class Mapper:
         self._state.reckoning.add_yaw_rate(yaw_rate)
 
     def add_scan(self, scan: Scan) -> Pose:
-        """Take a scan; returns ``map_from_base`` (3,) as known now."""
+        """Take a scan; returns ``map_from_base`` (3,) as known now. Those of further lasers, which may show
+        nothing of what the first one does, are left out while no wheels report the motion between them."""
         state = self._state
+        if not state.reckoning.can_follow(scan):
+            return self._map_from_base(state.reckoning.guesses())
         with state.timed("scan odometry"):
             points = state.reckoning.advance(scan)
         guesses = state.reckoning.guesses()
@@ -114,8 +117,11 @@ class Mapper:
         elif sees:
             self._hold(scan, points)
         state.drive.add(scan.stamp, points, guesses, scan.laser)
-        map_from_reference = compose(state.last_map_from_reference, guesses.best)
-        return compose(map_from_reference, inverse(state.reckoning.mounts.base_from_reference))
+        return self._map_from_base(guesses)
+
+    def _map_from_base(self, guesses: MotionGuesses) -> Pose:
+        map_from_reference = compose(self._state.last_map_from_reference, guesses.best)
+        return compose(map_from_reference, inverse(self._state.reckoning.mounts.base_from_reference))
 
     def finish(
         self, progress: Callable[[float], None] | None = None, earlier: Session | None = None
@@ -200,7 +206,8 @@ class Mapper:
         if mount is not None:
             here, guessed = compose(last, mount), compose(guessed, mount)
             worth = adjoint(mount).T @ worth @ adjoint(mount)
-        placer = KeyframePlacer(index, state.keyframes, poses, here, worth, config, state.known_since)
+        alike = state.keyframes_alike(index)
+        placer = KeyframePlacer(index, state.keyframes, poses, here, worth, config, state.known_since, alike)
         with state.timed("scan matching"):
             placed, chosen = placer.place(guessed, gap)
         state.map_from_keyframe = np.concatenate([poses, placed[None]])

@@ -32,6 +32,8 @@ class KeyframePlacer:
     config: PlacementConfig
     known_since: int = 0
     """Keyframes before this one are elsewhere."""
+    alike: NDArray[np.int64] | None = None
+    """(A,) keyframes of the same laser, where there are several; those of others may look elsewhere."""
 
     def place(self, guesses: Pose, gap: Gap = Gap.NONE) -> tuple[Pose, int]:
         """The keyframe's pose (3,) from guesses (H, 3) of it, the most trusted first, and which guess led
@@ -44,6 +46,8 @@ class KeyframePlacer:
         """Where the scans fit nowhere near, they are sought in wide windows about the first guess and about
         the keyframe before."""
         fixed = self._spaced()
+        if not self._may_fit(fixed):
+            return self._placed_unlike(fixed, guesses)
         placed, chosen, fits = self._match_best(fixed, guesses)
         if fits:
             return placed, chosen
@@ -61,6 +65,8 @@ class KeyframePlacer:
         look alike both ways.
         """
         fixed = self._spaced()
+        if not self._may_fit(fixed):
+            return self._placed_unlike(fixed, guesses)
         placed, chosen, _ = self._match_best(fixed, guesses)
         all_round = Window(self.config.search_reach, np.pi)
         nearby, turned = self._search([(guesses[0], self._window()), (guesses[0], all_round)])
@@ -82,7 +88,7 @@ class KeyframePlacer:
         near = kept[np.argsort(distances, kind="stable")[: self.config.searched_among]]
         fixed = np.union1d(near, self._spaced())
         placed, chosen, fits = self._match_best(fixed, guesses)
-        if fits:
+        if fits or not self._may_fit(self._spaced()):
             return placed, chosen
         (found,) = self._search([(self.here, self._window())])
         better = self._better(fixed, placed, found, self.config.clearly_better)
@@ -90,7 +96,21 @@ class KeyframePlacer:
 
     def _spaced(self) -> NDArray[np.int64]:
         backs = self.config.placed_against
-        return np.array([self.index - back for back in backs if back <= self.index - self.known_since])
+        spaced = np.array([self.index - back for back in backs if back <= self.index - self.known_since])
+        if self.alike is None:
+            return spaced
+        alike = self.alike[self.alike >= self.known_since][::-1]
+        return np.union1d(spaced, alike[[back - 1 for back in backs if back <= len(alike)]])
+
+    def _placed_unlike(self, fixed: NDArray[np.int64], guesses: Pose) -> tuple[Pose, int]:
+        """Among keyframes of other lasers, which may all look elsewhere: where the first guess leads if the
+        scans overlap there, or else that guess."""
+        matches = self._match(fixed, guesses[:1])
+        return (matches.poses[0] if matches.overlap[0] > self.config.lost_overlap else guesses[0]), 0
+
+    def _may_fit(self, fixed: NDArray[np.int64]) -> bool:
+        """Whether the keyframe looks where some (F,) before it do, so that it fits nowhere if not there."""
+        return self.alike is None or bool(np.isin(fixed, self.alike).any())
 
     def _window(self) -> Window:
         return Window(self.config.search_reach, self.config.search_turn)

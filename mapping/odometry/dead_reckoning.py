@@ -65,6 +65,8 @@ class DeadReckoning:
         self._config, self._matching = config, matching
         self.calibration = WheelCalibration.unknown(config.calibration)
         self.scans_without_odometry = 0
+        self.scans_left_out = 0
+        """Of further lasers."""
         self.mounts = Mounts()
         """As the latest scans have them; what moves is the reference among them."""
         self.blind_for = 0
@@ -103,6 +105,14 @@ class DeadReckoning:
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
         """Take a sample of the gyroscope."""
         self._gyro.add(yaw_rate)
+
+    def can_follow(self, scan: Scan) -> bool:
+        """Whether the motion to a scan can be told: to that of a further laser, by wheels only."""
+        if not self.mounts.is_further(scan.laser):
+            return True
+        can = self._keyframe_by_wheels is not None and self._odometry.covers(scan.stamp)
+        self.scans_left_out += not can
+        return can
 
     def advance(self, scan: Scan) -> NDArray[np.float64]:
         """Move on to the next scan; returns its end points (M, 2), corrected for motion, in the frame of its

@@ -26,6 +26,15 @@ class Mounts:
         """(3,)"""
         return next(iter(self._places.values()), IDENTITY)
 
+    @property
+    def are_one(self) -> bool:
+        """Whether all scans so far were of one laser."""
+        return len(self._places) < 2
+
+    def is_further(self, laser: int) -> bool:
+        """Whether a laser is another than the reference."""
+        return laser != next(iter(self._places), laser)
+
     def take(self, scan: Scan) -> Pose | None:
         """Take the place of a scan's laser, which may become known late; how the reference moved by that
         (3,), None where it did not."""
@@ -36,7 +45,7 @@ class Mounts:
 
     def of(self, laser: int) -> Pose | None:
         """(3,) ``reference_from_laser``; None for the reference itself."""
-        if laser == next(iter(self._places), laser):
+        if not self.is_further(laser):
             return None
         return between(self.base_from_reference, self._places[laser])
 
@@ -46,14 +55,14 @@ class Mounts:
 
     def to_reference(self, world_from_laser: Pose, lasers: Sequence[int]) -> Pose:
         """Poses (N, 3) of the reference where lasers (N,) have these poses (N, 3)."""
-        if len(self._places) < 2:
+        if self.are_one:
             return world_from_laser
         each = {laser: self._mount(laser) for laser in self._places}
         return compose(world_from_laser, inverse(self._each(lasers, each)))
 
     def to_laser(self, world_from_reference: Pose, lasers: Sequence[int]) -> Pose:
         """Poses (N, 3) of lasers (N,) where the reference has these poses (N, 3)."""
-        if len(self._places) < 2:
+        if self.are_one:
             return world_from_reference
         each = {laser: self._mount(laser) for laser in self._places}
         return compose(world_from_reference, self._each(lasers, each))

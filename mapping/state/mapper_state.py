@@ -86,6 +86,12 @@ class MapperState:
         last: Pose = self.reckoning.mounts.to_reference(self.map_from_keyframe[-1:], lasers)[0]
         return last
 
+    def keyframes_alike(self, index: int) -> NDArray[np.int64] | None:
+        """(A,) the keyframes before ``index`` that the same laser took; None where there is only one."""
+        lasers = np.array(self.keyframe_lasers[:index])
+        alike = np.flatnonzero(lasers == self.keyframe_lasers[index])
+        return None if self.reckoning.mounts.are_one else alike
+
     def guess_scans(self, scans: NDArray[np.int64], map_from_keyframe: Pose) -> Pose:
         """map_from_laser (M, 3) of some scans, by the keyframes (K, 3) and the motion since each."""
         mounts = self.reckoning.mounts

@@ -89,6 +89,11 @@ def _warnings(state: MapperState) -> list[str]:
         )
     if sentence := state.reckoning.turns.model.contradiction:
         warnings.append(sentence)
+    if state.reckoning.scans_left_out > 0:
+        warnings.append(
+            f"{state.reckoning.scans_left_out} scans of further lasers were left out: without wheel odometry "
+            "nothing tells the motion from one laser's scan to another's."
+        )
     if lag := state.reckoning.odometry_lag.nanoseconds:
         where = "behind" if lag > 0 else "ahead of"
         warnings.append(
