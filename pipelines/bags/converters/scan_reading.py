@@ -224,7 +224,7 @@ def _learn_nearest_miss(
     spike = int(np.argmax(np.where(is_far, counts, 0)))
     value = values[spike]
     less = counts[(values > _LITTLE_LESS * value) & (values < value)]
-    if counts[spike] < _SPIKE * max(less, default=1):
+    if counts[spike] == len(ranges) or counts[spike] < _SPIKE * max(less, default=1):
         return np.inf, []
     at = [beams[returns == value] for beams, returns in spikes]
     bearings, beams = len(np.unique(np.concatenate(at))), max(len(message.ranges) for message in sample)
