@@ -32,6 +32,14 @@ _COUNTED = {
         "stamps were zero or absurd: the time of recording stands in.",
         "Let the driver stamp its messages; until then expect some jitter.",
     ),
+    "stamps_that_stood_still": (
+        "stamps stood still while messages came: the time of recording stands in.",
+        "Restart the driver, or let it stamp each message when it is measured.",
+    ),
+    "clock_jumps": (
+        "times the stamps of a topic jumped: a clock was set. They are taken to go on as before.",
+        "Set the clock before the drive (chrony), and do not restart drivers while recording.",
+    ),
     "empty_scans": (
         "scans were dropped: they hold no usable beams.",
         "Look at the driver's log for the times when the sensor failed.",

@@ -1,7 +1,7 @@
 """A bag as a stream of measurements; whatever is wrong with real logs is mended or counted."""
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -13,7 +13,7 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.clock import StampClock, clock_offset, typical_gap
+from racecar.pipelines.bags.clock import ClockShifts, StampClock, clock_offset, keeps_pace, typical_gap
 from racecar.pipelines.bags.converters.framed_scans import FramedScanConverter
 from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.odometry import PoseSource, pose_source
@@ -443,9 +443,10 @@ class BagReader:
             header = None if message is None else stamp_of(message, converters[name])
             if message is None or header is None:
                 continue
-            item = converters[name].convert(message, clocks[name].stamp(header, recorded))
-            if item is not None:
-                yield item
+            settled = clocks[name].stamped((name, message), header, recorded)
+            yield from _converted(settled, converters)
+        for clock in dict.fromkeys(clocks.values()):
+            yield from _converted(clock.rest(), converters)
 
     def _converters(self) -> dict[str, Converter[Measurement]]:
         """By topic."""
@@ -479,20 +480,34 @@ class BagReader:
         )
         return SCAN_CONVERTERS[samples.topic.message_type](setup, self._counter)
 
-    def _clocks(self) -> dict[str, StampClock]:
+    def _clocks(self) -> dict[str, StampClock[tuple[str, Any]]]:
         """A clock per chosen topic; a topic without stamps of its own keeps to the other's clock."""
         chosen = [*self._scans, *(each for each in (self._imu, self._odometry) if each)]
         known = [samples.clock_offset for samples in chosen if samples.clock_offset is not None]
         common = known[0] if known else 0
-        clocks = {}
+        clocks: dict[str, StampClock[tuple[str, Any]]] = {}
+        shifts = ClockShifts()
         for samples in chosen:
             own = samples.clock_offset
             offset = common if own is None else own
-            clocks[samples.topic.name] = StampClock(offset, own is not None, self._counter)
+            pace = keeps_pace(list(zip(samples.headers, samples.recorded, strict=True)))
+            clocks[samples.topic.name] = StampClock(
+                offset, own is not None, self._counter, keeps_pace=pace, shifts=shifts
+            )
         for name in self._streams():
             if name not in clocks:
                 clocks[name] = clocks[chosen[-1].topic.name]
         return clocks
+
+
+def _converted(
+    settled: Iterable[tuple[tuple[str, Any], int]], converters: Mapping[str, Converter[Item]]
+) -> Iterator[Item]:
+    """What stamped messages hold, of which each comes with its topic."""
+    for (name, message), stamp in settled:
+        item = converters[name].convert(message, stamp)
+        if item is not None:
+            yield item
 
 
 def _decode_or_count(topic: BagTopic, data: bytes, counts: Counter[str]) -> Any | None:

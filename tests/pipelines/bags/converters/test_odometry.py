@@ -87,9 +87,9 @@ def test_a_pose_survives_the_message(yaw, x, scale):
 def test_a_stamp_that_jumps_by_hours_is_replaced():
     counts = Counter()
     clock = StampClock(100, True, counts)
-    assert clock.stamp(START + 100, START) == START + 100
-    assert clock.stamp(5_000, START + STEP) == START + STEP + 100
-    assert clock.stamp(START + 2 * STEP + 150, START + 2 * STEP) == START + 2 * STEP + 150
+    assert [*clock.stamped(0, START + 100, START)] == [(0, START + 100)]
+    assert [*clock.stamped(1, 5_000, START + STEP)] == [(1, START + STEP + 100)]
+    assert [*clock.stamped(2, START + 2 * STEP + 150, START + 2 * STEP)] == [(2, START + 2 * STEP + 150)]
     assert counts["stamps_from_recording_time"] == 1
 
 
