@@ -12,6 +12,7 @@ from racecar.localization.filter.start_poses import draw_about, draw_anywhere, d
 from racecar.localization.filter.tempering import temper
 from racecar.localization.floor.free_space import find_free_space
 from racecar.localization.floor.range_table.range_table import affordable_cells, build_range_table
+from racecar.localization.floor.usable_map import refuse_unusable
 from racecar.localization.floor.walls import find_walls
 from racecar.localization.odometry.calibration import OdometryFaults
 from racecar.localization.odometry.motion_model_kernels import carry
@@ -59,7 +60,7 @@ class Localizer:
     def __init__(self, grid: OccupancyGrid, config: LocalizationConfig, rng: np.random.Generator) -> None:
         """Builds the map's range table, which takes a second or two on a large map.
 
-        Raises UserError when the map has no free space.
+        Raises UserError when the map has no free space or no walls, or seems to have one for the other.
         """
         self._rng = rng
         self._lock = Lock()
@@ -177,6 +178,7 @@ class Localizer:
         """Learn what the sensor would see from where on the map."""
         affordable = affordable_cells(config.table_megabytes, config.range_table)
         self._free_space = find_free_space(self._walls.grid, affordable, config.free_space)
+        refuse_unusable(self._walls, self._free_space, config.free_space)
         self._table = build_range_table(self._free_space, config.table_megabytes, config.range_table)
         self._search = PlaceSearch(self._free_space, self._table, config.place_search)
         shares_when_lost = self._search.shares_when_lost(config.lost_detector)

@@ -31,6 +31,21 @@ class FreeSpaceConfig(Settings):
         "judgement: most tables and boxes are shorter, stretches of wall between two doors longer",
     )
 
+    inverted_wall_share: float = Field(
+        0.9,
+        gt=0.5,
+        le=1,
+        description="share of the known cells from which a map may be one whose colours mean the opposite: "
+        "the walls of nine maps of ours and of others take 0.01 to 0.07, and 0.97 to 0.995 when inverted",
+    )
+    inverted_width: float = Field(
+        0.8,
+        ge=0,
+        le=100,
+        description="metres; such a map is refused where its floor is nowhere wider. Inverted, the walls "
+        "of those nine are 0.1 to 0.6 m wide at most, while their floors are wider than 2.7 m somewhere",
+    )
+
 
 class RangeTableConfig(Settings):
     """Expected ranges, computed once for every free cell and heading."""

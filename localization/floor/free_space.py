@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from racecar.localization.floor.config import FreeSpaceConfig
+from racecar.localization.floor.patches import patch_sizes, spread, strips
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, UNKNOWN, OccupancyGrid
@@ -54,17 +55,31 @@ class FreeSpace:
     def within(self, metres: float, point_in_map: NDArray[np.float64]) -> "FreeSpace":
         """The part of it that is no farther than so many metres from a point (2,), in a straight line."""
         row, column = self.grid.cell_of(point_in_map[None])[0]
-        rows, columns = np.ogrid[: self.is_open.shape[0], : self.is_open.shape[1]]
-        is_near = np.hypot(rows - row, columns - column) * self.grid.resolution <= metres
-        return replace(self, is_open=self.is_open & is_near)
+        columns = np.arange(self.is_open.shape[1])
+        is_open = np.empty_like(self.is_open)
+        for strip in strips(self.is_open.shape):
+            rows = np.arange(strip.start, strip.stop)[:, None]
+            is_near = np.hypot(rows - row, columns - column) * self.grid.resolution <= metres
+            is_open[strip] = self.is_open[strip] & is_near
+        return replace(self, is_open=is_open)
 
     def draw_poses(self, count: int, rng: np.random.Generator) -> Pose:
         """(count, 3) poses in the map, spread evenly over all places and headings."""
-        cells = np.argwhere(self.is_open)
-        chosen = rng.choice(cells, size=count)
+        chosen = rng.choice(self.cell_count, size=count)
         within_cell = rng.uniform(-0.5, 0.5, size=(count, 2))
-        positions = self.grid.center_of(chosen + within_cell)
+        positions = self.grid.center_of(self._open_cells(chosen) + within_cell)
         return np.column_stack([positions, rng.uniform(-np.pi, np.pi, size=count)])
+
+    def _open_cells(self, numbers: NDArray[np.int64]) -> NDArray[np.int64]:
+        """(N, 2) row and column of open cells by number (N,), counted row by row."""
+        ends = np.cumsum(np.count_nonzero(self.is_open, axis=1))
+        rows = np.searchsorted(ends, numbers, side="right")
+        columns = np.empty_like(rows)
+        for row in np.unique(rows).tolist():
+            is_here = rows == row
+            open_columns = np.flatnonzero(self.is_open[row])
+            columns[is_here] = open_columns[numbers[is_here] - ends[row]]  # counted from the row's end
+        return np.column_stack([rows, columns])
 
 
 def find_free_space(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) -> FreeSpace:
@@ -74,13 +89,18 @@ def find_free_space(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig
     ``max_cells``, patches that reach the grid's edge are left out if others remain: on the map of a
     track, the endless floor around it. Raises UserError when nothing is free.
     """
+    is_open = _open_floor(grid, max_cells, config)
+    return FreeSpace(grid, is_open, _find_movable(grid, is_open, config.largest_movable))
+
+
+def _open_floor(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) -> NDArray[np.bool_]:
     free = (grid.cells > UNKNOWN) & (grid.cells < OCCUPIED_FROM)
     patches, count = ndimage.label(free)
     if count == 0:
         raise UserError(
             "The map has no free cells, so there is no place for a car on it; check its thresholds."
         )
-    areas = np.bincount(patches.ravel(), minlength=count + 1) * grid.resolution**2
+    areas = patch_sizes(patches, count) * grid.resolution**2
     areas[0] = 0.0
     wanted = areas >= min(config.smallest_area, areas.max())
     inner = wanted.copy()
@@ -88,26 +108,33 @@ def find_free_space(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig
     if areas[wanted].sum() / grid.resolution**2 > max_cells and inner.any():
         wanted = inner
     steps = int(config.unknown_reach / grid.resolution)
-    is_open = wanted[patches]
+    is_open = spread(wanted, patches)
     if steps > 0:
         passable = grid.cells < OCCUPIED_FROM
         # over edges of cells only: corners would let it through thin slanting walls
         is_open = ndimage.binary_dilation(is_open, iterations=steps, mask=passable)
-    return FreeSpace(grid, is_open, _find_movable(grid, is_open, config.largest_movable))
+    return is_open
 
 
 def _find_movable(grid: OccupancyGrid, is_open: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:
     """(rows, columns) obstacles of up to ``largest`` metres where the car drives, and what they enclose."""
     longest = largest / grid.resolution
     is_obstacle = grid.cells >= OCCUPIED_FROM
+    outlines = _outlines(is_obstacle, is_open, longest)
+    surroundings, count = ndimage.label(~outlines)
+    is_inside = patch_sizes(surroundings, count) <= longest**2
+    return spread(is_inside, surroundings) & ~is_open & ~is_obstacle | outlines
+
+
+def _outlines(
+    is_obstacle: NDArray[np.bool_], is_open: NDArray[np.bool_], longest: float
+) -> NDArray[np.bool_]:
+    """(rows, columns) the cells of obstacles of up to ``longest`` cells that are reached from open ones."""
     pieces, count = ndimage.label(is_obstacle, structure=np.ones((3, 3)))
     is_piece = np.zeros(count + 1, dtype=np.bool_)
     for number, box in enumerate(ndimage.find_objects(pieces), start=1):
         is_piece[number] = max(side.stop - side.start for side in box) <= longest
-    reached = ndimage.binary_dilation(is_open, np.ones((3, 3), dtype=np.bool_)) & is_piece[pieces]
+    reached = ndimage.binary_dilation(is_open, np.ones((3, 3), dtype=np.bool_)) & spread(is_piece, pieces)
     is_piece[:] = False
     is_piece[pieces[reached]] = True
-    outlines = is_piece[pieces]
-    surroundings, count = ndimage.label(~outlines)
-    is_inside = np.bincount(surroundings.ravel(), minlength=count + 1) <= longest**2
-    return is_inside[surroundings] & ~is_open & ~is_obstacle | outlines
+    return spread(is_piece, pieces)

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.filter.tempering import likelihood_weights
 from racecar.localization.floor.free_space import FreeSpace
+from racecar.localization.floor.patches import strips
 from racecar.localization.floor.range_table.range_codes import RANGE_STEP, RangeCodes
 from racecar.localization.floor.range_table.range_table import RangeTable
 from racecar.localization.numerics.two_threads import in_two_threads
@@ -108,12 +109,15 @@ class PlaceSearch:
 
 def _lattice(free_space: FreeSpace, step: int) -> NDArray[np.int64]:
     """(N, 2) row and column of open cells, one in each block of ``step`` by ``step`` that has any."""
-    cells = np.argwhere(free_space.is_open)
-    middle = np.abs(cells % step - step // 2).sum(axis=1)
-    order = np.argsort(middle, kind="stable")
-    blocks = cells[order] // step
-    _, first = np.unique(blocks[:, 0] * free_space.is_open.shape[1] + blocks[:, 1], return_index=True)
-    return cells[order][first]
+    found = []
+    for rows in strips(free_space.is_open.shape, step):
+        cells = np.argwhere(free_space.is_open[rows]) + np.array([rows.start, 0])
+        middle = np.abs(cells % step - step // 2).sum(axis=1)
+        order = np.argsort(middle, kind="stable")
+        blocks = cells[order] // step
+        _, first = np.unique(blocks[:, 0] * free_space.is_open.shape[1] + blocks[:, 1], return_index=True)
+        found.append(cells[order][first])
+    return np.concatenate(found)
 
 
 def _cast_views(codes: RangeCodes, free_space: FreeSpace, map_from_place: Pose) -> NDArray[np.uint8]:

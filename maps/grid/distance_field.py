@@ -2,9 +2,10 @@
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.ndimage import distance_transform_edt, map_coordinates
+from scipy.ndimage import map_coordinates
 
 from racecar.maps.geometry.se2 import inverse, transform_points
+from racecar.maps.grid.distance_field_kernels import fill_distances
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 
 
@@ -16,9 +17,8 @@ def distance_to_occupied(grid: OccupancyGrid) -> NDArray[np.float32]:
     occupied = grid.cells >= OCCUPIED_FROM
     if not occupied.any():
         return np.full(occupied.shape, np.hypot(*occupied.shape) * grid.resolution, dtype=np.float32)
-    distances: NDArray[np.float32] = distance_transform_edt(~occupied, sampling=grid.resolution).astype(
-        np.float32
-    )
+    distances = np.empty(occupied.shape, dtype=np.float32)
+    fill_distances(occupied, grid.resolution, distances)
     return distances
 
 

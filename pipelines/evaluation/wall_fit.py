@@ -1,11 +1,14 @@
-"""How well a scan lies on the walls of a map: what can be measured of a pose whose truth is not known."""
+"""How well a scan lies on the walls of a map: what can be measured of a pose whose truth is not known.
+
+Beams end on what they meet first, so that an end point deep inside a wall is not on it.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.distance_field import distance_to_occupied, sample_field
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 from racecar.maps.sensing.scan import Scan
 
 ON_WALL = 0.10
@@ -14,10 +17,17 @@ is mapped thick or thin is off by one and the laser by some centimetres. By judg
 
 
 class WallFit:
-    """Knows how far it is to the nearest wall from everywhere on a map."""
+    """Knows how far it is to the surface of the nearest wall from everywhere on a map."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
-        self._grid, self._distances = grid, distance_to_occupied(grid)
+        self._grid, self._distances = grid, _distance_to_surface(grid)
+
+    @property
+    def share_of_map(self) -> float:
+        """Share of the cells that are known where an end point would lie on a wall by chance."""
+        known = self._grid.cells > UNKNOWN
+        near = np.count_nonzero(known & (self._distances <= ON_WALL))
+        return near / max(np.count_nonzero(known), 1)
 
     def share(self, scan: Scan, map_from_base: Pose) -> float:
         """Share of a scan's end points that lie on a wall, from a pose (3,); nan when it has none."""
@@ -28,3 +38,13 @@ class WallFit:
         if not len(points_in_map):
             return float("nan")
         return float(np.mean(sample_field(self._distances, self._grid, points_in_map) <= ON_WALL))
+
+
+def _distance_to_surface(grid: OccupancyGrid) -> NDArray[np.float32]:
+    """(rows, columns) metres to the nearest occupied cell, or from inside to the nearest at the surface."""
+    distances = distance_to_occupied(grid)
+    outside = np.where(grid.cells >= OCCUPIED_FROM, np.int8(FREE), np.int8(OCCUPIED))
+    if (outside == OCCUPIED).any():
+        depth = distance_to_occupied(OccupancyGrid(outside, grid.resolution, grid.map_from_grid))
+        np.maximum(distances, depth - np.float32(grid.resolution), out=distances)
+    return distances

@@ -22,6 +22,7 @@ from racecar.pipelines.evaluation.wall_fit import WallFit
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum, save_tum
 from racecar.pipelines.pictures.overlay import Moment, save_overlay
+from racecar.pipelines.runs.map_cautions import cautions_of_resolution, cautions_of_walls
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.view.recorder import Recorder
 
@@ -95,6 +96,8 @@ def run_localization(
                     _record(message, run, localizer, recorder)
             advance_to(reader.messages_read)
     _describe(run, localizer, reader, report)
+    for sentence in [*cautions_of_resolution(grid.resolution), *cautions_of_walls(walls)]:
+        report.warn(sentence)
     return run
 
 

@@ -19,6 +19,7 @@ from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS, StopRequest, stop_request
+from racecar.pipelines.runs.map_cautions import cautions_of_resolution
 from racecar.pipelines.runs.map_outputs import REPORT_FILE, WrittenMap, outputs_with
 from racecar.pipelines.runs.progress import progress_bar
 
@@ -65,7 +66,7 @@ def build_map(
     report.add("result", _describe_result(result))
     report.add("mapping_seconds", result.seconds)
     report.add("consistency", _residuals(result))
-    for sentence in [*reader.warnings, *result.warnings]:
+    for sentence in [*reader.warnings, *result.warnings, *cautions_of_resolution(config.resolution)]:
         report.warn(sentence)
     return result
 

@@ -66,18 +66,14 @@ def build_range_table(
     The sensor model then casts rays, and expresses their ranges in the codes.
     """
     codes, steps_per_cell = range_codes(config.longest_range), free_space.grid.resolution / RANGE_STEP
+    fewest_viewpoints = -(-np.count_nonzero(free_space.is_standable) // 4)
+    if _affordable_headings(fewest_viewpoints, max_megabytes) < config.fewest_headings:
+        _warn_of_casting(free_space, fewest_viewpoints, max_megabytes, config)
+        return codes  # before memory is spent on where the viewpoints would be
     cell_index, viewpoints = choose_viewpoints(free_space)
-    affordable = max_megabytes * 10**6 // len(viewpoints)
-    headings = min(config.headings, affordable - affordable % _FEWER_BY)
+    headings = min(config.headings, _affordable_headings(len(viewpoints), max_megabytes))
     if headings < config.fewest_headings:
-        needed = -(-len(viewpoints) * config.fewest_headings // 10**6)
-        _log.warning(
-            "A range table of the map's %d free cells takes %d MB and table_megabytes is %d: rays are cast "
-            "one by one, which takes some fifty times as long.",
-            free_space.cell_count,
-            needed,
-            max_megabytes,
-        )
+        _warn_of_casting(free_space, len(viewpoints), max_megabytes, config)
         return codes
     if headings < config.headings:
         _log.warning(
@@ -86,8 +82,27 @@ def build_range_table(
             config.headings,
             max_megabytes,
         )
-    ranges = _fill(_kinds(free_space), viewpoints, headings, codes, steps_per_cell)
+    window = _window(viewpoints, free_space.is_open.shape, codes.longest_steps / steps_per_cell)
+    seen_from = viewpoints - np.array([window[0].start, window[1].start], dtype=np.float32)
+    ranges = _fill(_kinds(free_space)[window], seen_from, headings, codes, steps_per_cell)
     return RangeTable(codes, ranges, cell_index, viewpoints)
+
+
+def _affordable_headings(viewpoints: int, max_megabytes: int) -> int:
+    affordable = max_megabytes * 10**6 // viewpoints
+    return affordable - affordable % _FEWER_BY
+
+
+def _warn_of_casting(
+    free_space: FreeSpace, viewpoints: int, max_megabytes: int, config: RangeTableConfig
+) -> None:
+    _log.warning(
+        "A range table of the map's %d free cells takes %d MB and table_megabytes is %d: rays are cast "
+        "one by one, which takes some fifty times as long.",
+        free_space.cell_count,
+        -(-viewpoints * config.fewest_headings // 10**6),
+        max_megabytes,
+    )
 
 
 def choose_viewpoints(free_space: FreeSpace) -> tuple[NDArray[np.int32], NDArray[np.float32]]:
@@ -98,7 +113,7 @@ def choose_viewpoints(free_space: FreeSpace) -> tuple[NDArray[np.int32], NDArray
     have those inside an obstacle that can be moved and those beside it.
     """
     rows, columns = free_space.is_open.shape
-    kinds = np.zeros((rows + rows % 2, columns + columns % 2), dtype=np.int64)
+    kinds = np.zeros((rows + rows % 2, columns + columns % 2), dtype=np.int8)
     kinds[:rows, :columns] = np.where(free_space.is_movable, 2, free_space.is_open)
     row, column = np.nonzero(kinds)
     kind = kinds[row, column]
@@ -112,6 +127,16 @@ def choose_viewpoints(free_space: FreeSpace) -> tuple[NDArray[np.int32], NDArray
     cell_index[row, column] = number
     from_corner = np.where(size == 4, 1.0, 0.5)[:, None]
     return cell_index, (np.column_stack([row[first], column[first]]) + from_corner).astype(np.float32)
+
+
+def _window(viewpoints: NDArray[np.float32], shape: tuple[int, ...], longest: float) -> tuple[slice, slice]:
+    """The rows and columns within ``longest`` cells of any viewpoint, where that leaves out most of them."""
+    low = np.maximum(viewpoints.min(axis=0) - longest - 2.0, 0.0).astype(np.int64).tolist()
+    high = np.minimum(viewpoints.max(axis=0) + longest + 2.0, shape).astype(np.int64).tolist()
+    window = slice(low[0], high[0]), slice(low[1], high[1])
+    if 2 * (high[0] - low[0]) * (high[1] - low[1]) > shape[0] * shape[1]:
+        return slice(0, shape[0]), slice(0, shape[1])
+    return window
 
 
 def _kinds(free_space: FreeSpace) -> NDArray[np.uint8]:

@@ -1,14 +1,19 @@
 import json
+import re
+import shutil
 from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
+from PIL import Image
 
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.map_files import save_map
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.cli import run
@@ -112,3 +117,48 @@ def test_without_odometry_the_report_says_so(bag: Path) -> None:
     report = json.loads((bag.parent / "out" / "report.json").read_text())
     assert any("no odometry" in sentence for sentence in report["warnings"])
     assert mean_error(bag) < 0.1
+
+
+def change_map(bag: Path, **changes: object) -> None:
+    path = bag.parent / "map" / "map.yaml"
+    path.write_text(yaml.safe_dump({**yaml.safe_load(path.read_text()), **changes}))
+
+
+@pytest.mark.parametrize(
+    ("changes", "complaint"),
+    [
+        ({"occupied_thresh": 0.9999999}, "The map has no wall"),
+        ({"free_thresh": 0.0}, "The map has no free cells"),
+    ],
+)
+def test_a_map_that_tells_nothing_is_refused(
+    bag: Path, capsys: pytest.CaptureFixture[str], changes: dict[str, object], complaint: str
+) -> None:
+    change_map(bag, **changes)
+    if "occupied_thresh" in changes:
+        image = Image.open(bag.parent / "map" / "map.pgm")
+        image.point(lambda grey: max(grey, 60)).save(bag.parent / "map" / "map.pgm")
+    assert localize(bag, "--global") == 2
+    assert re.search(complaint, capsys.readouterr().err)
+    assert not (bag.parent / "out").exists()
+
+
+def test_a_map_whose_colours_mean_the_opposite_is_refused(
+    bag: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("building.yaml", "building.pgm"):
+        shutil.copy(shipped_map("building").with_name(name), bag.parent / "map")
+    arguments = ["--map", str(bag.parent / "map" / "building.yaml"), "--out", str(bag.parent / "out")]
+    (bag.parent / "map" / "map.yaml").write_text(
+        (bag.parent / "map" / "building.yaml").read_text().replace("negate: 0", "negate: 1")
+    )
+    assert localize(bag, "--global") == 2
+    assert "wall and its floor nowhere wider than 0.10 m" in capsys.readouterr().err
+    assert run(["localize", str(bag), *arguments, "--quiet"]) == 0
+
+
+def test_coarse_cells_are_told(bag: Path) -> None:
+    change_map(bag, resolution=0.3)
+    assert localize(bag, "--global", "--quiet") == 0
+    report = json.loads((bag.parent / "out" / "report.json").read_text())
+    assert any("cells are 0.3 m wide" in sentence for sentence in report["warnings"])

@@ -30,3 +30,17 @@ def test_the_share_of_end_points_near_a_wall(walls: WallFit) -> None:
 
 def test_a_scan_without_returns_has_no_share(walls: WallFit) -> None:
     assert np.isnan(walls.share(scan([np.inf, np.nan]), IDENTITY))
+
+
+def test_deep_inside_a_wall_is_not_on_it() -> None:
+    """Or a map whose colours mean the opposite would explain every scan from everywhere."""
+    cells = np.full((80, 80), OCCUPIED, dtype=np.int8)
+    cells[:, :40] = FREE
+    fit = WallFit(OccupancyGrid(cells, 0.05, IDENTITY))
+    pose = np.array([0.5, 2.0, 0.0])
+    assert fit.share(scan([1.45, 1.55]), pose) == 1.0
+    assert fit.share(scan([1.80, 2.5, 3.0]), pose) == 0.0
+
+
+def test_the_share_that_chance_would_give(walls: WallFit) -> None:
+    assert walls.share_of_map == pytest.approx(5 / 80)

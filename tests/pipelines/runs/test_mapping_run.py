@@ -3,7 +3,7 @@ import signal
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -141,3 +141,10 @@ def test_scans_stamped_late_are_mapped_from_the_first_on_as_if_they_were_not() -
 def test_no_scan() -> None:
     with pytest.raises(UserError, match="no usable scan on /scan"):
         build(RoomReader(0), Report("racecar map"))
+
+
+@pytest.mark.parametrize(("resolution", "is_told"), [(0.2, False), (1.0, True)])
+def test_a_coarse_map_is_told(resolution: float, is_told: bool) -> None:
+    report = Report("racecar map")
+    build_map(cast(Any, RoomReader(5)), MappingConfig(resolution=resolution), report, quiet=True)
+    assert any("cells are 1 m wide" in sentence for sentence in report.warnings) == is_told
