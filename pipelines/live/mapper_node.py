@@ -80,7 +80,7 @@ class MapperNode(LiveNode):
         self._schedule = Schedule({"memory": _GIVE_BACK_EVERY})
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
-        self._first = FirstMessages(self.sensors.knows_place, self.sensors.compare_clocks)
+        self._first = FirstMessages(self.sensors.knows_place, self.sensors.understands)
         self._arrivals: dict[int, tuple[Any, int]] = {}
         self._last_scan = -(2**63)
         self._stated = OdometryBuffer()

@@ -58,10 +58,11 @@ class LiveNode(ABC):
             integrate_twist=self.parameters.integrate_twist,
             after=after,
             faults=self.faults,
+            aside=lambda work: self.side.inbox.put("reading", work),
         )
         self.transforms = TransformBroadcaster(node, self.parameters)
         self.worker = Worker("worker", work, self.faults, self.survive)
-        self.side = Worker("side", side_work, self.faults, self.survive)
+        self.side = Worker("side", {**side_work, "reading": 4}, self.faults, self.survive)
         self._diagnostics = Diagnostics(node, name)
         self._started = time.monotonic()
         self._dropped_reported = 0

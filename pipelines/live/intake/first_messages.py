@@ -1,7 +1,7 @@
 """The first messages wait until enough is known to map them."""
 
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 _PATIENCE = 2_000_000_000
@@ -16,18 +16,18 @@ Arrived: TypeAlias = tuple[bool, Any, int]
 
 
 class FirstMessages:
-    """Waits to learn where the laser sits, for odometry, and until both are known to have one clock.
+    """Waits to learn where the laser sits, for odometry, and how both are meant.
 
     A mapper learns from its first scan where the laser sits; and where a drive was broken off, only wheels
     show how far the car went meanwhile, so what it saw before they did would be placed as if it had stood.
     """
 
     def __init__(
-        self, knows_place: Callable[[Any], bool], compare_clocks: Callable[[Iterable[Arrived]], bool]
+        self, knows_place: Callable[[Any], bool], understands: Callable[[Sequence[Arrived]], bool]
     ) -> None:
-        """``knows_place``: whether it is known where the laser of a scan's message sits; ``compare_clocks``:
-        whether it is no longer in doubt how the clocks of scans and odometry agree."""
-        self._knows_place, self._compare_clocks = knows_place, compare_clocks
+        """``knows_place``: whether it is known where the laser of a scan's message sits; ``understands``:
+        whether it is no longer in doubt how the messages are meant."""
+        self._knows_place, self._understands = knows_place, understands
         self._waiting: deque[Arrived] = deque(maxlen=_MOST_WAITING)
         self.are_taken = False
         """Whether nothing waits any longer."""
@@ -45,7 +45,7 @@ class FirstMessages:
         knows_enough = (
             first_odometry is not None
             and self._knows_place(first_scan[1])
-            and self._compare_clocks(list(self._waiting)[-_COMPARED:])
+            and self._understands(list(self._waiting)[-_COMPARED:])
         )
         if not knows_enough and arrival - first_scan[2] <= _PATIENCE:
             return []

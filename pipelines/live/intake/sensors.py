@@ -2,7 +2,7 @@
 
 import time
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -21,11 +21,19 @@ from racecar.pipelines.bags.converters.registry import (
     ScanSetup,
 )
 from racecar.pipelines.bags.converters.transforms import SensorPlace
-from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, nanoseconds, ros2_types, type_name
+from racecar.pipelines.bags.messages import (
+    LASER_SCAN,
+    TRANSFORMS,
+    frame_name,
+    nanoseconds,
+    ros2_types,
+    type_name,
+)
 from racecar.pipelines.live.intake.car_frames import CarFrames, Placed
 from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports
 from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.intake.laser_place import LaserPlace
+from racecar.pipelines.live.intake.scan_readings import ScanReadings
 from racecar.pipelines.live.intake.steady_clock import SteadyClock, TopicClock
 from racecar.pipelines.live.monitoring.faults import Faults
 
@@ -55,14 +63,16 @@ class Sensors:
         integrate_twist: bool,
         after: int | None,
         faults: Faults,
+        aside: Callable[[Callable[[], None]], None],
     ) -> None:
         """``laser_pose`` (3,) overrides transforms; ``integrate_twist``: only odometry's speeds count;
-        ``after``: the last stamp of a drive that is continued."""
+        ``after``: the last stamp of a drive that is continued; ``aside`` lets another thread do some work."""
         self._base_frame = base_frame
         self._faults = faults
         self.frames = CarFrames(base_frame, laser_pose)
         """Of the car, as they are published."""
-        self._frames_version = 0
+        self._readings = ScanReadings(faults, aside)
+        self._known_versions = (0, 0)
         self._lasers: dict[str, Placed | None] = {}
         self._unplaced: dict[str, float] = {}
         self._remembered: LaserPlace | None = None
@@ -140,9 +150,21 @@ class Sensors:
             self._odometry_clock.correct(odometry.correction)
         return bool(odometry.correction) or odometry.agrees
 
+    def understands(self, messages: Sequence[Arrived]) -> bool:
+        """Whether it is no longer in doubt how the first messages are meant, by their numbers and stamps."""
+        scans: dict[str, list[Any]] = {}
+        for is_scan, message, _ in messages:
+            if is_scan and type_name(message) == LASER_SCAN:
+                scans.setdefault(frame_name(message.header.frame_id), []).append(message)
+        are_read = [self._readings.learn_first(frame, of_frame) for frame, of_frame in scans.items()]
+        return all(are_read) and self.compare_clocks(messages)
+
     def scan(self, message: Any, arrival: int) -> Scan | None:
         """The scan of a message that arrived at a time (nanoseconds); None where it is to be left out."""
-        clock = self._scan_clock(frame_name(message.header.frame_id))
+        frame = frame_name(message.header.frame_id)
+        if type_name(message) == LASER_SCAN:
+            self._readings.take(frame, message, arrival)
+        clock = self._scan_clock(frame)
         stamp = clock.steady(nanoseconds(message.header.stamp), arrival, _sweep(message))
         if stamp is None:
             return None
@@ -189,8 +211,11 @@ class Sensors:
 
     def _scan_converter(self, message: Any) -> Converter[Scan]:
         """Of the message's type and of the laser's frame, which may differ from scan to scan."""
-        if self._frames_version != self.frames.version:
-            self._frames_version = self.frames.version
+        versions = self.frames.version, self._readings.version
+        if self._known_versions != versions:
+            if self._known_versions[1] != versions[1]:
+                self._scan_converters.clear()
+            self._known_versions = versions
             self._place_anew()
         key = type_name(message), frame_name(message.header.frame_id)
         if key not in self._scan_converters:
@@ -235,6 +260,7 @@ class Sensors:
             points_are_in_base=placed is not None and frame == placed.base_frame,
             longest_sweep=_LONGEST_SWEEP,
             heights=SECTION_HEIGHTS,
+            reading=self._readings.reading(frame),
         )
         return SCAN_CONVERTERS[message_type](setup, self._scan_counts)
 

@@ -78,6 +78,7 @@ def test_a_registered_type_is_taken_by_the_nodes(monkeypatch):
         integrate_twist=False,
         after=None,
         faults=Faults(pytest.fail, pytest.fail),
+        aside=lambda work: work(),
     )
     scan = taking.scan(sonar_message(START, 1.5), 0)
     assert scan is not None

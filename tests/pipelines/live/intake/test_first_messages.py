@@ -16,9 +16,9 @@ def told(first: FirstMessages, *messages: tuple[bool, float]) -> list[list[float
 
 
 def first_messages(
-    knows_place: Callable[[object], bool], compare_clocks: Callable[[object], bool] = lambda messages: True
+    knows_place: Callable[[object], bool], understands: Callable[[object], bool] = lambda messages: True
 ) -> FirstMessages:
-    return FirstMessages(knows_place, compare_clocks)
+    return FirstMessages(knows_place, understands)
 
 
 def test_scans_wait_for_odometry_and_those_from_before_it_are_left_out() -> None:
@@ -58,7 +58,7 @@ def test_odometry_that_comes_for_hours_is_not_kept() -> None:
     assert taken[-2:] == [199.98, 200.0]
 
 
-def test_all_waits_until_the_clocks_are_compared() -> None:
+def test_all_waits_until_the_messages_are_understood() -> None:
     first = first_messages(lambda message: True, lambda messages: len(messages) > 3)
     assert told(first, (ODOMETRY, 0.0), (SCAN, 0.1), (ODOMETRY, 0.2), (SCAN, 0.3)) == [
         *([[]] * 3),

@@ -22,6 +22,7 @@ def sensors(said: list[str] | None = None) -> Sensors:
         integrate_twist=False,
         after=None,
         faults=Faults((said if said is not None else []).append, lambda sentence: None),
+        aside=lambda work: work(),
     )
 
 
@@ -64,3 +65,35 @@ def test_the_first_messages_tell_how_the_clocks_disagree(off: float) -> None:
     assert [f"{abs(off):.1f} s" in sentence for sentence in said if "odometry" in sentence] == [True] * (
         expected != 0.0
     )
+
+
+@pytest.mark.parametrize("is_mapped", [True, False])
+def test_angles_in_degrees_are_found_by_the_scans(is_mapped: bool) -> None:
+    said: list[str] = []
+    taking = sensors(said)
+    bearings = np.radians(np.arange(-90.0, 90.0))
+    messages = [square_room(bearings, 0.01 * i) for i in range(30)]
+    if is_mapped:
+        waiting = [(True, message, at(0.1 * i)) for i, message in enumerate(messages)]
+        assert not taking.understands(waiting[:3])
+        taking.understands(waiting)
+    for i, message in enumerate(messages):
+        taken = taking.scan(message, at(0.1 * i))
+        assert taken is not None or (i < 10 and not is_mapped)
+    assert taken is not None
+    np.testing.assert_allclose(taken.bearings, bearings, atol=1e-6)
+    assert any("angles of the scans contradict each other" in sentence for sentence in said)
+
+
+def square_room(bearings: Any, forward: float) -> Any:
+    """A scan in the middle of a room of 6 m, with angles in degrees, but ``angle_max`` in radians."""
+    to_front, to_sides = 3.0 - forward, 3.0
+    with np.errstate(divide="ignore"):
+        ranges = np.minimum(
+            np.where(np.cos(bearings) > 0, to_front / np.cos(bearings), np.inf),
+            to_sides / np.abs(np.sin(bearings)),
+        )
+    message = scan(forward, ranges=ranges)
+    message.angle_min, message.angle_increment = -90.0, 1.0
+    message.angle_max = float(np.radians(89.0))
+    return message
