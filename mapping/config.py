@@ -8,6 +8,7 @@ from racecar.mapping.keyframes.config import KeyframeConfig
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.odometry.config import DeadReckoningConfig
+from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.maps.settings import Settings
 
@@ -88,6 +89,7 @@ class MappingConfig(Settings):
         default=True,
         description="Test loop closures by what scans look through, and by their neighbours.",
     )
+    self_calibration: SelfCalibrationConfig = SelfCalibrationConfig()
     odometry: DeadReckoningConfig = DeadReckoningConfig()
     matching: ScanMatchingConfig = ScanMatchingConfig()
     keyframes: KeyframeConfig = KeyframeConfig()

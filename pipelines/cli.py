@@ -17,6 +17,7 @@ from racecar.pipelines.commands.experiment import experiment
 from racecar.pipelines.commands.live import live
 from racecar.pipelines.commands.localize import localize
 from racecar.pipelines.commands.map import map
+from racecar.pipelines.commands.options import join_laser_pose
 from racecar.pipelines.commands.play import play
 from racecar.pipelines.commands.simulate import simulate
 from racecar.pipelines.commands.terminal import leave_terminal, one_line, prepare_terminal
@@ -72,7 +73,8 @@ def run(arguments: list[str]) -> int:
     level = log.level  # which --quiet changes
     try:
         _refuse_empty(arguments)
-        code = int(app(arguments or ["--help"], prog_name="racecar", standalone_mode=False) or 0)
+        arguments = join_laser_pose(arguments) or ["--help"]
+        code = int(app(arguments, prog_name="racecar", standalone_mode=False) or 0)
         sys.stdout.flush()
         return code
     except KeyboardInterrupt:

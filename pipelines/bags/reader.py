@@ -30,6 +30,7 @@ from racecar.pipelines.bags.converters.registry import (
 )
 from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, learn_reading
 from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
+from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrections, Corrector
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
 from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.frames import look_at_links, transform_topics
@@ -95,19 +96,21 @@ class BagReader:
         """Open a bag and find out what it holds.
 
         Of several ``scan_topic`` all scans are read, each with the place of its own frame.
-        ``base_from_laser`` (3,) overrides the transforms in the bag. Of a PointCloud2 the points between
-        ``min_height`` and ``max_height`` (metres above the base frame) make the scan; the cloud of a planar
-        sensor is taken whole. Raises UserError when the path holds no bag, a named topic is not in it, or
-        not one scan can be read.
+        ``base_from_laser`` (3,), or (4,) with a roll, overrides the transforms in the bag. Of a PointCloud2
+        the points between ``min_height`` and ``max_height`` (metres above the base frame) make the scan; the
+        cloud of a planar sensor is taken whole. Raises UserError when the path holds no bag, a named topic is
+        not in it, or not one scan can be read.
         """
         self._store = BagStore(path)
         self._findings: list[Finding] = []
+        self._place_findings: list[Finding] = []
         self._readings: dict[str, ScanReading] = {}
         self._odometry: _Samples | None = None
         self._imu: _Samples | None = None
         self._odometry_links: OdometryLinks | None = None
         self._integrate_twist = False
         self._named_transforms: BagTopic | None = None
+        self._corrections = NO_CORRECTIONS
         try:
             named = [scan_topic] if isinstance(scan_topic, str) else list(scan_topic or ())
             self._open_scans(named)
@@ -118,7 +121,7 @@ class BagReader:
             links = self._look_at_links(wants_links) if needs_links else FrameLinks()
             if wants_links:
                 self._open_odometry_links(links, source)
-            self._places = SensorPlaces(links, self._odometry_child, base_from_laser, self._findings)
+            self._places = SensorPlaces(links, self._odometry_child, base_from_laser, self._place_findings)
             for frame in dict.fromkeys(frame for samples in self._scans for frame in samples.frames):
                 self._places.place(frame)
         except BaseException:
@@ -150,6 +153,12 @@ class BagReader:
     def close(self) -> None:
         """Close the files."""
         self._store.close()
+
+    def correct(self, corrections: Corrections) -> None:
+        """From the next iteration on, read with what was found out about the sensors."""
+        self._corrections = corrections
+        if not corrections.uses_odometry:
+            self._odometry = self._odometry_links = None
 
     @property
     def path(self) -> Path:
@@ -191,12 +200,20 @@ class BagReader:
     @property
     def base_from_laser(self) -> Pose:
         """(3,) the first sensor's place on the car."""
-        return self._places.place(self._scan_frame).pose
+        corrected = self._corrections.base_from_laser
+        return self._places.place(self._scan_frame).pose if corrected is None else corrected
 
     @property
     def base_from_laser_source(self) -> str:
-        """``flag``, ``tf_static``, ``tf``, ``base frame`` or ``assumed identity``."""
-        return self._places.place(self._scan_frame).source
+        """``flag``, ``tf_static``, ``tf``, ``base frame``, ``assumed identity`` or ``motion``."""
+        is_corrected = self._corrections.base_from_laser is not None
+        return "motion" if is_corrected else self._places.place(self._scan_frame).source
+
+    @property
+    def header_offsets(self) -> tuple[int | None, int | None]:
+        """Nanoseconds that the stamps of scans and of odometry are ahead of when they were recorded; None
+        where that is not known."""
+        return self._scans[0].clock_offset, self._odometry.clock_offset if self._odometry else None
 
     @property
     def inputs(self) -> dict[str, object]:
@@ -208,6 +225,7 @@ class BagReader:
             "base_frame": self._places.base_frame(self._scan_frame),
             "base_from_laser": self.base_from_laser,
             "base_from_laser_source": self.base_from_laser_source,
+            **self._corrections.inputs,
         }
         if self._imu is not None:
             inputs["imu_topic"] = self.imu_topic
@@ -243,6 +261,8 @@ class BagReader:
             *losses,
             *notes,
             *self._findings,
+            *(self._place_findings if self._corrections.base_from_laser is None else ()),
+            *self._corrections.findings,
             *self._gaps.findings,
             *counted_findings(self._counter),
             *self.scan_facts.findings,
@@ -437,6 +457,7 @@ class BagReader:
     def _items(self) -> Iterator[Measurement]:
         """What the messages hold, in the order of recording."""
         converters, clocks = self._converters(), self._clocks()
+        corrector = Corrector(self._corrections)
         for name, recorded, data in self._store.messages(list(clocks)):
             self.messages_read += 1
             message = _decode_or_count(self._store.topics[name], data, self._counter)
@@ -444,9 +465,9 @@ class BagReader:
             if message is None or header is None:
                 continue
             settled = clocks[name].stamped((name, message), header, recorded)
-            yield from _converted(settled, converters)
+            yield from map(corrector.correct, _converted(settled, converters))
         for clock in dict.fromkeys(clocks.values()):
-            yield from _converted(clock.rest(), converters)
+            yield from map(corrector.correct, _converted(clock.rest(), converters))
 
     def _converters(self) -> dict[str, Converter[Measurement]]:
         """By topic."""
@@ -501,8 +522,8 @@ class BagReader:
 
 
 def _converted(
-    settled: Iterable[tuple[tuple[str, Any], int]], converters: Mapping[str, Converter[Item]]
-) -> Iterator[Item]:
+    settled: Iterable[tuple[tuple[str, Any], int]], converters: Mapping[str, Converter[Measurement]]
+) -> Iterator[Measurement]:
     """What stamped messages hold, of which each comes with its topic."""
     for (name, message), stamp in settled:
         item = converters[name].convert(message, stamp)

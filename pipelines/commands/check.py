@@ -52,19 +52,21 @@ def check(
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.runs.progress import progress_bar
 
-    with (
-        open_bag(
-            bag,
-            scan_topic=scan_topic,
-            odom_topic=odom_topic,
-            no_odom=no_odom,
-            laser_pose=laser_pose,
-            imu_topic=imu_topic,
-            no_imu=no_imu,
-        ) as reader,
-        progress_bar("Reading", reader.message_count, quiet=quiet) as progress,
-    ):
-        result = check_bag(reader, progress)
+    with open_bag(
+        bag,
+        scan_topic=scan_topic,
+        odom_topic=odom_topic,
+        no_odom=no_odom,
+        laser_pose=laser_pose,
+        imu_topic=imu_topic,
+        no_imu=no_imu,
+    ) as reader:
+        from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+        from racecar.pipelines.runs.calibration_run import calibrate
+
+        calibrate(reader, SelfCalibrationConfig(), quiet=quiet)
+        with progress_bar("Reading", reader.message_count, quiet=quiet) as progress:
+            result = check_bag(reader, progress)
     if json is not None:
         write_json(json, result.as_dict())
     if not quiet:

@@ -21,6 +21,7 @@ from racecar.pipelines.commands.options import (
     QuietOption,
     ScanTopicOption,
     SeedOption,
+    parse_laser_pose,
 )
 from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, Uses
 
@@ -78,7 +79,7 @@ class _Flags:
     end_pose: str | None = None
     scan_topic: list[str] | None = None
     odom_topic: str | None = None
-    laser_pose: tuple[float, float, float] | None = None
+    laser_pose: str | None = None
     quick: bool = False
     scheduler: str | None = None
     config: Path | None = None
@@ -220,7 +221,7 @@ def _recording(flags: _Flags) -> "BagRecording | None":
         _numbers(flags.end_pose),
         flags.scan_topic,
         flags.odom_topic,
-        flags.laser_pose,
+        None if flags.laser_pose is None else parse_laser_pose(flags.laser_pose),
     )
 
 

@@ -68,7 +68,8 @@ def localize(
     if initial_pose is not None and anywhere:
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
     report = Report("racecar localize")
-    settings = load_config(config).localization
+    loaded = load_config(config)
+    settings = loaded.localization
     report.add(
         "inputs", {"bag": bag, "map": map, "config": config, "seed": seed, "settings": settings.model_dump()}
     )
@@ -93,6 +94,7 @@ def localize(
             from racecar.localization.localizer import Localizer
             from racecar.localization.warm_up import warm_up
             from racecar.pipelines.commands.localization_summary import print_localization
+            from racecar.pipelines.runs.calibration_run import calibrate
             from racecar.pipelines.runs.localization_run import (
                 mapping_trajectory,
                 run_localization,
@@ -101,6 +103,8 @@ def localize(
             from racecar.pipelines.view.recorder import Recorder
 
             warm_up(settings)
+        with report.stage("self-calibration"):
+            calibrate(reader, loaded.mapping.self_calibration, quiet=quiet)
         driven = mapping_trajectory(map)
         with report.stage("preparing the map"):
             localizer = Localizer(grid, settings, np.random.default_rng(seed))

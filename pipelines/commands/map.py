@@ -91,6 +91,7 @@ def map(
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
             from racecar.pipelines.commands.mapping_summary import print_mapping
             from racecar.pipelines.files.session_file import load_session
+            from racecar.pipelines.runs.calibration_run import calibrate
             from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.mapping_run import build_map, save_mapping
@@ -98,6 +99,8 @@ def map(
         requested = ["points.ply"] if ply else []
         outputs_with(requested)  # what is missing for them is reported now, not after hours
         earlier = load_session(continue_) if continue_ else None
+        with report.stage("self-calibration"):
+            calibrate(reader, settings.self_calibration, quiet=quiet)
         checkpoint = Checkpoint(out, describe_run(reader, settings))
         console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
         result = build_map(

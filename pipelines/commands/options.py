@@ -1,6 +1,7 @@
 """The flags that several commands share, so that each is spelt, explained and parsed the same everywhere."""
 
 import logging
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,9 @@ if TYPE_CHECKING:
 
 PAGE_WIDTH = 200
 """Characters of a line where tables go to a file or a pipe, so that none of their cells is broken."""
+_LASER_POSE, _MOST_NUMBERS = "--laser-pose", 4
+_FARTHEST = 1000.0
+"""Metres and radians, beyond which a place is a slip of the keyboard."""
 
 
 def _print_errors_only(quiet: bool) -> bool:
@@ -70,12 +74,52 @@ ImuTopicOption = Annotated[
     str | None,
     typer.Option("--imu-topic", metavar="TOPIC", help="Topic of the IMU; found by type.", show_default=False),
 ]
+
+
+def join_laser_pose(arguments: Sequence[str]) -> list[str]:
+    """The arguments with the three or four numbers behind --laser-pose in one: typer knows no option whose
+    last number may be left out."""
+    joined: list[str] = []
+    for argument in arguments:
+        is_room = joined[-2:-1] == [_LASER_POSE] and len(joined[-1].split()) < _MOST_NUMBERS
+        if is_room and _is_number(argument):
+            joined[-1] += f" {argument}"
+        else:
+            joined.append(argument)
+    return joined
+
+
+def _is_number(argument: str) -> bool:
+    try:
+        float(argument)
+    except ValueError:
+        return False
+    return True
+
+
+def parse_laser_pose(text: str) -> tuple[float, ...]:
+    """x, y, yaw and perhaps roll. Raises UserError."""
+    from racecar.maps.errors import UserError
+
+    try:
+        numbers = tuple(float(number) for number in text.replace(",", " ").split())
+    except ValueError:
+        numbers = ()
+    if len(numbers) not in (3, 4) or not all(abs(number) < _FARTHEST for number in numbers):
+        raise UserError(
+            f"{_LASER_POSE} {text!r} is no place: give X Y YAW in metres and radians, and ROLL, 3.1416, if "
+            "the laser hangs upside down."
+        )
+    return numbers
+
+
 LaserPoseOption = Annotated[
-    tuple[float, float, float] | None,
+    str | None,
     typer.Option(
-        "--laser-pose",
-        metavar="X Y YAW",
-        help="The laser's place on the car in metres and radians; otherwise from its transforms.",
+        _LASER_POSE,
+        metavar="X Y YAW [ROLL]",
+        help="The laser's place on the car in metres and radians; a laser that hangs upside down has the "
+        "roll 3.1416. Taken from transforms, or from the motion, when not given.",
         show_default=False,
     ),
 ]
@@ -100,7 +144,7 @@ def open_bag(
     scan_topic: list[str] | None,
     odom_topic: str | None,
     no_odom: bool,
-    laser_pose: tuple[float, float, float] | None,
+    laser_pose: str | None,
     imu_topic: str | None = None,
     no_imu: bool = False,
 ) -> "BagReader":
@@ -116,5 +160,5 @@ def open_bag(
         imu_topic=imu_topic,
         use_odometry=not no_odom,
         use_imu=not no_imu,
-        base_from_laser=None if laser_pose is None else np.array(laser_pose),
+        base_from_laser=None if laser_pose is None else np.array(parse_laser_pose(laser_pose)),
     )

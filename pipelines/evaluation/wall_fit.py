@@ -27,7 +27,7 @@ class WallFit:
         """Share of the cells that are known where an end point would lie on a wall by chance."""
         known = self._grid.cells > UNKNOWN
         near = np.count_nonzero(known & (self._distances <= ON_WALL))
-        return near / max(np.count_nonzero(known), 1)
+        return float(near / max(int(np.count_nonzero(known)), 1))
 
     def share(self, scan: Scan, map_from_base: Pose) -> float:
         """Share of a scan's end points that lie on a wall, from a pose (3,); nan when it has none."""

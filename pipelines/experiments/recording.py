@@ -57,7 +57,7 @@ class BagRecording:
     end_pose: tuple[float, ...] | None = None
     scan_topic: Sequence[str] | None = None
     odom_topic: str | None = None
-    laser_pose: tuple[float, float, float] | None = None
+    laser_pose: tuple[float, ...] | None = None
     is_real: bool = True
 
     @property

@@ -66,7 +66,7 @@ def build_range_table(
     The sensor model then casts rays, and expresses their ranges in the codes.
     """
     codes, steps_per_cell = range_codes(config.longest_range), free_space.grid.resolution / RANGE_STEP
-    fewest_viewpoints = -(-np.count_nonzero(free_space.is_standable) // 4)
+    fewest_viewpoints = -(-int(np.count_nonzero(free_space.is_standable)) // 4)
     if _affordable_headings(fewest_viewpoints, max_megabytes) < config.fewest_headings:
         _warn_of_casting(free_space, fewest_viewpoints, max_megabytes, config)
         return codes  # before memory is spent on where the viewpoints would be

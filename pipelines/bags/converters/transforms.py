@@ -39,10 +39,14 @@ class SensorPlace:
 
     @staticmethod
     def from_pose(base_from_sensor: Pose, source: str) -> "SensorPlace":
-        """In the plane of the base."""
-        x, y, yaw = base_from_sensor
-        matrix = np.eye(4)
-        matrix[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+        """In the plane of the base, by x, y and yaw (3,); a fourth number is the roll, about the sensor's x
+        axis: π where it hangs upside down."""
+        x, y, yaw, roll = [*base_from_sensor, 0.0][:4]
+        turned, rolled, matrix = np.eye(3), np.eye(3), np.eye(4)
+        turned[:2, :2] = [[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]]
+        if roll != 0.0:
+            rolled[1:, 1:] = [[np.cos(roll), -np.sin(roll)], [np.sin(roll), np.cos(roll)]]
+        matrix[:3, :3] = turned @ rolled
         matrix[:2, 3] = x, y
         return SensorPlace(matrix, source)
 

@@ -1,0 +1,110 @@
+"""What the beginning of a recording proves about its sensors: all estimators over one track of its scans."""
+
+from dataclasses import dataclass
+
+from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+from racecar.mapping.self_calibration.mount import MotionReading, read_motion
+from racecar.mapping.self_calibration.scan_track import ScanTrack, ScanTracker, track_of
+from racecar.mapping.self_calibration.stuck_odometry import is_stuck
+from racecar.mapping.self_calibration.sweep_order import SweepOrder, estimate_sweep_order, has_sweep_times
+from racecar.mapping.self_calibration.turn_agreement import TurnAgreement, turn_agreement
+from racecar.mapping.self_calibration.wheel_track import WheelTrack, motion_pairs, windows_of
+from racecar.maps.geometry.se2 import wrap_angle
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
+
+
+@dataclass(frozen=True, eq=False)
+class SelfCalibration:
+    """What was proved; None or unknown where the recording does not tell."""
+
+    sweep_order: SweepOrder = SweepOrder.UNKNOWN
+    turns: TurnAgreement | None = None
+    """How the wheels' turns agree with the scans'."""
+    reading: MotionReading | None = None
+    """Where the laser sits, and which signs are wrong."""
+    is_odometry_stuck: bool = False
+
+
+class SelfCalibrator:
+    """Takes scans and odometry of the beginning of a recording, in the order of time, until they suffice."""
+
+    def __init__(self, config: SelfCalibrationConfig, *, asks_wheels: bool = True) -> None:
+        """Without ``asks_wheels`` it is asked for the order of the beams alone."""
+        self._config = config
+        self._asks_order, self._asks_wheels = True, asks_wheels
+        self._tracker = ScanTracker(config.track)
+        self._odometry: list[Odometry] = []
+        self._first: Scan | None = None
+        self._level = 1
+
+    def add_odometry(self, odometry: Odometry) -> None:
+        """Take a sample of wheel odometry."""
+        if self._asks_wheels:
+            self._odometry.append(odometry)
+
+    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """Nothing is asked about the gyroscope here: how much it is worth is learned while driving."""
+
+    def add_scan(self, scan: Scan) -> None:
+        """Take a scan; of several lasers only the first is followed."""
+        if self._first is None:
+            self._first = scan
+            self._asks_order = self._asks_order and has_sweep_times(scan)
+        if scan.laser == self._first.laser:
+            self._tracker.add(scan)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the scans so far are enough, or more would not help."""
+        if self._first is not None and not (self._asks_order or self._asks_wheels):
+            return True
+        tracker, enough = self._tracker, self._config.beginning
+        return len(tracker) >= enough.max_scans or (
+            len(tracker) >= enough.min_scans
+            and tracker.turned > self._level * enough.min_turn
+            and tracker.distance > self._level * enough.min_distance
+        )
+
+    def wants_more(self, learned: SelfCalibration) -> bool:
+        """Whether more of the recording should be looked at, since what is ``learned`` leaves something
+        open, or the little that there was speaks against the recording."""
+        is_first, self._level = self._level == 1, 2 * self._level
+        is_open = self._asks_order and learned.sweep_order == SweepOrder.UNKNOWN
+        if self._asks_wheels and not learned.is_odometry_stuck:
+            is_open = is_open or learned.turns is None or (is_first and not self._is_clear(learned))
+        beginning = self._config.beginning
+        return is_open and len(self._tracker) < beginning.max_scans and self._level <= beginning.max_level
+
+    def _is_clear(self, learned: SelfCalibration) -> bool:
+        """Whether the wheels agree with the scans, as far as such few motions can show."""
+        turns, reading, usual = learned.turns, learned.reading, round(self._config.turns.usual_lag * 1e9)
+        if turns is None or turns.is_inverted or abs(turns.lag) > usual:
+            return False
+        if reading is None or self._first is None:
+            return False
+        yaw = float(wrap_angle(reading.mount.base_from_laser[2] - self._first.base_from_laser[2]))
+        return abs(yaw) < self._config.mount.min_yaw_error
+
+    def estimate(self, expected_lag: int = 0) -> SelfCalibration:
+        """What they prove. ``expected_lag`` in nanoseconds is how much later than scans the wheels are
+        stamped by the times of recording."""
+        track = self._tracker.track()
+        order = estimate_sweep_order(track, self._config) if self._asks_order else SweepOrder.UNKNOWN
+        if order == SweepOrder.REVERSED:
+            track = track_of(track.scans, self._config.track, -1.0)
+        if not self._asks_wheels or len(self._odometry) < 2:
+            return SelfCalibration(order)
+        return self._with_wheels(order, track, expected_lag)
+
+    def _with_wheels(self, order: SweepOrder, track: ScanTrack, expected_lag: int) -> SelfCalibration:
+        config, wheels = self._config, WheelTrack.of(self._odometry)
+        motions = motion_pairs(track, wheels, windows_of(track, config.window), expected_lag)
+        if is_stuck(motions, config.stuck_odometry):
+            return SelfCalibration(order, is_odometry_stuck=True)
+        turns = turn_agreement(track, wheels, config.turns, expected_lag)
+        if turns is None:
+            return SelfCalibration(order)
+        reading = read_motion(track, wheels, turns.lag, is_inverted=turns.is_inverted, config=config)
+        return SelfCalibration(order, turns, reading)

@@ -1,0 +1,188 @@
+"""What is made of what a recording proves about its sensors: corrections, and findings that say so."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+from racecar.mapping.self_calibration.mount import MotionReading, MountEstimate
+from racecar.mapping.self_calibration.self_calibration import SelfCalibration
+from racecar.mapping.self_calibration.sweep_order import SweepOrder
+from racecar.mapping.self_calibration.wheel_track import WheelSigns
+from racecar.maps.geometry.se2 import Pose, wrap_angle
+from racecar.pipelines.bags.corrections import Corrections
+from racecar.pipelines.bags.findings import Finding
+
+_FAR_CLOCKS = 1_000_000_000
+"""Nanoseconds between the stamps of scans and odometry that were recorded together, from which their clocks
+differ and not their delays, since filters and buses hold back less than a second; by judgement."""
+_NOT_TOLD = ("assumed identity", "base frame")
+"""Sources of a laser's place that are no more than an assumption."""
+
+
+@dataclass(frozen=True, eq=False)
+class KnownSensors:
+    """What the recording itself says."""
+
+    scan_topic: str
+    odom_topic: str | None
+    base_from_laser: Pose
+    """(3,)"""
+    place_source: str
+    """Where that is known from."""
+    header_offsets: tuple[int | None, int | None]
+    """Nanoseconds that stamps of scans and of odometry are ahead of when they were recorded."""
+
+    @property
+    def is_place_told(self) -> bool:
+        """Whether somebody said where the laser sits."""
+        return self.place_source not in _NOT_TOLD
+
+    @property
+    def recorded_lag(self) -> int:
+        """Nanoseconds by which odometry is stamped later than scans, as far as the times of recording show
+        that clocks differ."""
+        scans, odometry = self.header_offsets
+        lag = 0 if scans is None or odometry is None else odometry - scans
+        return lag if abs(lag) > _FAR_CLOCKS else 0
+
+
+def learned_corrections(
+    learned: SelfCalibration, known: KnownSensors, config: SelfCalibrationConfig
+) -> Corrections:
+    """How the recording is to be read, by what it proves about itself beside what it says."""
+    made = _Made(known, config)
+    if learned.sweep_order == SweepOrder.REVERSED:
+        made.reverse_beams()
+    if learned.is_odometry_stuck:
+        made.leave_out_stuck_odometry()
+    elif learned.turns is not None:
+        made.shift_clock(learned.turns.lag, "as the turns show")
+        made.read_motion(learned.reading, is_inverted=learned.turns.is_inverted)
+    else:
+        made.shift_clock(known.recorded_lag, "by when they were recorded")
+    return Corrections(**made.changes, findings=tuple(made.findings))
+
+
+class _Made:
+    """The corrections made so far."""
+
+    def __init__(self, known: KnownSensors, config: SelfCalibrationConfig) -> None:
+        self._known, self._config = known, config
+        self.changes: dict[str, Any] = {}
+        self.findings: list[Finding] = []
+
+    def reverse_beams(self) -> None:
+        self.changes["beams_are_reversed"] = True
+        self._find(
+            f"The beams of {self._known.scan_topic} were measured in the opposite order of time to the one "
+            "recorded, as the turns show: they are read so.",
+            "Nothing: this is handled. Drivers of the RPLIDAR kind turn the ranges round and leave "
+            "time_increment positive.",
+        )
+
+    def leave_out_stuck_odometry(self) -> None:
+        self._leave_out(
+            f"The odometry on {self._known.odom_topic} is stuck: it stands still while the scans move, and "
+            "is not used.",
+            "See why its driver sends no motion, or name another topic with --odom-topic.",
+        )
+
+    def shift_clock(self, lag: int, evidence: str) -> None:
+        """Odometry is stamped ``lag`` nanoseconds later than the scans of the same moment."""
+        if abs(lag) <= round(self._config.turns.usual_lag * 1e9):
+            return  # mapper and localizer bear it
+        scans, odometry = self._known.header_offsets
+        if scans is not None and odometry is not None and abs(scans) > abs(odometry) + 0.5 * abs(lag):
+            self.changes["scan_shift"] = lag
+            done = "the scans' stamps are shifted, since the odometry's agree with when it was recorded"
+        else:
+            self.changes["odometry_shift"] = -lag
+            done = "the odometry's stamps are shifted"
+        ahead = "ahead of" if lag > 0 else "behind"
+        self._find(
+            f"The clock of {self._known.odom_topic} is {abs(lag) * 1e-9:.2f} s {ahead} that of "
+            f"{self._known.scan_topic}, {evidence}: {done}.",
+            "Let one clock stamp all messages (chrony, or drivers on one computer).",
+        )
+
+    def read_motion(self, reading: MotionReading | None, *, is_inverted: bool) -> None:
+        """Mend, or name, what makes scans and wheels report different motions."""
+        if reading is None or not reading.mount.is_certain(self._config.mount):
+            if is_inverted:
+                self._leave_out(
+                    "The scans turn left where the odometry turns right, and nothing shows which is wrong: "
+                    "the odometry is not used.",
+                    "Correct the sign of the odometry's yaw; or, if the laser hangs upside down, give its "
+                    "place: --laser-pose 'X Y YAW 3.1416'.",
+                )
+        elif reading.is_mirrored and not self._known.is_place_told:
+            self._hang_upside_down(reading.mount.as_mounted(self._config.mount))
+        else:
+            if reading.is_mirrored:
+                reading = reading.seen_upright()
+            if reading.wheel_signs != WheelSigns.AS_RECORDED:
+                self._change_signs(reading.wheel_signs)
+            self._check_yaw(reading.mount)
+
+    def _change_signs(self, signs: WheelSigns) -> None:
+        self.changes["odometry_factors"] = tuple(signs.factors.tolist())
+        what, why = "y and yaw are", f"since the laser's place is known ({self._known.place_source})"
+        if signs == WheelSigns.YAW_INVERTED:
+            what, why = "yaw is", "since its own path shows it too"
+        self._find(
+            f"The odometry on {self._known.odom_topic} turns right where the scans turn left: its {what} "
+            f"read with the other sign, {why}.",
+            "Correct the sign in the odometry's node: counter-clockwise is positive (REP 103).",
+        )
+
+    def _hang_upside_down(self, place: Pose) -> None:
+        self.changes |= {"is_upside_down": True, "base_from_laser": place}
+        self._find(
+            "The scans turn left where the odometry turns right: the laser is taken to hang upside down, at "
+            f"{_in_words(place)}. If the odometry's sign is wrong instead, the map is its mirror image.",
+            f"Give the laser's place, which decides it: --laser-pose {_as_flag(place, np.pi)} if it hangs "
+            f"upside down, --laser-pose {_as_flag(place * [1.0, -1.0, -1.0])} if not.",
+        )
+
+    def _check_yaw(self, mount: MountEstimate) -> None:
+        config, known = self._config.mount, self._known
+        error = float(wrap_angle(mount.base_from_laser[2] - known.base_from_laser[2]))
+        if abs(error) < config.min_yaw_error:
+            return
+        place = mount.as_mounted(config)
+        if known.is_place_told:
+            self._leave_out(
+                f"The laser looks {_degrees(known.base_from_laser)} to the left by its place "
+                f"({known.place_source}), but {_degrees(place)} by the directions of travel of scans and "
+                "odometry: the place is believed, and the odometry not used.",
+                f"Correct the one that is wrong; if it is the place, give --laser-pose {_as_flag(place)}.",
+            )
+            return
+        self.changes["base_from_laser"] = place
+        self._find(
+            f"Nothing says where the laser of {known.scan_topic} sits on the car: it is taken to be at "
+            f"{_in_words(place)}, as scans and odometry show.",
+            f"Measure it and give it with --laser-pose, as {_as_flag(place)}, or record /tf_static.",
+        )
+
+    def _leave_out(self, what: str, remedy: str) -> None:
+        self.changes["uses_odometry"] = False
+        self._find(what, remedy)
+
+    def _find(self, what: str, remedy: str) -> None:
+        self.findings.append(Finding(what, remedy))
+
+
+def _in_words(place: Pose) -> str:
+    return f"x {place[0]:.2f} m, y {place[1]:.2f} m, yaw {_degrees(place)}"
+
+
+def _degrees(place: Pose) -> str:
+    return f"{np.degrees(place[2]):.0f}°"
+
+
+def _as_flag(place: Pose, roll: float = 0.0) -> str:
+    numbers = [*(place + 0.0).tolist(), *([roll] if roll else [])]
+    return "'" + " ".join(f"{number:.4g}" for number in numbers) + "'"

@@ -1,0 +1,87 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+from racecar.mapping.self_calibration.mount import MotionReading, read_motion
+from racecar.mapping.self_calibration.scan_track import ScanTrack
+from racecar.mapping.self_calibration.wheel_track import WheelSigns, WheelTrack
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, wrap_angle
+from tests.mapping.self_calibration.moving_laser import odometry_of, straight_drive, winding_drive
+from tests.mapping.self_calibration.test_turn_agreement import track_along
+
+CONFIG = SelfCalibrationConfig()
+DRIVE = winding_drive(40.0)
+WHEELS = WheelTrack.of(odometry_of(DRIVE, 40.0))
+
+
+def track_of_laser(base_from_laser: Pose, noise: float = 0.003, drive: Pose = DRIVE) -> ScanTrack:
+    track = track_along(drive)
+    poses = compose(track.track_from_laser, base_from_laser)
+    poses = poses + noise * np.random.default_rng(2).standard_normal(poses.shape)
+    return replace(track, track_from_laser=poses)
+
+
+def read(track: ScanTrack, wheels: WheelTrack = WHEELS, *, is_inverted: bool = False) -> MotionReading:
+    reading = read_motion(track, wheels, 0, is_inverted=is_inverted, config=CONFIG)
+    assert reading is not None
+    return reading
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.5, 1.5, np.pi, -2.2])
+def test_the_place_is_found(yaw: float) -> None:
+    place = np.array([0.25, -0.1, yaw])
+    mount = read(track_of_laser(place)).mount
+    assert mount.is_certain(CONFIG.mount)
+    assert mount.base_from_laser[:2] == pytest.approx(place[:2], abs=0.03)
+    assert wrap_angle(mount.base_from_laser[2] - yaw) == pytest.approx(0.0, abs=0.03)
+    assert mount.path_ratio == pytest.approx(1.0, abs=0.03)
+    assert mount.consistency > 0.95
+
+
+def test_an_edge_that_it_is_mounted_along_is_taken_exactly() -> None:
+    mount = read(track_of_laser(np.array([0.0, 0.0, np.pi + 0.05]))).mount
+    assert abs(mount.as_mounted(CONFIG.mount)[2]) == pytest.approx(np.pi)
+    askew = read(track_of_laser(np.array([0.0, 0.0, 0.6]))).mount
+    assert askew.as_mounted(CONFIG.mount)[2] == askew.base_from_laser[2]
+
+
+def test_a_laser_upside_down_and_wheels_mirrored_look_the_same() -> None:
+    place = np.array([0.2, 0.1, np.pi / 2])
+    upside_down = track_of_laser(place).mirrored()
+    reading = read(upside_down, is_inverted=True)
+    assert reading.is_mirrored and reading.wheel_signs == WheelSigns.AS_RECORDED
+    assert reading.mount.base_from_laser == pytest.approx(place, abs=0.03)
+    with_mirrored_wheels = read(track_of_laser(place), WHEELS.read_as(WheelSigns.MIRRORED), is_inverted=True)
+    assert with_mirrored_wheels.is_mirrored
+    upright = with_mirrored_wheels.seen_upright()
+    assert not upright.is_mirrored and upright.wheel_signs == WheelSigns.MIRRORED
+    assert upright.mount.base_from_laser == pytest.approx(place, abs=0.03)
+
+
+def test_wheels_whose_yaw_alone_is_inverted_contradict_themselves() -> None:
+    place = np.array([0.2, 0.0, 0.0])
+    reading = read(track_of_laser(place), WHEELS.read_as(WheelSigns.YAW_INVERTED), is_inverted=True)
+    assert not reading.is_mirrored and reading.wheel_signs == WheelSigns.YAW_INVERTED
+    assert reading.mount.base_from_laser == pytest.approx(place, abs=0.03)
+
+
+def test_wheels_of_another_drive_are_no_evidence() -> None:
+    other = WheelTrack.of(odometry_of(winding_drive(40.0, turn_rate=-0.7, speed=0.3)[::-1], 40.0))
+    reading = read_motion(track_of_laser(IDENTITY), other, 0, is_inverted=False, config=CONFIG)
+    assert reading is None or not reading.mount.is_certain(CONFIG.mount)
+
+
+def test_a_robot_that_hardly_travels_shows_nothing() -> None:
+    drive = straight_drive(40.0) * [0.01, 1.0, 1.0]
+    wheels = WheelTrack.of(odometry_of(drive, 40.0))
+    assert read_motion(track_along(drive), wheels, 0, is_inverted=False, config=CONFIG) is None
+
+
+def test_without_turns_an_offset_is_not_made_up() -> None:
+    drive = straight_drive(40.0)
+    track = track_of_laser(np.array([0.3, 0.0, np.pi]), drive=drive)
+    mount = read(track, WheelTrack.of(odometry_of(drive, 40.0))).mount
+    assert mount.is_certain(CONFIG.mount)
+    assert mount.as_mounted(CONFIG.mount)[:2].tolist() == [0.0, 0.0]

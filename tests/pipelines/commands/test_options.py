@@ -1,0 +1,29 @@
+import pytest
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.commands.options import join_laser_pose, parse_laser_pose
+
+
+def test_three_or_four_numbers_behind_the_flag_are_one_argument() -> None:
+    assert join_laser_pose(["map", "a.bag", "--laser-pose", "0.27", "-1", "0", "--quiet"]) == [
+        *("map", "a.bag", "--laser-pose", "0.27 -1 0", "--quiet")
+    ]
+    assert join_laser_pose(["--laser-pose", "1", "2", "3", "3.1416", "5.bag"])[1:] == [
+        "1 2 3 3.1416",
+        "5.bag",
+    ]
+    assert join_laser_pose(["--laser-pose", "1 2 3", "--out", "7"]) == ["--laser-pose", "1 2 3", "--out", "7"]
+    assert join_laser_pose(["--initial-pose", "1", "2", "3"]) == ["--initial-pose", "1", "2", "3"]
+    assert join_laser_pose([]) == []
+
+
+@pytest.mark.parametrize("text", ["0.27 -1 0", "0.27,-1,0", " 0.27  -1 0 "])
+def test_a_place(text: str) -> None:
+    assert parse_laser_pose(text) == (0.27, -1.0, 0.0)
+    assert parse_laser_pose(f"{text} 3.1416") == (0.27, -1.0, 0.0, 3.1416)
+
+
+@pytest.mark.parametrize("text", ["", "1", "1 2", "1 2 3 4 5", "a b c", "nan 0 0", "inf 0 0", "1e300 0 0"])
+def test_no_place(text: str) -> None:
+    with pytest.raises(UserError, match="--laser-pose"):
+        parse_laser_pose(text)

@@ -1,0 +1,188 @@
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.corrections import Corrections
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.bags.writer import BagWriter
+from racecar.pipelines.runs.calibration_run import calibrate
+from tests.mapping.self_calibration.moving_laser import odometry_of, scans_of, winding_drive
+
+SECONDS = 16.0
+DRIVE = winding_drive(SECONDS)
+BACKWARDS = np.array([-0.2, 0.0, np.pi])
+
+
+class Recording:
+    """A robot's drive, to be spoiled in one way or another."""
+
+    def __init__(self, base_from_laser: Pose = IDENTITY) -> None:
+        self.scans = scans_of(compose(DRIVE, base_from_laser), SECONDS)
+        self.odometry = odometry_of(DRIVE, SECONDS)
+        self.told: Pose | None = None
+
+    def change_odometry(self, change: Callable[[Odometry], Odometry]) -> "Recording":
+        self.odometry = [change(sample) for sample in self.odometry]
+        return self
+
+    def multiply(self, *factors: float) -> "Recording":
+        return self.change_odometry(
+            lambda sample: replace(sample, odom_from_base=sample.odom_from_base * np.array(factors))
+        )
+
+    def write(self, path: Path) -> Path:
+        with BagWriter(path) as writer:
+            if self.told is not None:
+                writer.write_static_transform(self.told)
+            for sample in self.odometry:
+                writer.write_odometry(sample)
+            for scan in self.scans:
+                _write_scan(writer, scan)
+        return path
+
+
+def _write_scan(writer: BagWriter, scan: Scan) -> None:
+    count = len(scan.ranges)
+    increment = float(scan.time_offsets[1] - scan.time_offsets[0])
+    writer.write_scan(
+        scan.stamp + 1_000_000_000,
+        scan.ranges.astype(np.float32),
+        angle_min=float(scan.bearings[0]),
+        angle_increment=float(scan.bearings[1] - scan.bearings[0]),
+        time_increment=abs(increment),
+        scan_time=count * abs(increment),
+        range_min=0.05,
+        range_max=25.0,
+    )
+
+
+def corrections_of(recording: Recording, folder: Path, **options: object) -> tuple[Corrections, BagReader]:
+    recording.change_odometry(lambda sample: replace(sample, stamp=sample.stamp + 1_000_000_000))
+    with BagReader(recording.write(folder / "bag"), **options) as reader:  # type: ignore[arg-type]
+        calibrate(reader, SelfCalibrationConfig(), quiet=True)
+        return reader._corrections, reader
+
+
+def only_finding(corrections: Corrections) -> str:
+    (finding,) = corrections.findings
+    return finding.sentence
+
+
+def test_a_sound_recording_is_read_as_it_stands(tmp_path: Path) -> None:
+    corrections, reader = corrections_of(Recording(), tmp_path)
+    assert corrections.inputs == {} and not corrections.findings
+    assert reader.base_from_laser_source == "assumed identity"
+
+
+def test_beams_turned_round_by_the_driver(tmp_path: Path) -> None:
+    recording = Recording()
+    recording.scans = [
+        replace(scan, bearings=-scan.bearings[::-1], ranges=scan.ranges[::-1]) for scan in recording.scans
+    ]
+    mirrored = recording.multiply(1.0, -1.0, -1.0)  # the same drive in a mirror
+    corrections, _ = corrections_of(mirrored, tmp_path)
+    assert corrections.inputs == {"corrections": {"beams": "reversed"}}
+    assert "opposite order" in only_finding(corrections)
+
+
+def test_a_laser_that_looks_backwards(tmp_path: Path) -> None:
+    corrections, reader = corrections_of(Recording(BACKWARDS), tmp_path)
+    assert corrections.base_from_laser == pytest.approx(BACKWARDS, abs=0.05)
+    assert reader.base_from_laser is corrections.base_from_laser
+    assert reader.base_from_laser_source == "motion"
+    assert "--laser-pose" in only_finding(corrections)
+    assert not any("taken to be at base_link" in warning for warning in reader.warnings)
+
+
+def test_a_place_that_is_told_is_believed_and_not_the_wheels(tmp_path: Path) -> None:
+    recording = Recording(BACKWARDS)
+    recording.told = np.array([-0.2, 0.0, 0.0])
+    corrections, reader = corrections_of(recording, tmp_path)
+    assert corrections.base_from_laser is None and reader.odom_topic is None
+    assert "0° to the left by its place" in only_finding(corrections)
+    assert not any(isinstance(item, Odometry) for item in reader_items(tmp_path, corrections))
+
+
+def reader_items(folder: Path, corrections: Corrections) -> list[Scan | Odometry]:
+    with BagReader(folder / "bag") as reader:
+        reader.correct(corrections)
+        return list(reader)
+
+
+def test_a_place_that_is_told_rightly_is_no_finding(tmp_path: Path) -> None:
+    recording = Recording(BACKWARDS)
+    recording.told = BACKWARDS
+    corrections, _ = corrections_of(recording, tmp_path)
+    assert corrections.inputs == {} and not corrections.findings
+
+
+def upside_down(recording: Recording) -> Recording:
+    """The laser counts its bearings clockwise, and measures them in that order."""
+    recording.scans = [
+        replace(scan, bearings=-scan.bearings[::-1], ranges=scan.ranges[::-1], time_offsets=scan.time_offsets)
+        for scan in scans_of(DRIVE * [1.0, 1.0, 1.0], SECONDS)
+    ]
+    return recording
+
+
+def test_a_laser_upside_down(tmp_path: Path) -> None:
+    corrections, _ = corrections_of(upside_down(Recording()), tmp_path)
+    assert corrections.is_upside_down and corrections.base_from_laser is not None
+    assert corrections.base_from_laser == pytest.approx([0.0, 0.0, 0.0], abs=0.05)
+    assert any("upside down" in finding.what for finding in corrections.findings)
+
+
+@pytest.mark.parametrize("roll", [[], [np.pi]])
+def test_the_flag_decides_what_hangs_upside_down(tmp_path: Path, roll: list[float]) -> None:
+    given = np.array([0.0, 0.0, 0.0, *roll])
+    corrections, _ = corrections_of(upside_down(Recording()), tmp_path, base_from_laser=given)
+    assert not corrections.is_upside_down and corrections.base_from_laser is None
+    assert corrections.odometry_factors == ((1.0, 1.0, 1.0) if roll else (1.0, -1.0, -1.0))
+
+
+@pytest.mark.parametrize(
+    ("factors", "read_as"), [((1, 1, -1), (1.0, 1.0, -1.0)), ((1, -1, -1), (1.0, -1.0, -1.0))]
+)
+def test_wheels_with_wrong_signs(
+    tmp_path: Path, factors: tuple[int, ...], read_as: tuple[float, ...]
+) -> None:
+    recording = Recording().multiply(*factors)
+    recording.told = IDENTITY
+    corrections, _ = corrections_of(recording, tmp_path)
+    assert corrections.odometry_factors == read_as
+    assert "other sign" in only_finding(corrections)
+
+
+@pytest.mark.parametrize("seconds", [-2.5, 0.9])
+def test_a_clock_that_is_off(tmp_path: Path, seconds: float) -> None:
+    late = round(seconds * 1e9)
+    recording = Recording().change_odometry(
+        lambda sample: replace(sample, stamp=sample.stamp + 10**10 + late)
+    )
+    recording.scans = [replace(scan, stamp=scan.stamp + 10**10) for scan in recording.scans]
+    corrections, _ = corrections_of(recording, tmp_path)
+    assert corrections.odometry_shift * 1e-9 == pytest.approx(-seconds, abs=0.05)
+    assert f"{abs(seconds):.1f}" in only_finding(corrections)
+
+
+def test_odometry_that_is_stuck(tmp_path: Path) -> None:
+    corrections, reader = corrections_of(Recording().multiply(0.0, 0.0, 0.0), tmp_path)
+    assert not corrections.uses_odometry and reader.odom_topic is None
+    assert "stuck" in only_finding(corrections)
+
+
+def test_without_odometry_and_beam_times_nothing_is_asked(tmp_path: Path) -> None:
+    recording = Recording()
+    recording.odometry = []
+    recording.scans = [replace(scan, time_offsets=0.0 * scan.time_offsets) for scan in recording.scans]
+    with BagReader(recording.write(tmp_path / "bag")) as reader:
+        calibrate(reader, SelfCalibrationConfig(), quiet=True)
+        assert reader.messages_read < 100
+        assert reader._corrections.inputs == {}
