@@ -26,7 +26,6 @@ NARROW = {"ranges": np.full(61, 2.0, dtype=np.float32), "angle_min": -np.radians
 WIDE = {
     "ranges": np.linspace(2.0, 3.0, 361, dtype=np.float32),
     "angle_min": -np.pi,
-    "angle_max": np.pi,
     "angle_increment": np.radians(1.0),
 }
 BLIND = {"ranges": np.full(361, np.inf, dtype=np.float32), "angle_min": -np.pi, "angle_increment": INCREMENT}
