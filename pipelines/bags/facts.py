@@ -140,7 +140,8 @@ class ScanFacts:
             findings.append(
                 Finding(
                     "Not one beam met anything.",
-                    "See that the sensor works, and that range_max is right.",
+                    "See that nothing covers the laser, that it works, and that range_min and range_max "
+                    "are right.",
                     spoils_map=True,
                 )
             )

@@ -275,6 +275,12 @@ class BagReader:
         """The findings as sentences for people."""
         return [finding.sentence for finding in self.findings]
 
+    def require_returns(self) -> None:
+        """Raises UserError when no beam of the scans read so far met anything."""
+        if self.scan_facts.count and self.scan_facts.farthest == 0.0:
+            told = " ".join(finding.sentence for finding in self.findings if finding.spoils_map)
+            raise UserError(f"{self.path} shows nothing: {told}")
+
     def __iter__(self) -> Iterator[Measurement]:
         self._counter.clear()
         self._gaps, self.scan_facts, self.odometry_facts = ScanGaps(), ScanFacts(), OdometryFacts()

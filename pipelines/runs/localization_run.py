@@ -77,7 +77,7 @@ def run_localization(
 
     With a ``start`` trajectory the car starts from the pose that this has at the first scan; where it
     has none the search goes on over the whole map, and the report says so. What comes in and out goes to a
-    ``recorder`` too. Raises UserError when the bag holds no usable scan.
+    ``recorder`` too. Raises UserError when the bag holds no usable scan, or none that meets anything.
     """
     run, walls = LocalizationRun(), WallFit(grid)
     with progress_bar("Localizing", reader.message_count, quiet=quiet) as advance_to:
@@ -95,6 +95,7 @@ def run_localization(
                 with report.stage("recording"):
                     _record(message, run, localizer, recorder)
             advance_to(reader.messages_read)
+    reader.require_returns()
     _describe(run, localizer, reader, report)
     for sentence in [*cautions_of_resolution(grid.resolution), *cautions_of_walls(walls)]:
         report.warn(sentence)

@@ -56,6 +56,7 @@ def build_map(
         )
     with report.stage("optimizing"), progress_bar("Optimizing", quiet=quiet) as advance_to:
         try:
+            reader.require_returns()
             result = start.mapper.finish(advance_to, earlier)
         except UserError:
             if checkpoint is not None:

@@ -123,6 +123,19 @@ def test_strict_ends_in_3_where_a_map_would_be_wrong(tmp_path, capsys):
     assert spoiling == ["Not one beam met anything."]
 
 
+def test_no_map_and_no_pose_comes_of_a_covered_laser(tmp_path, capsys):
+    path = str(blind_bag(tmp_path / "blind.bag"))
+    for arguments in (
+        ["map", path],
+        ["localize", path, "--map", "building", "--initial-pose", "0", "0", "0"],
+    ):
+        assert run([*arguments, "--out", str(tmp_path / "out"), "--quiet"]) == 2
+        told = capsys.readouterr().err
+        assert "Not one beam met anything" in told
+        assert told.count("\n") == 1
+        assert not (tmp_path / "out").exists()
+
+
 def test_a_blank_stretch_is_noted_but_spoils_nothing(tmp_path):
     def write(writer):
         writer.write_static_transform(PLACE)
