@@ -375,6 +375,17 @@ class BagReader:
     def _open_odometry_links(self, links: FrameLinks, source: PoseSource) -> None:
         """Take the odometry from transforms, where they show the car moving; else say what there is."""
         found = links.odometry(self._scan_frame)
+        if found is not None and found.is_contested and self._named_transforms is None:
+            self._findings.append(
+                Finding(
+                    f"Two programs publish the link {' -> '.join(found.driving)} on {found.driving_topic}, "
+                    "each another motion: it is not taken for odometry, and the motion is estimated from the "
+                    "scans alone.",
+                    "Record with one of them only, such as the driver or a filter, not both.",
+                    spoils_map=True,
+                )
+            )
+            return
         if found is not None and found.moves:
             if source == PoseSource.STANDING:
                 self._findings.append(

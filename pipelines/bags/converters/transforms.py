@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 _SAME = 1e-5
 """Metres, or entries of a rotation matrix, by which a fixed link may vary: publishers that compute it anew
 each time round it, while the wheels of a standing car tremble by more. By judgement."""
+_APART = 0.05
+"""Metres or radians by which a link leaps back and forth where two programs publish it, and no car does from
+one message to the next; by judgement."""
+_CONTESTED = (10, 0.02)
+"""Leaps, and their share of all messages, from which on two programs publish a link: by judgement, since one
+of them may come ten times as often as the other."""
 _WORLD = ("map", "world", "earth", "utm", "truth", "camera_init")
 """In names of frames fixed to the world, whose links bear a solution or the truth: REP 105, and LOAM's."""
 BASE_FRAMES = ("base_link", "base_footprint")
@@ -175,7 +181,15 @@ class Link:
     path: float = 0.0
     """Metres in the plane that the child moved, and radians that it turned."""
     moves: bool = False
+    leaps: int = 0
+    """How often it went away and came back within two messages."""
     _first: NDArray[np.float64] | None = None
+    _before: NDArray[np.float64] | None = None
+
+    @property
+    def is_contested(self) -> bool:
+        """Whether two programs seem to publish it, each another motion."""
+        return self.leaps >= max(_CONTESTED[0], _CONTESTED[1] * self.count)
 
     def __str__(self) -> str:
         return f"{self.parent} -> {self.child}"
@@ -191,10 +205,19 @@ class Link:
         """Take the next pose (4, 4)."""
         self.numbers = numbers
         first = self.latest if self._first is None else self._first
-        x, y, turn = seen_from_above(inverted(self.latest) @ parent_from_child)
-        self.path += float(np.hypot(x, y)) + abs(float(turn))
+        away = _motion(self.latest, parent_from_child)
+        self.path += away
+        if self._before is not None and away > _APART:
+            self.leaps += _motion(self._before, parent_from_child) < 0.3 * away
+        self._before = self.latest
         self.moves = self.moves or float(np.abs(parent_from_child - first).max()) > _SAME
         self._first, self.latest, self.count = first, parent_from_child, self.count + 1
+
+
+def _motion(before: NDArray[np.float64], after: NDArray[np.float64]) -> float:
+    """Metres and radians in the plane between two poses (4, 4)."""
+    x, y, turn = seen_from_above(inverted(before) @ after)
+    return float(np.hypot(x, y)) + abs(float(turn))
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,6 +235,8 @@ class OdometryLinks:
     driving_topic: str
     moves: bool
     """Whether any of it was seen to move."""
+    is_contested: bool = False
+    """Whether two programs seem to publish it."""
 
     @property
     def base_frame(self) -> str:
@@ -355,7 +380,13 @@ class FrameLinks:
         topics = {link.topic for link in links if link.moves} or {driving.topic}
         ends = (driving.parent, driving.child)
         return OdometryLinks(
-            tuple(way), tuple(poses), tuple(sorted(topics)), ends, driving.topic, driving.moves
+            tuple(way),
+            tuple(poses),
+            tuple(sorted(topics)),
+            ends,
+            driving.topic,
+            driving.moves,
+            driving.is_contested,
         )
 
     def _preference(self, sensor_frame: str) -> Callable[[OdometryLinks], tuple[bool, bool, bool, int, int]]:

@@ -158,6 +158,23 @@ def test_a_link_that_never_changes_is_no_odometry_and_that_is_told(tmp_path):
     assert "not taken for odometry" in warning
 
 
+@pytest.mark.parametrize("every", [1, 5])
+def test_a_link_that_two_programs_publish_is_told_and_not_believed(tmp_path, every):
+    other = np.array([1.0, 0.5, 0.2])
+
+    def write(writer):
+        for index in range(5 * COUNT):
+            write_links(writer, index, ("odom", "base_link", driven(index)), MOUNT)
+            if index % every == 0:
+                write_links(writer, index, ("odom", "base_link", driven(index) + other))
+            write_scan(writer, index)
+
+    _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
+    assert samples == []
+    (finding,) = [each for each in reader.findings if "Two programs publish" in each.what]
+    assert finding.spoils_map
+
+
 def test_an_odometry_topic_comes_before_a_link_that_never_changes(tmp_path):
     path = bag(
         tmp_path / "drive.bag", lambda _: [("odom", "base_link", np.zeros(3)), MOUNT], with_odometry=True
