@@ -58,6 +58,17 @@ class TurnModel:
         return self.is_believed or (self.wheels_are_blind and not self.is_contradicted)
 
     @property
+    def figures(self) -> dict[str, float | bool]:
+        """What was learned, for reports: angles in radians, variances per radian of exposure."""
+        return {
+            "is_used": self.is_used,
+            "scale": self.scale,
+            "bias": self.bias,
+            "variance": self.gyro_variance,
+            "variance_of_wheels": self.wheel_variance,
+        }
+
+    @property
     def contradiction(self) -> str | None:
         """What is wrong with a gyroscope that the scans contradict, as a sentence for people."""
         if not self.is_contradicted:

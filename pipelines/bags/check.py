@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.geometry.se2 import Pose
-from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts
+from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
 from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.storage.chunks import BagTopic
@@ -22,7 +22,7 @@ class BagCheck:
     size_mb: float
     topics: list[BagTopic]
     facts: dict[str, dict[str, Any]]
-    """By section (``scans``, ``sensor``, ``odometry``), figures with units in their names."""
+    """By section (``scans``, ``sensor``, ``odometry``, ``imu``), figures with units in their names."""
     counts: dict[str, int]
     findings: list[Finding]
 
@@ -53,6 +53,7 @@ def check_bag(reader: BagReader, progress: Callable[[float], None] | None = None
         "scans": _describe_scans(reader, reader.scan_facts),
         "sensor": {"place": list(_rounded(reader.base_from_laser)), "source": reader.base_from_laser_source},
         "odometry": _describe_odometry(reader, reader.odometry_facts),
+        "imu": _describe_imu(reader, reader.yaw_rate_facts),
     }
     return BagCheck(
         reader.path,
@@ -100,6 +101,17 @@ def _describe_odometry(reader: BagReader, odometry: OdometryFacts) -> dict[str, 
         "turned_deg": round(float(np.degrees(odometry.turned)), 1),
         "top_speed_m_s": round(odometry.top_speed, 2),
         "scans_covered_share": round(covered / counts["scans"], 4),
+    }
+
+
+def _describe_imu(reader: BagReader, yaw_rates: YawRateFacts) -> dict[str, Any]:
+    if reader.imu_topic is None:
+        return {}
+    return {
+        "topic": reader.imu_topic,
+        "count": yaw_rates.spacing.count,
+        "rate_hz": round(yaw_rates.spacing.rate, 2),
+        "fastest_turn_deg_s": round(float(np.degrees(yaw_rates.fastest_turn)), 1),
     }
 
 

@@ -228,6 +228,11 @@ class YawRateFacts:
         self.slowest, self.fastest = min(self.slowest, yaw_rate.rate), max(self.fastest, yaw_rate.rate)
 
     @property
+    def fastest_turn(self) -> float:
+        """Radians per second, to either side; 0 without any sample."""
+        return max(abs(self.slowest), abs(self.fastest)) if self.spacing.count else 0.0
+
+    @property
     def findings(self) -> list[Finding]:
         """What a person should know of."""
         if self.spacing.count < _FEW_SAMPLES or self.slowest != self.fastest:

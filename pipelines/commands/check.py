@@ -120,6 +120,9 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
         ),
         ("sensor's place", f"x {x:g} m, y {y:g} m, yaw {yaw:g} rad ({sensor['source']})"),
     ]
+    if imu := result.facts["imu"]:
+        imu_row = f"{imu['count']} on {imu['topic']}, {imu['rate_hz']:g} Hz"
+        rows.append(("IMU", f"{imu_row}, turns of up to {imu['fastest_turn_deg_s']:.0f}°/s"))
     if not odometry:
         return [*rows, ("odometry", "none")]
     return [

@@ -174,6 +174,8 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, rep
     report.add("update_ms", _update_times(run))
     if reader.odom_topic is not None:
         report.add("odometry_faults", asdict(localizer.odometry_faults))
+    if reader.imu_topic is not None:
+        report.add("gyroscope", localizer.turn_model.figures)
     contradiction = localizer.turn_model.contradiction
     told = [] if contradiction is None else [contradiction]
     for sentence in [*reader.warnings, *told, *_cautions(run, reader)]:

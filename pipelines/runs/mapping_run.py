@@ -67,6 +67,8 @@ def build_map(
     report.add("result", _describe_result(result))
     report.add("mapping_seconds", result.seconds)
     report.add("consistency", _residuals(result))
+    if reader.imu_topic is not None:
+        report.add("gyroscope", start.mapper.turn_model.figures)
     for sentence in [*reader.warnings, *result.warnings, *cautions_of_resolution(config.resolution)]:
         report.warn(sentence)
     return result

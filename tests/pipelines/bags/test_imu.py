@@ -7,6 +7,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.messages import IMU
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
@@ -163,3 +164,16 @@ def test_transforms_of_links_on_tf_count_too(tmp_path):
 
     items, _ = contents(bag_of(tmp_path / "drive.bag", write))
     assert {round(item.rate, 12) for item in items if isinstance(item, YawRate)} == {0.3}
+
+
+def test_a_check_tells_of_it(tmp_path):
+    with BagReader(bag_of(tmp_path / "drive.bag", drive_with_noise)) as reader:
+        check = check_bag(reader)
+    assert check.facts["imu"] == {
+        "topic": "/imu",
+        "count": 101,
+        "rate_hz": 100.0,
+        "fastest_turn_deg_s": pytest.approx(np.degrees(0.31), abs=0.1),
+    }
+    with BagReader(bag_of(tmp_path / "none.bag", drive), use_imu=False) as reader:
+        assert check_bag(reader).facts["imu"] == {}
