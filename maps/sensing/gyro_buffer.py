@@ -16,6 +16,11 @@ _LONGEST_EXTRAPOLATION = 150_000_000
 live the next sample may be on its way."""
 
 
+_STUCK_AFTER = 1_000_000_000
+"""Nanoseconds of equal samples after which a gyroscope is dead, since noise makes any two differ; one that is
+read so coarsely that it does not, when the car stands, is not missed then. By judgement."""
+
+
 class GyroReading(NamedTuple):
     """What a gyroscope has summed up until a moment; only differences mean something."""
 
@@ -35,7 +40,8 @@ def turn_between(before: GyroReading | None, after: GyroReading | None) -> float
 class GyroBuffer:
     """Samples in the order of time. Any number of threads may read, or one may add, but not both at once.
 
-    A gyroscope is dead, and says nothing, as long as all its samples are the same number, such as zero.
+    A gyroscope is dead, and says nothing, as long as its samples are the same number, such as zero, from the
+    first one on or for over a second.
     """
 
     def __init__(self, max_samples: int = 4096) -> None:
@@ -46,7 +52,8 @@ class GyroBuffer:
         self._begin = self._end = 0
         self._series = 0
         self._first_rate: float | None = None
-        self._is_alive = False
+        self._changed_at: int | None = None
+        """Nanoseconds of the last sample that differed from the one before."""
 
     def __len__(self) -> int:
         return self._end - self._begin
@@ -68,7 +75,11 @@ class GyroBuffer:
             return
         if self._first_rate is None:
             self._first_rate = sample.rate
-        self._is_alive = self._is_alive or sample.rate != self._first_rate
+        if latest is not None and sample.rate != self._all[self._end - 1, 0]:
+            if self._changed_at is not None and not self._is_alive:
+                self.start_anew()
+                latest = None
+            self._changed_at = sample.stamp
         angle = 0.0
         if latest is not None:
             if sample.stamp - latest > _WIDEST_GAP:
@@ -87,6 +98,11 @@ class GyroBuffer:
         self._all_stamps[self._end], self._all[self._end] = sample.stamp, (sample.rate, angle)
         self._end += 1
         self._begin = max(self._begin, self._end - self._max_samples)
+
+    @property
+    def _is_alive(self) -> bool:
+        latest, changed_at = self.latest_stamp, self._changed_at
+        return latest is not None and changed_at is not None and latest - changed_at <= _STUCK_AFTER
 
     def start_anew(self) -> None:
         """What comes does not continue what was."""
@@ -128,12 +144,13 @@ class GyroBuffer:
     @property
     def is_dead(self) -> bool:
         """Whether there were samples, and all the same."""
-        return self._first_rate is not None and not self._is_alive
+        return self._first_rate is not None and self._changed_at is None
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """``stamps`` (M,) in nanoseconds, ``rates`` and ``angles`` (M,), and the number of the ``series``.
 
-        Also the ``first_rate``, NaN where there was none, and whether it ``is_alive``.
+        Also the ``first_rate``, NaN where there was none, and ``changed_at``, the stamp of the last sample
+        that differed from the one before, -1 without any.
         """
         kept = slice(self._begin, self._end)
         rates, angles = self._all[kept].T.copy()
@@ -143,7 +160,7 @@ class GyroBuffer:
             "angles": angles,
             "series": np.array(self._series),
             "first_rate": np.array(np.nan if self._first_rate is None else self._first_rate),
-            "is_alive": np.array(self._is_alive),
+            "changed_at": np.array(-1 if self._changed_at is None else self._changed_at),
         }
 
     @classmethod
@@ -156,5 +173,6 @@ class GyroBuffer:
         buffer._end, buffer._series = count, int(arrays["series"])
         first_rate = float(arrays["first_rate"])
         buffer._first_rate = None if math.isnan(first_rate) else first_rate
-        buffer._is_alive = bool(arrays["is_alive"])
+        changed_at = int(arrays["changed_at"])
+        buffer._changed_at = None if changed_at < 0 else changed_at
         return buffer

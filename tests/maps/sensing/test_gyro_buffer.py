@@ -64,6 +64,22 @@ def test_one_number_for_ever_is_no_gyroscope(rate: float) -> None:
     assert turn(buffer, 0, 4900) == pytest.approx(4.9 * rate)
 
 
+def test_one_that_dies_says_nothing_until_it_lives_again() -> None:
+    """What the car turned meanwhile is not known."""
+    buffer = filled([0.1, 0.2, 0.3])
+    before = buffer.reading_at(200 * MILLISECOND)
+    for k in range(3, 30):
+        buffer.add(YawRate(100 * k * MILLISECOND, 0.0))
+        dead_for = 100 * (k - 3)
+        assert (buffer.reading_at(100 * k * MILLISECOND) is None) == (dead_for > 1000)
+    for k in range(30, 33):
+        buffer.add(YawRate(100 * k * MILLISECOND, 0.01 * k))
+    after = buffer.reading_at(3200 * MILLISECOND)
+    assert after is not None
+    assert math.isnan(turn_between(before, after))
+    assert turn(buffer, 3000, 3200) == pytest.approx(0.2 * 0.31)
+
+
 def test_memory_is_bounded_and_angles_go_on() -> None:
     buffer = GyroBuffer(max_samples=10)
     for k in range(100):
