@@ -1,16 +1,20 @@
 """A mapper that was put into arrays and back goes on to the same bits."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 
 from racecar.mapping.arrays import Arrays
-from racecar.mapping.config import MappingConfig, ScheduleConfig
+from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.matching.scan_store import MAX_POINTS
 from racecar.mapping.session.session import Session
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from tests.maps.drives import drive, room
+from racecar.maps.sensing.yaw_rate import YawRate
+from tests.maps.drives import drive, pose_at, room
 
 
 @pytest.fixture(scope="module")
@@ -20,23 +24,40 @@ def messages() -> list[Scan | Odometry]:
     return drive(room(), 8.0, np.random.default_rng(2), bearings=bearings).messages
 
 
-def feed(mapper: Mapper, messages: list[Scan | Odometry], *, odometry: bool = True) -> None:
+def with_yaw_rates(messages: list[Scan | Odometry]) -> list[Measurement]:
+    """The same with a gyroscope that has a bias."""
+    stamps = [message.stamp for message in messages if isinstance(message, Odometry)]
+    headings = np.unwrap(pose_at(room(), np.array(stamps) * 1e-9, 1.5)[:, 2])
+    rates = np.gradient(headings, np.array(stamps) * 1e-9) + 0.03
+    samples = [YawRate(stamp, float(rate)) for stamp, rate in zip(stamps, rates, strict=True)]
+    return sorted([*samples, *messages], key=lambda message: (message.stamp, isinstance(message, Scan)))
+
+
+def feed(mapper: Mapper, messages: Sequence[Measurement], *, odometry: bool = True) -> None:
     for message in messages:
         if isinstance(message, Scan):
             mapper.add_scan(message)
+        elif isinstance(message, YawRate):
+            mapper.add_yaw_rate(message)
         elif odometry:
             mapper.add_odometry(message)
 
 
 @pytest.mark.parametrize("odometry", [True, False])
-def test_goes_on_to_the_same_bits(messages: list[Scan | Odometry], odometry: bool) -> None:
-    config = MappingConfig(schedule=ScheduleConfig(checkpoint_interval=10))
+@pytest.mark.parametrize("gyroscope", [True, False])
+def test_goes_on_to_the_same_bits(messages: list[Scan | Odometry], odometry: bool, gyroscope: bool) -> None:
+    quickly = {"segment_seconds": 0.2, "turn_until_tried": 0.5, "known_scale": 0.3}
+    config = MappingConfig.model_validate(
+        {"schedule": {"checkpoint_interval": 10}, "odometry": {"turn_fusion": quickly}}
+    )
+    messages = with_yaw_rates(messages) if gyroscope else messages
     whole, saved = Mapper(config), dict[int, Arrays]()
     for k, message in enumerate(messages):
         feed(whole, [message], odometry=odometry)
         if isinstance(message, Scan) and whole.can_be_saved:
             saved[k + 1] = {name: array.copy() for name, array in whole.to_arrays().items()}
     expected = whole.finish()
+    assert whole.turn_model.is_believed == gyroscope
     assert len(saved) >= 2
     taken, arrays = list(saved.items())[1]
     assert all(array.dtype != object for array in arrays.values())
