@@ -11,3 +11,5 @@ from .maps import UserError as UserError
 from .maps import load_map as load_map
 from .maps import save_map as save_map
 from .pipelines import BagReader as BagReader
+
+__version__: str

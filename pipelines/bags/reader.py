@@ -82,7 +82,7 @@ class BagReader:
 
     def __init__(
         self,
-        path: Path,
+        path: str | Path,
         *,
         scan_topic: str | Sequence[str] | None = None,
         odom_topic: str | None = None,
@@ -101,7 +101,7 @@ class BagReader:
         cloud of a planar sensor is taken whole. Raises UserError when the path holds no bag, a named topic is
         not in it, or not one scan can be read.
         """
-        self._store = BagStore(path)
+        self._store = BagStore(Path(path))
         self._findings: list[Finding] = []
         self._place_findings: list[Finding] = []
         self._readings: dict[str, ScanReading] = {}

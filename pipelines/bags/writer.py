@@ -61,7 +61,8 @@ class BagWriter:
     UserError when the place cannot be written to.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: str | Path) -> None:
+        path = Path(path)
         if path.suffix in (".mcap", ".db3"):
             raise UserError(f"{path} cannot be written as a lone file: name a .bag file, or a folder.")
         self._path = path

@@ -28,13 +28,33 @@ class Config(Settings):
 
 def load_config(path: Path | None) -> Config:
     """The settings of a YAML file, or the defaults. Raises UserError that names the key at fault."""
-    return Config() if path is None else load_settings(path, Config)
+    if path is None:
+        return Config()
+    contents = _read_yaml(path)
+    config = _validated(contents, path, Config)
+    _refuse_contradiction(contents, path)
+    return config
+
+
+def _refuse_contradiction(contents: dict[str, Any], path: Path) -> None:
+    """Of two counts given together; one alone may contradict the other's default, and bounds it."""
+    given = contents.get("localization", {})
+    most, fewest = given.get("particles"), given.get("fewest_particles")
+    if most is not None and fewest is not None and int(fewest) > int(most):
+        raise UserError(
+            f"The configuration {path} has more 'localization.fewest_particles' ({fewest}) than "
+            f"'localization.particles' ({most}), which are the most; swap them."
+        )
 
 
 def load_settings(path: Path, model: type[Model]) -> Model:
     """Settings of any kind from a YAML file. Raises UserError that names the key at fault."""
+    return _validated(_read_yaml(path), path, model)
+
+
+def _validated(contents: dict[str, Any], path: Path, model: type[Model]) -> Model:
     try:
-        return model.model_validate(_read_yaml(path))
+        return model.model_validate(contents)
     except ValidationError as error:
         raise UserError(_explain(error, path, model)) from error
 
