@@ -65,7 +65,7 @@ _SESSION: dict[str, _Numbers] = {
     "loops.log_names": _Numbers(ArrayLayout("U", ("L",)), 0, 0),
     "loops.log_counts": _whole(0, float(np.iinfo(np.int64).max), "L"),
 }
-"""By definition the arrays of a session, as its module's documentation names them."""
+"""The arrays of a session by definition, as its module's documentation names them."""
 
 
 def check_session(arrays: Arrays) -> None:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose, compose
-from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.experiments.figure_style import (
@@ -166,7 +166,9 @@ def _length() -> float:
 
 
 def _empty_floor() -> OccupancyGrid:
-    return OccupancyGrid(np.full((160, 180), FREE, dtype=np.int8), 0.1, np.array([-6.0, -6.0, 0.0]))
+    cells = np.full((160, 180), FREE, dtype=np.int8)
+    cells[0, 0] = OCCUPIED  # which no scan sees: a map without any wall is refused
+    return OccupancyGrid(cells, 0.1, np.array([-6.0, -6.0, 0.0]))
 
 
 def _deviation(cloud: Pose) -> float:

@@ -14,7 +14,7 @@ from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
@@ -26,6 +26,9 @@ _OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24
     bad=_UNKNOWN_COLOR
 )
 _LONG_SIDE_INCHES, _DOTS_PER_INCH = 11.0, 200
+_MOST_CELLS = 16_000_000
+"""Of a grid that is drawn as it is, because a picture has a quarter as many dots and matplotlib takes some 30
+bytes for each cell."""
 _MARGIN = 1.0
 """Metres around what is known."""
 
@@ -69,7 +72,7 @@ def map_figure(grid: OccupancyGrid, trajectory: Trajectory, title: str) -> tuple
     )
     FigureCanvasAgg(figure)
     axes = figure.add_subplot()
-    draw_grid(axes, grid)
+    draw_grid(axes, grid, (low, high))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     draw_title(axes, title)
     axes.spines[:].set_color("#9aa3ad")
@@ -78,8 +81,17 @@ def map_figure(grid: OccupancyGrid, trajectory: Trajectory, title: str) -> tuple
     return figure, axes
 
 
-def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
-    """Show an occupancy grid in the map frame: white is free, black occupied, grey unknown."""
+def draw_grid(
+    axes: Axes,
+    grid: OccupancyGrid,
+    window: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None,
+) -> None:
+    """Show an occupancy grid in the map frame: white is free, black occupied, grey unknown.
+
+    A huge one is drawn no finer than it can be seen, and only in the ``window`` from one corner (2,) to the
+    other (2,) when that is given.
+    """
+    grid = _thinned(grid if window is None else _cropped(grid, *window))
     rows, columns = grid.cells.shape
     x, y, yaw = grid.map_from_grid
     axes.imshow(
@@ -93,6 +105,42 @@ def draw_grid(axes: Axes, grid: OccupancyGrid) -> None:
         transform=Affine2D().rotate(yaw).translate(x, y) + axes.transData,
     )
     axes.set_facecolor(_UNKNOWN_COLOR)
+
+
+def known_cells(grid: OccupancyGrid) -> NDArray[np.int64]:
+    """(N, 2) row and column of the cells that are known; of a huge grid some, evenly over it."""
+    step = _thinning(grid)
+    return step * np.argwhere(grid.cells[::step, ::step] != UNKNOWN)
+
+
+def _thinning(grid: OccupancyGrid) -> int:
+    return max(1, int(np.ceil(np.sqrt(grid.cells.size / _MOST_CELLS))))
+
+
+def _cropped(grid: OccupancyGrid, low: NDArray[np.float64], high: NDArray[np.float64]) -> OccupancyGrid:
+    if grid.cells.size <= _MOST_CELLS:
+        return grid
+    corners = grid.cell_of(np.array([low, high, [low[0], high[1]], [high[0], low[1]]]))
+    first = np.clip(corners.min(axis=0) - 1, 0, np.array(grid.cells.shape) - 1)
+    last = np.clip(corners.max(axis=0) + 2, first + 1, grid.cells.shape)
+    moved = np.array([first[1] * grid.resolution, first[0] * grid.resolution, 0.0])
+    cells = grid.cells[first[0] : last[0], first[1] : last[1]]
+    return OccupancyGrid(cells, grid.resolution, compose(grid.map_from_grid, moved))
+
+
+def _thinned(grid: OccupancyGrid) -> OccupancyGrid:
+    """With blocks of cells in place of a huge grid's; a block shows its most occupied cell."""
+    step = _thinning(grid)
+    if step == 1:
+        return grid
+    rows, columns = (-(-size // step) for size in grid.cells.shape)
+    blocks = np.full((rows, columns), UNKNOWN, dtype=np.int8)
+    for row in range(step):
+        for column in range(step):
+            part = grid.cells[row::step, column::step]
+            shown = blocks[: part.shape[0], : part.shape[1]]
+            np.maximum(shown, part, out=shown)
+    return OccupancyGrid(blocks, step * grid.resolution, grid.map_from_grid)
 
 
 def draw_title(axes: Axes, title: str) -> None:
@@ -109,7 +157,7 @@ def save_figure(path: Path, figure: Figure, axes: Axes, dots_per_inch: int) -> N
 
 
 def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    known = np.argwhere(grid.cells != UNKNOWN)
+    known = known_cells(grid)
     corners = known[[*known.argmin(axis=0), *known.argmax(axis=0)]] if len(known) else known
     places = np.vstack([grid.center_of(corners), trajectory.map_from_base[:, :2]])
     return places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.pictures.map_picture import (
     END_COLOR,
@@ -20,6 +20,7 @@ from racecar.pipelines.pictures.map_picture import (
     START_COLOR,
     draw_grid,
     draw_title,
+    known_cells,
     save_figure,
 )
 
@@ -56,7 +57,7 @@ def save_overlay(
     FigureCanvasAgg(figure)
     layout = figure.add_gridspec(rows + 1, _PANEL_COLUMNS, height_ratios=[map_height] + [4.0] * rows)
     axes = figure.add_subplot(layout[0, :])
-    draw_grid(axes, grid)
+    draw_grid(axes, grid, (low, high))
     _draw_path(axes, trajectory, moments)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     draw_title(axes, title)
@@ -99,13 +100,13 @@ def _draw_path(axes: Axes, trajectory: Trajectory, moments: Sequence[Moment]) ->
 def _draw_moment(axes: Axes, grid: OccupancyGrid, trajectory: Trajectory, moment: Moment, title: str) -> None:
     """The scan about the car, near enough to see whether it lies on the walls."""
     x, y, yaw = moment.map_from_base
-    draw_grid(axes, grid)
     axes.plot(*trajectory.map_from_base[:, :2].T, color=PATH_COLOR, linewidth=1.0, alpha=0.6)
     axes.plot(*moment.points_in_map.T, ".", color=_SCAN_COLOR, markersize=2.2, markeredgewidth=0)
     axes.quiver(x, y, np.cos(yaw), np.sin(yaw), color=PATH_COLOR, scale=9, width=0.014, zorder=5)
     distances = np.hypot(*(moment.points_in_map - [x, y]).T)
     reach = np.quantile(distances, 0.9) if len(distances) else 0.0
     view = float(np.clip(reach, _SMALLEST_VIEW, _LARGEST_VIEW))
+    draw_grid(axes, grid, (np.array([x - view, y - view]), np.array([x + view, y + view])))
     axes.set(xlim=(x - view, x + view), ylim=(y - view, y + view), aspect="equal")
     on_wall = "" if np.isnan(moment.share_on_wall) else f", {moment.share_on_wall:.0%} on walls"
     axes.set_title(f"{title}{on_wall}", fontsize=10)
@@ -114,7 +115,7 @@ def _draw_moment(axes: Axes, grid: OccupancyGrid, trajectory: Trajectory, moment
 
 def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Lower left and upper right of the path and of the map without its outermost cells, in metres."""
-    known = grid.center_of(np.argwhere(grid.cells != UNKNOWN))
+    known = grid.center_of(known_cells(grid))
     without_outliers = [0.001, 0.999]
     places = np.vstack([np.quantile(known, without_outliers, axis=0), trajectory.map_from_base[:, :2]])
     return places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN

@@ -7,6 +7,7 @@ from PIL import Image
 from racecar.mapping.graph.constraint import Constraint
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.pictures import map_picture
 from racecar.pipelines.pictures.map_picture import LOOP_COLOR, PATH_COLOR, save_map_picture
 
 
@@ -62,3 +63,17 @@ def test_a_title_may_be_any_name(tmp_path: Path) -> None:
     for title in ("$\\broken$_{", "\udcff\udce4.bag", "录音.bag"):
         save_map_picture(tmp_path / "map.png", room(), circle(), circle().map_from_base[:1], [], title)
         assert (tmp_path / "map.png").stat().st_size > 0
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7])
+def test_a_huge_map_looks_as_if_it_were_small(
+    tmp_path: Path, yaw: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pictures = []
+    for most in (10**9, 20_000):
+        monkeypatch.setattr(map_picture, "_MOST_CELLS", most)
+        save_map_picture(tmp_path / "map.png", room(yaw), circle(), circle().map_from_base[:1], [], "drive")
+        pictures.append(np.asarray(Image.open(tmp_path / "map.png").convert("L").resize((300, 200))))
+    dark = [picture < 128 for picture in pictures]
+    assert np.mean(dark[0] & ~dark[1]) < 0.02
+    assert np.mean(np.abs(pictures[0].astype(float) - pictures[1])) < 12.0
