@@ -5,7 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
 
-.PHONY: install demo test slow clean
+.PHONY: install demo test slow fuzz clean
 
 install: .venv/installed
 
@@ -24,6 +24,9 @@ test: .venv/installed-dev
 slow: .venv/installed-dev
 	$(BIN)/pytest -m slow
 
+fuzz: .venv/installed-dev
+	$(BIN)/python -m tests.fuzz $(FUZZ)
+
 .venv/installed: pyproject.toml
 	$(PYTHON) -c 'import sys; sys.version_info >= (3, 10) or sys.exit("Python 3.10 or newer is needed.")'
 	@echo "Installing into .venv; the first time this takes a few minutes."
@@ -37,4 +40,4 @@ slow: .venv/installed-dev
 	touch $@
 
 clean:
-	rm -rf .venv demo
+	rm -rf .venv demo fuzz

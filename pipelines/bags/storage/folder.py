@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from racecar.maps.errors import UserError
+from racecar.maps.text_files import read_text
+from racecar.maps.yaml_text import UnreadableYamlError, parse_yaml
 from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS2_SUFFIXES
 
 METADATA = "metadata.yaml"
@@ -62,22 +62,11 @@ def read_folder(folder: Path) -> BagFolder:
 def _read_metadata(path: Path) -> dict[str, Any]:
     """The content of metadata.yaml; empty where it is missing or broken."""
     try:
-        if not path.is_file() or path.stat().st_size > _MOST_BYTES:
-            return {}
-        content = yaml.load(path.read_text(encoding="utf-8"), _PlainLoader)
-    except (OSError, ValueError, RecursionError, yaml.YAMLError):
+        content = parse_yaml(read_text(path, _MOST_BYTES))
+    except (UserError, UnreadableYamlError):
         return {}
     information = content.get("rosbag2_bagfile_information") if isinstance(content, dict) else None
     return information if isinstance(information, dict) else {}
-
-
-class _PlainLoader(yaml.SafeLoader):
-    """Without aliases, a few of which can stand for gigabytes."""
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        if self.check_event(yaml.AliasEvent):
-            raise yaml.YAMLError("it holds an alias")
-        return super().compose_node(parent, index)
 
 
 def _named_files(metadata: dict[str, Any]) -> list[str]:

@@ -1,0 +1,96 @@
+"""Tries many damaged inputs: ``python -m tests.fuzz``, or ``make fuzz``.
+
+What fails is kept in a folder per input, with a file that says why; ``--only NUMBER`` tries it again.
+"""
+
+import argparse
+import logging
+import multiprocessing
+import os
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+from racecar.pipelines.cli import LOG_FORMAT
+from tests.fuzz.inputs import Inputs
+from tests.fuzz.trial import Outcome, run_trial
+
+_inputs: Inputs
+
+
+def main() -> int:
+    """Returns 1 when an input broke the rule."""
+    parser = argparse.ArgumentParser(prog="python -m tests.fuzz", description=__doc__)
+    parser.add_argument("--inputs", type=int, default=20_000, help="how many")
+    parser.add_argument("--first", type=int, default=0, help="number of the first")
+    parser.add_argument("--only", type=int, help="number of the one to try; its files are kept in any case")
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    parser.add_argument("--out", type=Path, default=Path("fuzz"), help="folder for inputs that fail")
+    options = parser.parse_args()
+    prepare()
+    numbers = range(options.first, options.first + options.inputs)
+    if options.only is not None:
+        outcome = _try(options.only)[1]
+        _keep(options.out, options.only, outcome)
+        print(outcome.output, outcome.fault or f"exit code {outcome.exit_code}: as it should be")
+        return bool(outcome.fault)
+    faults, began = 0, time.monotonic()
+    with multiprocessing.get_context("fork").Pool(options.processes) as pool:
+        for done, (number, outcome) in enumerate(pool.imap_unordered(_try, numbers, chunksize=4), start=1):
+            if outcome.fault:
+                faults += 1
+                print(
+                    f"input {number}: {outcome.fault}, kept in {_keep(options.out, number, outcome)}",
+                    flush=True,
+                )
+            if done % 500 == 0 or done == len(numbers):
+                rate = done / (time.monotonic() - began)
+                print(f"{done} of {len(numbers)} inputs, {faults} faults, {rate:.0f}/s", flush=True)
+    return bool(faults)
+
+
+def prepare(commands: tuple[str, ...] = ("check", "map", "localize")) -> Inputs:
+    """Make the samples and do what is done with them, so that all is imported and compiled.
+
+    Raises AssertionError where a healthy sample is not read.
+    """
+    global _inputs
+    logging.basicConfig(format=LOG_FORMAT, level=logging.WARNING)
+    _inputs = Inputs(commands)
+    here, done = Path.cwd(), set[str]()
+    for sample in _inputs.healthy:
+        if sample.command not in (*commands, "") or sample.command in done - {"", "check"}:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            sample.write(Path(folder))
+            if sample.command not in done:
+                os.chdir(folder)
+                sample.action()
+                os.chdir(here)
+            outcome = run_trial(sample.action, Path(folder), sample.seconds)
+        done.add(sample.command)
+        if outcome.fault or outcome.exit_code:
+            raise AssertionError(f"{sample.name} {sample.command}: {outcome}")
+    return _inputs
+
+
+def _try(number: int) -> tuple[int, Outcome]:
+    with tempfile.TemporaryDirectory() as folder:
+        sample = _inputs.make(number).sample
+        sample.write(Path(folder))
+        return number, run_trial(sample.action, Path(folder), sample.seconds)
+
+
+def _keep(out: Path, number: int, outcome: Outcome) -> Path:
+    """Write an input that failed, and why."""
+    kept = _inputs.make(number)
+    folder = out / str(number)
+    kept.sample.write(folder)
+    why = f"{kept.sample.name} {kept.sample.command}\n{kept.what}\n{outcome.fault}\n{outcome.output}"
+    (folder / "why.txt").write_text(why)
+    return folder
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,302 @@
+"""Small healthy inputs of every kind, and what is done with them."""
+
+import shutil
+import sqlite3
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from rosbags.rosbag1 import Reader as Ros1Reader
+from rosbags.rosbag1 import Writer as Ros1Writer
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, Reader, StoragePlugin, Writer
+from typer.main import get_command
+
+from racecar.mapping import Mapper, MappingConfig
+from racecar.maps.errors import UserError
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map, save_map
+from racecar.maps.sensing.odometry import Odometry
+from racecar.pipelines import cli
+from racecar.pipelines.bags.messages import POINT_CLOUD
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.bags.replay import feed
+from racecar.pipelines.bags.writer import BagWriter
+from racecar.pipelines.files.config_file import load_config
+from racecar.pipelines.files.session_file import load_session, save_session
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+Change = Callable[[str, Any], Any]
+"""Makes another message of a topic's message."""
+
+START, STEP = 1_700_000_000_000_000_000, 100_000_000
+SCANS, BEAMS = 25, 90
+HALF_LENGTH, HALF_WIDTH = 4.0, 3.0
+SECONDS = {"check": 10.0, "map": 30.0, "localize": 30.0}
+"""Of processor time, by command: 10 and what a healthy bag of this size takes on a slow machine."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Files by their path within a folder, and an action on them that returns an exit code."""
+
+    name: str
+    files: Mapping[str, bytes]
+    action: Callable[[], int]
+    damaged: tuple[str, ...]
+    """Which of the files are to be damaged."""
+    command: str = ""
+    """That reads a bag; empty where something else is read."""
+    weight: float = 1.0
+    seconds: float = 10.0
+
+    def write(self, folder: Path) -> None:
+        """Write the files into a folder."""
+        for name, content in self.files.items():
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+
+
+def write_drive(path: Path, change: Change = lambda topic, message: message, as_cloud: bool = False) -> None:
+    """A car that drives through a room: as a ROS 1 bag or a folder, its messages changed one by one."""
+    with BagWriter(path) as writer:
+        plain = writer.write_message
+
+        def write_changed(topic: str, kind: str, message: Any, stamp: int) -> None:
+            plain(topic, kind, change(topic, message), stamp)
+
+        writer.write_message = write_changed  # type: ignore[method-assign]
+        writer.write_static_transform(np.zeros(3))
+        for index in range(SCANS):
+            stamp, pose = START + index * STEP, np.array([0.1 * index - 1.0, 0.0, 0.02 * index])
+            writer.write_odometry(Odometry(stamp, pose, np.array([1.0, 0.0, 0.2])))
+            writer.write_transform(stamp, "odom", "base_link", pose)
+            bearings = np.linspace(-2.0, 2.0, BEAMS)
+            ranges = _room_ranges(pose, bearings)
+            if as_cloud:
+                writer.write_message("/points", POINT_CLOUD, _cloud(writer, stamp, bearings, ranges), stamp)
+            else:
+                step = float(bearings[1] - bearings[0])
+                writer.write_scan(stamp, ranges, -2.0, step, 1e-4, 0.1, 0.1, 20.0)
+
+
+def _room_ranges(pose: np.ndarray, bearings: np.ndarray) -> np.ndarray:
+    """(N,) metres to the walls of a rectangular room."""
+    x, y, yaw = pose
+    with np.errstate(divide="ignore"):
+        along = (np.sign(np.cos(bearings + yaw)) * HALF_LENGTH - x) / np.cos(bearings + yaw)
+        across = (np.sign(np.sin(bearings + yaw)) * HALF_WIDTH - y) / np.sin(bearings + yaw)
+    return np.minimum(along, across).astype(np.float32)
+
+
+def _cloud(writer: BagWriter, stamp: int, bearings: np.ndarray, ranges: np.ndarray) -> Any:
+    types = writer._types.types
+    points = np.zeros((len(ranges), 4), dtype=np.float32)
+    points[:, 0], points[:, 1] = ranges * np.cos(bearings), ranges * np.sin(bearings)
+    points[:, 3] = np.linspace(0.0, 0.05, len(ranges))
+    field = types["sensor_msgs/msg/PointField"]
+    return types[POINT_CLOUD](
+        header=writer._messages._header(stamp, "laser"),
+        height=1,
+        width=len(points),
+        fields=[
+            field(name=name, offset=4 * index, datatype=7, count=1)
+            for index, name in enumerate(("x", "y", "z", "time"))
+        ],
+        is_bigendian=False,
+        point_step=16,
+        row_step=points.nbytes,
+        data=points.view(np.uint8).ravel(),
+        is_dense=True,
+    )
+
+
+def bag_action(command: str, bag: str) -> int:
+    """``racecar check``, ``map`` or ``localize``, quietly."""
+    flags = {
+        "check": [],
+        "map": ["--out", "out"],
+        "localize": ["--out", "out", "--map", "room.yaml", "--initial-pose", "-1", "0", "0"],
+    }
+    return racecar([command, bag, "--quiet", *flags[command]])
+
+
+@cache
+def _command_line() -> Callable[..., object]:
+    """Made once, which takes as long as a check of a small bag."""
+    return get_command(cli.app)
+
+
+def racecar(arguments: list[str]) -> int:
+    """The command; for processes that do nothing else."""
+    cli.app = _command_line()  # type: ignore[assignment]
+    return cli.run(arguments)
+
+
+def read_action(load: Callable[[], object]) -> int:
+    """As the command line does it, without the rest of the command."""
+    try:
+        load()
+    except UserError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+def healthy_samples(folder: Path) -> list[Sample]:
+    """All of them; ``folder`` is for the work."""
+    _command_line()
+    room = _map_files(folder)
+    bags = [(name, files) for name, files in _bags(folder).items()]
+    samples = []
+    for name, files in bags:
+        damaged = tuple(files)
+        top = next(iter(files)).split("/")[0]
+        for command, weight in (("check", 6.0), ("map", 0.12), ("localize", 0.12)):
+            both = {**files, **room} if command == "localize" else files
+            action = partial(bag_action, command, top)
+            samples.append(Sample(name, both, action, damaged, command, weight, SECONDS[command]))
+    for image in ("room.pgm", "room.png"):
+        files = {"room.yaml": room["room.yaml"].replace(b"room.pgm", image.encode()), image: room[image]}
+        action = partial(read_action, partial(load_map, Path("room.yaml")))
+        samples.append(Sample(f"map {image}", files, action, tuple(files), weight=8.0))
+    samples.append(_session(folder))
+    samples.append(_config())
+    samples += _trajectories()
+    return samples
+
+
+def _bags(folder: Path) -> dict[str, dict[str, bytes]]:
+    """By name; those with several files, or none of their own, are folders."""
+    write_drive(folder / "plain.bag")
+    write_drive(folder / "mcap")
+    write_drive(folder / "cloud", as_cloud=True)
+    plain, mcap = (folder / "plain.bag").read_bytes(), (folder / "mcap/mcap.mcap").read_bytes()
+    bags = {
+        "ros1": {"plain.bag": plain},
+        "mcap": _folder(folder / "mcap"),
+        "mcap alone": {"drive.mcap": mcap},
+        "mcap zstd": {"drive.mcap.zstd": zstd.compress(mcap)},
+        "cloud": _folder(folder / "cloud"),
+    }
+    for compression in Ros1Writer.CompressionFormat:
+        packed = folder / f"{compression.name}.bag"
+        _copy_ros1(folder / "plain.bag", packed, compression)
+        bags[f"ros1 {compression.name}"] = {packed.name: packed.read_bytes()}
+    for plugin, mode in [
+        (StoragePlugin.MCAP, CompressionMode.STORAGE),
+        (StoragePlugin.MCAP, CompressionMode.MESSAGE),
+        (StoragePlugin.SQLITE3, CompressionMode.NONE),
+        (StoragePlugin.SQLITE3, CompressionMode.MESSAGE),
+        (StoragePlugin.SQLITE3, CompressionMode.FILE),
+    ]:
+        target = folder / f"{plugin.name}_{mode.name}"
+        _copy_ros2(folder / "mcap", target, plugin, mode)
+        bags[target.name.lower()] = _folder(target)
+    database = folder / "SQLITE3_NONE" / "SQLITE3_NONE.db3"
+    bags["sqlite alone"] = {"drive.db3": database.read_bytes()}
+    bags["sqlite log"] = _with_log(database, folder)
+    return bags
+
+
+def _folder(path: Path) -> dict[str, bytes]:
+    return {f"{path.name}/{file.name}": file.read_bytes() for file in sorted(path.iterdir())}
+
+
+def _copy_ros1(source: Path, target: Path, compression: Ros1Writer.CompressionFormat) -> None:
+    writer = Ros1Writer(target)
+    writer.set_compression(compression)
+    with Ros1Reader(source) as reader, writer:
+        connections = {
+            c.id: writer.add_connection(c.topic, c.msgtype, msgdef=c.msgdef.data, md5sum=c.digest)
+            for c in reader.connections
+        }
+        for connection, time, data in reader.messages():
+            writer.write(connections[connection.id], time, data)
+
+
+def _copy_ros2(source: Path, target: Path, plugin: StoragePlugin, mode: CompressionMode) -> None:
+    writer = Writer(target, version=8, storage_plugin=plugin)
+    writer.set_compression(mode, CompressionFormat.ZSTD)
+    with Reader(source) as reader, writer:
+        connections = {
+            c.id: writer.add_connection(c.topic, c.msgtype, msgdef=c.msgdef.data, rihs01="RIHS01_" + "0" * 64)
+            for c in reader.connections
+        }
+        for connection, time, data in reader.messages():
+            writer.write(connections[connection.id], time, data)
+
+
+def _with_log(database: Path, folder: Path) -> dict[str, bytes]:
+    """The database as it is while half of its messages stand in its write-ahead log."""
+    work = folder / "log"
+    work.mkdir()
+    shutil.copy(database, work / "log.db3")
+    connection = sqlite3.connect(work / "log.db3", isolation_level=None)
+    connection.execute("PRAGMA journal_mode = WAL")
+    connection.execute("PRAGMA wal_autocheckpoint = 0")
+    connection.execute(
+        "INSERT INTO messages (topic_id, timestamp, data) "
+        f"SELECT topic_id, timestamp + {SCANS * STEP}, data FROM messages"
+    )
+    files = {f"log/log.db3{end}": (work / f"log.db3{end}").read_bytes() for end in ("", "-wal")}
+    connection.close()
+    return files
+
+
+def _map_files(folder: Path) -> dict[str, bytes]:
+    cells = np.full((140, 180), -1, dtype=np.int8)
+    cells[9:131, 9:171] = 100
+    cells[10:130, 10:170] = 0
+    grid = OccupancyGrid(cells, 0.05, np.array([-4.5, -3.5, 0.0]))
+    save_map(grid, folder / "room.yaml")
+    from PIL import Image
+
+    Image.open(folder / "room.pgm").save(folder / "room.png")
+    return {name: (folder / name).read_bytes() for name in ("room.yaml", "room.pgm", "room.png")}
+
+
+def _session(folder: Path) -> Sample:
+    mapper = Mapper(MappingConfig(refine=False))
+    with BagReader(folder / "mcap") as reader:
+        for message in reader:
+            feed(message, mapper)
+    save_session(mapper.finish().session, folder / "session.npz")
+    files = {"session.npz": (folder / "session.npz").read_bytes()}
+    return Sample(
+        "session", files, partial(read_action, partial(load_session, Path())), tuple(files), weight=12.0
+    )
+
+
+def _config() -> Sample:
+    settings = {
+        "mapping": {"resolution": 0.05, "loops": {"submaps": {"spacing": 2.0}}},
+        "localization": {"particles": 2000, "squash": 2.2},
+    }
+    files = {"settings.yaml": yaml.safe_dump(settings).encode()}
+    action = partial(read_action, partial(load_config, Path("settings.yaml")))
+    return Sample("config", files, action, tuple(files), weight=8.0)
+
+
+def _trajectories() -> list[Sample]:
+    poses = [f"{1700000000 + 0.1 * i:.3f} {0.1 * i:.4f} {0.01 * i:.4f} 0 0 0 0.1 0.995\n" for i in range(60)]
+    relations = [
+        f"{1700000000 + 0.1 * i:.3f} {1700000001 + 0.1 * i:.3f} 1.0 0.1 0 0 0 0.02\n" for i in range(40)
+    ]
+    files = {"a.tum": "".join(poses).encode(), "b.tum": "".join(poses[5:]).encode()}
+    against = {"a.tum": files["a.tum"], "true.relations": "".join(relations).encode()}
+    evaluate = ["evaluate", "a.tum", "--quiet"]
+    flags = (["--reference", "b.tum"], files), (["--relations", "true.relations"], against)
+    return [
+        Sample(flag[0][2:], used, partial(racecar, [*evaluate, *flag]), tuple(used), weight=4.0)
+        for flag, used in flags
+    ]

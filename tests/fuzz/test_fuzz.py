@@ -1,0 +1,90 @@
+"""A few hundred damaged inputs on every run; ``make fuzz`` tries 20 000."""
+
+import os
+import random
+import signal
+
+import pytest
+
+from racecar.maps.errors import UserError
+from tests.fuzz.__main__ import prepare
+from tests.fuzz.mutations import damage
+from tests.fuzz.samples import read_action
+from tests.fuzz.trial import run_trial
+
+INPUTS = 150
+
+
+@pytest.fixture(scope="module")
+def inputs():
+    return prepare(("check",))
+
+
+def test_damaged_inputs_end_in_a_result_or_one_sentence(inputs, tmp_path):
+    faults = []
+    for number in range(INPUTS):
+        tried, folder = inputs.make(number), tmp_path / str(number)
+        tried.sample.write(folder)
+        outcome = run_trial(tried.sample.action, folder, tried.sample.seconds)
+        if outcome.fault:
+            faults.append(f"input {number}, {tried.sample.name}, {tried.what}: {outcome}")
+    assert not faults
+
+
+def test_the_same_number_gives_the_same_input(inputs):
+    first, again = inputs.make(7), inputs.make(7)
+    assert (first.what, first.sample.files) == (again.what, again.sample.files)
+
+
+def test_damage_damages():
+    content, rng = bytes(range(256)) * 20, random.Random(0)
+    changed = [damage("drive.bag", content, rng)[0] != content for _ in range(200)]
+    assert sum(changed) > 180
+
+
+def refuse():
+    raise UserError("It is not so.")
+
+
+def prints_two_lines():
+    print("It is not so.\nNor so.")
+    return 2
+
+
+def warns():
+    import warnings
+
+    warnings.warn("Beware.", stacklevel=1)
+    return 0
+
+
+def fails():
+    raise ValueError("never mind")
+
+
+def hungers():
+    return len(bytearray(2 << 30)) * 0
+
+
+def spins():
+    while True:
+        pass
+
+
+@pytest.mark.parametrize(
+    ("action", "fault"),
+    [
+        (lambda: 0, ""),
+        (lambda: read_action(refuse), ""),
+        (prints_two_lines, "did not print one sentence"),
+        (warns, "printed although it was to be quiet"),
+        (fails, "exit code 1"),
+        (hungers, "exit code 1"),
+        (spins, "died of SIGXCPU"),
+        (lambda: os.kill(os.getpid(), signal.SIGKILL), "died of SIGKILL"),
+    ],
+)
+def test_a_broken_rule_is_noticed(tmp_path, action, fault):
+    outcome = run_trial(action, tmp_path, 1.0)
+    assert outcome.fault.startswith(fault)
+    assert bool(outcome.fault) == bool(fault)
