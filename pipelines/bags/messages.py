@@ -28,6 +28,9 @@ OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
 PATH = "nav_msgs/msg/Path"
 POSE_ARRAY = "geometry_msgs/msg/PoseArray"
 
+_LARGEST_QUATERNION = 1e6
+"""Of a quaternion's numbers, which should be at most 1; more comes from damaged bytes."""
+
 
 @cache
 def ros1_types() -> Typestore:
@@ -74,8 +77,10 @@ def frame_name(name: str) -> str:
 def rotation_matrix(quaternion: "geometry_msgs__msg__Quaternion") -> NDArray[np.float64] | None:
     """(3, 3); None where the quaternion is zero or not a number."""
     values = np.array([quaternion.w, quaternion.x, quaternion.y, quaternion.z])
+    if not (np.abs(values) < _LARGEST_QUATERNION).all():
+        return None
     norm = float(np.linalg.norm(values))
-    if not 1e-6 < norm < np.inf:
+    if norm <= 1e-6:
         return None
     w, x, y, z = values / norm
     return np.array(

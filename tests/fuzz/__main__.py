@@ -4,7 +4,6 @@ What fails is kept in a folder per input, with a file that says why; ``--only NU
 """
 
 import argparse
-import logging
 import multiprocessing
 import os
 import sys
@@ -12,7 +11,6 @@ import tempfile
 import time
 from pathlib import Path
 
-from racecar.pipelines.cli import LOG_FORMAT
 from tests.fuzz.inputs import Inputs
 from tests.fuzz.trial import Outcome, run_trial
 
@@ -56,7 +54,6 @@ def prepare(commands: tuple[str, ...] = ("check", "map", "localize")) -> Inputs:
     Raises AssertionError where a healthy sample is not read.
     """
     global _inputs
-    logging.basicConfig(format=LOG_FORMAT, level=logging.WARNING)
     _inputs = Inputs(commands)
     here, done = Path.cwd(), set[str]()
     for sample in _inputs.healthy:

@@ -15,6 +15,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from racecar.pipelines.commands.terminal import prepare_terminal
+
 MEMORY = 1 << 30
 """Bytes that an input may take beyond what the process has anyway."""
 
@@ -77,6 +79,7 @@ def _run_in_child(action: Callable[[], int], folder: Path, output: Path, seconds
         os.dup2(file, 2)
         sys.stdout, sys.stderr = os.fdopen(1, "w"), os.fdopen(2, "w")
         os.chdir(folder)
+        prepare_terminal()
         _warn_as_python_does()
         pages = int(Path("/proc/self/statm").read_text().split()[0])
         limit = pages * resource.getpagesize() + MEMORY

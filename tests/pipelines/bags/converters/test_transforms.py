@@ -60,6 +60,14 @@ def test_a_translation_of_damaged_bytes_is_no_link(value):
     assert tree.between("base_link", "laser") is None
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1e200])
+def test_a_rotation_of_damaged_bytes_is_no_link(value):
+    tree = TransformTree()
+    tree.add(transform("base_link", "laser", (0, 0, 0), (0, 0, value, 1)))
+    assert tree.between("base_link", "laser") is None
+
+
 def test_a_pose_as_a_place():
     pose = np.array([1.0, -2.0, 2.5])
     np.testing.assert_allclose(SensorPlace.from_pose(pose, "flag").pose, pose)
