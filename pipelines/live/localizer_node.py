@@ -23,6 +23,7 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.messages import frame_name, nanoseconds
 from racecar.pipelines.live.display.localizer_display import DISPLAY_WORK, LocalizerDisplay
+from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.remembered_pose import PoseMemory, RememberedPose
 from racecar.pipelines.live.ros.messages import grid_of, odometry_message, pose_message
@@ -43,6 +44,8 @@ _LOST = 0.5
 _KNOWN_WITHIN = 0.5
 """Metres of standard deviation within which the pose is worth remembering: by judgement."""
 
+_PATIENCE = 1_500_000_000
+"""Nanoseconds for which the first scan waits: by judgement, as people wait for the first pose."""
 _TRAIL, _DISAGREED_FOR = 400, 3_000_000_000
 """Scans, and nanoseconds after which it is certain that clocks disagree, as even the slowest lasers have sent
 five scans by then."""
@@ -87,6 +90,8 @@ class LocalizerNode(LiveNode):
         self._remembered: RememberedPose | None = None
         self._estimate: PoseEstimate | None = None
         self._last_odometry: tuple[int, Odometry] | None = None
+        self._first_scans: list[Arrived] = []
+        self._is_understood = False
         self._trail: deque[tuple[int, Pose, Pose]] = deque(maxlen=_TRAIL)
         self._schedule = Schedule({"memory": _REMEMBER_EVERY})
         map_frame = self.parameters.map_frame
@@ -133,7 +138,7 @@ class LocalizerNode(LiveNode):
 
     def take_scan(self, message: Any, arrival: int) -> None:
         """Let the worker locate it."""
-        self.worker.inbox.put("scan", partial(self._locate, message, arrival))
+        self.worker.inbox.put("scan", partial(self._receive_scan, message, arrival))
 
     def take_odometry(self, message: Any, arrival: int) -> None:
         """Take it in and publish the pose of now, neither of which waits for the worker."""
@@ -209,10 +214,22 @@ class LocalizerNode(LiveNode):
                 self._requests.set_pose(compose(map_from_base, step), np.diag(spread**2))
                 return
 
-    def _locate(self, message: Any, arrival: int) -> None:
-        localizer = self._localizer
-        if localizer is None:
+    def _receive_scan(self, message: Any, arrival: int) -> None:
+        """The first scans wait until it is known how they are meant and where the laser sits, but not for
+        long: a scan that is misread leads astray."""
+        if self._localizer is None:
             return
+        self._first_scans.append((True, message, arrival))
+        if not self._is_understood:
+            is_known = self.sensors.knows_place(message) and self.sensors.reads(self._first_scans)
+            if not is_known and arrival - self._first_scans[0][2] < _PATIENCE:
+                return
+            self._is_understood = True
+        waiting, self._first_scans = self._first_scans, []
+        for _, each, came in waiting:
+            self._locate(self._localizer, each, came)
+
+    def _locate(self, localizer: Localizer, message: Any, arrival: int) -> None:
         scan = self.sensors.scan(message, arrival)
         if scan is None:
             return

@@ -42,12 +42,10 @@ class FirstMessages:
         if first_scan is None:
             return []
         first_odometry = next((at for at, each in enumerate(self._waiting) if not each[0]), None)
-        knows_enough = (
-            first_odometry is not None
-            and self._knows_place(first_scan[1])
-            and self._understands(list(self._waiting)[-_COMPARED:])
-        )
-        if not knows_enough and arrival - first_scan[2] <= _PATIENCE:
+        is_late = arrival - first_scan[2] > _PATIENCE
+        if not is_late and (first_odometry is None or not self._knows_place(first_scan[1])):
+            return []
+        if not self._understands(list(self._waiting)[-_COMPARED:]) and not is_late:
             return []
         self.are_taken = True
         waiting = list(self._waiting)[first_odometry or 0 :]

@@ -152,12 +152,15 @@ class Sensors:
 
     def understands(self, messages: Sequence[Arrived]) -> bool:
         """Whether it is no longer in doubt how the first messages are meant, by their numbers and stamps."""
+        return self.reads(messages) and self.compare_clocks(messages)
+
+    def reads(self, messages: Iterable[Arrived]) -> bool:
+        """Whether it is no longer in doubt how the numbers of the first scans are meant."""
         scans: dict[str, list[Any]] = {}
         for is_scan, message, _ in messages:
             if is_scan and type_name(message) == LASER_SCAN:
                 scans.setdefault(frame_name(message.header.frame_id), []).append(message)
-        are_read = [self._readings.learn_first(frame, of_frame) for frame, of_frame in scans.items()]
-        return all(are_read) and self.compare_clocks(messages)
+        return all(self._readings.learn_first(frame, of_frame) for frame, of_frame in scans.items())
 
     def scan(self, message: Any, arrival: int) -> Scan | None:
         """The scan of a message that arrived at a time (nanoseconds); None where it is to be left out."""

@@ -64,3 +64,10 @@ def test_all_waits_until_the_messages_are_understood() -> None:
         *([[]] * 3),
         [0.0, 0.1, 0.2, 0.3],
     ]
+
+
+def test_what_comes_after_all_patience_is_understood_as_well_as_can_be() -> None:
+    looked_at: list[int] = []
+    first = first_messages(lambda message: False, lambda messages: bool(looked_at.append(len(messages))))
+    assert told(first, (SCAN, 0.0), (SCAN, 1.0), (SCAN, 2.5)) == [[], [], [0.0, 1.0, 2.5]]
+    assert looked_at == [3]
