@@ -159,6 +159,13 @@ class LocalizerNode(LiveNode):
             self._publish_odometry(stamp, estimate, planar_twist(message))
             self.transforms.publish(stamp, estimate.map_from_base, odom_frame, stated)
 
+    def take_imu(self, message: Any, arrival: int) -> None:
+        """Take it in, which does not wait for the worker."""
+        localizer = self._localizer
+        sample = self.sensors.yaw_rate(message, arrival)
+        if localizer is not None and sample is not None:
+            localizer.add_yaw_rate(sample)
+
     def _new_localizer(self, grid: OccupancyGrid) -> Localizer:
         """With random numbers of its own, as the localizer before it goes on while this one is built."""
         self._maps_taken += 1

@@ -130,6 +130,17 @@ class MapperNode(LiveNode):
         """Let the worker take it in, in its turn."""
         self.worker.inbox.put("message", partial(self._receive, False, message, arrival))
 
+    def take_imu(self, message: Any, arrival: int) -> None:
+        """Let the worker take it in, in its turn."""
+        self.worker.inbox.put("message", partial(self._receive_imu, message, arrival))
+
+    def _receive_imu(self, message: Any, arrival: int) -> None:
+        if not self._first.are_taken:
+            return
+        sample = self.sensors.yaw_rate(message, arrival)
+        if sample is not None:
+            self._hold(sample)
+
     def _receive(self, is_scan: bool, message: Any, arrival: int) -> None:
         if self._first.are_taken:
             self._note_backlog((time.monotonic_ns() - arrival) * 1e-9)

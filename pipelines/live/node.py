@@ -5,7 +5,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from racecar.pipelines.bags.converters.registry import ODOMETRY_CONVERTERS, SCAN_CONVERTERS
+from racecar.pipelines.bags.converters.registry import (
+    ODOMETRY_CONVERTERS,
+    SCAN_CONVERTERS,
+    YAW_RATE_CONVERTERS,
+)
 from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, ros2_types
 from racecar.pipelines.files.report import peak_memory_mb
 from racecar.pipelines.live.intake.sensors import Sensors
@@ -80,6 +84,7 @@ class LiveNode(ABC):
         self._topics = {
             "odometry": TypedTopic(node, "odom", tuple(ODOMETRY_CONVERTERS), self._on_odometry, 1000),
             "scans": TypedTopic(node, "scan", tuple(SCAN_CONVERTERS), self._on_scan, 400),
+            "imu": TypedTopic(node, "imu", tuple(YAW_RATE_CONVERTERS), self._on_imu, 4000),
         }
         self._transforms = TransformTopics(node, self._topics["scans"].name, self._on_transforms)
         node.create_timer(0.5, self.watch)
@@ -125,6 +130,10 @@ class LiveNode(ABC):
         """A message with odometry, in the same way."""
 
     @abstractmethod
+    def take_imu(self, message: Any, arrival: int) -> None:
+        """A message of an IMU, in the same way."""
+
+    @abstractmethod
     def figures(self) -> Mapping[str, Any]:
         """What ``/diagnostics`` says besides rates and latency."""
 
@@ -134,6 +143,10 @@ class LiveNode(ABC):
     def _on_scan(self, message: Any) -> None:
         self.health.note("scans")
         self.take_scan(message, time.monotonic_ns())
+
+    def _on_imu(self, message: Any) -> None:
+        self.health.note("imu")
+        self.take_imu(message, time.monotonic_ns())
 
     def _on_odometry(self, message: Any) -> None:
         if self._transform_odometry is not None:
@@ -216,7 +229,7 @@ class LiveNode(ABC):
 
     def _report(self) -> None:
         latency = {f"latency {name} (ms)": value for name, value in self.health.latency_ms().items()}
-        rates = {f"{what} (1/s)": self.health.rate(what) for what in ("scans", "odometry", "poses")}
+        rates = {f"{what} (1/s)": self.health.rate(what) for what in ("scans", "odometry", "imu", "poses")}
         known = {
             "scans": self.health.count("scans"),
             "odometry's clock behind that of the scans (s)": self.sensors.odometry_behind,

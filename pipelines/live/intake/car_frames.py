@@ -5,6 +5,7 @@ from threading import Lock
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.pipelines.bags.converters.transforms import (
@@ -82,6 +83,11 @@ class CarFrames:
         is_sure = last_name(base) in BASE_FRAMES or base == self._odometry_child
         return Placed(place, base, is_sure, tuple(findings))
 
+    def between(self, target: str, source: str) -> NDArray[np.float64] | None:
+        """``target_from_source`` (4, 4); None where the frames are not fixed to each other."""
+        with self._lock:
+            return self._links.fixed().between(target, source)
+
     def odometry(self, sensor_frame: str) -> OdometryLinks | None:
         """The links that are the odometry, once they were seen to move."""
         with self._lock:
@@ -98,8 +104,7 @@ class CarFrames:
         if sensor_frame == self._base_frame:
             place = SensorPlace.from_pose(IDENTITY, "base frame")
             return Placed(place, self._base_frame, is_sure=True)
-        with self._lock:
-            matrix = self._links.fixed().between(self._base_frame, sensor_frame)
+        matrix = self.between(self._base_frame, sensor_frame)
         if matrix is None:
             return None
-        return Placed(SensorPlace(np.asarray(matrix), "tf"), self._base_frame, is_sure=True)
+        return Placed(SensorPlace(matrix, "tf"), self._base_frame, is_sure=True)

@@ -11,11 +11,14 @@ import numpy as np
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
+    YAW_RATE_CONVERTERS,
     Converter,
     OdometrySetup,
     ScanSetup,
@@ -84,6 +87,10 @@ class Sensors:
         self._clock = SteadyClock(after, time.time_ns() - time.monotonic_ns())
         self._scan_clocks: dict[str, TopicClock] = {}
         self._odometry_clock = TopicClock(self._clock, ClockFaults("odometry", faults))
+        self._imu_clock = TopicClock(self._clock, ClockFaults("IMU's messages", faults))
+        self._imu_counts: Counter[str] = Counter()
+        self._imu_version = -1
+        self._imu_converters: dict[tuple[str, str], Converter[YawRate]] = {}
         self._known_correction = 0
         self._standing: Pose | None = None
         self._moving_messages = 0
@@ -211,6 +218,22 @@ class Sensors:
         if not self._integrate_twist:
             self._watch_poses(message)
         return sample
+
+    def yaw_rate(self, message: Any, arrival: int) -> YawRate | None:
+        """The sample of an IMU's message that arrived at a time (nanoseconds); None where it holds none."""
+        stamp = self._imu_clock.steady(nanoseconds(message.header.stamp), arrival)
+        return None if stamp is None else self._imu_converter(message).convert(message, stamp)
+
+    def _imu_converter(self, message: Any) -> Converter[YawRate]:
+        """Of the message's type and of the IMU's frame, by which it is known how it is mounted."""
+        if self._imu_version != self.frames.version:
+            self._imu_version = self.frames.version
+            self._imu_converters.clear()
+        kind, frame = key = type_name(message), frame_name(message.header.frame_id)
+        if key not in self._imu_converters:
+            setup = ImuSetup(self.frames.between(self.base_frame, frame))
+            self._imu_converters[key] = YAW_RATE_CONVERTERS[kind](setup, self._imu_counts)
+        return self._imu_converters[key]
 
     def _scan_converter(self, message: Any) -> Converter[Scan]:
         """Of the message's type and of the laser's frame, which may differ from scan to scan."""

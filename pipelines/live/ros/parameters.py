@@ -37,12 +37,12 @@ class CarParameters:
 
 _CAR: dict[str, tuple[Any, str]] = {
     "map_frame": ("map", "frame of the map, of all poses that are published"),
-    "base_frame": ("base_link", "frame of the car, whose pose is published; also where /tf_static begins"),
+    "base_frame": ("base_link", "frame of the car, whose pose is published; transforms lead from here"),
     "tf": ("odom", "transform to publish: odom (map to odometry's frame), base (map to tf_base_frame), none"),
     "tf_base_frame": ("base_link_pf", "child frame of the transform where tf is base"),
     "transform_tolerance": (0.1, "seconds for which a transform is declared to hold beyond its time"),
     "odometry": ("pose", "what of /odom to believe: its pose, or its twist, which is integrated"),
-    "laser_pose": ([0.0], "x, y (m) and yaw (rad) of the laser on the car; one 0 alone: as /tf_static says"),
+    "laser_pose": ([0.0], "x, y (m) and yaw (rad) of the laser on the car; one 0 alone: as transforms say"),
 }
 
 

@@ -72,6 +72,10 @@ class LiveCar:
         """Parent and child, where the odometry is published on /tf and nowhere else."""
         self.repeated_links: list[tuple[str, str, Pose]] = []
         """Parents, children and poses that are published with it again and again."""
+        self.has_imu = False
+        """Whether there is a gyroscope, which is off by 0.02 rad/s, mounted upside down."""
+        self.spoil_odometry: Callable[[Odometry], Odometry] = lambda sample: sample
+        """What is done to every sample before it goes out."""
         self.spoil: Callable[[Any], None] = lambda message: None
         """What is done to every LaserScan before it goes out."""
         self.scans_per_sweep = 1
@@ -85,6 +89,7 @@ class LiveCar:
         self.odometry_sent = 0
         self._node = node
         self._transform_topics: dict[str, Any] = {}
+        self._imu_topic: Any = None
         self._scan_lock = Lock()
         self._scan_topic: Any = None
         self.say_scans_as(LaserScan, lambda message: message)
@@ -161,7 +166,9 @@ class LiveCar:
             if isinstance(said, LaserSweep):
                 self._send_scan(said, self.restamp["scan"](said.stamp + of_wall), truth)
             else:
-                self._send_odometry(said[0], self.restamp["odometry"](said[0].stamp + of_wall), truth)
+                stamp = said[0].stamp + of_wall
+                self._send_imu(-0.02 - said[1].twist[2], stamp)
+                self._send_odometry(said[0], self.restamp["odometry"](stamp), truth)
             self._next += 1
 
     def _send_scan(self, sweep: LaserSweep, stamp: int, truth: Pose) -> None:
@@ -192,6 +199,18 @@ class LiveCar:
                 self._scan_topic.publish(formed)
         self.scans_sent += 1
 
+    def _send_imu(self, rate: float, stamp: int) -> None:
+        from racecar.pipelines.live.ros.messages import header, time_message
+
+        if self.has_imu:
+            from sensor_msgs.msg import Imu
+
+            if self._imu_topic is None:
+                self._imu_topic = self._node.create_publisher(Imu, "/imu", 100)
+            message = Imu(header=header(time_message(stamp), "imu"))
+            message.angular_velocity.z = float(rate)
+            self._imu_topic.publish(message)
+
     def _send_odometry(self, sample: Odometry, stamp: int, truth: Pose) -> None:
         from racecar.pipelines.live.ros.messages import odometry_message, time_message
 
@@ -199,6 +218,7 @@ class LiveCar:
             return
         self.truth[stamp] = truth
         self.odometry_sent += 1
+        sample = self.spoil_odometry(sample)
         if self.odometry_links is not None:
             self.link("/tf", *self.odometry_links, sample.odom_from_base, stamp=stamp)
             for parent, child, pose in self.repeated_links:

@@ -2,13 +2,15 @@
 
 import os
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from racecar.maps.geometry.se2 import between
+from racecar.maps.geometry.se2 import between, wrap_angle
+from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.simulation.laser_sensor import BASE_FROM_LASER
 from tests.pipelines.live.live_car import LiveCar, Witness, recorded, wait_for
 from tests.pipelines.live.localizer_stage import localizer_stage
@@ -41,6 +43,42 @@ EXPECTED = (
     "The angles of the scans contradict each other",
     "The stamps of the odometry were 3.0 s behind those of the scans",
 )
+
+
+class Straight:
+    """Wheels that tell no turn."""
+
+    def __init__(self) -> None:
+        self._last: Odometry | None = None
+        self._distance = 0.0
+
+    def __call__(self, sample: Odometry) -> Odometry:
+        if self._last is not None:
+            self._distance += float(between(self._last.odom_from_base, sample.odom_from_base)[0])
+        self._last = sample
+        twist = np.array([sample.twist[0], 0.0, 0.0])
+        return replace(sample, odom_from_base=np.array([self._distance, 0.0, 0.0]), twist=twist)
+
+
+def test_an_imu_tells_the_turns_where_wheels_do_not(tmp_path: Path) -> None:
+    def prepare(car: LiveCar) -> None:
+        car.has_imu, car.spoil_odometry = True, Straight()
+        car.link("/tf_static", "base_link", "imu", np.zeros(3), is_upside_down=True)
+
+    def cover(message: Any) -> None:
+        message.ranges = [float("nan")] * len(message.ranges)
+
+    with localizer_stage(tmp_path, prepare) as stage:
+        stage.witness.seconds_until_right(5.0)
+        time.sleep(8.0)
+        heading = stage.car.place[2]
+        stage.car.spoil = cover
+        time.sleep(2.0)
+        latest = stage.witness.odometry[-1]
+        truth = stage.car.truth[latest.stamp]
+        assert abs(wrap_angle(truth[2] - heading)) > 0.5
+        assert abs(between(truth, latest.pose)[2]) < 0.1
+        assert float(stage.witness.figure("imu (1/s)") or 0.0) > 10.0
 
 
 def test_a_localizer_finds_out(tmp_path: Path) -> None:
