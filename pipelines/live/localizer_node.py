@@ -16,8 +16,9 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
+from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
@@ -80,7 +81,14 @@ class LocalizerNode(LiveNode):
         self, node: Any, config: LocalizationConfig, start: LocalizerStart, view: "LiveView | None" = None
     ) -> None:
         """Builds the map's range table. Raises UserError when the map or a parameter is at fault."""
-        super().__init__(node, "localizer", _WORK, _SIDE_WORK)
+        super().__init__(
+            node,
+            "localizer",
+            _WORK,
+            _SIDE_WORK,
+            calibration=SelfCalibrationConfig(),
+            moves_laser=True,
+        )
         self._config = declare_settings(node, config)
         self._begin = start
         self._maps_taken = 0
@@ -92,6 +100,7 @@ class LocalizerNode(LiveNode):
         self._last_odometry: tuple[int, Odometry] | None = None
         self._first_scans: list[Arrived] = []
         self._is_understood = False
+        self._base_from_laser: Pose | None = None
         self._trail: deque[tuple[int, Pose, Pose]] = deque(maxlen=_TRAIL)
         self._schedule = Schedule({"memory": _REMEMBER_EVERY})
         map_frame = self.parameters.map_frame
@@ -146,6 +155,9 @@ class LocalizerNode(LiveNode):
         if sample is None:
             return
         localizer, stated = self._localizer, planar_pose(message)
+        sample = self.learning.odometry(sample)
+        if sample is None:
+            return
         self._last_odometry = nanoseconds(message.header.stamp), sample
         if localizer is None:
             return
@@ -240,6 +252,9 @@ class LocalizerNode(LiveNode):
         scan = self.sensors.scan(message, arrival)
         if scan is None:
             return
+        scan = self.learning.scan(scan)
+        if scan.laser == 0:
+            self._follow_laser(localizer, scan.base_from_laser)
         estimate = localizer.add_scan(scan)
         if estimate.stamp != scan.stamp:
             self.health.note("scans out of order")
@@ -250,7 +265,7 @@ class LocalizerNode(LiveNode):
         self._pose_topic.publish(
             pose_message(stamp, self.parameters.map_frame, estimate.map_from_base, covariance)
         )
-        if self.health.silence("odometry") > 0.5:
+        if self.health.silence("odometry") > 0.5 or not self.learning.uses_odometry:
             self._publish_odometry(stamp, estimate, IDENTITY)
             self.transforms.publish(stamp, estimate.map_from_base, "", None)
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
@@ -261,6 +276,15 @@ class LocalizerNode(LiveNode):
         self._display.show(stamp, scan, estimate, localizer)
         if self._schedule.is_due("memory"):
             self.side.inbox.put("memory", self._remember)
+
+    def _follow_laser(self, localizer: Localizer, base_from_laser: Pose) -> None:
+        """Where the laser turns out to sit elsewhere on the car, the car is elsewhere on the map."""
+        before, self._base_from_laser = self._base_from_laser, base_from_laser
+        estimate = self._estimate
+        if estimate is None or before is None or np.array_equal(before, base_from_laser):
+            return
+        moved = compose(before, inverse(base_from_laser))
+        localizer.set_pose(compose(estimate.map_from_base, moved), estimate.covariance + np.eye(3) * 0.01)
 
     def _publish_odometry(self, stamp: Any, estimate: PoseEstimate, twist: Pose) -> None:
         parameters = self.parameters

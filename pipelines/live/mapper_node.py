@@ -59,7 +59,15 @@ class MapperNode(LiveNode):
         self, node: Any, output: MapOutput, start: MappingStart, view: "LiveView | None" = None
     ) -> None:
         """Raises UserError that names a parameter at fault."""
-        super().__init__(node, "mapper", _WORK, _SIDE_WORK, after=start.mapper.last_stamp)
+        super().__init__(
+            node,
+            "mapper",
+            _WORK,
+            _SIDE_WORK,
+            after=start.mapper.last_stamp,
+            calibration=output.config.self_calibration,
+            moves_laser=False,
+        )
         self._output, self._mapper, self._messages = output, start.mapper, start.messages
         place = LaserPlace.from_fields(start.besides)
         if place is not None:
@@ -98,6 +106,7 @@ class MapperNode(LiveNode):
     def stop(self) -> None:
         """Take in everything that has come, and stop."""
         self._service.stop()
+        self.stop_learning()
         self.worker.finish()
         self._take_rest()
         self._drawer.finish()
@@ -160,6 +169,7 @@ class MapperNode(LiveNode):
             scan = self.sensors.scan(message, arrival)
             if scan is None or not scan.is_return.any():
                 return
+            scan = self.learning.scan(scan)
             if scan.stamp <= self._last_scan:
                 self.health.note("scans out of order")
                 return
@@ -168,6 +178,7 @@ class MapperNode(LiveNode):
             self._hold(scan)
             return
         sample = self.sensors.odometry(message, arrival)
+        sample = None if sample is None else self.learning.odometry(sample)
         if sample is not None:
             stated = planar_pose(message)
             self._odom_frame = frame_name(message.header.frame_id)

@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
@@ -12,6 +13,7 @@ from racecar.pipelines.bags.converters.registry import (
 )
 from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, ros2_types
 from racecar.pipelines.files.report import peak_memory_mb
+from racecar.pipelines.live.intake.sensor_learning import SensorLearning
 from racecar.pipelines.live.intake.sensors import Sensors
 from racecar.pipelines.live.intake.transform_odometry import TransformOdometry
 from racecar.pipelines.live.intake.transform_topics import TransformTopics
@@ -22,6 +24,7 @@ from racecar.pipelines.live.monitoring.health import Health
 from racecar.pipelines.live.ros.parameters import car_parameters
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.work.worker import Worker
+from racecar.pipelines.runs.learned_corrections import KnownSensors
 
 _SILENT_AFTER = 1.0
 """Seconds without a message after which a topic has stopped; the slowest scanners send twice a second."""
@@ -45,10 +48,14 @@ class LiveNode(ABC):
         name: str,
         work: Mapping[str, int],
         side_work: Mapping[str, int],
+        *,
         after: int | None = None,
+        calibration: SelfCalibrationConfig,
+        moves_laser: bool,
     ) -> None:
         """``work`` and ``side_work``: the kinds of each thread's work and how much of each may wait;
-        ``after``: the last stamp, in nanoseconds, of a drive that is carried on.
+        ``after``: the last stamp, in nanoseconds, of a drive that is carried on; ``calibration``: how it is
+        learned what is wrong with the sensors; ``moves_laser``: whether its place may change meanwhile.
 
         Raises UserError that names a parameter at fault.
         """
@@ -67,6 +74,14 @@ class LiveNode(ABC):
         self.transforms = TransformBroadcaster(node, self.parameters)
         self.worker = Worker("worker", work, self.faults, self.survive)
         self.side = Worker("side", {**side_work, "reading": 4}, self.faults, self.survive)
+        self._learner = Worker("learner", {"batch": 200}, self.faults, self.survive)
+        self.learning = SensorLearning(
+            calibration,
+            self._known_sensors,
+            self.faults,
+            lambda work: self._learner.inbox.put("batch", work),
+            moves_laser=moves_laser,
+        )
         self._diagnostics = Diagnostics(node, name)
         self._started = time.monotonic()
         self._dropped_reported = 0
@@ -79,6 +94,7 @@ class LiveNode(ABC):
         """Begin to listen; everything else must be ready."""
         self.worker.start()
         self.side.start()
+        self._learner.start()
         self._started = time.monotonic()
         node = self.node
         self._topics = {
@@ -92,8 +108,14 @@ class LiveNode(ABC):
 
     def stop(self) -> None:
         """Do what is waiting, and stop."""
+        self.stop_learning()
         self.worker.finish(10.0)
         self.side.finish(10.0)
+
+    def stop_learning(self) -> None:
+        """Whatever is not known by now stays so."""
+        self.learning.stop()
+        self._learner.finish(10.0)
 
     def summary(self) -> dict[str, Any]:
         """Figures of the whole run."""
@@ -136,6 +158,11 @@ class LiveNode(ABC):
     @abstractmethod
     def figures(self) -> Mapping[str, Any]:
         """What ``/diagnostics`` says besides rates and latency."""
+
+    def _known_sensors(self) -> KnownSensors:
+        place, source = self.sensors.base_from_laser
+        names = self._topics["scans"].name, self._topics["odometry"].name
+        return KnownSensors(*names, place, source, (None, None))
 
     def _warn(self, sentence: str) -> None:
         self.node.get_logger().warning(sentence)

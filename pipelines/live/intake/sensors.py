@@ -40,6 +40,7 @@ from racecar.pipelines.live.intake.scan_readings import ScanReadings
 from racecar.pipelines.live.intake.steady_clock import SteadyClock, TopicClock
 from racecar.pipelines.live.monitoring.faults import Faults
 
+_ASSUMED = "assumed identity"
 _REMEMBERED = "the last run"
 _LONGEST_SWEEP = 0.25
 """Seconds; beam times that make a sweep longer are not believed, as the slowest scanners with such times turn
@@ -101,6 +102,12 @@ class Sensors:
         """Where the first laser sits, once that is known."""
         frame, placed = next(iter(self._lasers.items()), ("", None))
         return None if placed is None else LaserPlace(placed.base_frame, frame, placed.place.base_from_sensor)
+
+    @property
+    def base_from_laser(self) -> tuple[Pose, str]:
+        """The place (3,) of the first laser, and where that is known from."""
+        placed = next(iter(self._lasers.values()), None)
+        return (IDENTITY, _ASSUMED) if placed is None else (placed.place.pose, placed.place.source)
 
     @property
     def base_frame(self) -> str:
@@ -282,7 +289,7 @@ class Sensors:
     def _new_scan_converter(self, message_type: str, frame: str) -> Converter[Scan]:
         placed = self._lasers[frame]
         setup = ScanSetup(
-            SensorPlace.from_pose(IDENTITY, "assumed identity") if placed is None else placed.place,
+            SensorPlace.from_pose(IDENTITY, _ASSUMED) if placed is None else placed.place,
             points_are_in_base=placed is not None and frame == placed.base_frame,
             longest_sweep=_LONGEST_SWEEP,
             heights=SECTION_HEIGHTS,
