@@ -60,7 +60,7 @@ _COUNTED = {
         "clouds time their points over a second away from their stamp: these times are ignored.",
         "Let the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
     ),
-    "changed_beam_counts": ("times the number of beams changed.", "Nothing: this is handled."),
+    "changed_beam_counts": ("times the number of beams changed.", "No action is needed."),
     "scans_without_range_max": (
         "scans do not state the sensor's range: 60 m is assumed.",
         "Set range_max in the driver, so that misses are not taken for walls.",

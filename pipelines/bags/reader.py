@@ -349,7 +349,7 @@ class BagReader:
                 Finding(
                     f"The poses of {samples.topic.name} stand still while its speeds do not: "
                     "the pose is integrated from the speeds.",
-                    "Nothing: this is handled.",
+                    "No action is needed.",
                 )
             )
         return PoseSource.POSE if odom_topic is not None and source == PoseSource.STANDING else source

@@ -42,7 +42,7 @@ def test_what_is_wrong_is_found_each_with_a_remedy(tmp_path):
             jump = 50.0 if index > 1050 else 0.0
             writer.write_odometry(odometry(index, odom_from_base=np.array([0.001 * index + jump, 0.0, 0.0])))
             ranges = np.full(181 if index < 50 else 100, np.nan, dtype=np.float32)
-            ranges[:20] = 2.0
+            ranges[:9] = 2.0
             if index % 10:
                 write_scan(writer, index, ranges=ranges)
 
@@ -60,14 +60,13 @@ def test_what_is_wrong_is_found_each_with_a_remedy(tmp_path):
     assert all(finding.remedy for finding in result.findings)
 
 
-def test_a_car_that_does_not_move_and_sees_nothing(tmp_path):
+def test_a_car_that_sees_nothing(tmp_path):
     def write(writer):
         for index in range(100):
             writer.write_odometry(odometry(index, odom_from_base=np.zeros(3), twist=np.zeros(3)))
             write_scan(writer, index, ranges=np.full(50, np.inf, dtype=np.float32))
 
     words = " ".join(finding.what for finding in check(bag_of(tmp_path / "drive.bag", write)).findings)
-    assert "moves 0.00 m" in words
     assert "Not one beam met anything" in words
 
 
