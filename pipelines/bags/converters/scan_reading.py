@@ -244,7 +244,8 @@ def _returns(
     message: "sensor_msgs__msg__LaserScan", unit: float
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """(M,) beams that seem to have met something, and their ranges in metres."""
-    ranges = np.asarray(message.ranges, dtype=np.float64) * unit
+    with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
+        ranges = np.asarray(message.ranges, dtype=np.float64) * unit
     low, high = limits(message, unit)
     beams = np.flatnonzero((ranges > max(low, 0.0)) & (ranges < (high if high > 0 else np.inf)))
     return beams, ranges[beams]
