@@ -7,6 +7,7 @@ colour channels, the darker the more occupied (the other way round with ``negate
 """
 
 import math
+import os
 import reprlib
 import warnings
 from collections.abc import Iterator
@@ -208,7 +209,7 @@ def _negate(entries: dict[str, Any], yaml_path: Path) -> bool:
 def _image_path(entries: dict[str, Any], yaml_path: Path) -> Path:
     """The image's path, held to the YAML file's folder: a map from a stranger must not read other files."""
     name = _entry(entries, "image", yaml_path)
-    if not isinstance(name, str) or not name or "\0" in name:
+    if not isinstance(name, str) or not name or not _can_be_a_name(name):
         raise UserError(
             f"In {yaml_path}, image is {_short(name)}; it must be the name of an image beside it."
         )
@@ -222,6 +223,14 @@ def _image_path(entries: dict[str, Any], yaml_path: Path) -> Path:
         remedy = instead if is_other else "put it there"
         raise UserError(f"The image {image_path}, named in {yaml_path}, does not exist; {remedy}.")
     return image_path
+
+
+def _can_be_a_name(text: str) -> bool:
+    """Whether a file can be called so; YAML may hold half a character, written as an escape."""
+    try:
+        return b"\0" not in os.fsencode(text)
+    except UnicodeEncodeError:
+        return False
 
 
 def _read_cells(header: _Header, yaml_path: Path) -> NDArray[np.int8]:

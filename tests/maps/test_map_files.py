@@ -168,6 +168,8 @@ def test_every_missing_key_is_named(tmp_path: Path, key: str) -> None:
         ({"free_thresh": 0.7}, "free_thresh is 0.7 and occupied_thresh is 0.65"),
         ({"occupied_thresh": 65}, "occupied_thresh is 65"),
         ({"image": 7}, "image is 7"),
+        ({"image": "a\0b"}, "image is 'a"),
+        ({"image": "\ud800.png"}, "image is '.{1,6}d800"),
         ({"image": "other.png"}, "other.png.* does not exist"),
         ({"image": "../map.png"}, "points outside its folder"),
         ({"image": "/etc/passwd"}, "points outside its folder"),
