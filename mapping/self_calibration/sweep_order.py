@@ -54,8 +54,8 @@ class SweepFit:
 
 
 def has_sweep_times(scan: Scan) -> bool:
-    """Whether there is an order of beams to ask about."""
-    return bool(np.ptp(scan.time_offsets) > 0.0)
+    """Whether there is an order of beams to ask about; points of a cloud bear their times one by one."""
+    return scan.cloud is None and bool(np.ptp(scan.time_offsets) > 0.0)
 
 
 def estimate_sweep_order(track: ScanTrack, config: SelfCalibrationConfig) -> SweepOrder:
