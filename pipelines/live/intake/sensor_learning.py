@@ -87,6 +87,7 @@ class SensorLearning:
         if self._collected < _MOST and self._calibrator.wants_more(learned):
             return
         self._is_over = True
+        self._calibrator = SelfCalibrator(self._config)  # the old one holds thousands of scans
         corrections = learned_corrections(learned, self._known(), self._config)
         stays = ""
         if corrections.base_from_laser is not None and not self._moves_laser:
