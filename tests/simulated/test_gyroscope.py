@@ -115,7 +115,9 @@ def test_a_car_with_wheels_that_know_no_turns_is_not_lost(rate: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "fault", [dead, np.degrees, np.negative, lambda rate: 0.01 * np.sin(1e3 * rate)], ids=str
+    "fault",
+    [dead, np.degrees, np.negative, lambda rate: 0.01 * np.sin(1e3 * rate)],
+    ids=["dead", "degrees", "negated", "no turns"],
 )
 def test_a_gyroscope_at_fault_does_no_harm(fault: Fault) -> None:
     for run in (mapped, localized):
