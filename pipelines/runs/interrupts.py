@@ -20,11 +20,18 @@ def end_like_ctrl_c() -> None:
     for number in others:
         signal.signal(number, signal.default_int_handler)
 
+    def wait() -> None:  # a request to the copy that came while it is made would be ours to hear, and lost
+        signal.pthread_sigmask(signal.SIG_BLOCK, others)
+
+    def hear_again() -> None:
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, others)
+
     def end_at_once() -> None:
         for number in others:
             signal.signal(number, signal.SIG_DFL)
+        hear_again()
 
-    os.register_at_fork(after_in_child=end_at_once)
+    os.register_at_fork(before=wait, after_in_parent=hear_again, after_in_child=end_at_once)
 
 
 def _is_to_be_survived(number: signal.Signals) -> bool:

@@ -42,6 +42,7 @@ class RoomReader:
     inputs: dict[str, object] = {"scan_topic": "/scan"}  # noqa: RUF012
     counts: dict[str, int] = {}  # noqa: RUF012
     warnings = ["The bag is cut."]  # noqa: RUF012
+    imu_topic = None
     messages_read = message_count = 0
 
     def __init__(
