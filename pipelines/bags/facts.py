@@ -9,8 +9,8 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.findings import Finding
 
-_LOWEST_ODOMETRY_RATE = 10.0
-"""Per second; below, a car at 1 m/s goes 0.1 m between two samples and may steer meanwhile: by judgement."""
+_LONGEST_STEP = 0.3
+"""Metres between two samples of odometry, over which a car can steer without being seen to: by judgement."""
 _INVALID_SHARE = 0.9
 """Of the beams, above which the sensor is covered rather than in the open. Neato lasers say nothing of three
 quarters of their beams in a large room, and maps of theirs are right."""
@@ -18,7 +18,7 @@ _LONG_BLANK = 1.0
 """Seconds without a return; what is shorter is bridged without a trace, by judgement."""
 _FEW_SAMPLES = 50
 """Samples of a gyroscope that may be equal by chance, where one is read coarsely: by judgement."""
-_MISSING_SHARE = 0.02
+_MISSING_SHARE = 0.05
 """Of the steps between scans, above which they come unevenly: by judgement."""
 
 
@@ -194,7 +194,7 @@ class OdometryFacts:
                     "See that only one node publishes it and that it is not reset while driving.",
                 )
             )
-        if self.top_speed > 1.0 and self.spacing.rate < _LOWEST_ODOMETRY_RATE:
+        if self.top_speed > _LONGEST_STEP * self.spacing.rate:
             findings.append(
                 Finding(
                     f"The odometry comes {self.spacing.rate:.1f} times a second, at up to "

@@ -78,8 +78,8 @@ class _Made:
         self._find(
             f"The beams of {self._known.scan_topic} were measured in the opposite order of time to the one "
             "recorded, as the turns show: they are read so.",
-            "Nothing: this is handled. Drivers of the RPLIDAR kind turn the ranges round and leave "
-            "time_increment positive.",
+            "No action is needed: drivers of the RPLIDAR kind turn the ranges round and leave time_increment "
+            "positive.",
         )
 
     def leave_out_stuck_odometry(self) -> None:
