@@ -84,8 +84,9 @@ class SelfCalibrator:
             return False
         if reading is None or self._first is None:
             return False
-        yaw = float(wrap_angle(reading.mount.base_from_laser[2] - self._first.base_from_laser[2]))
-        return abs(yaw) < self._config.mount.min_yaw_error
+        mount, doubtful = reading.mount, self._config.mount
+        yaw = float(wrap_angle(mount.base_from_laser[2] - self._first.base_from_laser[2]))
+        return abs(yaw) < doubtful.min_yaw_error and mount.path_ratio >= doubtful.short_path_ratio
 
     def estimate(self, expected_lag: int = 0) -> SelfCalibration:
         """What they prove. ``expected_lag`` in nanoseconds is how much later than scans the wheels are

@@ -125,6 +125,20 @@ class _Made:
             if reading.wheel_signs != WheelSigns.AS_RECORDED:
                 self._change_signs(reading.wheel_signs)
             self._check_yaw(reading.mount)
+        if reading is not None and reading.mount.is_certain(self._config.mount):
+            self._check_path(reading.mount.path_ratio)
+
+    def _check_path(self, ratio: float) -> None:
+        """``ratio`` of the path by wheels to that by scans."""
+        if ratio >= self._config.mount.short_path_ratio or not self.changes.get("uses_odometry", True):
+            return
+        x, y, yaw = self.changes.get("odometry_factors", (1.0, 1.0, 1.0))
+        self.changes["odometry_factors"] = (x / ratio, y / ratio, yaw)
+        self._find(
+            f"The odometry on {self._known.odom_topic} reports {ratio:.0%} of the distance that the scans "
+            "show: it is lengthened to that.",
+            "Correct the wheels' size or the gain from motor to speed in its node.",
+        )
 
     def _change_signs(self, signs: WheelSigns) -> None:
         self.changes["odometry_factors"] = tuple(signs.factors.tolist())

@@ -81,6 +81,12 @@ def test_a_sound_recording_is_read_as_it_stands(tmp_path: Path) -> None:
     assert reader.base_from_laser_source == "assumed identity"
 
 
+def test_wheels_that_report_half_of_the_distance(tmp_path: Path) -> None:
+    corrections, _ = corrections_of(Recording().multiply(0.5, 0.5, 1.0), tmp_path)
+    assert corrections.odometry_factors == pytest.approx((2.0, 2.0, 1.0), rel=0.03)
+    assert "of the distance" in only_finding(corrections)
+
+
 def test_beams_turned_round_by_the_driver(tmp_path: Path) -> None:
     recording = Recording()
     recording.scans = [
