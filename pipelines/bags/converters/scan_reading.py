@@ -63,11 +63,14 @@ class Angles(Enum):
     DEGREES = "as degrees"
     SPREAD_DEGREES = "as spread evenly from angle_min to angle_max, in degrees"
     INCREMENT_IN_DEGREES = "with angle_min in radians and angle_increment in degrees"
+    TURN = "as spread evenly over one turn"
 
     def first_and_increment(
         self, angle_min: float, angle_max: float, increment: float, count: int
     ) -> tuple[float, float]:
         """Radians, of the first beam and from one to the next."""
+        if self == Angles.TURN:
+            return float(angle_min), float(np.copysign(_TURN / max(count, 1), increment))
         is_spread = self in (Angles.SPREAD, Angles.SPREAD_DEGREES)
         step = (angle_max - angle_min) / max(count - 1, 1) if is_spread else increment
         is_in_degrees = self in (Angles.DEGREES, Angles.SPREAD_DEGREES)
@@ -133,9 +136,11 @@ def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angl
         is_new = all(abs(step - other) > 0.02 * abs(other) for other in steps.values())
         if is_new and abs(first) <= _WIDEST and _NARROWEST <= abs(step) * (count - 1) <= _WIDEST:
             steps[angles] = step
+    beams = f"{count} beams from {message.angle_min:g} on, {message.angle_increment:g} apart,"
     what = (
-        f"The angles of the scans contradict each other: {count} beams from {message.angle_min:g} on, "
-        f"{message.angle_increment:g} apart, do not end at {message.angle_max:g}"
+        f"The angles of the scans are no radians: {beams} go round more than once"
+        if _end_as_stated(message)
+        else f"The angles of the scans contradict each other: {beams} do not end at {message.angle_max:g}"
     )
     remedy = "Correct angle_min, angle_max and angle_increment (radians) in the driver."
     if not steps:
@@ -156,9 +161,15 @@ def _agree(message: "sensor_msgs__msg__LaserScan") -> bool:
     span = message.angle_increment * (len(message.ranges) - 1)
     if not np.isfinite(span) or span == 0.0:
         return True  # there is but one reading left, which the converter takes
+    return _end_as_stated(message) and bool(abs(span) <= _WIDEST)
+
+
+def _end_as_stated(message: "sensor_msgs__msg__LaserScan") -> bool:
+    """Do angle_min, the increment and the number of beams lead to angle_max?"""
+    span = message.angle_increment * (len(message.ranges) - 1)
     off = abs(message.angle_min + span - message.angle_max)
     tolerance = max(_LEAST_CONTRADICTION * abs(message.angle_increment), 0.01 * abs(span))
-    return bool(off <= tolerance and abs(span) <= _WIDEST)
+    return bool(off <= tolerance)
 
 
 def _straightest(

@@ -56,8 +56,15 @@ def test_contradicting_angles_are_read_so_that_walls_are_straight(changes, angle
     bearings, reading, (finding,) = bearings_of(drive(**changes))
     assert reading.angles == angles
     np.testing.assert_allclose(bearings, np.linspace(-SPAN / 2, SPAN / 2, BEAMS), atol=1e-6)
-    assert "contradict" in finding.what and finding.remedy
+    assert "The angles of the scans" in finding.what and finding.remedy
     assert not finding.spoils_map
+
+
+def test_angles_of_two_turns_are_those_of_one():
+    doubled = {"angle_min": -np.pi, "angle_max": 3 * np.pi, "angle_increment": 4 * np.pi / BEAMS}
+    _, reading, (finding,) = bearings_of(drive(**doubled))
+    assert reading.angles == Angles.TURN
+    assert "more than once" in finding.what
 
 
 def test_a_turned_increment_keeps_its_sign():
