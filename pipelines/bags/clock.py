@@ -35,7 +35,7 @@ def clock_offset(samples: Sequence[tuple[int, int]]) -> int | None:
     if not samples or (len(samples) > 1 and len(headers) == 1) or not any(headers):
         return None
     offsets = sorted(header - recorded for header, recorded in samples if header > 0)
-    return offsets[len(offsets) // 2]
+    return offsets[len(offsets) // 2] if offsets else None
 
 
 def keeps_pace(samples: Sequence[tuple[int, int]]) -> bool:

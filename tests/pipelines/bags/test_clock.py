@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from racecar.pipelines.bags.clock import StampClock, keeps_pace
+from racecar.pipelines.bags.clock import StampClock, clock_offset, keeps_pace
 from tests.pipelines.bag_samples import PLACE, START, STEP, bag_of, odometry, read, write_scan
 
 SECOND = 1_000_000_000
@@ -22,6 +22,10 @@ def stamped(headers, recorded, **options):
         stamps.update(clock.stamped(number, header, at))
     stamps.update(clock.rest())
     return [stamps[number] for number in range(len(headers))], counts
+
+
+def test_headers_before_all_time_show_no_clock():
+    assert clock_offset([(-5, 3), (-6, 4)]) is None
 
 
 def test_what_is_right_stays_to_the_nanosecond_however_late_it_was_recorded():
