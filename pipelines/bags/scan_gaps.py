@@ -36,5 +36,8 @@ class ScanGaps:
         more = self.count - len(self._listed)
         what = f"There is {', '.join(self._listed)}{f' and {more} more' if more else ''}."
         return [
-            Finding(what, "No action is needed if the car stood still meanwhile; otherwise the map may break there.")
+            Finding(
+                what,
+                "No action is needed if the car stood still meanwhile; otherwise the map may break there.",
+            )
         ]

@@ -74,8 +74,8 @@ with staging_folder(Path(sys.argv[1]), Path("run")):
     child = os.fork()
     if child == 0:
         time.sleep(60)
-    print(child, flush=True)
     try:
+        print(child, flush=True)
         for _ in range(600):
             time.sleep(0.1)
             print(flush=True)
