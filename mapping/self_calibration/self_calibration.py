@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.mount import MotionReading, read_motion
+from racecar.mapping.self_calibration.odometry_fault import OdometryFault, fault_in, is_impossible
 from racecar.mapping.self_calibration.scan_track import ScanTrack, ScanTracker, track_of
-from racecar.mapping.self_calibration.stuck_odometry import is_stuck
 from racecar.mapping.self_calibration.sweep_order import SweepOrder, estimate_sweep_order, has_sweep_times
 from racecar.mapping.self_calibration.turn_agreement import TurnAgreement, turn_agreement
 from racecar.mapping.self_calibration.wheel_track import WheelTrack, motion_pairs, windows_of
@@ -24,7 +24,9 @@ class SelfCalibration:
     """How the wheels' turns agree with the scans'."""
     reading: MotionReading | None = None
     """Where the laser sits, and which signs are wrong."""
-    is_odometry_stuck: bool = False
+    odometry_fault: OdometryFault | None = None
+    gyro_has_turns: bool = False
+    """Of odometry without turns: whether a gyroscope has them, as the scans show."""
 
 
 class SelfCalibrator:
@@ -36,6 +38,7 @@ class SelfCalibrator:
         self._asks_order, self._asks_wheels = True, asks_wheels
         self._tracker = ScanTracker(config.track)
         self._odometry: list[Odometry] = []
+        self._yaw_rates: list[YawRate] = []
         self._first: Scan | None = None
         self._level = 1
 
@@ -45,7 +48,9 @@ class SelfCalibrator:
             self._odometry.append(odometry)
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Nothing is asked about the gyroscope here: how much it is worth is learned while driving."""
+        """Take a sample of the gyroscope, which is asked for the turns that the wheels may lack."""
+        if self._asks_wheels:
+            self._yaw_rates.append(yaw_rate)
 
     def add_scan(self, scan: Scan) -> None:
         """Take a scan; of several lasers only the first is followed."""
@@ -72,7 +77,7 @@ class SelfCalibrator:
         open, or the little that there was speaks against the recording."""
         is_first, self._level = self._level == 1, 2 * self._level
         is_open = self._asks_order and learned.sweep_order == SweepOrder.UNKNOWN
-        if self._asks_wheels and not learned.is_odometry_stuck:
+        if self._asks_wheels and learned.odometry_fault is None:
             is_open = is_open or learned.turns is None or (is_first and not self._is_clear(learned))
         beginning = self._config.beginning
         return is_open and len(self._tracker) < beginning.max_scans and self._level <= beginning.max_level
@@ -101,11 +106,21 @@ class SelfCalibrator:
 
     def _with_wheels(self, order: SweepOrder, track: ScanTrack, expected_lag: int) -> SelfCalibration:
         config, wheels = self._config, WheelTrack.of(self._odometry)
+        if is_impossible(self._odometry, config.odometry_fault):
+            return SelfCalibration(order, odometry_fault=OdometryFault.IMPOSSIBLE)
         motions = motion_pairs(track, wheels, windows_of(track, config.window), expected_lag)
-        if is_stuck(motions, config.stuck_odometry):
-            return SelfCalibration(order, is_odometry_stuck=True)
+        if (fault := fault_in(motions, config.odometry_fault)) is not None:
+            has_turns = fault == OdometryFault.WITHOUT_TURNS and self._gyro_agrees(track)
+            return SelfCalibration(order, odometry_fault=fault, gyro_has_turns=has_turns)
         turns = turn_agreement(track, wheels, config.turns, expected_lag)
         if turns is None:
             return SelfCalibration(order)
         reading = read_motion(track, wheels, turns.lag, is_inverted=turns.is_inverted, config=config)
         return SelfCalibration(order, turns, reading)
+
+    def _gyro_agrees(self, track: ScanTrack) -> bool:
+        """Whether the gyroscope shows the turns of the scans, in their sense."""
+        if len(self._yaw_rates) < 2:
+            return False
+        turns = turn_agreement(track, WheelTrack.of_turns(self._yaw_rates), self._config.turns)
+        return turns is not None and not turns.is_inverted

@@ -10,6 +10,7 @@ from racecar.mapping.self_calibration.config import WindowConfig
 from racecar.mapping.self_calibration.scan_track import ScanTrack
 from racecar.maps.geometry.se2 import Pose, between, wrap_angle
 from racecar.maps.sensing.odometry import FASTEST, Odometry
+from racecar.maps.sensing.yaw_rate import YawRate
 
 
 class WheelSigns(Enum):
@@ -47,6 +48,14 @@ class WheelTrack:
         poses = poses[first]
         poses[:, 2] = np.unwrap(poses[:, 2])
         return WheelTrack(stamps, poses)
+
+    @staticmethod
+    def of_turns(samples: list[YawRate]) -> "WheelTrack":
+        """Of a gyroscope that stands where it is and only turns."""
+        stamps, first = np.unique([sample.stamp for sample in samples], return_index=True)
+        rates = np.array([samples[index].rate for index in first])
+        turns = np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * np.diff(stamps) * 1e-9)])
+        return WheelTrack(stamps, turns[:, None] * [0.0, 0.0, 1.0])
 
     def read_as(self, signs: WheelSigns) -> "WheelTrack":
         """With other signs."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.mount import MotionReading, MountEstimate
+from racecar.mapping.self_calibration.odometry_fault import OdometryFault
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.sweep_order import SweepOrder
 from racecar.mapping.self_calibration.wheel_track import WheelSigns
@@ -19,6 +20,12 @@ _FAR_CLOCKS = 1_000_000_000
 differ and not their delays, since filters and buses hold back less than a second; by judgement."""
 _NOT_TOLD = ("assumed identity", "base frame")
 """Sources of a laser's place that are no more than an assumption."""
+
+_REMEDIES = {
+    OdometryFault.STUCK: "See why its driver sends no motion, or name another topic with --odom-topic.",
+    OdometryFault.WITHOUT_TURNS: "Let its node integrate steering angle or gyroscope, or record an IMU.",
+    OdometryFault.IMPOSSIBLE: "See that its node gives metres and radians, and that only one publishes it.",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +62,8 @@ def learned_corrections(
     made = _Made(known, config)
     if learned.sweep_order == SweepOrder.REVERSED:
         made.reverse_beams()
-    if learned.is_odometry_stuck:
-        made.leave_out_stuck_odometry()
+    if learned.odometry_fault is not None:
+        made.leave_out_odometry(learned.odometry_fault, gyro_has_turns=learned.gyro_has_turns)
     elif learned.turns is not None:
         made.shift_clock(learned.turns.lag, "as the turns show")
         made.read_motion(learned.reading, is_inverted=learned.turns.is_inverted)
@@ -82,12 +89,13 @@ class _Made:
             "positive.",
         )
 
-    def leave_out_stuck_odometry(self) -> None:
-        self._leave_out(
-            f"The odometry on {self._known.odom_topic} is stuck: it stands still while the scans move, and "
-            "is not used.",
-            "See why its driver sends no motion, or name another topic with --odom-topic.",
-        )
+    def leave_out_odometry(self, fault: OdometryFault, *, gyro_has_turns: bool) -> None:
+        """Unless only its turns are missing, and a gyroscope has those."""
+        what = f"The odometry on {self._known.odom_topic} {fault.value}"
+        if gyro_has_turns:
+            self._find(f"{what}: turns are taken from the IMU.", "Let the odometry's node turn too.")
+            return
+        self._leave_out(f"{what}: it is not used.", _REMEDIES[fault])
 
     def shift_clock(self, lag: int, evidence: str) -> None:
         """Odometry is stamped ``lag`` nanoseconds later than the scans of the same moment."""
@@ -126,11 +134,12 @@ class _Made:
                 self._change_signs(reading.wheel_signs)
             self._check_yaw(reading.mount)
         if reading is not None and reading.mount.is_certain(self._config.mount):
-            self._check_path(reading.mount.path_ratio)
+            self._check_path(reading.mount)
 
-    def _check_path(self, ratio: float) -> None:
-        """``ratio`` of the path by wheels to that by scans."""
-        if ratio >= self._config.mount.short_path_ratio or not self.changes.get("uses_odometry", True):
+    def _check_path(self, mount: MountEstimate) -> None:
+        ratio, config = mount.path_ratio, self._config.mount
+        is_clear = ratio < config.short_path_ratio and mount.consistency >= config.min_path_consistency
+        if not is_clear or not self.changes.get("uses_odometry", True):
             return
         x, y, yaw = self.changes.get("odometry_factors", (1.0, 1.0, 1.0))
         self.changes["odometry_factors"] = (x / ratio, y / ratio, yaw)

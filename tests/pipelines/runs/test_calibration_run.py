@@ -178,6 +178,19 @@ def test_a_clock_that_is_off(tmp_path: Path, seconds: float) -> None:
     assert f"{abs(seconds):.1f}" in only_finding(corrections)
 
 
+def test_odometry_in_degrees(tmp_path: Path) -> None:
+    corrections, _ = corrections_of(Recording().multiply(1.0, 1.0, float(np.degrees(1.0))), tmp_path)
+    assert not corrections.uses_odometry
+    assert "metres and radians" in only_finding(corrections)
+
+
+def test_wheels_without_turns_are_not_used_where_nothing_else_has_them(tmp_path: Path) -> None:
+    recording = Recording().multiply(1.0, 1.0, 0.0)
+    corrections, _ = corrections_of(recording, tmp_path)
+    assert not corrections.uses_odometry
+    assert "never turns" in only_finding(corrections)
+
+
 def test_odometry_that_is_stuck(tmp_path: Path) -> None:
     corrections, reader = corrections_of(Recording().multiply(0.0, 0.0, 0.0), tmp_path)
     assert not corrections.uses_odometry and reader.odom_topic is None

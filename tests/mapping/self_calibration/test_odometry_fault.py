@@ -1,0 +1,66 @@
+import numpy as np
+
+from racecar.mapping.self_calibration.config import OdometryFaultConfig, WindowConfig
+from racecar.mapping.self_calibration.odometry_fault import OdometryFault, fault_in, is_impossible
+from racecar.mapping.self_calibration.wheel_track import WheelTrack, motion_pairs, windows_of
+from racecar.maps.geometry.se2 import Pose
+from tests.mapping.self_calibration.moving_laser import odometry_of, straight_drive, winding_drive
+from tests.mapping.self_calibration.test_turn_agreement import track_along
+
+DRIVE = winding_drive(40.0)
+
+
+def fault(by_wheels: Pose, drive: Pose = DRIVE) -> OdometryFault | None:
+    track = track_along(drive)
+    wheels = WheelTrack.of(odometry_of(by_wheels, 40.0))
+    motions = motion_pairs(track, wheels, windows_of(track, WindowConfig()), 0)
+    return fault_in(motions, OdometryFaultConfig())
+
+
+def is_sound(by_wheels: Pose, drive: Pose = DRIVE) -> bool:
+    return fault(by_wheels, drive) is None
+
+
+def test_a_constant_is_stuck() -> None:
+    assert fault(0.0 * DRIVE) == OdometryFault.STUCK
+    assert fault(0.0 * DRIVE + [3.0, -2.0, 1.0]) == OdometryFault.STUCK
+
+
+def test_wheels_that_drive_are_not() -> None:
+    assert is_sound(DRIVE)
+    assert is_sound(DRIVE * [0.2, 0.2, 0.2])
+
+
+def test_a_robot_that_is_carried_with_a_gyro_is_not() -> None:
+    assert is_sound(DRIVE * [0.0, 0.0, 1.0])
+
+
+def test_one_that_stands_is_not() -> None:
+    assert is_sound(0.0 * DRIVE, drive=0.0 * DRIVE)
+    assert is_sound(0.0 * DRIVE, drive=straight_drive(40.0) * 0.01)
+
+
+def test_one_that_sticks_half_of_the_time_is_not() -> None:
+    held = DRIVE.copy()
+    held[: len(held) // 2] = held[len(held) // 2]
+    assert is_sound(held)
+    assert np.ptp(held[:, 0]) > 0.0
+
+
+def test_wheels_that_never_turn() -> None:
+    along = np.cumsum(np.hypot(*np.diff(DRIVE[:, :2], axis=0, prepend=DRIVE[:1, :2]).T))
+    straight = np.column_stack([along, np.zeros((len(along), 2))])
+    assert fault(straight) == OdometryFault.WITHOUT_TURNS
+    assert is_sound(straight_drive(40.0), drive=straight_drive(40.0))
+
+
+def test_millimetres_and_degrees_are_impossible() -> None:
+    config = OdometryFaultConfig()
+    assert is_impossible(odometry_of(DRIVE * [1e3, 1e3, 1.0], 40.0), config)
+    assert is_impossible(odometry_of(DRIVE * [1.0, 1.0, np.degrees(1.0)], 40.0), config)
+    assert not is_impossible(odometry_of(DRIVE, 40.0), config)
+
+
+def test_a_driver_that_starts_anew_is_possible() -> None:
+    again = np.concatenate([DRIVE[: len(DRIVE) // 2], DRIVE[len(DRIVE) // 2 :] - DRIVE[len(DRIVE) // 2]])
+    assert not is_impossible(odometry_of(again, 40.0), OdometryFaultConfig())
