@@ -175,8 +175,10 @@ class LocalizerNode(LiveNode):
         """Take it in, which does not wait for the worker."""
         localizer = self._localizer
         sample = self.sensors.yaw_rate(message, arrival)
-        if localizer is not None and sample is not None:
-            localizer.add_yaw_rate(sample)
+        if sample is not None:
+            self.learning.note_yaw_rate(sample)
+            if localizer is not None:
+                localizer.add_yaw_rate(sample)
 
     def _new_localizer(self, grid: OccupancyGrid) -> Localizer:
         """With random numbers of its own, as the localizer before it goes on while this one is built."""

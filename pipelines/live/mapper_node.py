@@ -148,6 +148,7 @@ class MapperNode(LiveNode):
             return
         sample = self.sensors.yaw_rate(message, arrival)
         if sample is not None:
+            self.learning.note_yaw_rate(sample)
             self._hold(sample)
 
     def _receive(self, is_scan: bool, message: Any, arrival: int) -> None:

@@ -6,8 +6,10 @@ from threading import Lock
 
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.self_calibration import SelfCalibrator
+from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrector
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.live.monitoring.faults import Faults
@@ -40,7 +42,7 @@ class SensorLearning:
         self._calibrator = SelfCalibrator(config)
         self._corrections, self._corrector = NO_CORRECTIONS, Corrector(NO_CORRECTIONS)
         self._lock = Lock()
-        self._batch: list[Scan | Odometry] = []
+        self._batch: list[Measurement] = []
         self._collected = 0
         self._is_over = False
 
@@ -63,7 +65,11 @@ class SensorLearning:
         self._collect(odometry)
         return self._corrector.odometry(odometry) if self.uses_odometry else None
 
-    def _collect(self, item: Scan | Odometry) -> None:
+    def note_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """Collect a sample of the gyroscope, which stays as it is."""
+        self._collect(yaw_rate)
+
+    def _collect(self, item: Measurement) -> None:
         if self._is_over:
             return
         with self._lock:
@@ -73,7 +79,7 @@ class SensorLearning:
             batch, self._batch = self._batch, []
         self._aside(lambda: self._learn(batch))
 
-    def _learn(self, batch: Sequence[Scan | Odometry]) -> None:
+    def _learn(self, batch: Sequence[Measurement]) -> None:
         for item in batch:
             if self._is_over:
                 return
