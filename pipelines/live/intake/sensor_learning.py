@@ -37,7 +37,11 @@ class SensorLearning:
     ) -> None:
         """``known`` says what is known of the sensors otherwise; ``aside`` lets another thread do some work,
         one piece after the other; without ``moves_laser`` its place stays what it is until the end."""
-        self._config, self._known, self._faults, self._aside = config, known, faults, aside
+        turns = config.turns
+        # Clocks that are farther apart show by when messages arrive; a turn or two may suggest any lag.
+        turns = turns.model_copy(update={"max_lag": turns.usual_lag})
+        self._config = config = config.model_copy(update={"turns": turns})
+        self._known, self._faults, self._aside = known, faults, aside
         self._moves_laser = moves_laser
         self._calibrator = SelfCalibrator(config)
         self._corrections, self._corrector = NO_CORRECTIONS, Corrector(NO_CORRECTIONS)
