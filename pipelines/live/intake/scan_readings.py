@@ -60,7 +60,7 @@ class ScanReadings:
             self.version += 1
         name = f"reading of {frame}"
         if findings:
-            words = " ".join(f"{finding.what} {finding.remedy}" for finding in findings)
+            words = " ".join(finding.sentence for finding in findings)
             self._faults.report(name, words)
         else:
             self._faults.end(name, f"The scans of {frame} are read as they stand.")

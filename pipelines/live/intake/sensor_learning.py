@@ -105,6 +105,6 @@ class SensorLearning:
             stays = _STAYS
         self._corrections, self._corrector = corrections, Corrector(corrections)
         for number, finding in enumerate(corrections.findings):
-            words = f"{finding.what} {finding.remedy}".replace("--laser-pose", "the parameter laser_pose")
+            words = finding.sentence.replace("--laser-pose", "the parameter laser_pose")
             words += stays
             self._faults.report(f"learned {number}", words, lasting=False)
