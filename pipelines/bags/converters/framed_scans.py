@@ -30,11 +30,7 @@ class FramedScanConverter:
         self._converters: dict[str, Converter[Scan]] = {}
 
     def convert(self, message: Any, stamp: int) -> Scan | None:
-        """The scan; None where the message holds no usable beams.
-
-        Of synchronized sensors each is set a nanosecond after the one before, so that no two scans have one
-        stamp.
-        """
+        """The scan; None where the message holds no usable beams."""
         frame = frame_name(message.header.frame_id)
         if frame not in self._converters and len(self._converters) == _MOST_FRAMES:
             frame = next(iter(self._converters))
@@ -44,4 +40,13 @@ class FramedScanConverter:
         if scan is None:
             return None
         laser = self._numbers.setdefault((self._topic, frame), len(self._numbers))
-        return scan if laser == 0 else replace(scan, laser=laser, stamp=scan.stamp + laser)
+        return of_laser(scan, laser)
+
+
+def of_laser(scan: Scan, laser: int) -> Scan:
+    """With the number of the laser that took it.
+
+    Of synchronized sensors each is set a nanosecond after the one before, so that no two scans have one
+    stamp.
+    """
+    return scan if laser == 0 else replace(scan, laser=laser, stamp=scan.stamp + laser)

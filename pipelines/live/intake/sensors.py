@@ -3,7 +3,6 @@
 import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.pipelines.bags.converters.framed_scans import of_laser
 from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
@@ -273,9 +273,9 @@ class Sensors:
                     del self._scan_converters[key]
 
     def _of_laser(self, message: Any, scan: Scan | None) -> Scan | None:
-        """With the number of its laser; as of `FramedScanConverter`, no two have one stamp."""
-        laser = self.scan_frames.index(frame_name(message.header.frame_id))
-        return scan if scan is None or laser == 0 else replace(scan, laser=laser, stamp=scan.stamp + laser)
+        if scan is None:
+            return None
+        return of_laser(scan, self.scan_frames.index(frame_name(message.header.frame_id)))
 
     def _odometry_converter(self, message: Any) -> Converter[Odometry]:
         kind = type_name(message)
@@ -325,7 +325,7 @@ class Sensors:
                 "it was in the last run.",
             )
         elif placed.findings:
-            doubts = " ".join(f"{finding.what} {finding.remedy}" for finding in placed.findings)
+            doubts = " ".join(finding.sentence for finding in placed.findings)
             self._faults.report(name, doubts.replace("--laser-pose X Y YAW", "the parameter laser_pose"))
         else:
             self._faults.end(name, f"The place of {frame} is known now, from {placed.place.source}.")
