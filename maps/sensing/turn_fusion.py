@@ -87,7 +87,7 @@ class TurnModel:
 
     def variance_by_gyro(self, turn: float, seconds: float) -> float:
         """Square radians by which that errs."""
-        return self.gyro_variance * (abs(turn) + self.config.second_exposure * seconds)
+        return self.gyro_variance * _gyro_exposure(self.config, turn, seconds)
 
     def fused(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
         """Steps (..., 3) of the base by its wheels, with the turns that wheels and gyroscope measured.
@@ -97,7 +97,7 @@ class TurnModel:
         if not self.is_used:
             return steps
         fused = np.array(steps, dtype=np.float64)
-        by_gyro = self.scale * np.asarray(gyro_turns) - self.bias * np.asarray(seconds)
+        by_gyro = self.by_gyro(np.asarray(gyro_turns), np.asarray(seconds))
         gained = (1.0 - self.wheel_share(steps, by_gyro, seconds)) * wrap_angle(by_gyro - fused[..., 2])
         return turned_more(fused, np.where(np.isnan(gained), 0.0, gained))
 
@@ -233,11 +233,9 @@ class TurnFusion:
         return fusion
 
 
-def _gyro_exposure(
-    config: TurnFusionConfig, turns: NDArray[np.float64], seconds: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _gyro_exposure(config: TurnFusionConfig, turns: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
     """Radians (...) to which errors of a gyroscope are proportional."""
-    return np.abs(turns) + config.second_exposure * seconds
+    return abs(turns) + config.second_exposure * seconds
 
 
 def _wheel_exposure(
