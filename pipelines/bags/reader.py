@@ -58,8 +58,13 @@ class _Samples:
     messages: list[Any]
 
     @property
+    def times(self) -> list[tuple[int, int]]:
+        """By the header and by the recorder, of each message."""
+        return list(zip(self.headers, self.recorded, strict=True))
+
+    @property
     def clock_offset(self) -> int | None:
-        return clock_offset(list(zip(self.headers, self.recorded, strict=True)))
+        return clock_offset(self.times)
 
     @property
     def frames(self) -> list[str]:
@@ -463,13 +468,13 @@ class BagReader:
 
     def _streams(self) -> list[str]:
         """The topics that are read."""
-        of_links = self._odometry_links.topics if self._odometry_links else ()
-        of_odometry = [self._odometry.topic.name] if self._odometry else []
-        return list(dict.fromkeys([*self.scan_topics, *of_odometry, *of_links, *self._of_imu]))
+        of_imu = [self._imu.topic.name] if self._imu else []
+        return list(dict.fromkeys([*self.scan_topics, *self._of_odometry, *of_imu]))
 
     @property
-    def _of_imu(self) -> list[str]:
-        return [self._imu.topic.name] if self._imu else []
+    def _of_odometry(self) -> list[str]:
+        of_links = self._odometry_links.topics if self._odometry_links else ()
+        return [*([self._odometry.topic.name] if self._odometry else []), *of_links]
 
     def _items(self) -> Iterator[Measurement]:
         """What the messages hold, in the order of recording."""
@@ -497,9 +502,7 @@ class BagReader:
         }
         if self._odometry is not None:
             new_converter = {**ODOMETRY_CONVERTERS, **TRANSFORM_CONVERTERS}[self._odometry.topic.message_type]
-            converter = new_converter(self._setup, self._counter)
-            for name in self._streams()[len(self._scans) :]:
-                converters[name] = converter
+            converters |= dict.fromkeys(self._of_odometry, new_converter(self._setup, self._counter))
         if self._imu is not None:
             base, frame = self._places.base_frame(self._scan_frame), self._imu.frames[0]
             setup = ImuSetup(self._places.links.fixed().between(base, frame) if base else None)
@@ -528,7 +531,7 @@ class BagReader:
         for samples in chosen:
             own = samples.clock_offset
             offset = common if own is None else own
-            pace = keeps_pace(list(zip(samples.headers, samples.recorded, strict=True)))
+            pace = keeps_pace(samples.times)
             clocks[samples.topic.name] = StampClock(
                 offset, own is not None, self._counter, keeps_pace=pace, shifts=shifts
             )
