@@ -121,3 +121,18 @@ def read(path: Path, **options: Any) -> tuple[list[Scan], list[Odometry], BagRea
             else:
                 samples.append(item)
     return scans, samples, reader
+
+
+def bags_of_all_formats(folder: Path, count: int) -> dict[str, Path]:
+    """One drive as a ROS 1 bag and as folders of MCAP and of SQLite."""
+    mcap = write_bag(folder / "drive", count)
+    return {
+        "ros1": write_bag(folder / "drive.bag", count),
+        "mcap": mcap,
+        "sqlite": as_sqlite(mcap, folder / "other"),
+    }
+
+
+def file_of(bag: Path) -> Path:
+    """The file of a bag that is one, or that has one in its folder."""
+    return bag if bag.is_file() else next(file for file in bag.iterdir() if file.suffix in (".mcap", ".db3"))

@@ -17,7 +17,7 @@ from racecar.pipelines.bags.messages import LASER_SCAN, ODOMETRY, ros1_types, ro
 from racecar.pipelines.bags.storage.mcap import McapFile
 from racecar.pipelines.bags.storage.ros1 import Ros1File
 from racecar.pipelines.bags.storage.store import BagStore
-from tests.pipelines.bag_samples import as_sqlite, read, write_bag
+from tests.pipelines.bag_samples import bags_of_all_formats, file_of, read, write_bag
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -30,17 +30,7 @@ _CHUNK = 0x06
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("whole")
-    mcap = write_bag(folder / "drive", COUNT)
-    return {
-        "ros1": write_bag(folder / "drive.bag", COUNT),
-        "mcap": mcap,
-        "sqlite": as_sqlite(mcap, folder / "other"),
-    }
-
-
-def file_of(bag):
-    return bag if bag.is_file() else next(file for file in bag.iterdir() if file.suffix in (".mcap", ".db3"))
+    return bags_of_all_formats(tmp_path_factory.mktemp("whole"), COUNT)
 
 
 def messages(path, topics=("/scan", "/odom", "/tf_static")):

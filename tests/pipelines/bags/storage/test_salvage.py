@@ -14,24 +14,21 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.storage.compression import decompress_what_is_there
-from tests.pipelines.bag_samples import as_sqlite, cut, cut_folder, read, write_bag
+from tests.pipelines.bag_samples import (
+    bags_of_all_formats,
+    cut,
+    cut_folder,
+    file_of,
+    read,
+    write_bag,
+)
 
 COUNT = 8000
 
 
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("whole")
-    mcap = write_bag(folder / "drive", COUNT)
-    return {
-        "ros1": write_bag(folder / "drive.bag", COUNT),
-        "mcap": mcap,
-        "sqlite": as_sqlite(mcap, folder / "other"),
-    }
-
-
-def file_of(bag):
-    return bag if bag.is_file() else next(file for file in bag.iterdir() if file.suffix in (".mcap", ".db3"))
+    return bags_of_all_formats(tmp_path_factory.mktemp("whole"), COUNT)
 
 
 @pytest.mark.parametrize("share", [0.02, 0.3, 0.9])
