@@ -138,7 +138,10 @@ class _Tables:
             raise sqlite3.DatabaseError("it lacks a bag's tables")
 
     def _rows(self, query: str, values: list[int] | None = None) -> Iterator[tuple[Any, ...]]:
-        yield from self._connection.execute(query, values or [])
+        try:
+            yield from self._connection.execute(query, values or [])
+        except UnicodeDecodeError as error:  # sqlite3 cannot word an error that quotes a damaged name
+            raise sqlite3.DatabaseError("its schema is damaged") from error
 
 
 def _text(value: object) -> str:

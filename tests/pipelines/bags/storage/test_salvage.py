@@ -78,6 +78,15 @@ def test_a_folder_of_two_files_one_of_them_cut(whole, tmp_path):
     assert any("drive_9.mcap is cut off" in warning for warning in reader.warnings)
 
 
+def test_a_schema_whose_names_are_no_text(whole, tmp_path):
+    """SQLite quotes the damaged name in an error that Python then cannot decode."""
+    copy = tmp_path / "drive.db3"
+    copy.write_bytes(file_of(whole["sqlite"]).read_bytes().replace(b"ON messages (", b"ON mess\xb1ges ("))
+    scans, _, reader = read(copy)
+    assert len(scans) == COUNT
+    assert any("drive.db3 is damaged" in warning for warning in reader.warnings)
+
+
 def test_a_ros1_bag_that_was_never_closed(whole, tmp_path):
     """A recorder that crashed leaves the chunks, and a header that tells of no index."""
     content = bytearray(whole["ros1"].read_bytes())
