@@ -32,12 +32,13 @@ def save_and_die(*arguments):
     if len(written) == {checkpoints}:
         os.kill(os.getpid(), signal.SIGKILL)
 
-checkpoint.save_arrays, checkpoint.EVERY_SECONDS = save_and_die, 0.0
+checkpoint.save_arrays = save_and_die
+checkpoint.EVERY_SECONDS = checkpoint._LEAST_WORK = 0.0  # at once, however long the one before took to write
 mapping_run._FIRST_TURNS = 200
 cli.main()
 """
-"""``racecar``, that learns how the clocks disagree from 200 messages, and dies as soon as it was saved so
-often."""
+"""``racecar``, that learns how the clocks disagree from 200 messages, is saved whenever the mapper can be,
+and dies as soon as it was saved so often."""
 
 
 def mortal(checkpoints: int, *arguments: object) -> "subprocess.CompletedProcess[str]":
@@ -95,7 +96,7 @@ def test_a_killed_run_goes_on_to_the_same_bytes(drive: Path, tmp_path: Path) -> 
     (tmp_path / "often.yaml").write_text("mapping: {schedule: {checkpoint_interval: 20}}")
     settings = ("--config", tmp_path / "often.yaml")
     arguments = ("map", drive / "drive.bag", "--out", tmp_path / "killed", *settings)
-    died = mortal(2, *arguments)
+    died = mortal(4, *arguments)
     assert died.returncode == -9
     assert (tmp_path / "killed.checkpoint.npz").exists()
     assert not (tmp_path / "killed").exists()
