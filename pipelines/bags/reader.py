@@ -21,6 +21,7 @@ from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
+    SINGLE_ECHOES,
     TRANSFORM_CONVERTERS,
     YAW_RATE_CONVERTERS,
     Converter,
@@ -34,7 +35,7 @@ from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrections, Corr
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
 from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.frames import look_at_links, transform_topics
-from racecar.pipelines.bags.messages import LASER_SCAN, decode, frame_name
+from racecar.pipelines.bags.messages import decode, frame_name
 from racecar.pipelines.bags.order import after_their_motion, in_order
 from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.pipelines.bags.sensor_place import SensorPlaces
@@ -330,9 +331,10 @@ class BagReader:
         for samples in self._scans:
             if not samples.messages:
                 raise UserError(f"Not one scan of {samples.topic.name} in {self.path} can be read.")
-            if samples.topic.message_type == LASER_SCAN:
+            single_echo = SINGLE_ECHOES.get(samples.topic.message_type)
+            if single_echo is not None:
                 messages = (message for _, _, message in self._decoded([samples.topic.name]))
-                reading, findings = learn_reading(messages)
+                reading, findings = learn_reading(map(single_echo, messages))
                 self._readings[samples.topic.name] = reading
                 self._findings.extend(findings)
 

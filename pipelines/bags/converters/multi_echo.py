@@ -1,6 +1,6 @@
 """MultiEchoLaserScan messages to scans: of each beam, the first echo."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -9,7 +9,10 @@ from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
 from racecar.pipelines.bags.messages import LASER_SCAN, ros2_types
 
 if TYPE_CHECKING:
-    from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__MultiEchoLaserScan
+    from rosbags.typesys.stores.ros2_jazzy import (
+        sensor_msgs__msg__LaserScan,
+        sensor_msgs__msg__MultiEchoLaserScan,
+    )
 
 _LAYOUT = (
     *("header", "angle_min", "angle_max", "angle_increment"),
@@ -31,8 +34,13 @@ class MultiEchoConverter:
 
     def convert(self, message: "sensor_msgs__msg__MultiEchoLaserScan", stamp: int) -> Scan | None:
         """The scan; None where the message holds no usable beams."""
-        firsts = [beam.echoes[0] if len(beam.echoes) else np.nan for beam in message.ranges]
-        fields: dict[str, Any] = {name: getattr(message, name) for name in _LAYOUT}
-        fields |= {"ranges": np.array(firsts, dtype=np.float32), "intensities": np.empty(0, np.float32)}
-        scan: Any = ros2_types().types[LASER_SCAN](**fields)
-        return self._single_echo.convert(scan, stamp)
+        return self._single_echo.convert(first_echoes(message), stamp)
+
+
+def first_echoes(message: "sensor_msgs__msg__MultiEchoLaserScan") -> "sensor_msgs__msg__LaserScan":
+    """The LaserScan of the first echoes; NaN in beams without any."""
+    firsts = [beam.echoes[0] if len(beam.echoes) else np.nan for beam in message.ranges]
+    fields: dict[str, Any] = {name: getattr(message, name) for name in _LAYOUT}
+    fields |= {"ranges": np.array(firsts, dtype=np.float32), "intensities": np.empty(0, np.float32)}
+    scan: Any = ros2_types().types[LASER_SCAN](**fields)
+    return cast("sensor_msgs__msg__LaserScan", scan)

@@ -7,7 +7,7 @@ Another message type is a converter of its own and a line in `SCAN_CONVERTERS`, 
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.converters.imu import ImuConverter, ImuSetup
 from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
-from racecar.pipelines.bags.converters.multi_echo import MultiEchoConverter
+from racecar.pipelines.bags.converters.multi_echo import MultiEchoConverter, first_echoes
 from racecar.pipelines.bags.converters.odometry import OdometryConverter
 from racecar.pipelines.bags.converters.point_clouds import PointCloudConverter
 from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading
@@ -33,6 +33,9 @@ from racecar.pipelines.bags.messages import (
     TRANSFORMS,
     nanoseconds,
 )
+
+if TYPE_CHECKING:
+    from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan
 
 T_co = TypeVar("T_co", covariant=True)
 
@@ -63,7 +66,7 @@ class ScanSetup:
     heights: tuple[float, float]
     """Metres above the base frame, lowest and highest: the section of a cloud that makes the scan."""
     reading: ScanReading = AS_STATED
-    """How the numbers of LaserScan messages are meant."""
+    """How the numbers of messages in `SINGLE_ECHOES` are meant."""
 
     @property
     def base_from_points(self) -> NDArray[np.float64]:
@@ -76,13 +79,20 @@ SCAN_CONVERTERS: Mapping[str, Callable[[ScanSetup, Counter[str]], Converter[Scan
         setup.place, setup.longest_sweep, counts, setup.reading
     ),
     MULTI_ECHO_SCAN: lambda setup, counts: MultiEchoConverter(
-        LaserScanConverter(setup.place, setup.longest_sweep, counts)
+        LaserScanConverter(setup.place, setup.longest_sweep, counts, setup.reading)
     ),
     POINT_CLOUD: lambda setup, counts: PointCloudConverter(
         setup.base_from_points, setup.place, setup.heights, counts
     ),
 }
 """By message type, in the order of preference where a bag holds several; what is mended goes into counts."""
+
+
+SINGLE_ECHOES: "Mapping[str, Callable[[Any], sensor_msgs__msg__LaserScan]]" = {
+    LASER_SCAN: lambda message: message,
+    MULTI_ECHO_SCAN: first_echoes,
+}
+"""By type of the messages whose numbers may be meant otherwise than they stand, what shows that."""
 
 
 @dataclass(frozen=True, eq=False)

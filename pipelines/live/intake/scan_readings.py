@@ -31,12 +31,13 @@ class ScanReadings:
         """Of the laser with a frame, as known by now."""
         return self._readings.get(frame, AS_STATED)
 
-    def take(self, frame: str, message: Any, arrival: int) -> None:
-        """Keep a LaserScan, if it is one of the first; it arrived at a time in nanoseconds."""
+    def take(self, frame: str, arrival: int, scan: Callable[[], Any]) -> None:
+        """Keep a LaserScan, which is made where it is one of the first; it arrived at a time in
+        nanoseconds."""
         kept = self._kept.setdefault(frame, [])
         if len(kept) >= _LEARNED_AT[-1] or (kept and arrival - kept[-1][0] < _EVERY):
             return
-        kept.append((arrival, message))
+        kept.append((arrival, scan()))
         if len(kept) in _LEARNED_AT:
             messages = [each for _, each in kept]
             self._aside(lambda: self._learn(frame, messages))

@@ -18,6 +18,7 @@ from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
+    SINGLE_ECHOES,
     YAW_RATE_CONVERTERS,
     Converter,
     OdometrySetup,
@@ -25,7 +26,6 @@ from racecar.pipelines.bags.converters.registry import (
 )
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.pipelines.bags.messages import (
-    LASER_SCAN,
     TRANSFORMS,
     frame_name,
     nanoseconds,
@@ -172,15 +172,16 @@ class Sensors:
         """Whether it is no longer in doubt how the numbers of the first scans are meant."""
         scans: dict[str, list[Any]] = {}
         for is_scan, message, _ in messages:
-            if is_scan and type_name(message) == LASER_SCAN:
-                scans.setdefault(frame_name(message.header.frame_id), []).append(message)
+            if is_scan and (single_echo := SINGLE_ECHOES.get(type_name(message))) is not None:
+                scans.setdefault(frame_name(message.header.frame_id), []).append(single_echo(message))
         return all(self._readings.learn_first(frame, of_frame) for frame, of_frame in scans.items())
 
     def scan(self, message: Any, arrival: int) -> Scan | None:
         """The scan of a message that arrived at a time (nanoseconds); None where it is to be left out."""
         frame = frame_name(message.header.frame_id)
-        if type_name(message) == LASER_SCAN:
-            self._readings.take(frame, message, arrival)
+        single_echo = SINGLE_ECHOES.get(type_name(message))
+        if single_echo is not None:
+            self._readings.take(frame, arrival, lambda: single_echo(message))
         clock = self._scan_clock(frame)
         stamp = clock.steady(nanoseconds(message.header.stamp), arrival, _sweep(message))
         if stamp is None:

@@ -15,10 +15,13 @@ from tests.pipelines.bag_samples import START, STEP, odometry, read
 ECHOES = [[1.0, 2.0], [3.0], [], [np.inf], [0.05, 4.0]]
 
 
-def message(store, index=0):
+def message(store, index=0, unit=1.0):
     types, is_ros1 = store.types, store is ros1_types()
     sec, nanosec = divmod(START + index * STEP, 10**9)
-    beams = [types["sensor_msgs/msg/LaserEcho"](echoes=np.array(each, dtype=np.float32)) for each in ECHOES]
+    beams = [
+        types["sensor_msgs/msg/LaserEcho"](echoes=np.array(each, np.float32) / np.float32(unit))
+        for each in ECHOES
+    ]
     return types[MULTI_ECHO_SCAN](
         header=types["std_msgs/msg/Header"](
             stamp=types["builtin_interfaces/msg/Time"](sec=sec, nanosec=nanosec),
@@ -56,3 +59,14 @@ def test_is_read_from_bags(tmp_path, name, types):
     scans, _, reader = read(tmp_path / name)
     assert (reader.scan_topic, len(scans)) == ("/echoes", 10)
     np.testing.assert_allclose(scans[3].ranges, [1.0, 3.0, np.nan, np.inf, np.nan])
+
+
+def test_ranges_in_millimetres_are_found_by_the_echoes(tmp_path):
+    with BagWriter(tmp_path / "drive") as writer:
+        for index in range(10):
+            writer.write_odometry(odometry(index))
+            sent = message(ros2_types(), index, unit=1e-3)
+            writer.write_message("/echoes", MULTI_ECHO_SCAN, sent, START + index * STEP)
+    scans, _, reader = read(tmp_path / "drive")
+    np.testing.assert_allclose(scans[3].ranges, [1.0, 3.0, np.nan, np.inf, np.nan])
+    assert any("read as millimetres" in sentence for sentence in reader.warnings)

@@ -7,7 +7,7 @@ import pytest
 
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.message_factory import MessageFactory
-from racecar.pipelines.bags.messages import ros2_types
+from racecar.pipelines.bags.messages import MULTI_ECHO_SCAN, ros2_types
 from racecar.pipelines.live.intake.sensors import Sensors
 from racecar.pipelines.live.monitoring.faults import Faults
 
@@ -67,12 +67,15 @@ def test_the_first_messages_tell_how_the_clocks_disagree(off: float) -> None:
     )
 
 
+@pytest.mark.parametrize("has_echoes", [False, True])
 @pytest.mark.parametrize("is_mapped", [True, False])
-def test_angles_in_degrees_are_found_by_the_scans(is_mapped: bool) -> None:
+def test_angles_in_degrees_are_found_by_the_scans(is_mapped: bool, has_echoes: bool) -> None:
     said: list[str] = []
     taking = sensors(said)
     bearings = np.radians(np.arange(-90.0, 90.0))
     messages = [square_room(bearings, 0.01 * i) for i in range(30)]
+    if has_echoes:
+        messages = [multi_echo(message) for message in messages]
     if is_mapped:
         waiting = [(True, message, at(0.1 * i)) for i, message in enumerate(messages)]
         assert not taking.understands(waiting[:3])
@@ -83,6 +86,14 @@ def test_angles_in_degrees_are_found_by_the_scans(is_mapped: bool) -> None:
     assert taken is not None
     np.testing.assert_allclose(taken.bearings, bearings, atol=1e-6)
     assert any("angles of the scans contradict each other" in sentence for sentence in said)
+
+
+def multi_echo(message: Any) -> Any:
+    """A LaserScan as the MultiEchoLaserScan of a sensor that sees one echo."""
+    types = ros2_types().types
+    fields = {name: value for name, value in vars(message).items() if not name.startswith("_")}
+    beams = [types["sensor_msgs/msg/LaserEcho"](echoes=np.array([each])) for each in message.ranges]
+    return types[MULTI_ECHO_SCAN](**{**fields, "ranges": beams, "intensities": []})
 
 
 def square_room(bearings: Any, forward: float) -> Any:
