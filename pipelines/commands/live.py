@@ -133,7 +133,8 @@ def localize(
 
     if initial_pose is not None and anywhere:
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
-    settings = load_config(config).localization
+    loaded = load_config(config)
+    settings = loaded.localization
     start_beside(partial(warm_up_filter, settings))
     start = LocalizerStart(
         grid=None if map is None else load_map(map),
@@ -147,7 +148,7 @@ def localize(
         _page(view, "racecar localizer", view_port) as page,
         ros_node("racecar_localizer", context.obj) as node,
     ):
-        localizer = LocalizerNode(node, settings, start, page)
+        localizer = LocalizerNode(node, settings, loaded.mapping.self_calibration, start, page)
         warm_up(settings)
         localizer.start()
         try:

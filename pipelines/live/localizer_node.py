@@ -78,15 +78,22 @@ class LocalizerNode(LiveNode):
     }
 
     def __init__(
-        self, node: Any, config: LocalizationConfig, start: LocalizerStart, view: "LiveView | None" = None
+        self,
+        node: Any,
+        config: LocalizationConfig,
+        calibration: SelfCalibrationConfig,
+        start: LocalizerStart,
+        view: "LiveView | None" = None,
     ) -> None:
-        """Builds the map's range table. Raises UserError when the map or a parameter is at fault."""
+        """Builds the map's range table. ``calibration``: how it is learned what is wrong with the sensors.
+
+        Raises UserError when the map or a parameter is at fault."""
         super().__init__(
             node,
             "localizer",
             _WORK,
             _SIDE_WORK,
-            calibration=SelfCalibrationConfig(),
+            calibration=calibration,
             moves_laser=True,
         )
         self._config = declare_settings(node, config)

@@ -2,7 +2,7 @@
 
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +25,7 @@ class Stage:
     log: Path
     memory: Path
     process: Any = None
+    options: Sequence[str] = ()
 
     def publisher(self, kind: Any, topic: str, qos: Any = 10) -> Any:
         publisher = self.node.create_publisher(kind, topic, qos)
@@ -34,12 +35,15 @@ class Stage:
     def arguments(self) -> list[str]:
         x, y, yaw = recorded()[0][2]
         start = ["--initial-pose", str(x), str(y), str(yaw)]
-        return ["live", "localize", "--memory", str(self.memory), *start]
+        return ["live", "localize", "--memory", str(self.memory), *start, *self.options]
 
 
 @contextmanager
-def localizer_stage(folder: Path, prepare: Callable[[LiveCar], None] = lambda car: None) -> Iterator[Stage]:
-    """The node runs and the car, which is prepared before, drives while the block lasts."""
+def localizer_stage(
+    folder: Path, prepare: Callable[[LiveCar], None] = lambda car: None, options: Sequence[str] = ()
+) -> Iterator[Stage]:
+    """The node runs with further options, and the car, which is prepared before, drives while the block
+    lasts."""
     from nav_msgs.msg import OccupancyGrid as OccupancyGridMessage
 
     from racecar.pipelines.live.ros.processes import private_environment, racecar_process
@@ -51,7 +55,7 @@ def localizer_stage(folder: Path, prepare: Callable[[LiveCar], None] = lambda ca
     recorded()
     with ros_node("test_car", []) as node:
         car = LiveCar(node)
-        stage = Stage(node, car, Witness(car, log), log, memory)
+        stage = Stage(node, car, Witness(car, log), log, memory, options=options)
         prepare(car)
         stage.witness.listen(node)
         map_topic = node.create_publisher(OccupancyGridMessage, "/map", LATCHED)

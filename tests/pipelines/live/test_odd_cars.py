@@ -13,7 +13,7 @@ from racecar.maps.geometry.se2 import between, wrap_angle
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.simulation.laser_sensor import BASE_FROM_LASER
 from tests.pipelines.live.live_car import LiveCar, Witness, recorded, wait_for
-from tests.pipelines.live.localizer_stage import localizer_stage
+from tests.pipelines.live.localizer_stage import Stage, localizer_stage
 
 
 def make_odd(car: LiveCar) -> None:
@@ -65,20 +65,61 @@ def test_an_imu_tells_the_turns_where_wheels_do_not(tmp_path: Path) -> None:
         car.has_imu, car.spoil_odometry = True, Straight()
         car.link("/tf_static", "base_link", "imu", np.zeros(3), is_upside_down=True)
 
-    def cover(message: Any) -> None:
-        message.ranges = [float("nan")] * len(message.ranges)
-
     with localizer_stage(tmp_path, prepare) as stage:
         stage.witness.seconds_until_right(5.0)
         time.sleep(8.0)
-        heading = stage.car.place[2]
-        stage.car.spoil = cover
-        time.sleep(2.0)
-        latest = stage.witness.odometry[-1]
-        truth = stage.car.truth[latest.stamp]
-        assert abs(wrap_angle(truth[2] - heading)) > 0.5
-        assert abs(between(truth, latest.pose)[2]) < 0.1
+        turn_without_scans(stage)
         assert float(stage.witness.figure("imu (1/s)") or 0.0) > 10.0
+
+
+def turn_without_scans(stage: Stage) -> None:
+    """The node still knows the heading after a turn in which the laser was covered."""
+
+    def cover(message: Any) -> None:
+        message.ranges = [float("nan")] * len(message.ranges)
+
+    heading = stage.car.place[2]
+    stage.car.spoil = cover
+    time.sleep(2.0)
+    latest = stage.witness.odometry[-1]
+    truth = stage.car.truth[latest.stamp]
+    assert abs(wrap_angle(truth[2] - heading)) > 0.5
+    assert abs(between(truth, latest.pose)[2]) < 0.1
+
+
+SOON = """
+mapping:
+  self_calibration:
+    beginning: {min_scans: 30, min_turn: 1.5, min_distance: 2.0}
+    mount: {min_certain_windows: 6}
+    sweep_order: {min_blocks: 4}
+"""
+"""Settings of learning that are content with six seconds instead of fifteen."""
+
+
+def turn_beams(message: Any) -> None:
+    """As drivers do that turn the ranges round: the last is measured first, though not by what they say."""
+    message.ranges = message.ranges[::-1]
+    message.angle_min, message.angle_max = -message.angle_min, -message.angle_max
+    message.angle_increment = -message.angle_increment
+
+
+def invert(sample: Odometry) -> Odometry:
+    """Wheels with left and right exchanged."""
+    factors = np.array([1.0, -1.0, -1.0])
+    return replace(sample, odom_from_base=sample.odom_from_base * factors, twist=sample.twist * factors)
+
+
+def test_what_the_first_turns_prove_is_used_from_then_on(tmp_path: Path) -> None:
+    def prepare(car: LiveCar) -> None:
+        car.spoil, car.spoil_odometry = turn_beams, invert
+
+    (tmp_path / "soon.yaml").write_text(SOON)
+    with localizer_stage(tmp_path, prepare, ["--config", str(tmp_path / "soon.yaml")]) as stage:
+        learned = ("measured in the opposite order of time", "turns right where the scans turn left")
+        wait_for(lambda: all(each in stage.log.read_text() for each in learned), 10.0, stage.witness.said)
+        stage.witness.seconds_until_right(2.0)
+        turn_without_scans(stage)
 
 
 def test_a_localizer_finds_out(tmp_path: Path) -> None:

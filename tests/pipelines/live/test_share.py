@@ -38,6 +38,7 @@ def test_a_launch_file_starts_a_command_that_there_is(name: str) -> None:
 @pytest.mark.parametrize("kind", ["localizer", "mapper"])
 def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
     from racecar.localization.config import LocalizationConfig
+    from racecar.mapping.self_calibration.config import SelfCalibrationConfig
     from racecar.pipelines.live.ros.run import ros_node
 
     told = yaml.safe_load((SHARE / f"{kind}.yaml").read_text())["/**"]["ros__parameters"]
@@ -45,7 +46,7 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
         if kind == "localizer":
             from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
 
-            LocalizerNode(node, LocalizationConfig(), LocalizerStart(None))
+            LocalizerNode(node, LocalizationConfig(), SelfCalibrationConfig(), LocalizerStart(None))
         else:
             from racecar.mapping.config import MappingConfig
             from racecar.mapping.mapper import Mapper
