@@ -268,7 +268,7 @@ class LocalizerNode(LiveNode):
         if estimate.stamp != scan.stamp:
             self.health.note("scans out of order")
             return
-        stamp = self.stamp_of(message)
+        stamp = self.stamp_of_scan(message)
         self._estimate = estimate
         covariance = estimate.covariance
         self._pose_topic.publish(

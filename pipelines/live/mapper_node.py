@@ -175,7 +175,7 @@ class MapperNode(LiveNode):
                 self.health.note("scans out of order")
                 return
             self._last_scan = scan.stamp
-            self._arrivals[scan.stamp] = self.stamp_of(message), arrival
+            self._arrivals[scan.stamp] = self.stamp_of_scan(message), arrival
             self._hold(scan)
             return
         sample = self.sensors.odometry(message, arrival)

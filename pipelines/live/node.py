@@ -11,7 +11,7 @@ from racecar.pipelines.bags.converters.registry import (
     SCAN_CONVERTERS,
     YAW_RATE_CONVERTERS,
 )
-from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, ros2_types
+from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, nanoseconds, ros2_types
 from racecar.pipelines.files.report import peak_memory_mb
 from racecar.pipelines.live.intake.sensor_learning import SensorLearning
 from racecar.pipelines.live.intake.sensors import Sensors
@@ -21,6 +21,7 @@ from racecar.pipelines.live.intake.typed_topic import TypedTopic
 from racecar.pipelines.live.monitoring.diagnostics import Diagnostics
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.live.monitoring.health import Health
+from racecar.pipelines.live.ros.messages import time_message
 from racecar.pipelines.live.ros.parameters import car_parameters
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.work.worker import Worker
@@ -134,6 +135,11 @@ class LiveNode(ABC):
         """The stamp that what is made of a message bears: its header's, or else the time."""
         stamp = message.header.stamp
         return stamp if stamp.sec or stamp.nanosec else self.node.get_clock().now().to_msg()
+
+    def stamp_of_scan(self, message: Any) -> Any:
+        """The same of a scan, put right where its clock is the wrong one."""
+        stamp, error = self.stamp_of(message), self.sensors.clock_error(message)
+        return time_message(nanoseconds(stamp) - error) if error else stamp
 
     def survive(self, error: Exception) -> None:
         """A callback has failed: that is reported, and the node goes on."""

@@ -1,14 +1,16 @@
 """What is said about the stamps of a sensor's messages."""
 
+from collections.abc import Callable
+
 from racecar.pipelines.live.monitoring.faults import Faults
 
 
 class ClockFaults:
     """Reports what a `TopicClock` finds."""
 
-    def __init__(self, what: str, faults: Faults) -> None:
-        """``what`` the messages are, in the plural."""
-        self._what, self._faults = what, faults
+    def __init__(self, what: str, faults: Faults, other: str = "scans") -> None:
+        """``what`` the messages are, and those of the ``other`` clock, in the plural."""
+        self._what, self._faults, self._other = what, faults, other
 
     def jumped(self, seconds: float) -> None:
         """A clock was set."""
@@ -39,14 +41,30 @@ class ClockFaults:
             self._faults.end(name, f"The stamps of the {self._what} show the time again.")
 
     def disagreed(self, seconds: float) -> None:
-        """The clock is another than that of the scans."""
+        """The clock is another than that of the others."""
         side = "behind" if seconds > 0 else "ahead of"
         self._faults.report(
             f"{self._what}_offset",
-            f"The stamps of the {self._what} were {abs(seconds):.1f} s {side} those of the scans: that is "
-            "corrected. Synchronize the clocks of the computers and sensors.",
+            f"The stamps of the {self._what} were {abs(seconds):.1f} s {side} those of the {self._other}: "
+            "that is corrected. Synchronize the clocks of the computers and sensors.",
             lasting=False,
         )
+
+
+class OdometryClockFaults(ClockFaults):
+    """Names the scans' clock where that is the wrong one of the two."""
+
+    def __init__(self, faults: Faults, scans_are_wrong: Callable[[], bool]) -> None:
+        super().__init__("odometry", faults)
+        self._of_scans = ClockFaults("scans", faults, other="odometry")
+        self._scans_are_wrong = scans_are_wrong
+
+    def disagreed(self, seconds: float) -> None:
+        """The odometry was behind the scans, or these ahead of it."""
+        if self._scans_are_wrong():
+            self._of_scans.disagreed(-seconds)
+        else:
+            super().disagreed(seconds)
 
 
 class NoReports:

@@ -33,7 +33,7 @@ from racecar.pipelines.bags.messages import (
     type_name,
 )
 from racecar.pipelines.live.intake.car_frames import CarFrames, Placed
-from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports
+from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports, OdometryClockFaults
 from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.intake.scan_readings import ScanReadings
@@ -49,6 +49,9 @@ _MOVING_SPEED = 0.05
 """m/s or rad/s above which the car moves: by judgement."""
 _MOVING_MESSAGES = 40
 """Messages of a moving car whose pose stands still until that is reported, about a second: by judgement."""
+_NEAR = 0.25
+"""Share of what the clocks of scans and odometry are apart: if the odometry's is so near to that of this
+computer, it is the scans' that is wrong. By judgement, since messages take time to come."""
 _LATE_TRANSFORM = 1.0
 """Seconds for which a transform may come later than the first scan, as DDS finds publishers one after the
 other, before that is reported: by judgement."""
@@ -87,7 +90,12 @@ class Sensors:
         self._odometry_converters: dict[str, Converter[Odometry]] = {}
         self._clock = SteadyClock(after, time.time_ns() - time.monotonic_ns())
         self._scan_clocks: dict[str, TopicClock] = {}
-        self._odometry_clock = TopicClock(self._clock, ClockFaults("odometry", faults))
+        self._odometry_clock = TopicClock(
+            self._clock,
+            OdometryClockFaults(faults, lambda: any(map(self._ahead_by_fault, list(self._scan_clocks)))),
+        )
+        self._odometry_ahead = 0
+        self._judged: dict[str, tuple[int, int]] = {}
         self._imu_clock = TopicClock(self._clock, ClockFaults("IMU's messages", faults))
         self._imu_counts: Counter[str] = Counter()
         self._imu_version = -1
@@ -147,6 +155,12 @@ class Sensors:
         scans = next(iter(self._scan_clocks.values()), None)
         return 0.0 if scans is None else (self._odometry_clock.behind - scans.behind) * 1e-9
 
+    def clock_error(self, message: Any) -> int:
+        """Nanoseconds by which the header of a scan is ahead, as far as its clock is known to be the wrong
+        one: it disagrees with the odometry's, and that agrees with this computer's."""
+        frame = frame_name(message.header.frame_id)
+        return self._ahead_by_fault(frame) if nanoseconds(message.header.stamp) else 0
+
     def compare_clocks(self, messages: Iterable[Arrived]) -> bool:
         """Find out from the first messages how the clocks of scans and odometry disagree, so that all of them
         are corrected by that; False while it is in doubt."""
@@ -157,10 +171,13 @@ class Sensors:
             header = nanoseconds(message.header.stamp)
             if not is_scan:
                 odometry.steady(header, arrival)
+                self._odometry_ahead = _ahead(header, arrival)
             elif first_frame in (None, frame := frame_name(message.header.frame_id)):
                 first_frame = frame
                 scans.steady(header, arrival, _sweep(message))
-        if odometry.correction:
+        if first_frame is not None and _is_right(self._odometry_ahead, odometry.correction):
+            self._scan_clock(first_frame).correct(-odometry.correction)
+        elif odometry.correction:
             self._odometry_clock.correct(odometry.correction)
         return bool(odometry.correction) or odometry.agrees
 
@@ -213,7 +230,9 @@ class Sensors:
 
     def odometry(self, message: Any, arrival: int) -> Odometry | None:
         """The sample of a message that arrived at a time (nanoseconds); None where it holds none."""
-        stamp = self._odometry_clock.steady(nanoseconds(message.header.stamp), arrival)
+        header = nanoseconds(message.header.stamp)
+        self._odometry_ahead = _ahead(header, arrival)
+        stamp = self._odometry_clock.steady(header, arrival)
         if stamp is None:
             return None
         sample = self._odometry_converter(message).convert(message, stamp)
@@ -352,11 +371,21 @@ class Sensors:
         """Of a laser, which may have a clock of its own; the first one's is that of the drive."""
         if frame not in self._scan_clocks:
             is_first = not self._scan_clocks
-            what = "scans" if is_first else f"scans of {frame}"
+            what, other = ("scans", "odometry") if is_first else (f"scans of {frame}", "scans")
             self._scan_clocks[frame] = TopicClock(
-                self._clock, ClockFaults(what, self._faults), is_reference=is_first
+                self._clock, ClockFaults(what, self._faults, other), is_reference=is_first
             )
         return self._scan_clocks[frame]
+
+    def _ahead_by_fault(self, frame: str) -> int:
+        """Nanoseconds by which a laser's clock is ahead of the odometry's, if it is the wrong one; judged
+        when they are compared, since messages may be late at other times."""
+        ahead = self._odometry_clock.behind - self._scan_clock(frame).behind
+        judged, fault = self._judged.get(frame, (0, 0))
+        if ahead != judged:
+            fault = ahead if _is_right(self._odometry_ahead, ahead) else 0
+            self._judged[frame] = ahead, fault
+        return fault
 
 
 def _is_same(placed: Placed | None, before: Placed | None) -> bool:
@@ -367,6 +396,16 @@ def _is_same(placed: Placed | None, before: Placed | None) -> bool:
         and [finding.what for finding in placed.findings] == [finding.what for finding in before.findings]
         and np.array_equal(placed.place.base_from_sensor, before.place.base_from_sensor)
     )
+
+
+def _ahead(header: int, arrival: int) -> int:
+    """Nanoseconds by which a header is ahead of this computer's time when its message arrived."""
+    return header - arrival - (time.time_ns() - time.monotonic_ns())
+
+
+def _is_right(ahead: int, disagreement: int) -> bool:
+    """Whether a clock so much ahead of this computer's is the right one of two that disagree."""
+    return abs(ahead) < _NEAR * abs(disagreement)
 
 
 def _sweep(message: Any) -> int:

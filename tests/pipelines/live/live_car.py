@@ -83,6 +83,8 @@ class LiveCar:
         """``map_from_base`` by the stamp of a message's header."""
         self.undisturbed: dict[int, Pose] = {}
         """The same by the stamps as they were if nobody had set the clock."""
+        self.by_time: dict[int, Pose] = {}
+        """The same by the computer's time, whatever the stamps say."""
         self.place: Pose = recorded()[0][2]
         """``map_from_base`` now."""
         self.scans_sent = 0
@@ -162,7 +164,8 @@ class LiveCar:
             due, said, truth = log[self._next]
             time.sleep(max(0.0, started + (due - first) * 1e-9 - time.monotonic()))
             of_wall = wall - first + self.shift
-            self.place = truth
+            measured = said.stamp if isinstance(said, LaserSweep) else said[0].stamp
+            self.place = self.by_time[measured + wall - first] = truth
             if isinstance(said, LaserSweep):
                 self._send_scan(said, self.restamp["scan"](said.stamp + of_wall), truth)
             else:
@@ -308,11 +311,13 @@ class Witness:
 
     def error(self, heard: Heard) -> float:
         """Metres plus radians from the truth."""
-        truth = self.car.truth.get(heard.stamp)
-        if truth is None:  # the node gave it a stamp of its own, which is some milliseconds later
-            truth = self.car.truth[min(list(self.car.truth), key=lambda stamp: abs(stamp - heard.stamp))]
-        missed = between(truth, heard.pose)
+        missed = between(self.truth_at(heard.stamp), heard.pose)
         return float(np.hypot(missed[0], missed[1]) + abs(missed[2]))
+
+    def truth_at(self, stamp: int) -> Pose:
+        """Where the car truly was; a stamp that the node made or mended is some milliseconds off."""
+        truth, by_time = self.car.truth.get(stamp), self.car.by_time
+        return by_time[min(list(by_time), key=lambda each: abs(each - stamp))] if truth is None else truth
 
     def seconds_until_right(self, within: float) -> float:
         """From now; fails when it takes longer than ``within``."""

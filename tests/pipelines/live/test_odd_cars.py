@@ -41,7 +41,7 @@ def in_degrees(message: Any) -> None:
 EXPECTED = (
     "taken from the transforms robot1/odom -> robot1/base_footprint on /tf",
     "The angles of the scans are no radians",
-    "The stamps of the odometry were 3.0 s behind those of the scans",
+    "The stamps of the scans were 3.0 s ahead of those of the odometry",
 )
 
 
@@ -68,12 +68,12 @@ def test_an_imu_tells_the_turns_where_wheels_do_not(tmp_path: Path) -> None:
     with localizer_stage(tmp_path, prepare) as stage:
         stage.witness.seconds_until_right(5.0)
         time.sleep(8.0)
-        turn_without_scans(stage)
+        turn_without_scans(stage, 0.1)
         assert float(stage.witness.figure("imu (1/s)") or 0.0) > 10.0
 
 
-def turn_without_scans(stage: Stage) -> None:
-    """The node still knows the heading after a turn in which the laser was covered."""
+def turn_without_scans(stage: Stage, within: float) -> None:
+    """The node still knows the heading, to so many radians, after a turn in which the laser was covered."""
 
     def cover(message: Any) -> None:
         message.ranges = [float("nan")] * len(message.ranges)
@@ -84,7 +84,7 @@ def turn_without_scans(stage: Stage) -> None:
     latest = stage.witness.odometry[-1]
     truth = stage.car.truth[latest.stamp]
     assert abs(wrap_angle(truth[2] - heading)) > 0.5
-    assert abs(between(truth, latest.pose)[2]) < 0.1
+    assert abs(between(truth, latest.pose)[2]) < within
 
 
 SOON = """
@@ -119,7 +119,8 @@ def test_what_the_first_turns_prove_is_used_from_then_on(tmp_path: Path) -> None
         learned = ("measured in the opposite order of time", "turns right where the scans turn left")
         wait_for(lambda: all(each in stage.log.read_text() for each in learned), 10.0, stage.witness.said)
         stage.witness.seconds_until_right(2.0)
-        turn_without_scans(stage)
+        # With the wrong sign it would be off by twice the turn; how far the wheels slip is yet to be learned.
+        turn_without_scans(stage, 0.4)
 
 
 def test_a_localizer_finds_out(tmp_path: Path) -> None:
@@ -154,7 +155,8 @@ def test_a_mapper_finds_out(tmp_path: Path) -> None:
             assert process.poll() is None, witness.said()
     assert "No transform says" not in log.read_text()
     first, last = witness.poses[0], witness.poses[-1]
-    moved = between(car.truth[first.stamp], car.truth[last.stamp])
+    assert last.stamp < last.at * 1e9 + (time.time_ns() - time.monotonic_ns())
+    moved = between(witness.truth_at(first.stamp), witness.truth_at(last.stamp))
     assert np.hypot(*moved[:2]) > 0.5
     np.testing.assert_allclose(between(first.pose, last.pose), moved, atol=0.1)
 

@@ -62,7 +62,7 @@ def test_one_clock_is_set(stage: Stage) -> None:
 
 def test_one_clock_is_set_by_less_than_can_be_seen_of_it_alone(stage: Stage) -> None:
     stage.car.restamp["scan"] = lambda stamp: stamp + 1_600_000_000
-    stage.witness.await_diagnosis("The stamps of the odometry were 1.6 s behind those of the scans")
+    stage.witness.await_diagnosis("The stamps of the scans were 1.6 s ahead of those of the odometry")
     stage.witness.seconds_until_right(RIGHT_AGAIN)
     behind = stage.witness.figure("odometry's clock behind that of the scans (s)")
     assert float(behind or 0.0) == pytest.approx(1.6, abs=0.2)

@@ -1,5 +1,7 @@
 """What a node knows of its sensors before anything is mapped."""
 
+import time
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -8,6 +10,7 @@ import pytest
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.message_factory import MessageFactory
 from racecar.pipelines.bags.messages import MULTI_ECHO_SCAN, ros2_types
+from racecar.pipelines.live.intake import sensors as sensors_module
 from racecar.pipelines.live.intake.sensors import Sensors
 from racecar.pipelines.live.monitoring.faults import Faults
 
@@ -65,6 +68,34 @@ def test_the_first_messages_tell_how_the_clocks_disagree(off: float) -> None:
     assert [f"{abs(off):.1f} s" in sentence for sentence in said if "odometry" in sentence] == [True] * (
         expected != 0.0
     )
+
+
+@pytest.mark.parametrize("is_mapped", [True, False])
+@pytest.mark.parametrize(("of_scans", "of_odometry"), [(3.0, 0.0), (-3.0, 0.1), (0.0, 3.0), (500.0, 503.0)])
+def test_of_two_clocks_that_disagree_the_one_that_is_right_counts(
+    monkeypatch: pytest.MonkeyPatch, is_mapped: bool, of_scans: float, of_odometry: float
+) -> None:
+    computer = SimpleNamespace(time_ns=lambda: START, monotonic_ns=lambda: 0, monotonic=time.monotonic)
+    monkeypatch.setattr(sensors_module, "time", computer)
+    said: list[str] = []
+    taking = sensors(said)
+    waiting = []
+    for i in range(60):
+        waiting.append((False, odometry(i * 0.02 + of_odometry), at(i * 0.02)))
+        waiting.append((True, scan(i * 0.02 + of_scans), at(i * 0.02 + 0.001)))
+    if is_mapped:
+        assert taking.compare_clocks(waiting)
+    for is_scan, message, arrival in waiting:
+        taken = (taking.scan if is_scan else taking.odometry)(message, arrival)
+    assert taken is not None
+    is_of_scans = abs(of_odometry) < 1.0
+    expected = of_scans - of_odometry if is_of_scans else 0.0
+    assert taking.clock_error(message) == pytest.approx(expected * 1e9, abs=5e6)
+    if is_mapped:
+        true = START + at(59 * 0.02 + (0.0 if is_of_scans else of_scans))
+        assert taken.stamp == pytest.approx(true, abs=0.11e9)
+    blamed = [("stamps of the scans were" in sentence) for sentence in said if "Synchronize" in sentence]
+    assert blamed == [is_of_scans]
 
 
 @pytest.mark.parametrize("has_echoes", [False, True])
