@@ -25,7 +25,7 @@ def drive(racecar: Racecar, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("drive")
     done = racecar(
         *("simulate", "--map", "building", "--out", folder / "drive.bag"),
-        *("--noise", "slight", "--seed", "3", "--duration", "10", "--quiet"),
+        *("--noise", "slight", "--seed", "3", "--duration", "6", "--quiet"),
     )
     assert done.returncode == 0, done.stderr
     return folder

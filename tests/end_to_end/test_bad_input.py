@@ -30,7 +30,7 @@ def test_cut_bag_gives_the_map_of_what_is_left(
     assert "Traceback" not in done.stderr
     report = json.loads((out / "report.json").read_text())
     assert report["warnings"]
-    assert report["counts"]["scans"] > share * 10 * 40 * 0.8
+    assert report["counts"]["scans"] > share * 6 * 40 * 0.8
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from racecar.maps.geometry.se2 import between
 from racecar.maps.map_files import load_map
@@ -17,6 +18,7 @@ from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from tests.end_to_end.commands import Racecar
 from tests.maps.shipped_plans import shipped_plan
 
+FIRST_TURNS = 200
 DIES = """
 import os, signal
 from pathlib import Path
@@ -34,15 +36,16 @@ def save_and_die(*arguments):
 
 checkpoint.save_arrays = save_and_die
 checkpoint.EVERY_SECONDS = checkpoint._LEAST_WORK = 0.0  # at once, however long the one before took to write
-mapping_run._FIRST_TURNS = 200
+mapping_run._FIRST_TURNS = {first_turns}
 cli.main()
 """
-"""``racecar``, that learns how the clocks disagree from 200 messages, is saved whenever the mapper can be,
+"""``racecar``, that learns how the clocks disagree from few messages, is saved whenever the mapper can be,
 and dies as soon as it was saved so often."""
 
 
 def mortal(checkpoints: int, *arguments: object) -> "subprocess.CompletedProcess[str]":
-    command = [sys.executable, "-c", DIES.format(checkpoints=checkpoints), *map(str, arguments)]
+    script = DIES.format(checkpoints=checkpoints, first_turns=FIRST_TURNS)
+    command = [sys.executable, "-c", script, *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
@@ -53,11 +56,11 @@ def simulate(bag: Path, plan: str, config: SimulationConfig) -> Trajectory:
 
 
 def test_a_second_drive_carries_on_the_map(racecar: Racecar, tmp_path: Path) -> None:
-    first = simulate(tmp_path / "first.bag", "building", SimulationConfig(seed=1, duration=25.0))
+    first = simulate(tmp_path / "first.bag", "building", SimulationConfig(seed=1, duration=22.0))
     x, y, yaw = first.map_from_base[len(first) // 2].tolist()
-    config = SimulationConfig(seed=2, duration=15.0, start=(x, y, yaw + np.pi))
+    config = SimulationConfig(seed=2, duration=12.0, start=(x, y, yaw + np.pi))
     second = simulate(tmp_path / "second.bag", "building", config)
-    simulate(tmp_path / "elsewhere.bag", "track", SimulationConfig(seed=3, duration=10.0))
+    simulate(tmp_path / "elsewhere.bag", "track", SimulationConfig(seed=3, duration=5.0))
     assert racecar("map", tmp_path / "first.bag", "--out", tmp_path / "one").returncode == 0
 
     done = racecar("map", tmp_path / "second.bag", "--out", tmp_path / "both", "--continue", tmp_path / "one")
@@ -92,8 +95,10 @@ def test_nothing_to_carry_on(racecar: Racecar, drive: Path, tmp_path: Path) -> N
     assert not (tmp_path / "out").exists()
 
 
-def test_a_killed_run_goes_on_to_the_same_bytes(drive: Path, tmp_path: Path) -> None:
-    (tmp_path / "often.yaml").write_text("mapping: {schedule: {checkpoint_interval: 20}}")
+def test_a_killed_run_goes_on_to_the_same_bytes(
+    racecar: Racecar, drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "often.yaml").write_text("mapping: {schedule: {checkpoint_interval: 10}}")
     settings = ("--config", tmp_path / "often.yaml")
     arguments = ("map", drive / "drive.bag", "--out", tmp_path / "killed", *settings)
     died = mortal(4, *arguments)
@@ -101,11 +106,12 @@ def test_a_killed_run_goes_on_to_the_same_bytes(drive: Path, tmp_path: Path) -> 
     assert (tmp_path / "killed.checkpoint.npz").exists()
     assert not (tmp_path / "killed").exists()
 
-    resumed = mortal(99, *arguments)
+    monkeypatch.setattr("racecar.pipelines.runs.mapping_run._FIRST_TURNS", FIRST_TURNS)
+    resumed = racecar(*arguments)
     assert resumed.returncode == 0, resumed.stderr
     assert "goes on from" in resumed.stderr
     assert not (tmp_path / "killed.checkpoint.npz").exists()
-    uninterrupted = mortal(99, "map", drive / "drive.bag", "--out", tmp_path / "whole", *settings, "--quiet")
+    uninterrupted = racecar("map", drive / "drive.bag", "--out", tmp_path / "whole", *settings, "--quiet")
     assert uninterrupted.returncode == 0, uninterrupted.stderr
     assert uninterrupted.stderr == ""
     for name in set(MAP_FILES) - {"report.json"}:

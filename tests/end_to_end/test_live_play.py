@@ -210,6 +210,7 @@ def test_memory_does_not_grow_with_the_drive(
     assert sizes[-2] < 1.05 * sizes[1], sizes
 
 
+@pytest.mark.slow  # what the nodes make of a played bag, the tests above show
 def test_the_benchmark_plays_to_both_nodes(racecar_command: Racecar, tmp_path: Path) -> None:
     told = tmp_path / "live.json"
     done = racecar_command("benchmark", "live", "--seconds", "5", "--no-recorded", "--quiet", "--json", told)

@@ -23,7 +23,7 @@ from tests.pipelines.bag_samples import (
     write_bag,
 )
 
-COUNT = 8000
+COUNT = 4000
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +143,7 @@ def test_garbage_in_the_middle_costs_only_what_is_under_it(whole, tmp_path, kind
     damaged = tmp_path / file_of(whole[kind]).name
     damaged.write_bytes(content)
     scans, _, reader = read(damaged)
-    assert 0.9 * COUNT < len(scans) < COUNT
+    assert COUNT - 800 < len(scans) < COUNT  # a chunk or two
     assert any("damaged" in warning for warning in reader.warnings)
 
 
