@@ -9,6 +9,7 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.converters.shared_arrays import frozen
 from racecar.pipelines.bags.findings import Finding
 
 
@@ -109,7 +110,7 @@ class Corrector:
             offsets = offsets.min() + offsets.max() - offsets
         if is_mirrored:
             bearings, offsets = -bearings[::-1], offsets[::-1]
-        return _Beams(scan.bearings, scan.time_offsets, _frozen(bearings), _frozen(offsets))
+        return _Beams(scan.bearings, scan.time_offsets, frozen(bearings.copy()), frozen(offsets.copy()))
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,10 +124,3 @@ class _Beams:
 
     def are_those_of(self, scan: Scan) -> bool:
         return self.recorded_bearings is scan.bearings and self.recorded_offsets is scan.time_offsets
-
-
-def _frozen(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Not writeable, because many scans share it."""
-    values = values.copy()
-    values.flags.writeable = False
-    return values

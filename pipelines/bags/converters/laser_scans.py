@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import wrap_angle
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.scan_reading import AS_STATED, LONGEST_RANGE, ScanReading, limits
+from racecar.pipelines.bags.converters.shared_arrays import frozen
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 
 if TYPE_CHECKING:
@@ -98,8 +99,8 @@ class LaserScanConverter:
         # A full circle may end on the bearing with which it began.
         order = order[np.diff(bearings[order], prepend=-np.inf) > 1e-9]
         if np.array_equal(order, np.arange(count)):
-            return _Layout(key, _frozen(bearings), _frozen(time_offsets), None)
-        return _Layout(key, _frozen(bearings[order]), _frozen(time_offsets[order]), order)
+            return _Layout(key, frozen(bearings), frozen(time_offsets), None)
+        return _Layout(key, frozen(bearings[order]), frozen(time_offsets[order]), order)
 
     def _clean_ranges(self, message: "sensor_msgs__msg__LaserScan") -> tuple[NDArray[np.float64], float]:
         """Ranges with misses as inf and invalid readings as nan, and the range at which misses begin."""
@@ -127,9 +128,3 @@ class LaserScanConverter:
             ranges[~is_valid] = np.nan
         ranges[is_miss] = np.inf
         return ranges, max_range
-
-
-def _frozen(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Not writeable, because many scans share it."""
-    values.flags.writeable = False
-    return values
