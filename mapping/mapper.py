@@ -207,12 +207,19 @@ class Mapper:
             here, guessed = compose(last, mount), compose(guessed, mount)
             worth = adjoint(mount).T @ worth @ adjoint(mount)
         alike = state.keyframes_alike(index)
-        placer = KeyframePlacer(index, state.keyframes, poses, here, worth, config, state.known_since, alike)
+        repeats = gap == Gap.NONE and state.reckoning.wheels_repeat
+        placer = KeyframePlacer(
+            index, state.keyframes, poses, here, worth, config, state.known_since, repeats, alike
+        )
         with state.timed("scan matching"):
             placed, chosen = placer.place(guessed, gap)
         state.map_from_keyframe = np.concatenate([poses, placed[None]])
         moved_to = placed if mount is None else compose(placed, inverse(mount))
-        return between(last, moved_to), guesses.sources[chosen]
+        step, right = between(last, moved_to), guesses.sources[chosen]
+        if repeats:
+            limits = (config.same_guess_distance, config.same_guess_angle)
+            state.reckoning.judge_repeating(step, right, limits)
+        return step, right
 
     def _tie(self, index: int, step: Pose, gap: Gap) -> bool:
         """Connect a new keyframe to those before; returns whether scan matching did so.

@@ -32,6 +32,8 @@ class KeyframePlacer:
     config: PlacementConfig
     known_since: int = 0
     """Keyframes before this one are elsewhere."""
+    is_first_doubted: bool = False
+    """Whether the first guess may be one that says nothing, of wheels that repeat a pose."""
     alike: NDArray[np.int64] | None = None
     """(A,) keyframes of the same laser, where there are several; those of others may look elsewhere."""
 
@@ -138,7 +140,10 @@ class KeyframePlacer:
             matches.overlap[best] > self.config.min_overlap
             and matches.residual[best] < self.config.max_residual
         )
-        is_better = matches.weight[best] > self.config.clearly_better * matches.weight[0]
+        least_gain = (
+            self.config.better_than_standing if self.is_first_doubted else self.config.clearly_better
+        )
+        is_better = matches.weight[best] > least_gain * matches.weight[0]
         return best if fits and is_better else 0
 
     def _match(self, fixed: NDArray[np.int64], guesses: Pose) -> Matches:

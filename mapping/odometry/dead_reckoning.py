@@ -36,6 +36,7 @@ from racecar.maps.geometry.se2 import (
     transform_points,
     wrap_angle,
 )
+from racecar.maps.sensing.frozen_odometry import FrozenOdometry
 from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
@@ -78,6 +79,8 @@ class DeadReckoning:
         level; None of a planar one."""
         self.turns = TurnFusion(config.turn_fusion)
         """What the turns by wheels and gyroscope have proven to be worth."""
+        self.frozen = FrozenOdometry()
+        """When the wheels repeated a pose while the scans moved."""
         self._odometry = OdometryBuffer(lag=odometry_lag)
         self._gyro = GyroBuffer()
         self._by_gyro: GyroReading | None = None
@@ -97,7 +100,7 @@ class DeadReckoning:
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample of wheel odometry; one that does not continue the last starts it afresh."""
-        if self._odometry.jumps_to(odometry):
+        if self.frozen.thaws_with(odometry) or self._odometry.jumps_to(odometry):
             self._odometry = OdometryBuffer(lag=self.odometry_lag.nanoseconds)
             self._by_wheels = self._keyframe_by_wheels = None
         self._odometry.add(odometry)
@@ -180,6 +183,26 @@ class DeadReckoning:
             return None
         return between(self._keyframe_by_wheels, self._by_wheels)
 
+    @property
+    def wheels_repeat(self) -> bool:
+        """Whether the wheels say that the car stands now, which wheels that are frozen say too."""
+        return self._by_wheels is not None and self._odometry.repeats_since(self._stamp) is not None
+
+    def judge_repeating(self, step: Pose, source: GuessSource, limits: tuple[float, float]) -> None:
+        """Leave out wheels that repeat a pose, until that changes, if the scans contradict them: since the
+        last keyframe they show a ``step`` (3,), which was found from the guess of a ``source``.
+
+        They do where another guess than the wheels' was right, or where all of a step of more than the limits
+        (metres, radians) was made while the wheels repeated the pose.
+        """
+        begin = self._odometry.repeats_since(self._stamp)
+        if begin is None:
+            return
+        is_whole = begin - self._odometry.lag <= self._keyframe_stamp
+        if source != GuessSource.WHEELS_OR_FILTER or (is_whole and are_apart(step, IDENTITY, limits)):
+            self.frozen.freeze(begin, self._odometry.samples[1][-1])
+            self._by_wheels = self._keyframe_by_wheels = None
+
     def gyro_step(self) -> tuple[float, float]:
         """The turn since the last keyframe as the gyroscope measured it, and in how many seconds.
 
@@ -232,6 +255,7 @@ class DeadReckoning:
         limits = (self._config.lost_distance, self._config.lost_angle)
         if are_apart(step, between(self._keyframe_by_scans, self._by_scans), limits):
             self._begin_scan_odometry()
+        self.frozen.follow(self._stamp, step)
         self.odometry_lag.add_turn(self._stamp, float(step[2]))
         self._velocity = step / max(self._stamp - self._keyframe_stamp, 1)
         self._keyframe_stamp = self._stamp
@@ -326,6 +350,7 @@ class DeadReckoning:
             "keyframe_by_gyro": _reading_or_nan(self._keyframe_by_gyro),
             **named("gyro", self._gyro.to_arrays()),
             **named("turns", self.turns.to_arrays()),
+            **named("frozen", self.frozen.to_arrays()),
             **named("odometry_lag", self.odometry_lag.to_arrays()),
             **named("scan_odometry", self._scan_odometry.to_arrays()),
             **named("velocity_filter", self._filter.to_arrays()),
@@ -342,6 +367,7 @@ class DeadReckoning:
         reckoning.mounts = _mounts_of(arrays)
         reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays), config.lag)
         reckoning._odometry.lag = reckoning.odometry_lag.nanoseconds
+        reckoning.frozen = FrozenOdometry.from_arrays(part_of("frozen", arrays))
         for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
             reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
         reckoning._stamp = int(arrays["stamp"])
@@ -374,7 +400,7 @@ class DeadReckoning:
 
     def _wheels_at(self, scan: Scan) -> Pose | None:
         """odom_from_reference (3,), None where odometry has a gap."""
-        if not self._odometry.covers(scan.stamp):
+        if self.frozen.is_frozen or not self._odometry.covers(scan.stamp):
             self.scans_without_odometry += 1
             return None
         return compose(self._odometry.pose_at(scan.stamp), self.mounts.base_from_reference)

@@ -87,6 +87,8 @@ def _warnings(state: MapperState) -> list[str]:
             "There was no wheel odometry: lengths of bare corridors are not to be trusted, "
             "and fast turns may have been lost."
         )
+    if sentence := state.reckoning.frozen.warning(state.drive.stamps[0]):
+        warnings.append(sentence)
     if sentence := state.reckoning.turns.model.contradiction:
         warnings.append(sentence)
     if state.reckoning.scans_left_out > 0:

@@ -16,6 +16,8 @@ _WIDEST_GAP, _NEAR_A_GAP = 1_000_000_000, 100_000_000
 """Nanoseconds between two samples over which the path may be drawn straight, and how near to either end of a
 longer gap a pose still holds. By judgement, since a car can turn round in a second, but hardly move within a
 tenth of one."""
+_REPEATS = 3
+"""Equal poses that are no chance: two may be one sample that was sent twice. By judgement."""
 _STANDING: Pose = IDENTITY.copy()  # one that is read-only would be compiled for anew
 
 
@@ -90,6 +92,16 @@ class OdometryBuffer:
         self._end += 1
         self._known_speed = None
         self._begin = max(self._begin, self._end - self._max_samples)
+
+    def repeats_since(self, stamp: int) -> int | None:
+        """Nanoseconds of the first of the samples before a stamp that all have the same pose to the last bit,
+        as those of a car that stands or of a driver that hangs; None where these are too few to tell."""
+        if not self.covers(stamp):
+            return None
+        poses = self._poses[: int(np.searchsorted(self._stamps, stamp + self.lag, side="right"))]
+        differ = np.flatnonzero((poses != poses[-1:]).any(axis=1))
+        first = int(differ[-1]) + 1 if len(differ) else 0
+        return int(self._stamps[first]) if len(poses) - first >= _REPEATS else None
 
     def covers(self, stamp: int) -> bool:
         """Whether samples are so near to a stamp (nanoseconds) that `pose_at` is where the car was."""

@@ -11,7 +11,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import between, compose
+from racecar.maps.geometry.se2 import between, compose, inverse
 from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -68,6 +68,30 @@ def test_without_odometry_the_map_is_right_all_the_same() -> None:
 def test_without_a_scan_there_is_no_map() -> None:
     with pytest.raises(UserError, match="no usable scan"):
         Mapper(MappingConfig()).finish()
+
+
+@pytest.mark.parametrize("goes_on_from_there", [True, False])
+def test_odometry_that_hangs_for_some_seconds_is_left_out_there_and_told(goes_on_from_there: bool) -> None:
+    """Then its poses go on from where they were, or from where the car is by now."""
+    begin, end = 4_000_000_000, 7_000_000_000
+    mapper, held, onward = Mapper(MappingConfig()), np.zeros(3), np.zeros(3)
+    for message in driven().messages:
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+            continue
+        pose = message.odom_from_base
+        if message.stamp <= begin:
+            held = pose
+        elif message.stamp < end:
+            onward, pose = compose(held, inverse(pose)), held
+        elif goes_on_from_there:
+            pose = compose(onward, pose)
+        mapper.add_odometry(replace(message, odom_from_base=pose))
+    result = mapper.finish()
+    assert mean_error(result, driven().truth) < 0.1
+    assert "4.0 to 7.0 s" in str(result.warnings)
+    steps = [c for c in result.constraints if c.kind == "odometry"]
+    assert len(steps) < 0.9 * len(result.keyframe_indices)
 
 
 def blinded(begin: float, end: float, reading: float) -> Iterator[Scan | Odometry]:

@@ -25,10 +25,14 @@ def path(step: Pose, *, start: tuple[float, float, float]) -> Pose:
     return np.array(poses)
 
 
-def placed_from(walls: np.ndarray, true: Pose, steps: list[Pose]) -> tuple[Pose, int]:
+def placed_from(
+    walls: np.ndarray, true: Pose, steps: list[Pose], *, repeats: bool = False
+) -> tuple[Pose, int]:
     """The last pose (3,) as placed from guesses of its step, seen from the true one; and which guess won."""
-    guesses = compose(true[-2], np.array(steps))
-    placer = KeyframePlacer(BEFORE, store_of(walls, true), true[:-1], true[-2], WORTH, PlacementConfig())
+    guesses, store = compose(true[-2], np.array(steps)), store_of(walls, true)
+    placer = KeyframePlacer(
+        BEFORE, store, true[:-1], true[-2], WORTH, PlacementConfig(), is_first_doubted=repeats
+    )
     placed, chosen = placer.place(guesses)
     return between(true[-1], placed), chosen
 
@@ -55,6 +59,30 @@ def test_along_a_bare_corridor_the_wheels_win_over_a_stuck_guess(
     assert abs(error[0]) < 0.02
     assert abs(error[1]) < 0.02
     assert abs(error[2]) < 0.01
+
+
+NICHES = np.concatenate([CORRIDOR, *(box(x, 0.9, x + 0.3, 1.1) for x in (-3.1, -1.0, 2.2, 4.3))])
+"""The corridor with a few pillars that stand out a little."""
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+def test_wheels_that_repeat_a_pose_yield_to_the_little_that_a_corridor_shows(repeats: bool) -> None:
+    step = np.array([0.4, 0.0, 0.0])
+    true = path(step, start=(-2.4, 0.0, 0.0))
+    error, chosen = placed_from(NICHES, true, [IDENTITY, step, step], repeats=repeats)
+    assert chosen == int(repeats)
+    assert (np.hypot(error[0], error[1]) < 0.02) == repeats
+
+
+@settings(max_examples=10)
+@given(st.floats(0.1, 0.5))
+def test_a_car_that_stands_is_not_moved_by_a_guess(forward: float) -> None:
+    driven = path(np.array([0.4, 0.0, 0.0]), start=(-2.4, 0.0, 0.0))[1:]
+    true = np.concatenate([driven, driven[-1:]])
+    ahead = np.array([forward, 0.0, 0.0])
+    error, chosen = placed_from(NICHES, true, [IDENTITY, ahead, ahead], repeats=True)
+    assert chosen == 0
+    assert np.hypot(error[0], error[1]) < 0.02
 
 
 @settings(max_examples=10)

@@ -213,3 +213,14 @@ def test_a_lag_that_is_learned_counts_at_once() -> None:
     assert buffer.pose_at(430 * MILLISECOND)[0] == pytest.approx(0.38)
     buffer.lag = 50 * MILLISECOND
     assert buffer.pose_at(430 * MILLISECOND)[0] == pytest.approx(0.43)
+
+
+def test_a_pose_that_is_repeated_is_told_from_one_that_comes_again() -> None:
+    stamps = [20 * MILLISECOND * k for k in range(8)]
+    here, there = np.zeros(3), np.array([1e-9, 0.0, 0.0])
+    buffer = buffer_of(stamps, np.array([here, there, there, here, there, there, there, there]))
+    assert buffer.repeats_since(stamps[7]) == stamps[4]
+    assert buffer.repeats_since(stamps[6]) == stamps[4]
+    assert buffer.repeats_since(stamps[5]) is None  # two alike may be one that was sent twice
+    assert buffer.repeats_since(stamps[3]) is None
+    assert buffer.repeats_since(stamps[7] + 1_000 * MILLISECOND) is None  # nobody knows by then

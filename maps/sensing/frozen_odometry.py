@@ -1,0 +1,93 @@
+"""Odometry that repeats one pose while the car drives on: for so long it says nothing of the motion.
+
+A driver that hangs, or a wheel board that lost its bus, sends what it sent last, and so says that the car
+stands. A car that stands looks the same; only scans tell the two apart.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.sensing.odometry import Odometry
+
+_TOLD_FROM = 0.5
+"""Metres, or radians, that the car must have moved meanwhile until a person should know: less is what stamps
+that lag by some tenths of a second make of a car that brakes. By judgement."""
+
+
+@dataclass(frozen=True)
+class FrozenStretch:
+    """One time in which odometry repeated a pose."""
+
+    begin: int
+    """Nanoseconds, of the first sample with that pose."""
+    end: int
+    """Nanoseconds, of the first sample with another one, or while there is none of the last scan."""
+    moved: float
+    """Metres plus radians that the scans show meanwhile."""
+
+
+class FrozenOdometry:
+    """Whether odometry is frozen now, and when it was."""
+
+    def __init__(self) -> None:
+        self._pose: Pose | None = None
+        self._stretches: list[FrozenStretch] = []
+
+    @property
+    def is_frozen(self) -> bool:
+        """Whether its poses are not to be believed now."""
+        return self._pose is not None
+
+    def freeze(self, begin: int, odom_from_base: Pose) -> None:
+        """Scans contradict the pose (3,) that it repeats since a stamp in nanoseconds."""
+        self._pose = odom_from_base
+        self._stretches.append(FrozenStretch(begin, begin, 0.0))
+
+    def thaws_with(self, odometry: Odometry) -> bool:
+        """Whether a sample ends it; where the pose goes on, from there or from elsewhere, nobody knows what
+        was between."""
+        if self._pose is None or np.array_equal(odometry.odom_from_base, self._pose):
+            return False
+        self._pose = None
+        self._stretches[-1] = replace(self._stretches[-1], end=odometry.stamp)
+        return True
+
+    def follow(self, stamp: int, step: Pose) -> None:
+        """The scans show that the car moved by a step (3,) until a stamp."""
+        if self._pose is not None:
+            last, moved = self._stretches[-1], float(np.hypot(step[0], step[1]) + abs(step[2]))
+            self._stretches[-1] = replace(last, end=stamp, moved=last.moved + moved)
+
+    def warning(self, start: int) -> str | None:
+        """A sentence for people on when it was, in seconds after a ``start`` (nanoseconds); None where there
+        is nothing that a person should know of."""
+        told = [stretch for stretch in self._stretches if stretch.moved > _TOLD_FROM]
+        if not told:
+            return None
+        times = ", ".join(f"{(s.begin - start) * 1e-9:.1f} to {(s.end - start) * 1e-9:.1f}" for s in told)
+        return (
+            f"The odometry repeated one pose while the scans moved on, {times} s after the first scan: it was "
+            "left out there. See why its driver hung."
+        )
+
+    def to_arrays(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
+        """The ``pose`` (3,), NaN while it is not frozen, and of the stretches ``times`` (S, 2) in nanoseconds
+        and ``moved`` (S,)."""
+        return {
+            "pose": np.full(3, np.nan) if self._pose is None else self._pose,
+            "times": np.array([(s.begin, s.end) for s in self._stretches], dtype=np.int64).reshape(-1, 2),
+            "moved": np.array([s.moved for s in self._stretches]),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: dict[str, NDArray[np.generic]]) -> "FrozenOdometry":
+        """One that goes on from where another was."""
+        frozen = cls()
+        pose = arrays["pose"].astype(np.float64)
+        frozen._pose = None if np.isnan(pose[0]) else pose
+        times, moved = arrays["times"].tolist(), arrays["moved"].tolist()
+        frozen._stretches = [FrozenStretch(*t, m) for t, m in zip(times, moved, strict=True)]
+        return frozen
