@@ -400,7 +400,8 @@ class DeadReckoning:
 
     def _wheels_at(self, scan: Scan) -> Pose | None:
         """odom_from_reference (3,), None where odometry has a gap."""
-        if self.frozen.is_frozen or not self._odometry.covers(scan.stamp):
+        is_frozen = self.frozen.is_frozen_at(scan.stamp + self._odometry.lag)
+        if is_frozen or not self._odometry.covers(scan.stamp):
             self.scans_without_odometry += 1
             return None
         return compose(self._odometry.pose_at(scan.stamp), self.mounts.base_from_reference)

@@ -36,10 +36,9 @@ class FrozenOdometry:
         self._pose: Pose | None = None
         self._stretches: list[FrozenStretch] = []
 
-    @property
-    def is_frozen(self) -> bool:
-        """Whether its poses are not to be believed now."""
-        return self._pose is not None
+    def is_frozen_at(self, stamp: int) -> bool:
+        """Whether its poses are not to be believed at a stamp (nanoseconds) since the last was frozen."""
+        return self._pose is not None or (bool(self._stretches) and stamp < self._stretches[-1].end)
 
     def freeze(self, begin: int, odom_from_base: Pose) -> None:
         """Scans contradict the pose (3,) that it repeats since a stamp in nanoseconds."""

@@ -24,9 +24,10 @@ def frozen(moved: float) -> FrozenOdometry:
 def test_it_lasts_until_the_pose_changes() -> None:
     odometry = frozen(1.0)
     assert not odometry.thaws_with(Odometry(START + 8 * SECOND, POSE.copy(), IDENTITY))
-    assert odometry.is_frozen
+    assert odometry.is_frozen_at(START + 20 * SECOND)
     assert odometry.thaws_with(Odometry(START + 9 * SECOND, POSE + [1e-9, 0.0, 0.0], IDENTITY))
-    assert not odometry.is_frozen
+    assert odometry.is_frozen_at(START + 9 * SECOND - 1)  # scans may come after odometry of their sweep's end
+    assert not odometry.is_frozen_at(START + 9 * SECOND)
     odometry.follow(START + 10 * SECOND, np.array([1.0, 0.0, 0.0]))  # not part of it any more
     assert "5.0 to 9.0 s" in str(odometry.warning(START))
 
@@ -38,6 +39,6 @@ def test_only_what_a_stop_cannot_explain_is_told(moved: float, is_told: bool) ->
 
 def test_it_goes_on_from_where_another_was() -> None:
     again = FrozenOdometry.from_arrays(frozen(2.0).to_arrays())
-    assert again.is_frozen
+    assert again.is_frozen_at(START + 8 * SECOND)
     assert again.warning(START) == frozen(2.0).warning(START)
-    assert not FrozenOdometry.from_arrays(FrozenOdometry().to_arrays()).is_frozen
+    assert not FrozenOdometry.from_arrays(FrozenOdometry().to_arrays()).is_frozen_at(START)
