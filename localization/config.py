@@ -13,7 +13,12 @@ from racecar.localization.odometry.config import (
     SegmentConfig,
     SpeedMemoryConfig,
 )
-from racecar.localization.recovery.config import HypothesisConfig, LostDetectorConfig, PlaceSearchConfig
+from racecar.localization.recovery.config import (
+    HypothesisConfig,
+    LostDetectorConfig,
+    MovingRivalConfig,
+    PlaceSearchConfig,
+)
 from racecar.localization.refinement.config import AlignmentConfig
 from racecar.localization.sensor.config import (
     BeamModelConfig,
@@ -183,4 +188,5 @@ class LocalizationConfig(Settings):
     alignment: AlignmentConfig = AlignmentConfig()
     lost_detector: LostDetectorConfig = LostDetectorConfig()
     place_search: PlaceSearchConfig = PlaceSearchConfig()
+    moving_rival: MovingRivalConfig = MovingRivalConfig()
     hypothesis: HypothesisConfig = HypothesisConfig()

@@ -23,6 +23,7 @@ from racecar.localization.odometry.trust import OdometryTrust
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.hypothesis import PoseHypothesis
 from racecar.localization.recovery.lost_detector import LostDetector, agreement_shares
+from racecar.localization.recovery.moving_rival import MovingRival
 from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.refinement.refinement import refine
 from racecar.localization.sensor.beam_skipping import Alignment, Explanation, explain
@@ -31,6 +32,7 @@ from racecar.localization.sensor.registry import SENSOR_MODELS
 from racecar.localization.sensor.sensor_model import SensorModel
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.frozen_odometry import FrozenOdometry
 from racecar.maps.sensing.gyro_buffer import GyroReading
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -66,6 +68,7 @@ class Localizer:
         self._lock = Lock()
         self._is_initialized = self._is_narrow = False
         self._hypothesis: PoseHypothesis | None = None
+        self._rival: MovingRival | None = None
         self._segments = OdometrySegments(config.odometry_segments)
         self._trust = OdometryTrust(config.odometry_trust)
         self._walls = find_walls(grid)
@@ -134,6 +137,7 @@ class Localizer:
                 self._start_over(step)
             beams = select_beams(scan, self._config.beams, self._motion.poses_in_sweep)
             is_start = self._update(beams, step, scan.stamp) if len(beams) > 0 else not self._is_initialized
+            is_start = self._moves_on(scan, step) or is_start
             estimate = self._estimate(beams, step.seconds, scan.stamp, is_start)
             self._filter.resample(*self._wanted_particles(estimate))
             self._judge_odometry(step, estimate)
@@ -168,6 +172,11 @@ class Localizer:
     def odometry_faults(self) -> OdometryFaults:
         """What this car's odometry always gets wrong, as learned so far; all motion is corrected by it."""
         return self._motion.calibration.faults
+
+    @property
+    def frozen_odometry(self) -> FrozenOdometry:
+        """When the odometry repeated a pose while the car moved on."""
+        return self._motion.frozen
 
     @property
     def turn_model(self) -> TurnModel:
@@ -248,6 +257,37 @@ class Localizer:
         if is_news:
             self._travel_since_weighing = self._seconds_since_weighing = 0.0
         return is_start
+
+    def _moves_on(self, scan: Scan, step: MotionStep) -> bool:
+        """Whether the odometry, which repeats one pose, hangs and the car goes on from elsewhere."""
+        config, rival = self._config, self._rival
+        if self._last is None or not self._motion.repeats(scan.stamp):
+            rival = None
+        elif self._is_narrow and (rival is None or rival.has_failed):
+            rival = MovingRival(self._last, self._motion.speed, config.moving_rival)
+        self._rival = rival
+        if rival is None:
+            return False
+
+        def poses_in_sweep(stamps: NDArray[np.int64]) -> Pose:
+            return (stamps - scan.stamp)[:, None] * 1e-9 * rival.speed
+
+        beams = select_beams(scan, config.beams, poses_in_sweep)
+        rival.follow(
+            step.seconds,
+            self._filter.moments()[0],
+            lambda pose, covariance: refine(pose, covariance, beams, self._walls, config.alignment)[0],
+            lambda poses: self._sensor.log_likelihood(poses, beams),
+        )
+        if not rival.has_won:
+            return False
+        self._motion.leave_out_odometry(scan.stamp, rival.speed)
+        self._segments.start_anew()
+        distance, angle = config.tracking.pushed_distance, config.tracking.pushed_angle
+        pushed = np.array([distance, distance, angle])
+        cloud = rival.map_from_base + pushed * self._rng.standard_normal((config.particles, 3))
+        self._filter, self._rival = self._filter_of(cloud), None
+        return True
 
     def _is_news(self) -> bool:
         """Whether a scan counts: the car has moved, or may have been moved unnoticed in the meantime."""

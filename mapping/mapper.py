@@ -25,6 +25,7 @@ from racecar.mapping.state.scan_poses import place_all_scans
 from racecar.mapping.state.trimming import trim_known_keyframes, trim_scans
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, compose, inverse
+from racecar.maps.sensing.frozen_odometry import FrozenOdometry
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.turn_fusion import TurnModel
@@ -67,6 +68,11 @@ class Mapper:
     def odometry_lag(self) -> OdometryLag:
         """By how much odometry is stamped later than scans, as far as it was learned."""
         return self._state.reckoning.odometry_lag
+
+    @property
+    def frozen_odometry(self) -> FrozenOdometry:
+        """When the odometry repeated a pose while the car moved on."""
+        return self._state.reckoning.frozen
 
     @property
     def turn_model(self) -> TurnModel:

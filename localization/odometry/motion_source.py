@@ -13,6 +13,7 @@ from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.speed_memory_kernels import SpeedMemory
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, wrap_angle
 from racecar.maps.geometry.se2_kernels import step_between
+from racecar.maps.sensing.frozen_odometry import FrozenOdometry
 from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation, OdometryBuffer
@@ -36,6 +37,8 @@ class MotionSource:
         self._odometry = OdometryBuffer(extrapolation=_extrapolation(config))
         self.turns = TurnFusion(config.turn_fusion)
         """What the turns by wheels and gyroscope have proven to be worth."""
+        self.frozen = FrozenOdometry()
+        """When the odometry repeated a pose while the car moved on."""
         self._gyro = GyroBuffer()
         self._by_gyro: GyroReading | None = None
         self._compared: tuple[float, float, Pose | None] = (0.0, nan, None)
@@ -72,7 +75,7 @@ class MotionSource:
             is_set_back = (
                 latest is not None and latest - odometry.stamp > self._config.motion.restart_seconds * 1e9
             )
-            if is_set_back or self._odometry.jumps_to(odometry):
+            if self.frozen.thaws_with(odometry) or is_set_back or self._odometry.jumps_to(odometry):
                 self._odometry = OdometryBuffer(extrapolation=_extrapolation(self._config))
                 self._restarts += 1
             self._odometry.add(odometry)
@@ -88,7 +91,8 @@ class MotionSource:
     def knows(self, stamp: int) -> bool:
         """Whether the odometry reaches to a stamp, or nearly."""
         latest = self._odometry.latest_stamp
-        return latest is not None and stamp - latest <= STALE_AFTER
+        is_recent = latest is not None and stamp - latest <= STALE_AFTER
+        return is_recent and not self.frozen.is_frozen_at(stamp)
 
     def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
         """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.
@@ -97,6 +101,25 @@ class MotionSource:
         """
         with self._lock:
             return self._odometry.pose_at(stamps)
+
+    def repeats(self, stamp: int) -> bool:
+        """Whether the odometry says that the car stands, by repeating one pose to the last bit."""
+        with self._lock:
+            return self.knows(stamp) and self._odometry.repeats_since(stamp) is not None
+
+    def leave_out_odometry(self, stamp: int, speed: Pose) -> None:
+        """The pose that the odometry repeats at a stamp is no motion; the car goes on at a speed (3,) per
+        second until the odometry does."""
+        with self._lock:
+            begin = self._odometry.repeats_since(stamp)
+            if begin is not None:
+                self.frozen.freeze(begin, self._odometry.samples[1][-1])
+        self._odom_from_base, self._speed, self._last_estimate = None, speed, None
+
+    @property
+    def speed(self) -> Pose:
+        """(3,) of the estimates, metres and radians per second."""
+        return self._speed
 
     def poses_in_sweep(self, stamps: NDArray[np.int64]) -> Pose:
         """Where the base is (N, 3) at stamps (N,) in the sweep of the last step, in a fixed frame.
@@ -208,6 +231,7 @@ class MotionSource:
             seconds = (stamp - self._last_estimate[0]) * 1e-9
             if 0.0 < seconds < self._config.motion.longest_carry:
                 speed = step_between(self._last_estimate[1], map_from_base) / seconds
+                self.frozen.follow(stamp, speed * seconds)
                 share = seconds / (seconds + self._config.motion.speed_seconds)
                 self._speed = self._speed + share * (speed - self._speed)
         self._last_estimate = (stamp, map_from_base)

@@ -150,6 +150,42 @@ class PlaceSearchConfig(Settings):
     )
 
 
+class MovingRivalConfig(Settings):
+    """How a car whose odometry repeats one pose is followed as if that said nothing."""
+
+    apart_distance: float = Field(
+        0.1,
+        gt=0,
+        le=10,
+        description="metres from the estimate of a car that stands, beyond which scans can decide which is "
+        "right. By judgement: some times the error of either",
+    )
+    apart_angle: float = Field(0.05, gt=0, le=3.2, description="radians, likewise. By judgement")
+    speed_seconds: float = Field(
+        0.15,
+        gt=0,
+        le=100,
+        description="seconds over which its speed is averaged. By judgement, as where there is no odometry",
+    )
+    scans_per_second: float = Field(
+        2.0,
+        gt=0,
+        le=1000,
+        description="scans' log-likelihoods that count in a second. By judgement: more than for a hypothesis "
+        "of another place, as this one lies beside the estimate and on the path that the car was on",
+    )
+    largest_rate: float = Field(
+        30.0,
+        gt=0,
+        le=1000,
+        description="log-odds that a second may bring at most: a third of a second decides if all is clear. "
+        "By judgement",
+    )
+    winning_log_odds: float = Field(
+        10.0, gt=0, le=1000, description="over a car that stands that win: 20 000 to 1. By judgement"
+    )
+
+
 class HypothesisConfig(Settings):
     """When a second hypothesis of where the car is replaces the first."""
 

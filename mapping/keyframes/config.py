@@ -80,9 +80,9 @@ class PlacementConfig(GuessConfig):
         ge=1.0,
         le=10.0,
         description="By what factor scans must fit better from another guess until it wins over wheels that "
-        "repeat one pose to the last bit, as a driver that hangs does. Measured on a simulated building: 1.06 "
-        "to 1.6 along its corridors; on recordings of real cars that stood, other guesses fit no better at "
-        "all.",
+        "repeat one pose to the last bit, as a driver that hangs does. Measured in a simulated building with "
+        "odometry that hung: they fit 1.06 to 1.6 times better along its corridors; on recordings of cars "
+        "that stood, at most as well.",
     )
     lost_overlap: float = Field(
         default=0.2,

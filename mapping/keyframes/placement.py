@@ -140,9 +140,7 @@ class KeyframePlacer:
             matches.overlap[best] > self.config.min_overlap
             and matches.residual[best] < self.config.max_residual
         )
-        least_gain = (
-            self.config.better_than_standing if self.is_first_doubted else self.config.clearly_better
-        )
+        least_gain = self.config.better_than_standing if self.is_first_doubted else self.config.clearly_better
         is_better = matches.weight[best] > least_gain * matches.weight[0]
         return best if fits and is_better else 0
 

@@ -60,6 +60,11 @@ class FrozenOdometry:
             last, moved = self._stretches[-1], float(np.hypot(step[0], step[1]) + abs(step[2]))
             self._stretches[-1] = replace(last, end=stamp, moved=last.moved + moved)
 
+    @property
+    def hangs(self) -> bool:
+        """Whether it is frozen now, so long that a person should know."""
+        return self._pose is not None and self._stretches[-1].moved > _TOLD_FROM
+
     def warning(self, start: int) -> str | None:
         """A sentence for people on when it was, in seconds after a ``start`` (nanoseconds); None where there
         is nothing that a person should know of."""
@@ -68,8 +73,8 @@ class FrozenOdometry:
             return None
         times = ", ".join(f"{(s.begin - start) * 1e-9:.1f} to {(s.end - start) * 1e-9:.1f}" for s in told)
         return (
-            f"The odometry repeated one pose while the scans moved on, {times} s after the first scan: it was "
-            "left out there. See why its driver hung."
+            "The odometry repeated one pose while the scans moved on: it was left out from "
+            f"{times} s after the first scan. See why its driver hung."
         )
 
     def to_arrays(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
@@ -88,5 +93,5 @@ class FrozenOdometry:
         pose = arrays["pose"].astype(np.float64)
         frozen._pose = None if np.isnan(pose[0]) else pose
         times, moved = arrays["times"].tolist(), arrays["moved"].tolist()
-        frozen._stretches = [FrozenStretch(*t, m) for t, m in zip(times, moved, strict=True)]
+        frozen._stretches = [FrozenStretch(b, e, m) for (b, e), m in zip(times, moved, strict=True)]
         return frozen

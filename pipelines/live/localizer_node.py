@@ -280,6 +280,7 @@ class LocalizerNode(LiveNode):
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
         if scan.is_return.any():
             self._judge(estimate)
+        self.judge_odometry(localizer.frozen_odometry)
         if self._last_odometry is not None and estimate.lost_probability < _LOST:
             self._trail.append((arrival, estimate.map_from_base, self._last_odometry[1].odom_from_base))
         self._display.show(stamp, scan, estimate, localizer)

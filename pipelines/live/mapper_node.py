@@ -204,6 +204,7 @@ class MapperNode(LiveNode):
             scan, self._pose = replayed.scan, replayed.answer
             stamp, arrival = self._arrivals.pop(scan.stamp)
             self._publish(stamp, scan, self._pose)
+            self.judge_odometry(self._mapper.frozen_odometry)
             self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
             self._display.show(stamp, scan, self._pose, self._mapper)
             self._checkpoints.save_when_due(self._snapshot)

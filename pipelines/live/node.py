@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+from racecar.maps.sensing.frozen_odometry import FrozenOdometry
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
@@ -218,6 +219,17 @@ class LiveNode(ABC):
                 "Messages come faster than they can be worked on; the oldest are dropped.",
                 lasting=False,
             )
+
+    def judge_odometry(self, odometry: FrozenOdometry) -> None:
+        """Report odometry that repeats one pose while the car drives, as long as it does."""
+        if odometry.hangs:
+            self.faults.report(
+                "odometry_hangs",
+                "The odometry repeats one pose while the scans move on: it is left out until that changes. "
+                "See why its driver hangs.",
+            )
+        else:
+            self.faults.end("odometry_hangs", "The odometry moves again.")
 
     def _look_at_transforms(self) -> None:
         if self._transforms is None:

@@ -76,6 +76,39 @@ def test_is_not_lost_where_the_odometry_begins_anew() -> None:
     assert metres.max() < 0.2
 
 
+def hanging(driven: Drive, begin: int, end: int) -> list[Scan | Odometry]:
+    """The odometry repeats one pose between two times, in nanoseconds."""
+    before = [m for m in driven.messages if isinstance(m, Odometry) and m.stamp <= begin]
+    held = before[-1].odom_from_base
+    return [
+        replace(message, odom_from_base=held)
+        if isinstance(message, Odometry) and begin < message.stamp < end
+        else message
+        for message in driven.messages
+    ]
+
+
+@pytest.mark.parametrize("speed", [0.7, 2.0, 4.0])
+def test_odometry_that_hangs_is_left_out_while_the_car_drives(speed: float) -> None:
+    driven = drive(room(), 5.0, np.random.default_rng(0), speed=speed, odometry_scale=1.03)
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    metres, _ = errors(replay(filter, hanging(driven, 3 * SECOND // 2, 4 * SECOND)), driven)
+    assert np.median(metres[30:80]) < 0.06
+    assert metres[50:].max() < 0.15
+    assert "1.5 to 4.0 s" in str(filter.frozen_odometry.warning(0))
+
+
+def test_odometry_of_a_car_that_stands_does_not_hang() -> None:
+    """Nothing is said of it, and the estimates stay where they are."""
+    driven = drive(room(), 3.0, np.random.default_rng(0), speed=0.0)
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    metres, _ = errors(replay(filter, driven.messages), driven)
+    assert metres.max() < 0.05
+    assert not filter.frozen_odometry.is_frozen_at(2 * SECOND)
+
+
 def among_pillars(columns: NDArray[np.int64]) -> OccupancyGrid:
     """The room with nothing in it but pillars of 0.4 m, each so many cells along it."""
     grid = room()

@@ -25,7 +25,7 @@ def test_it_lasts_until_the_pose_changes() -> None:
     odometry = frozen(1.0)
     assert not odometry.thaws_with(Odometry(START + 8 * SECOND, POSE.copy(), IDENTITY))
     assert odometry.is_frozen_at(START + 20 * SECOND)
-    assert odometry.thaws_with(Odometry(START + 9 * SECOND, POSE + [1e-9, 0.0, 0.0], IDENTITY))
+    assert odometry.thaws_with(Odometry(START + 9 * SECOND, POSE + 1e-9, IDENTITY))
     assert odometry.is_frozen_at(START + 9 * SECOND - 1)  # scans may come after odometry of their sweep's end
     assert not odometry.is_frozen_at(START + 9 * SECOND)
     odometry.follow(START + 10 * SECOND, np.array([1.0, 0.0, 0.0]))  # not part of it any more
