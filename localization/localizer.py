@@ -261,8 +261,8 @@ class Localizer:
     def _moves_on(self, scan: Scan, step: MotionStep) -> bool:
         """Whether the odometry, which repeats one pose, hangs and the car goes on from elsewhere."""
         config, rival = self._config, self._rival
-        if self._last is None or not self._motion.repeats(scan.stamp):
-            rival = None
+        if self._last is None or step.is_over_gap or not self._motion.repeats(scan.stamp):
+            rival = None  # in a gap the car may have been carried, whatever its odometry does
         elif self._is_narrow and (rival is None or rival.has_failed):
             rival = MovingRival(self._last, self._motion.speed, config.moving_rival)
         self._rival = rival
@@ -275,7 +275,6 @@ class Localizer:
         beams = select_beams(scan, config.beams, poses_in_sweep)
         rival.follow(
             step.seconds,
-            self._filter.moments()[0],
             lambda pose, covariance: refine(pose, covariance, beams, self._walls, config.alignment)[0],
             lambda poses: self._sensor.log_likelihood(poses, beams),
         )

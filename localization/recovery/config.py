@@ -157,8 +157,8 @@ class MovingRivalConfig(Settings):
         0.1,
         gt=0,
         le=10,
-        description="metres from the estimate of a car that stands, beyond which scans can decide which is "
-        "right. By judgement: some times the error of either",
+        description="metres from where the car would stand, beyond which scans can decide which is right. By "
+        "judgement: some times the error of either",
     )
     apart_angle: float = Field(0.05, gt=0, le=3.2, description="radians, likewise. By judgement")
     speed_seconds: float = Field(
@@ -166,6 +166,13 @@ class MovingRivalConfig(Settings):
         gt=0,
         le=100,
         description="seconds over which its speed is averaged. By judgement, as where there is no odometry",
+    )
+    least_speed: float = Field(
+        0.1,
+        ge=0,
+        le=10,
+        description="metres or radians per second below which a better fit does not count: a car whose "
+        "wheels locked stands in the end, a little farther on. By judgement",
     )
     scans_per_second: float = Field(
         2.0,
@@ -180,6 +187,13 @@ class MovingRivalConfig(Settings):
         le=1000,
         description="log-odds that a second may bring at most: a third of a second decides if all is clear. "
         "By judgement",
+    )
+    longest_scan: float = Field(
+        0.25,
+        gt=0,
+        le=100,
+        description="seconds that one scan stands for at most, so that none decides alone after a pause. By "
+        "judgement, as for being lost",
     )
     winning_log_odds: float = Field(
         10.0, gt=0, le=1000, description="over a car that stands that win: 20 000 to 1. By judgement"

@@ -1,8 +1,8 @@
 """Does the car stand, or does its odometry hang? Odometry that repeats one pose may mean either.
 
 While it does, the car is followed a second time as if nothing measured its motion: from scan to scan at the
-speed that it had, each time aligned with the walls. Where this track leaves the estimate, the scans decide
-between the two.
+speed that it had, each time aligned with the walls. Where this track goes away, the scans decide between it
+and where the car would stand.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ class MovingRival:
 
     def __init__(self, last: PoseEstimate, speed: Pose, config: MovingRivalConfig) -> None:
         """It starts at the last estimate before, at a speed (3,) per second."""
-        self.map_from_base = last.map_from_base
+        self.map_from_base = self._start = last.map_from_base
         self.speed = speed
         self._covariance = last.covariance
         self._config = config
@@ -29,13 +29,12 @@ class MovingRival:
     def follow(
         self,
         seconds: float,
-        standing: Pose,
         align: Callable[[Pose, NDArray[np.float64]], Pose],
         log_likelihood: Callable[[Pose], NDArray[np.float64]],
     ) -> None:
         """Take in a scan so many seconds after the last.
 
-        ``standing`` (3,) is the estimate of a car that stands; ``align`` puts a pose (3,) of some covariance
+        ``align`` puts a pose (3,) of some covariance
         (3, 3) on the walls, and the log-likelihood is that of the scan from poses (N, 3).
         """
         config = self._config
@@ -45,12 +44,14 @@ class MovingRival:
         share = seconds / (seconds + config.speed_seconds)
         self.speed = self.speed + share * (measured - self.speed)
         self.map_from_base = aligned
-        if not are_apart(aligned, standing, (config.apart_distance, config.apart_angle)):
+        if not are_apart(aligned, self._start, (config.apart_distance, config.apart_angle)):
             self._log_odds = 0.0
             return
-        moving, stood = log_likelihood(np.stack([aligned, standing])).tolist()
+        moving, stood = log_likelihood(np.stack([aligned, self._start])).tolist()
+        if moving > stood and np.abs(self.speed).max() < config.least_speed:
+            return
         rate, most = config.scans_per_second * (moving - stood), config.largest_rate
-        self._log_odds += min(max(rate, -most), most) * seconds
+        self._log_odds += min(max(rate, -most), most) * min(seconds, config.longest_scan)
 
     @property
     def has_won(self) -> bool:
