@@ -222,7 +222,7 @@ class Mapper:
         state.map_from_keyframe = np.concatenate([poses, placed[None]])
         moved_to = placed if mount is None else compose(placed, inverse(mount))
         step, right = between(last, moved_to), guesses.sources[chosen]
-        if repeats:
+        if gap == Gap.NONE and state.reckoning.wheel_step() is not None:
             limits = (config.same_guess_distance, config.same_guess_angle)
             state.reckoning.judge_repeating(step, right, limits)
         return step, right

@@ -327,6 +327,13 @@ class DeadReckoningConfig(Settings):
         "By judgement.",
     )
     lost_angle: float = Field(default=0.5, gt=0.0, le=100.0, description="The same in radians. By judgement.")
+    unseen_turn: float = Field(
+        default=0.2,
+        gt=0.0,
+        le=100.0,
+        description="Radians that scans show while wheels repeat one heading to the last bit, from which on "
+        "that is no heading. By judgement: session_A's car turned by up to 0.09 while it steered straight.",
+    )
     sparse_interval: float = Field(
         default=0.075,
         gt=0.0,

@@ -81,6 +81,8 @@ class DeadReckoning:
         """What the turns by wheels and gyroscope have proven to be worth."""
         self.frozen = FrozenOdometry()
         """When the wheels repeated a pose while the scans moved."""
+        self._unseen_turn = 0.0
+        """Radians that the scans show since the wheels repeat a heading."""
         self._odometry = OdometryBuffer(lag=odometry_lag)
         self._gyro = GyroBuffer()
         self._by_gyro: GyroReading | None = None
@@ -189,19 +191,35 @@ class DeadReckoning:
         return self._by_wheels is not None and self._odometry.repeats_since(self._stamp) is not None
 
     def judge_repeating(self, step: Pose, source: GuessSource, limits: tuple[float, float]) -> None:
-        """Leave out wheels that repeat a pose, until that changes, if the scans contradict them: since the
-        last keyframe they show a ``step`` (3,), which was found from the guess of a ``source``.
+        """Leave out wheels that repeat a pose or heading, until that changes, if the scans contradict them:
+        since the last keyframe they show a ``step`` (3,), which was found from the guess of a ``source``.
 
-        They do where another guess than the wheels' was right, or where all of a step of more than the limits
-        (metres, radians) was made while the wheels repeated the pose.
+        They do where another guess than that of a pose was right, or where all of a step of more than the
+        limits (metres, radians) was made meanwhile. The heading of a car that steers straight ahead repeats
+        too, so some steps have to show together that it turns; where a gyroscope does, it is not missed.
         """
         begin = self._odometry.repeats_since(self._stamp)
-        if begin is None:
+        if begin is not None:
+            if source != GuessSource.WHEELS_OR_FILTER or (
+                self._is_since_keyframe(begin) and are_apart(step, IDENTITY, limits)
+            ):
+                self._freeze(begin, np.zeros(3))
             return
-        is_whole = begin - self._odometry.lag <= self._keyframe_stamp
-        if source != GuessSource.WHEELS_OR_FILTER or (is_whole and are_apart(step, IDENTITY, limits)):
-            self.frozen.freeze(begin, self._odometry.samples[1][-1])
-            self._by_wheels = self._keyframe_by_wheels = None
+        begin = self._odometry.repeats_since(self._stamp, heading_only=True)
+        is_unseen = begin is not None and self._is_since_keyframe(begin) and not self.turns.model.is_used
+        self._unseen_turn = self._unseen_turn + float(step[2]) if is_unseen else 0.0
+        if begin is not None and abs(self._unseen_turn) > self._config.unseen_turn:
+            self._freeze(begin, np.array([np.nan, np.nan, 0.0]))
+
+    def _is_since_keyframe(self, begin: int) -> bool:
+        """Whether what the odometry repeats since a stamp (nanoseconds) is all that it says of the step."""
+        return begin - self._odometry.lag <= self._keyframe_stamp
+
+    def _freeze(self, begin: int, unless: Pose) -> None:
+        """Leave out the wheels until their pose changes where ``unless`` (3,) is not NaN."""
+        self.frozen.freeze(begin, self._odometry.samples[1][-1] + unless)
+        self._by_wheels = self._keyframe_by_wheels = None
+        self._unseen_turn = 0.0
 
     def gyro_step(self) -> tuple[float, float]:
         """The turn since the last keyframe as the gyroscope measured it, and in how many seconds.
@@ -351,6 +369,7 @@ class DeadReckoning:
             **named("gyro", self._gyro.to_arrays()),
             **named("turns", self.turns.to_arrays()),
             **named("frozen", self.frozen.to_arrays()),
+            "unseen_turn": np.array(self._unseen_turn),
             **named("odometry_lag", self.odometry_lag.to_arrays()),
             **named("scan_odometry", self._scan_odometry.to_arrays()),
             **named("velocity_filter", self._filter.to_arrays()),
@@ -368,6 +387,7 @@ class DeadReckoning:
         reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays), config.lag)
         reckoning._odometry.lag = reckoning.odometry_lag.nanoseconds
         reckoning.frozen = FrozenOdometry.from_arrays(part_of("frozen", arrays))
+        reckoning._unseen_turn = float(arrays["unseen_turn"])
         for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
             reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
         reckoning._stamp = int(arrays["stamp"])

@@ -41,14 +41,15 @@ class FrozenOdometry:
         return self._pose is not None or (bool(self._stretches) and stamp < self._stretches[-1].end)
 
     def freeze(self, begin: int, odom_from_base: Pose) -> None:
-        """Scans contradict the pose (3,) that it repeats since a stamp in nanoseconds."""
+        """Scans contradict the pose (3,) that it repeats since a stamp in nanoseconds; NaN in what may go on
+        while the rest does not."""
         self._pose = odom_from_base
         self._stretches.append(FrozenStretch(begin, begin, 0.0))
 
     def thaws_with(self, odometry: Odometry) -> bool:
         """Whether a sample ends it; where the pose goes on, from there or from elsewhere, nobody knows what
         was between."""
-        if self._pose is None or np.array_equal(odometry.odom_from_base, self._pose):
+        if self._pose is None or bool(np.all(np.isnan(self._pose) | (odometry.odom_from_base == self._pose))):
             return False
         self._pose = None
         self._stretches[-1] = replace(self._stretches[-1], end=odometry.stamp)
@@ -73,13 +74,13 @@ class FrozenOdometry:
             return None
         times = ", ".join(f"{(s.begin - start) * 1e-9:.1f} to {(s.end - start) * 1e-9:.1f}" for s in told)
         return (
-            "The odometry repeated one pose while the scans moved on: it was left out from "
+            "The odometry repeated one pose, or heading, while the scans moved on: it was left out from "
             f"{times} s after the first scan. See why its driver hung."
         )
 
     def to_arrays(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
-        """The ``pose`` (3,), NaN while it is not frozen, and of the stretches ``times`` (S, 2) in nanoseconds
-        and ``moved`` (S,)."""
+        """The ``pose`` (3,), all NaN while it is not frozen, and of the stretches ``times`` (S, 2) in
+        nanoseconds and ``moved`` (S,)."""
         return {
             "pose": np.full(3, np.nan) if self._pose is None else self._pose,
             "times": np.array([(s.begin, s.end) for s in self._stretches], dtype=np.int64).reshape(-1, 2),
@@ -91,7 +92,7 @@ class FrozenOdometry:
         """One that goes on from where another was."""
         frozen = cls()
         pose = arrays["pose"].astype(np.float64)
-        frozen._pose = None if np.isnan(pose[0]) else pose
+        frozen._pose = None if np.isnan(pose).all() else pose
         times, moved = arrays["times"].tolist(), arrays["moved"].tolist()
         frozen._stretches = [FrozenStretch(b, e, m) for (b, e), m in zip(times, moved, strict=True)]
         return frozen

@@ -93,13 +93,15 @@ class OdometryBuffer:
         self._known_speed = None
         self._begin = max(self._begin, self._end - self._max_samples)
 
-    def repeats_since(self, stamp: int) -> int | None:
-        """Nanoseconds of the first of the samples before a stamp that all have the same pose to the last bit,
-        as those of a car that stands or of a driver that hangs; None where these are too few to tell."""
+    def repeats_since(self, stamp: int, *, heading_only: bool = False) -> int | None:
+        """Nanoseconds of the first of the samples before a stamp that all have the same pose, or heading, to
+        the last bit, as those of a car that stands or of a driver that hangs; None where these are too few to
+        tell."""
         if not self.covers(stamp):
             return None
         poses = self._poses[: int(np.searchsorted(self._stamps, stamp + self.lag, side="right"))]
-        differ = np.flatnonzero((poses != poses[-1:]).any(axis=1))
+        parts = poses[:, 2:] if heading_only else poses
+        differ = np.flatnonzero((parts != parts[-1:]).any(axis=1))
         first = int(differ[-1]) + 1 if len(differ) else 0
         return int(self._stamps[first]) if len(poses) - first >= _REPEATS else None
 

@@ -94,6 +94,21 @@ def test_odometry_that_hangs_for_some_seconds_is_left_out_there_and_told(goes_on
     assert len(steps) < 0.9 * len(result.keyframe_indices)
 
 
+def test_a_heading_that_hangs_for_some_seconds_is_left_out_there_and_told() -> None:
+    mapper, held = Mapper(MappingConfig()), 0.0
+    for message in driven().messages:
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+            continue
+        hangs = 4_000_000_000 < message.stamp < 7_000_000_000
+        x, y, yaw = message.odom_from_base.tolist()
+        held = held if hangs else yaw
+        mapper.add_odometry(replace(message, odom_from_base=np.array([x, y, held])))
+    result = mapper.finish()
+    assert mean_error(result, driven().truth) < 0.05
+    assert "4.0 to 7.0 s" in str(result.warnings)
+
+
 def blinded(begin: float, end: float, reading: float) -> Iterator[Scan | Odometry]:
     """The drive with a laser that is covered for some seconds."""
     for message in driven().messages:

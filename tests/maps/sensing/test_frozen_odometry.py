@@ -32,6 +32,15 @@ def test_it_lasts_until_the_pose_changes() -> None:
     assert "5.0 to 9.0 s" in str(odometry.warning(START))
 
 
+def test_what_is_not_frozen_may_go_on() -> None:
+    odometry = FrozenOdometry()
+    odometry.freeze(START, np.array([np.nan, np.nan, 0.5]))
+    assert not odometry.thaws_with(Odometry(START + SECOND, np.array([1.0, 2.0, 0.5]), IDENTITY))
+    again = FrozenOdometry.from_arrays(odometry.to_arrays())
+    assert again.is_frozen_at(START + SECOND)
+    assert again.thaws_with(Odometry(START + SECOND, np.array([1.0, 2.0, 0.6]), IDENTITY))
+
+
 @pytest.mark.parametrize(("moved", "is_told"), [(0.3, False), (2.0, True)])
 def test_only_what_a_stop_cannot_explain_is_told(moved: float, is_told: bool) -> None:
     assert (frozen(moved).warning(START) is not None) == is_told

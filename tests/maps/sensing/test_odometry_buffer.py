@@ -223,4 +223,5 @@ def test_a_pose_that_is_repeated_is_told_from_one_that_comes_again() -> None:
     assert buffer.repeats_since(stamps[6]) == stamps[4]
     assert buffer.repeats_since(stamps[5]) is None  # two alike may be one that was sent twice
     assert buffer.repeats_since(stamps[3]) is None
+    assert buffer.repeats_since(stamps[3], heading_only=True) == stamps[0]
     assert buffer.repeats_since(stamps[7] + 1_000 * MILLISECOND) is None  # nobody knows by then
