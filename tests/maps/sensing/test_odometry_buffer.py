@@ -178,9 +178,7 @@ def test_an_empty_buffer_tells_nothing() -> None:
 @settings(max_examples=60)
 @given(st.lists(steps, min_size=2, max_size=20), st.floats(0.0, 1.0))
 @example([(10, 0.0, 0.0, 0.05), (10, 0.0, 0.0, 0.1419656404655902), (10, 0.0, 0.0, 0.0)], 1.0)
-def test_poses_are_those_of_interpolate(
-    taken: list[tuple[int, float, float, float]], share: float
-) -> None:
+def test_poses_are_those_of_interpolate(taken: list[tuple[int, float, float, float]], share: float) -> None:
     stamps, poses = walk(taken)
     wanted = np.array([first + int(share * (last - first)) for first, last in pairwise(stamps)])
     shares = (wanted - stamps[:-1]) / np.diff(stamps)
