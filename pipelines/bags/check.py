@@ -51,7 +51,11 @@ def check_bag(reader: BagReader, progress: Callable[[float], None] | None = None
             progress(reader.messages_read)
     facts = {
         "scans": _describe_scans(reader, reader.scan_facts),
-        "sensor": {"place": list(_rounded(reader.base_from_laser)), "source": reader.base_from_laser_source},
+        "sensor": {
+            "place": list(_rounded(reader.base_from_laser)),
+            "upside_down": reader.laser_is_upside_down,
+            "source": reader.base_from_laser_source,
+        },
         "odometry": _describe_odometry(reader, reader.odometry_facts),
         "imu": _describe_imu(reader, reader.yaw_rate_facts),
     }

@@ -1,5 +1,6 @@
 """Where a bag's sensors sit on the car: given by the user, found in the bag's transforms, or assumed."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -93,6 +94,23 @@ class SensorPlaces:
                     "Publish it once only; until then give the right one with --laser-pose X Y YAW.",
                 )
             )
+
+
+def slip_in(place: Sequence[float]) -> str | None:
+    """What is wrong with a place that somebody gave, (3,) or with a roll (4,), as the end of a sentence."""
+    yaw, roll = place[2], [*place, 0.0][3]
+    for name, angle in (("yaw", yaw), ("roll", roll)):
+        if abs(angle) > 2.0 * np.pi:
+            return (
+                f"a {name} of {angle:g} goes round more than once: give radians, {np.radians(angle):.4f} if "
+                "these are degrees"
+            )
+    if abs(np.sin(roll)) > np.sin(_LARGEST_TILT):
+        return (
+            f"a roll of {roll:g} ({np.degrees(roll):.0f}°) tilts the laser: a planar one hangs upright, "
+            "without a roll, or upside down, 3.1416"
+        )
+    return None
 
 
 def base_frame_of(tree: TransformTree, sensor_frame: str, odometry_child: str) -> str | None:

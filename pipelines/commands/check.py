@@ -103,6 +103,7 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
         beams += f" to {scans['beams_most']}"
     sweep = f"a sweep takes {scans['sweep_s'] * 1e3:.1f} ms" if scans["sweep_s"] else "no time per beam"
     x, y, yaw = sensor["place"]
+    hangs = ", upside down" if sensor["upside_down"] else ""
     rows = [
         (
             "scans",
@@ -118,7 +119,7 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
             "beams that",
             f"missed: {scans['missed_share']:.1%}, no reading: {scans['no_information_share']:.1%}",
         ),
-        ("sensor's place", f"x {x:g} m, y {y:g} m, yaw {yaw:g} rad ({sensor['source']})"),
+        ("sensor's place", f"x {x:g} m, y {y:g} m, yaw {yaw:g} rad{hangs} ({sensor['source']})"),
     ]
     if imu := result.facts["imu"]:
         imu_row = f"{imu['count']} on {imu['topic']}, {imu['rate_hz']:g} Hz"

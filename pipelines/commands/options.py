@@ -100,6 +100,7 @@ def _is_number(argument: str) -> bool:
 def parse_laser_pose(text: str) -> tuple[float, ...]:
     """x, y, yaw and perhaps roll. Raises UserError."""
     from racecar.maps.errors import UserError
+    from racecar.pipelines.bags.sensor_place import slip_in
 
     try:
         numbers = tuple(float(number) for number in text.replace(",", " ").split())
@@ -110,6 +111,8 @@ def parse_laser_pose(text: str) -> tuple[float, ...]:
             f"{_LASER_POSE} {text!r} is no place: give X Y YAW in metres and radians, and ROLL, 3.1416, if "
             "the laser hangs upside down."
         )
+    if (slip := slip_in(numbers)) is not None:
+        raise UserError(f"{_LASER_POSE} {text!r} is no place: {slip}.")
     return numbers
 
 

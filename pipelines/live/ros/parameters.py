@@ -14,6 +14,7 @@ from rclpy.exceptions import InvalidParameterValueException
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.settings import Settings
+from racecar.pipelines.bags.sensor_place import slip_in
 from racecar.pipelines.files.nested_settings import leaf_fields, leaf_values, nested
 
 SettingsT = TypeVar("SettingsT", bound=Settings)
@@ -179,4 +180,6 @@ def _laser_pose(value: Any) -> Pose | None:
         return None
     if numbers.shape != (3,) or not np.isfinite(numbers).all():
         raise UserError(f"The parameter laser_pose is {value!r}; give x and y in metres and yaw in radians.")
+    if (slip := slip_in(numbers.tolist())) is not None:
+        raise UserError(f"The parameter laser_pose is {value!r}: {slip}.")
     return numbers

@@ -27,3 +27,21 @@ def test_a_place(text: str) -> None:
 def test_no_place(text: str) -> None:
     with pytest.raises(UserError, match="--laser-pose"):
         parse_laser_pose(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "slip"),
+    [
+        ("0.2 0 90", "1.5708 if these are degrees"),
+        ("0.2 0 0 180", "3.1416 if these are degrees"),
+        ("0.2 0 0 1", r"57°.* tilts the laser"),
+    ],
+)
+def test_a_place_that_is_a_slip(text: str, slip: str) -> None:
+    with pytest.raises(UserError, match=slip):
+        parse_laser_pose(text)
+
+
+@pytest.mark.parametrize("text", ["0.2 0 -4.712", "0.2 0 0 -3.1", "0.2 0 0 0.1"])
+def test_a_place_that_may_be_meant(text: str) -> None:
+    assert parse_laser_pose(text) == tuple(float(number) for number in text.split())
