@@ -13,6 +13,12 @@ from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 
+WITHOUT_WHEELS = (
+    "There was no wheel odometry: lengths of bare corridors are not to be trusted, and fast turns may have "
+    "been lost."
+)
+"""The warning where no scan had any; whoever read the recording may have said so already."""
+
 
 @dataclass(frozen=True, eq=False)
 class MappingResult:
@@ -83,10 +89,7 @@ def _counts(state: MapperState, session: Session) -> dict[str, int]:
 def _warnings(state: MapperState) -> list[str]:
     warnings = []
     if state.reckoning.scans_without_odometry == len(state.drive):
-        warnings.append(
-            "There was no wheel odometry: lengths of bare corridors are not to be trusted, "
-            "and fast turns may have been lost."
-        )
+        warnings.append(WITHOUT_WHEELS)
     if sentence := state.reckoning.frozen.warning(state.drive.stamps[0]):
         warnings.append(sentence)
     if sentence := state.reckoning.turns.model.contradiction:

@@ -7,7 +7,7 @@ import numpy as np
 from racecar.maps.sensing.odometry import Odometry, is_jump
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
-from racecar.pipelines.bags.findings import Finding
+from racecar.pipelines.bags.findings import Finding, times
 
 _LONGEST_STEP = 0.3
 """Metres between two samples of odometry, over which a car can steer without being seen to: by judgement."""
@@ -18,8 +18,6 @@ _LONG_BLANK = 1.0
 """Seconds without a return; what is shorter is bridged without a trace, by judgement."""
 _FEW_SAMPLES = 50
 """Samples of a gyroscope that may be equal by chance, where one is read coarsely: by judgement."""
-_MISSING_SHARE = 0.05
-"""Of the steps between scans, above which they come unevenly: by judgement."""
 
 
 class Spacing:
@@ -51,12 +49,6 @@ class Spacing:
     def rate(self) -> float:
         """Messages per second by the median step; 0 where there are fewer than two."""
         return 1e9 / float(np.median(self._steps)) if self._steps else 0.0
-
-    @property
-    def missing_share(self) -> float:
-        """Share of the steps over which at least one message is missing."""
-        steps = np.array(self._steps)
-        return float(np.mean(steps > 1.7 * np.median(steps))) if len(steps) else 0.0
 
 
 @dataclass
@@ -144,14 +136,6 @@ class ScanFacts:
                     spoils_map=True,
                 )
             )
-        if self.spacing.missing_share > _MISSING_SHARE:
-            findings.append(
-                Finding(
-                    "Scans come unevenly: "
-                    f"after {self.spacing.missing_share:.1%} of them a sweep is missing.",
-                    "Record to a faster disk, or fewer topics, unless the sensor is meant to work like that.",
-                )
-            )
         return findings
 
 
@@ -190,7 +174,7 @@ class OdometryFacts:
         if self.jumps:
             findings.append(
                 Finding(
-                    f"The odometry jumps {self.jumps} times, faster than any car.",
+                    f"The odometry jumps {times(self.jumps)}, faster than any car.",
                     "See that only one node publishes it and that it is not reset while driving.",
                 )
             )

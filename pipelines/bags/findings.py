@@ -19,50 +19,55 @@ class Finding:
         return f"{self.what} {self.remedy}"
 
 
+def times(count: int) -> str:
+    """Such as "once" and "3 times"."""
+    return "once" if count == 1 else f"{count} times"
+
+
 _COUNTED = {
     "dropped_out_of_order": (
-        "messages were dropped: their stamps are over a second out of order.",
+        "Messages dropped because their stamps are over a second out of order",
         "See that one clock stamps all messages (chrony, or use_sim_time everywhere).",
     ),
     "dropped_duplicates": (
-        "messages were dropped: they bear the stamp of another of their topic.",
+        "Messages dropped because they bear the stamp of another of their topic",
         "See that only one driver publishes the topic; otherwise nothing is lost.",
     ),
     "stamps_from_recording_time": (
-        "stamps were zero or absurd: the time of recording stands in.",
+        "Stamps that were zero or absurd, for which the time of recording stands in",
         "Let the driver stamp its messages; until then expect some jitter.",
     ),
     "stamps_that_stood_still": (
-        "stamps stood still while messages came: the time of recording stands in.",
+        "Stamps that stood still while messages came, for which the time of recording stands in",
         "Restart the driver, or let it stamp each message when it is measured.",
     ),
     "clock_jumps": (
-        "times the stamps of a topic jumped: a clock was set. They are taken to go on as before.",
+        "Jumps of the stamps of a topic, because a clock was set; they are taken to go on as before",
         "Set the clock before the drive (chrony), and do not restart drivers while recording.",
     ),
     "empty_scans": (
-        "scans were dropped: they hold no usable beams.",
+        "Scans dropped because they hold no usable beams",
         "Look at the driver's log for the times when the sensor failed.",
     ),
     "undecodable_messages": (
-        "messages were dropped: their bytes are damaged.",
+        "Messages dropped because their bytes are damaged",
         "Copy the bag again from where it was recorded.",
     ),
     "invalid_odometry": (
-        "odometry messages were dropped: they hold no valid pose.",
+        "Odometry messages dropped because they hold no valid pose",
         "Let the odometry node set the pose's quaternion (w = 1 for no rotation).",
     ),
     "time_increments_ignored": (
-        "scans have a time_increment too long to be true: it is taken as zero.",
+        "Scans with a time_increment too long to be true, which is taken as zero",
         "Correct it in the driver, so that scans can be corrected for the motion during a sweep.",
     ),
     "point_times_ignored": (
-        "clouds time their points over a second away from their stamp: these times are ignored.",
+        "Clouds that time their points over a second away from their stamp, which is ignored",
         "Let the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
     ),
-    "changed_beam_counts": ("times the number of beams changed.", "No action is needed."),
+    "changed_beam_counts": ("Times the number of beams changed", "No action is needed."),
     "scans_without_range_max": (
-        "scans do not state the sensor's range: 60 m is assumed.",
+        "Scans that do not state the sensor's range, for which 60 m is assumed",
         "Set range_max in the driver, so that misses are not taken for walls.",
     ),
 }
@@ -78,7 +83,7 @@ def counted_findings(counts: Counter[str]) -> list[Finding]:
     lost = sum(counts[name] for name in _LOST)
     is_much = lost > _MUCH_LOST * (lost + counts["scans"] + counts["odometry"])
     findings = [
-        Finding(f"{counts[name]} {what}", remedy, is_much and name in _LOST)
+        Finding(f"{what}: {counts[name]}.", remedy, is_much and name in _LOST)
         for name, (what, remedy) in _COUNTED.items()
         if counts[name]
     ]

@@ -117,6 +117,8 @@ class BagReader:
         self._integrate_twist = False
         self._named_transforms: BagTopic | None = None
         self._corrections = NO_CORRECTIONS
+        self.tells_of_no_odometry = False
+        """Whether a finding says that there is none, and what comes of it."""
         try:
             named = [scan_topic] if isinstance(scan_topic, str) else list(scan_topic or ())
             self._open_scans(named)
@@ -208,6 +210,11 @@ class BagReader:
         """(3,) the first sensor's place on the car."""
         corrected = self._corrections.base_from_laser
         return self._places.place(self._scan_frame).pose if corrected is None else corrected
+
+    @property
+    def laser_is_upside_down(self) -> bool:
+        """Whether the first sensor counts its bearings clockwise, seen from above."""
+        return self._corrections.is_upside_down or self._places.place(self._scan_frame).is_upside_down
 
     @property
     def base_from_laser_source(self) -> str:
@@ -422,11 +429,16 @@ class BagReader:
             )
         if source == PoseSource.STANDING:
             return
-        without = "There is no odometry: the motion must be estimated from the scans alone."
+        self.tells_of_no_odometry = True
+        without = (
+            "There is no odometry: the motion must be estimated from the scans alone, which fails along bare "
+            "corridors and in fast turns."
+        )
         if found is not None:
             without = (
                 f"The link {found} on {', '.join(found.topics)} never changes: it is not taken for odometry, "
-                "and the motion is estimated from the scans alone."
+                "and the motion is estimated from the scans alone, which fails along bare corridors and in "
+                "fast turns."
             )
         elif solution := links.solution():
             without += f" The link {solution} is another program's solution and not used."

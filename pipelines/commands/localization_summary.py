@@ -6,7 +6,7 @@ from rich.console import Console
 
 from racecar.pipelines.commands.printed_warnings import print_warnings
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.localization_run import LOCALIZATION_FILES
+from racecar.pipelines.runs.localization_run import LOCALIZATION_FILES, POOR_FIT
 
 _WORTH_MENDING = 0.02
 """Share of the distance by which the odometry is wrong."""
@@ -28,7 +28,7 @@ def print_localization(report: Report, folder: Path) -> None:
             f"A scan took {update['mean']:.1f} ms, 99 % of them under {update['percentile_99']:.1f} ms."
         )
     fault = figures.get("odometry_faults", {"distance": 0.0})["distance"]
-    if abs(fault) > _WORTH_MENDING:
+    if abs(fault) > _WORTH_MENDING and share >= POOR_FIT:  # a car that is lost learns nothing true
         console.print(
             f"Odometry reports distances {abs(fault):.0%} too {'short' if fault > 0.0 else 'long'}; the "
             "localizer makes up for it, but the gain from motor to speed is worth mending."

@@ -18,6 +18,8 @@ from racecar.pipelines.bags.findings import Finding
 _FAR_CLOCKS = 1_000_000_000
 """Nanoseconds between the stamps of scans and odometry that were recorded together, from which their clocks
 differ and not their delays, since filters and buses hold back less than a second; by judgement."""
+_ANOTHER_ORIGIN = 86_400_000_000_000
+"""Nanoseconds, a day, since no clock that was ever set is off by more."""
 _NOT_TOLD = ("assumed identity", "base frame")
 """Sources of a laser's place that are no more than an assumption."""
 
@@ -108,10 +110,15 @@ class _Made:
         else:
             self.changes["odometry_shift"] = -lag
             done = "the odometry's stamps are shifted"
+        topic, other = self._known.odom_topic, self._known.scan_topic
         ahead = "ahead of" if lag > 0 else "behind"
+        apart = (
+            f"The clock of {topic} is {abs(lag) * 1e-9:.2f} s {ahead} that of {other}"
+            if abs(lag) < _ANOTHER_ORIGIN
+            else f"The clocks of {topic} and {other} count from different origins, such as 1970 and power-on"
+        )
         self._find(
-            f"The clock of {self._known.odom_topic} is {abs(lag) * 1e-9:.2f} s {ahead} that of "
-            f"{self._known.scan_topic}, {evidence}: {done}.",
+            f"{apart}, {evidence}: {done}.",
             "Let one clock stamp all messages (chrony, or drivers on one computer).",
         )
 

@@ -15,6 +15,7 @@ from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.findings import times
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.evaluation.evaluation import compare
@@ -28,7 +29,7 @@ from racecar.pipelines.view.recorder import Recorder
 
 LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", "report.json")
 
-_POOR_FIT = 0.5
+POOR_FIT = 0.5
 """Share of end points on walls below which a person should look twice."""
 _CONVERGED = 0.2
 """Metres of standard deviation within which the pose counts as found."""
@@ -224,19 +225,18 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
     sentences = []
     starts = sum(estimate.is_start for estimate in run.estimates)
     if starts > 1:
-        times = "once" if starts == 2 else f"{starts - 1} times"
         sentences.append(
-            f"The pose was searched again {times}, after gaps in the scans or because they no "
+            f"The pose was searched again {times(starts - 1)}, after gaps in the scans or because they no "
             "longer fitted the map; the path may jump there."
         )
     shares = [share for share in run.shares_on_wall if not np.isnan(share)]
     share = sum(shares) / max(len(shares), 1)
-    if share < _POOR_FIT:
+    if share < POOR_FIT:
         sentences.append(
             f"Only {share:.0%} of the scans' end points lie on walls of the map: it is the wrong map, "
             "outdated, or the car was lost; look at overlay.png."
         )
-    if reader.odom_topic is None:
+    if reader.odom_topic is None and not reader.tells_of_no_odometry:
         sentences.append(
             "There was no odometry: the car's motion was guessed from scan to scan, "
             "which fails along bare corridors and in fast turns."

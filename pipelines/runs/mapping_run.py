@@ -9,7 +9,7 @@ import numpy as np
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.session import Session
-from racecar.mapping.state.result import MappingResult
+from racecar.mapping.state.result import WITHOUT_WHEELS, MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between
 from racecar.maps.sensing.measurement import Measurement
@@ -69,7 +69,9 @@ def build_map(
     report.add("consistency", _residuals(result))
     if reader.imu_topic is not None:
         report.add("gyroscope", start.mapper.turn_model.figures)
-    for sentence in [*reader.warnings, *result.warnings, *cautions_of_resolution(config.resolution)]:
+    told = [WITHOUT_WHEELS] if reader.tells_of_no_odometry else []
+    own = [sentence for sentence in result.warnings if sentence not in told]
+    for sentence in [*reader.warnings, *own, *cautions_of_resolution(config.resolution)]:
         report.warn(sentence)
     return result
 

@@ -33,7 +33,11 @@ def test_a_good_bag(tmp_path):
     assert driven["path_length_m"] == pytest.approx(0.02 * 199, abs=0.01)
     assert driven["top_speed_m_s"] == pytest.approx(0.8)
     assert driven["scans_covered_share"] > 0.99
-    assert result.facts["sensor"] == {"place": [0.25, 0.1, 0.5], "source": "tf_static"}
+    assert result.facts["sensor"] == {
+        "place": [0.25, 0.1, 0.5],
+        "upside_down": False,
+        "source": "tf_static",
+    }
 
 
 def test_what_is_wrong_is_found_each_with_a_remedy(tmp_path):
@@ -52,9 +56,8 @@ def test_what_is_wrong_is_found_each_with_a_remedy(tmp_path):
         "gap of",
         "number of beams changed",
         "hold no reading",
-        "jumps 1 times",
+        "jumps once",
         "tf_static",
-        "unevenly",
     ):
         assert part in words
     assert all(finding.remedy for finding in result.findings)
@@ -94,6 +97,14 @@ def test_the_command_passes_a_cut_bag_with_findings(tmp_path, capsys):
     path = cut(write_bag(tmp_path / "drive.bag"), tmp_path / "cut.bag", 0.5)
     assert run(["check", str(path)]) == 0
     assert "cut off" in capsys.readouterr().out
+
+
+def test_a_laser_that_hangs_upside_down_is_shown_so(tmp_path, capsys):
+    path = str(write_bag(tmp_path / "drive.bag"))
+    assert run(["check", path]) == 0
+    assert "upside down" not in capsys.readouterr().out
+    assert run(["check", path, "--laser-pose", "0.2", "0", "0", "3.1416"]) == 0
+    assert "upside down" in capsys.readouterr().out
 
 
 def blind_bag(path):
@@ -170,3 +181,30 @@ def test_the_command_refuses_in_one_sentence(tmp_path, capsys, monkeypatch, argu
     captured = capsys.readouterr()
     assert captured.out == ""
     assert captured.err.count("\n") == 1
+
+
+def test_one_is_not_told_as_many(tmp_path):
+    def write(writer):
+        writer.write_static_transform(PLACE)
+        for index in range(60):
+            writer.write_odometry(
+                odometry(index, odom_from_base=np.array([0.02 * index + 50.0 * (index > 40), 0.0, 0.0]))
+            )
+            write_scan(writer, index, ranges=np.full(181 if index < 50 else 100, 2.0, dtype=np.float32))
+
+    words = [finding.what for finding in check(bag_of(tmp_path / "drive.bag", write)).findings]
+    assert words == ["Times the number of beams changed: 1.", "The odometry jumps once, faster than any car."]
+
+
+@pytest.mark.parametrize("share", [0.1, 0.3])
+def test_sweeps_that_are_missing_here_and_there_are_no_fault(tmp_path, share):
+    is_lost = np.random.default_rng(0).random(200) < share
+
+    def write(writer):
+        writer.write_static_transform(PLACE)
+        for index in range(200):
+            writer.write_odometry(odometry(index))
+            if not is_lost[index]:
+                write_scan(writer, index)
+
+    assert check(bag_of(tmp_path / "drive.bag", write)).findings == []

@@ -17,6 +17,8 @@ from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.cli import run
+from racecar.pipelines.commands.localization_summary import print_localization
+from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum, save_tum
 
 BEARINGS = np.linspace(-2.35, 2.35, 271)
@@ -162,3 +164,16 @@ def test_coarse_cells_are_told(bag: Path) -> None:
     assert localize(bag, "--global", "--quiet") == 0
     report = json.loads((bag.parent / "out" / "report.json").read_text())
     assert any("cells are 0.3 m wide" in sentence for sentence in report["warnings"])
+
+
+@pytest.mark.parametrize("share", [0.3, 0.9])
+def test_what_a_lost_car_makes_of_its_odometry_is_not_told(
+    share: float, capsys: pytest.CaptureFixture[str]
+) -> None:
+    report = Report("racecar localize")
+    report.add("counts", {"scans": 10, "path_metres": 1.0})
+    report.add("accuracy", {"share_of_end_points_within_0.10_m_of_a_wall": share})
+    report.add("update_ms", {"mean": None})
+    report.add("odometry_faults", {"distance": -0.18})
+    print_localization(report, Path("out"))
+    assert ("18% too long" in capsys.readouterr().out) == (share > 0.5)

@@ -43,6 +43,7 @@ class RoomReader:
     counts: dict[str, int] = {}  # noqa: RUF012
     warnings = ["The bag is cut."]  # noqa: RUF012
     imu_topic = None
+    tells_of_no_odometry = False
     messages_read = message_count = 0
 
     def __init__(
@@ -106,6 +107,14 @@ def test_bag_becomes_files_and_report(tmp_path: Path) -> None:
     assert "The bag is cut." in written["warnings"]
     assert any("odometry" in sentence for sentence in written["warnings"])
     assert {"reading", "scan matching", "optimizing", "writing"} <= written["stages"].keys()
+
+
+@pytest.mark.parametrize("is_told", [False, True])
+def test_that_there_is_no_odometry_is_told_once(is_told: bool) -> None:
+    reader, report = RoomReader(5), Report("racecar map")
+    reader.tells_of_no_odometry = is_told
+    build(reader, report)
+    assert any("no wheel odometry" in sentence for sentence in report.warnings) != is_told
 
 
 @pytest.mark.parametrize("odom_topic", [None, "/odom"])
