@@ -1,16 +1,20 @@
 """What the beginning of a recording proves about its sensors: all estimators over one track of its scans."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from racecar.mapping.self_calibration.bearing_scale import BearingScale, bearing_scale
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.mount import MotionReading, read_motion
 from racecar.mapping.self_calibration.odometry_fault import OdometryFault, fault_in, is_impossible
 from racecar.mapping.self_calibration.scan_track import ScanTrack, ScanTracker, track_of
 from racecar.mapping.self_calibration.sweep_order import SweepOrder, estimate_sweep_order, has_sweep_times
 from racecar.mapping.self_calibration.turn_agreement import TurnAgreement, turn_agreement
+from racecar.mapping.self_calibration.turn_ratio import TurnRatio, turn_ratio
+from racecar.mapping.self_calibration.wall_straightness import wall_straightness
 from racecar.mapping.self_calibration.wheel_track import WheelTrack, motion_pairs, windows_of
 from racecar.maps.geometry.se2 import wrap_angle
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scaled_bearings import with_bearings_scaled
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
 
@@ -27,6 +31,12 @@ class SelfCalibration:
     odometry_fault: OdometryFault | None = None
     gyro_has_turns: bool = False
     """Of odometry without turns: whether a gyroscope has them, as the scans show."""
+    bearing_scale: BearingScale | None = None
+    """Of scans whose beams lie over another angle than they state."""
+    wheel_turns: TurnRatio | None = None
+    """Of the scans' turns to those of the wheels, with the beams where they are."""
+    gyro_turns: TurnRatio | None = None
+    """The same of the gyroscope."""
 
 
 class SelfCalibrator:
@@ -48,9 +58,8 @@ class SelfCalibrator:
             self._odometry.append(odometry)
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Take a sample of the gyroscope, which is asked for the turns that the wheels may lack."""
-        if self._asks_wheels:
-            self._yaw_rates.append(yaw_rate)
+        """Take a sample of the gyroscope: asked for its scale, its lag, and turns that wheels lack."""
+        self._yaw_rates.append(yaw_rate)
 
     def add_scan(self, scan: Scan) -> None:
         """Take a scan; of several lasers only the first is followed."""
@@ -63,9 +72,9 @@ class SelfCalibrator:
     @property
     def is_done(self) -> bool:
         """Whether the scans so far are enough, or more would not help."""
-        if self._first is not None and not (self._asks_order or self._asks_wheels):
-            return True
         tracker, enough = self._tracker, self._config.beginning
+        if self._first is not None and not (self._asks_order or self._asks_wheels or self._yaw_rates):
+            return len(tracker) >= enough.min_scans  # which show whether walls are straight
         return len(tracker) >= enough.max_scans or (
             len(tracker) >= enough.min_scans
             and tracker.turned > self._level * enough.min_turn
@@ -79,6 +88,7 @@ class SelfCalibrator:
         is_open = self._asks_order and learned.sweep_order == SweepOrder.UNKNOWN
         if self._asks_wheels and learned.odometry_fault is None:
             is_open = is_open or learned.turns is None or (is_first and not self._is_clear(learned))
+        is_open = is_open or (is_first and bool(self._yaw_rates) and learned.gyro_turns is None)
         beginning = self._config.beginning
         return is_open and len(self._tracker) < beginning.max_scans and self._level <= beginning.max_level
 
@@ -97,12 +107,34 @@ class SelfCalibrator:
         """What they prove. ``expected_lag`` in nanoseconds is how much later than scans the wheels are
         stamped by the times of recording."""
         track = self._tracker.track()
+        scale = self._bearing_scale(track, expected_lag)
+        if scale is not None and scale.is_certain:
+            track = track_of(
+                [with_bearings_scaled(scan, scale.factor) for scan in track.scans], self._config.track
+            )
         order = estimate_sweep_order(track, self._config) if self._asks_order else SweepOrder.UNKNOWN
         if order == SweepOrder.REVERSED:
             track = track_of(track.scans, self._config.track, -1.0)
-        if not self._asks_wheels or len(self._odometry) < 2:
-            return SelfCalibration(order)
-        return self._with_wheels(order, track, expected_lag)
+        learned = SelfCalibration(order)
+        if self._asks_wheels and len(self._odometry) >= 2:
+            learned = self._with_wheels(order, track, expected_lag)
+        lag = expected_lag if learned.turns is None else learned.turns.lag
+        wheels, gyro = self._turn_ratios(track, lag)
+        return replace(learned, bearing_scale=scale, wheel_turns=wheels, gyro_turns=gyro)
+
+    def _bearing_scale(self, track: ScanTrack, expected_lag: int) -> BearingScale | None:
+        if self._first is None or self._first.cloud is not None:
+            return None  # what was measured as points has the right angles
+        walls = wall_straightness(track.scans, self._config.walls)
+        ratios = [ratio for ratio in self._turn_ratios(track, expected_lag) if ratio is not None]
+        return bearing_scale(walls, ratios, self._first, self._config)
+
+    def _turn_ratios(self, track: ScanTrack, lag: int) -> tuple[TurnRatio | None, TurnRatio | None]:
+        """To the wheels, and to the gyroscope."""
+        others = WheelTrack.of(self._odometry), WheelTrack.of_turns(self._yaw_rates)
+        config = self._config
+        wheels, gyro = (turn_ratio(track, other, config.turn_ratio, config.turns, lag) for other in others)
+        return wheels, gyro
 
     def _with_wheels(self, order: SweepOrder, track: ScanTrack, expected_lag: int) -> SelfCalibration:
         config, wheels = self._config, WheelTrack.of(self._odometry)

@@ -38,7 +38,7 @@ def turn_agreement(
     lag does not speak against it.
     """
     lags = _lags(config, expected_lag)
-    turns, by_wheels, is_covered, scans_apart = _turns(track, wheels, lags, config)
+    turns, by_wheels, is_covered, scans_apart = turns_at(track, wheels, lags, config)
     turned = float(np.abs(turns).sum()) / scans_apart
     if turned < config.min_turn:
         return None
@@ -67,7 +67,7 @@ def _lags(config: TurnAgreementConfig, expected_lag: int) -> NDArray[np.int64]:
     return np.union1d(about_none, about_expected).astype(np.int64)
 
 
-def _turns(
+def turns_at(
     track: ScanTrack, wheels: WheelTrack, lags: NDArray[np.int64], config: TurnAgreementConfig
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], float]:
     """Turns (W,) by scans over overlapping windows, those (L, W) by wheels at each lag, whether the wheels

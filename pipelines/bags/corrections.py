@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scaled_bearings import scaled_bearings
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.converters.shared_arrays import frozen
 from racecar.pipelines.bags.findings import Finding
 
@@ -19,6 +21,8 @@ class Corrections:
 
     beams_are_reversed: bool = False
     """Whether the beams were measured in the opposite order of time."""
+    bearing_factor: float = 1.0
+    """True angles of the first laser's beams over those stated."""
     base_from_laser: Pose | None = None
     """(3,) the place of the first laser, where it is not the one that the recording tells."""
     is_upside_down: bool = False
@@ -27,6 +31,8 @@ class Corrections:
     """Nanoseconds to add to the stamps of scans."""
     odometry_shift: int = 0
     """Nanoseconds to add to the stamps of odometry."""
+    yaw_rate_shift: int = 0
+    """Nanoseconds to add to the stamps of yaw rates."""
     odometry_factors: tuple[float, float, float] = (1.0, 1.0, 1.0)
     """By which x, y and yaw of the odometry are multiplied."""
     uses_odometry: bool = True
@@ -39,9 +45,11 @@ class Corrections:
         """How the recording is read otherwise than it stands there, for reports."""
         changes: dict[str, object] = {
             "beams": "reversed" if self.beams_are_reversed else None,
+            "bearing_factor": self.bearing_factor if self.bearing_factor != 1.0 else None,
             "laser_is_upside_down": self.is_upside_down or None,
             "scan_shift_s": self.scan_shift * 1e-9 or None,
             "odometry_shift_s": self.odometry_shift * 1e-9 or None,
+            "yaw_rate_shift_s": self.yaw_rate_shift * 1e-9 or None,
             "odometry_factors": self.odometry_factors if self.odometry_factors != (1.0, 1.0, 1.0) else None,
             "odometry_left_out": None if self.uses_odometry else True,
         }
@@ -61,6 +69,7 @@ class Corrector:
         self._changes_scans = (
             corrections.beams_are_reversed
             or corrections.is_upside_down
+            or corrections.bearing_factor != 1.0
             or corrections.base_from_laser is not None
             or corrections.scan_shift != 0
         )
@@ -72,7 +81,7 @@ class Corrector:
         """The scan, or the sample, as it was."""
         if isinstance(item, Scan):
             return self.scan(item)
-        return self.odometry(item) if isinstance(item, Odometry) else item
+        return self.odometry(item) if isinstance(item, Odometry) else self.yaw_rate(item)
 
     def scan(self, scan: Scan) -> Scan:
         """The scan as it was."""
@@ -83,13 +92,14 @@ class Corrector:
         is_mirrored = corrections.is_upside_down and is_first
         beams = self._beams.get(scan.laser)
         if beams is None or not beams.are_those_of(scan):
-            beams = self._beams[scan.laser] = self._corrected_beams(scan, is_mirrored=is_mirrored)
+            factor = corrections.bearing_factor if is_first else 1.0
+            beams = self._beams[scan.laser] = self._corrected_beams(scan, factor, is_mirrored=is_mirrored)
         place = corrections.base_from_laser
         return replace(
             scan,
             stamp=scan.stamp + corrections.scan_shift,
             bearings=beams.bearings,
-            ranges=scan.ranges[::-1] if is_mirrored else scan.ranges,
+            ranges=scan.ranges if beams.order is None else scan.ranges[beams.order],
             time_offsets=beams.time_offsets,
             base_from_laser=scan.base_from_laser if place is None or not is_first else place,
         )
@@ -104,13 +114,28 @@ class Corrector:
             odometry.twist * self._factors,
         )
 
-    def _corrected_beams(self, scan: Scan, *, is_mirrored: bool) -> "_Beams":
-        bearings, offsets = scan.bearings, scan.time_offsets
+    def yaw_rate(self, yaw_rate: YawRate) -> YawRate:
+        """The sample as it was."""
+        shift = self._corrections.yaw_rate_shift
+        return YawRate(yaw_rate.stamp + shift, yaw_rate.rate) if shift else yaw_rate
+
+    def _corrected_beams(self, scan: Scan, factor: float, *, is_mirrored: bool) -> "_Beams":
+        bearings, offsets, order = scan.bearings, scan.time_offsets, np.arange(len(scan.bearings))
+        if factor != 1.0:
+            bearings, order = scaled_bearings(scan, factor)
+            offsets = offsets[order]
         if self._corrections.beams_are_reversed:
             offsets = offsets.min() + offsets.max() - offsets
         if is_mirrored:
-            bearings, offsets = -bearings[::-1], offsets[::-1]
-        return _Beams(scan.bearings, scan.time_offsets, frozen(bearings.copy()), frozen(offsets.copy()))
+            bearings, offsets, order = -bearings[::-1], offsets[::-1], order[::-1]
+        is_other = is_mirrored or factor != 1.0
+        return _Beams(
+            scan.bearings,
+            scan.time_offsets,
+            frozen(bearings.copy()),
+            frozen(offsets.copy()),
+            order if is_other else None,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,6 +146,8 @@ class _Beams:
     recorded_offsets: NDArray[np.float64]
     bearings: NDArray[np.float64]
     time_offsets: NDArray[np.float64]
+    order: NDArray[np.intp] | None
+    """The recorded beams in that order; None where it is the same."""
 
     def are_those_of(self, scan: Scan) -> bool:
         return self.recorded_bearings is scan.bearings and self.recorded_offsets is scan.time_offsets

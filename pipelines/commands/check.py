@@ -64,9 +64,10 @@ def check(
         from racecar.mapping.self_calibration.config import SelfCalibrationConfig
         from racecar.pipelines.runs.calibration_run import calibrate
 
-        calibrate(reader, SelfCalibrationConfig(), quiet=quiet)
+        foreseen = calibrate(reader, SelfCalibrationConfig(), quiet=quiet)
         with progress_bar("Reading", reader.message_count, quiet=quiet) as progress:
             result = check_bag(reader, progress)
+    result.findings.extend(foreseen)
     if json is not None:
         write_json(json, result.as_dict())
     if not quiet:

@@ -183,7 +183,7 @@ class LocalizerNode(LiveNode):
         localizer = self._localizer
         sample = self.sensors.yaw_rate(message, arrival)
         if sample is not None:
-            self.learning.note_yaw_rate(sample)
+            sample = self.learning.yaw_rate(sample)
             if localizer is not None:
                 localizer.add_yaw_rate(sample)
 

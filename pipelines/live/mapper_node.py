@@ -148,8 +148,7 @@ class MapperNode(LiveNode):
             return
         sample = self.sensors.yaw_rate(message, arrival)
         if sample is not None:
-            self.learning.note_yaw_rate(sample)
-            self._hold(sample)
+            self._hold(self.learning.yaw_rate(sample))
 
     def _receive(self, is_scan: bool, message: Any, arrival: int) -> None:
         if self._first.are_taken:

@@ -5,8 +5,10 @@ from collections.abc import Callable
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration, SelfCalibrator
 from racecar.maps.errors import UserError
+from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
+from racecar.pipelines.runs.foreseen_findings import foreseen_findings
 from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
 from racecar.pipelines.runs.progress import progress_bar
 
@@ -14,8 +16,11 @@ _MOST_MESSAGES = 20_000
 """Of the beginning, so that of a recording that stands still some minutes are read and not all of it."""
 
 
-def calibrate(reader: BagReader, config: SelfCalibrationConfig, *, quiet: bool) -> None:
-    """Let the reader correct what the beginning of its bag proves to be wrong, and say so in its findings."""
+def calibrate(reader: BagReader, config: SelfCalibrationConfig, *, quiet: bool) -> list[Finding]:
+    """Let the reader correct what the beginning of its bag proves to be wrong, and say so in its findings.
+
+    Returned is what whoever maps the bag, or localizes on it, will find out by himself.
+    """
     known = KnownSensors(
         scan_topic=reader.scan_topic,
         odom_topic=reader.odom_topic,
@@ -27,7 +32,9 @@ def calibrate(reader: BagReader, config: SelfCalibrationConfig, *, quiet: bool) 
         learned = _learn(
             reader, SelfCalibrator(config, asks_wheels=known.odom_topic is not None), known, advance_to
         )
-    reader.correct(learned_corrections(learned, known, config))
+    corrections = learned_corrections(learned, known, config)
+    reader.correct(corrections)
+    return foreseen_findings(learned, corrections, config)
 
 
 def _learn(

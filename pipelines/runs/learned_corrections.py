@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 
+from racecar.mapping.self_calibration.bearing_scale import BearingScale
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.mount import MotionReading, MountEstimate
 from racecar.mapping.self_calibration.odometry_fault import OdometryFault
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.sweep_order import SweepOrder
+from racecar.mapping.self_calibration.turn_ratio import TurnRatio
 from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.pipelines.bags.corrections import Corrections
@@ -20,6 +22,11 @@ _FAR_CLOCKS = 1_000_000_000
 differ and not their delays, since filters and buses hold back less than a second; by judgement."""
 _ANOTHER_ORIGIN = 86_400_000_000_000
 """Nanoseconds, a day, since no clock that was ever set is off by more."""
+_GYRO_LAG = 60_000_000
+"""Nanoseconds that a gyroscope and scans may be apart: skewed sweeps alone show 0.035 s, measured on a
+simulated drive."""
+ONE_CLOCK = "Let one clock stamp all messages (chrony, or drivers on one computer)."
+"""The remedy for clocks that differ."""
 _NOT_TOLD = ("assumed identity", "base frame")
 """Sources of a laser's place that are no more than an assumption."""
 
@@ -62,6 +69,8 @@ def learned_corrections(
 ) -> Corrections:
     """How the recording is to be read, by what it proves about itself beside what it says."""
     made = _Made(known, config)
+    if learned.bearing_scale is not None:
+        made.scale_bearings(learned.bearing_scale)
     if learned.sweep_order == SweepOrder.REVERSED:
         made.reverse_beams()
     if learned.odometry_fault is not None:
@@ -71,6 +80,8 @@ def learned_corrections(
         made.read_motion(learned.reading, is_inverted=learned.turns.is_inverted)
     else:
         made.shift_clock(known.recorded_lag, "by when they were recorded")
+    made.doubt_turns(learned)
+    made.shift_gyro(learned.gyro_turns)
     return Corrections(**made.changes, findings=tuple(made.findings))
 
 
@@ -90,6 +101,44 @@ class _Made:
             "No action is needed: drivers of the RPLIDAR kind turn the ranges round and leave time_increment "
             "positive.",
         )
+
+    def scale_bearings(self, scale: BearingScale) -> None:
+        """Read the angles otherwise where walls and turns show both; else say what one of them shows."""
+        topic, factor = self._known.scan_topic, scale.factor
+        what = f"The beams of {topic} lie over {factor:.2f} times the angle that is stated"
+        remedy = (
+            "Correct angle_min, angle_max and angle_increment in the driver: they must span what it sees."
+        )
+        if scale.is_certain:
+            self.changes["bearing_factor"] = factor
+            self._find(f"{what}, as straight walls and the turns show: they are read so.", remedy)
+        else:
+            self._find(f"{what}, as far as the scans show: they are read as stated.", remedy, spoils_map=True)
+
+    def doubt_turns(self, learned: SelfCalibration) -> None:
+        """Say so where odometry that is used turns far more or less than the scans."""
+        ratio = learned.wheel_turns
+        is_used = self.changes.get("uses_odometry", True) and learned.odometry_fault is None
+        if ratio is None or not is_used or learned.bearing_scale is not None:
+            return
+        if ratio.is_beyond(self._config.turn_ratio.right_factor):
+            self._find(
+                f"The scans turn {abs(ratio.value):.2f} times as far as the odometry on "
+                f"{self._known.odom_topic}: the angles of one of them are wrong.",
+                "Correct angle_increment in the laser's driver, or wheelbase, track or steering gain in the "
+                "odometry's node.",
+                spoils_map=True,
+            )
+
+    def shift_gyro(self, turns: TurnRatio | None) -> None:
+        """Let the gyroscope's stamps agree with the scans', as turns are taken from it moment by moment."""
+        lag = 0 if turns is None else turns.lag - int(self.changes.get("scan_shift", 0))
+        if abs(lag) < _GYRO_LAG:
+            return
+        self.changes["yaw_rate_shift"] = -lag
+        where = "behind" if lag > 0 else "ahead of"
+        what = f"By its stamps the IMU is {abs(lag) / 1e6:.0f} ms {where} the scans, as the turns show"
+        self._find(f"{what}: they are shifted.", ONE_CLOCK)
 
     def leave_out_odometry(self, fault: OdometryFault, *, gyro_has_turns: bool) -> None:
         """Unless only its turns are missing, and a gyroscope has those."""
@@ -119,7 +168,7 @@ class _Made:
         )
         self._find(
             f"{apart}, {evidence}: {done}.",
-            "Let one clock stamp all messages (chrony, or drivers on one computer).",
+            ONE_CLOCK,
         )
 
     def read_motion(self, reading: MotionReading | None, *, is_inverted: bool) -> None:
@@ -201,8 +250,8 @@ class _Made:
         self.changes["uses_odometry"] = False
         self._find(what, remedy)
 
-    def _find(self, what: str, remedy: str) -> None:
-        self.findings.append(Finding(what, remedy))
+    def _find(self, what: str, remedy: str, *, spoils_map: bool = False) -> None:
+        self.findings.append(Finding(what, remedy, spoils_map))
 
 
 def _in_words(place: Pose) -> str:

@@ -69,9 +69,10 @@ class SensorLearning:
         self._collect(odometry)
         return self._corrector.odometry(odometry) if self.uses_odometry else None
 
-    def note_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Collect a sample of the gyroscope, which stays as it is."""
+    def yaw_rate(self, yaw_rate: YawRate) -> YawRate:
+        """The sample of the gyroscope as it was, as far as known by now."""
         self._collect(yaw_rate)
+        return self._corrector.yaw_rate(yaw_rate)
 
     def _collect(self, item: Measurement) -> None:
         if self._is_over:

@@ -9,11 +9,13 @@ from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.corrections import Corrections
+from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.runs.calibration_run import calibrate
-from tests.mapping.self_calibration.moving_laser import odometry_of, scans_of, winding_drive
+from tests.mapping.self_calibration.moving_laser import STEP, odometry_of, scans_of, winding_drive
 
 SECONDS = 16.0
 DRIVE = winding_drive(SECONDS)
@@ -26,6 +28,7 @@ class Recording:
     def __init__(self, base_from_laser: Pose = IDENTITY) -> None:
         self.scans = scans_of(compose(DRIVE, base_from_laser), SECONDS)
         self.odometry = odometry_of(DRIVE, SECONDS)
+        self.yaw_rates: list[YawRate] = []
         self.told: Pose | None = None
 
     def change_odometry(self, change: Callable[[Odometry], Odometry]) -> "Recording":
@@ -43,6 +46,8 @@ class Recording:
                 writer.write_static_transform(self.told)
             for sample in self.odometry:
                 writer.write_odometry(sample)
+            for yaw_rate in self.yaw_rates:
+                writer.write_yaw_rate(replace(yaw_rate, stamp=yaw_rate.stamp + 1_000_000_000))
             for scan in self.scans:
                 _write_scan(writer, scan)
         return path
@@ -205,3 +210,76 @@ def test_without_odometry_and_beam_times_nothing_is_asked(tmp_path: Path) -> Non
         calibrate(reader, SelfCalibrationConfig(), quiet=True)
         assert reader.messages_read < 100
         assert reader._corrections.inputs == {}
+
+
+def told_half(recording: Recording) -> Recording:
+    """Whose beams, of a whole turn, are stated to lie over half of it."""
+    recording.scans = [
+        replace(scan, bearings=-np.pi + 0.5 * (scan.bearings + np.pi)) for scan in recording.scans
+    ]
+    return recording
+
+
+def test_beams_over_twice_the_angle_that_is_stated(tmp_path: Path) -> None:
+    corrections, _ = corrections_of(told_half(Recording()), tmp_path)
+    assert corrections.bearing_factor == pytest.approx(2.0, abs=1e-6)
+    assert "over 2.00 times the angle" in only_finding(corrections)
+    scan = next(item for item in reader_items(tmp_path, corrections) if isinstance(item, Scan))
+    assert np.diff(scan.bearings) == pytest.approx(2.0 * np.pi / 240, rel=1e-3) and len(scan.bearings) == 240
+
+
+def test_without_wheels_walls_that_are_bent_are_told_only(tmp_path: Path) -> None:
+    recording = told_half(Recording())
+    recording.odometry = []
+    corrections, _ = corrections_of(recording, tmp_path)
+    assert corrections.bearing_factor == 1.0
+    assert "read as stated" in only_finding(corrections) and corrections.findings[0].spoils_map
+
+
+def turning(factor: float, lag: float) -> list[YawRate]:
+    """The drive's gyroscope, stamped so late."""
+    rates = np.gradient(DRIVE[:, 2], STEP)
+    return [
+        YawRate(round((STEP * index + lag) * 1e9), float(factor * rates[index]))
+        for index in range(0, round(SECONDS / STEP), 2)
+    ]
+
+
+@pytest.mark.parametrize("has_wheels", [True, False])
+def test_a_gyroscope_that_is_late_is_read_in_time(tmp_path: Path, has_wheels: bool) -> None:
+    recording = Recording()
+    recording.yaw_rates = turning(1.0, 0.3)
+    if not has_wheels:
+        recording.odometry = []
+    corrections, _ = corrections_of(recording, tmp_path)
+    assert corrections.yaw_rate_shift * 1e-9 == pytest.approx(-0.3, abs=0.03)
+    assert "By its stamps the IMU is" in only_finding(corrections)
+
+
+@pytest.mark.parametrize(("factor", "told"), [(1.0, None), (-1.0, "other side"), (57.3, "reports degrees")])
+def test_who_only_checks_hears_of_the_gyroscope_what_a_mapper_finds(
+    tmp_path: Path, factor: float, told: str | None
+) -> None:
+    recording = Recording()
+    recording.yaw_rates = turning(factor, 0.0)
+    assert [told in finding.what for finding in foreseen_in(recording, tmp_path) if told] == [True] * bool(
+        told
+    )
+
+
+def foreseen_in(recording: Recording, folder: Path) -> list[Finding]:
+    recording.change_odometry(lambda sample: replace(sample, stamp=sample.stamp + 1_000_000_000))
+    with BagReader(recording.write(folder / "bag")) as reader:
+        foreseen = calibrate(reader, SelfCalibrationConfig(), quiet=True)
+        assert reader._corrections.inputs == {}
+    return foreseen
+
+
+@pytest.mark.parametrize("lag", [0.0, 0.2])
+def test_who_only_checks_hears_of_a_lag_that_a_mapper_bears(tmp_path: Path, lag: float) -> None:
+    recording = Recording()
+    recording.odometry = odometry_of(DRIVE, SECONDS, lag)
+    told = [finding.what for finding in foreseen_in(recording, tmp_path)]
+    assert told == [
+        "By its stamps the odometry is 200 ms behind the scans: it is used as if it were not."
+    ] * (lag > 0.0)

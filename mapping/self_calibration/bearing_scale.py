@@ -1,0 +1,74 @@
+"""Whether the beams lie over another angle than they state, by walls that are bent and turns that are off.
+
+A recording whose increment is wrong by a factor, and agrees with its own ``angle_max``, contradicts itself
+nowhere; but straight walls are bent in it, and its scans turn by too little or too much, by the same factor.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+from racecar.mapping.self_calibration.turn_ratio import TurnRatio
+from racecar.mapping.self_calibration.wall_straightness import WallStraightness
+from racecar.maps.sensing.scan import Scan
+
+_USUAL_SPANS = np.radians([360.0, 270.0, 240.0, 180.0])
+"""Over which most lasers look, so that walls, which tell a factor to some per cent, need tell no better."""
+_SAME_SPAN = 0.04
+"""Share within which a span is a usual one: walls tell a factor to 2 %, measured on 15 recordings."""
+_OTHER_UNITS = 5.0
+"""Factor beyond which a turn tells nothing of the scans' angles, because it is in other units."""
+
+
+@dataclass(frozen=True)
+class BearingScale:
+    """Beams that lie over another angle than is stated."""
+
+    factor: float
+    """True angles over those stated."""
+    is_certain: bool
+    """Whether walls and turns both show it."""
+
+
+def bearing_scale(
+    walls: WallStraightness | None, ratios: Sequence[TurnRatio], scan: Scan, config: SelfCalibrationConfig
+) -> BearingScale | None:
+    """Judged by the walls and by the turns of other sensors; None where the angles seem right.
+
+    Walls that are bent where turns agree are no fault: there are round rooms, whose walls ask for smaller
+    angles. Without turns only larger ones are believed, as no place has walls that bulge everywhere.
+    """
+    ratios = [ratio for ratio in ratios if 1.0 / _OTHER_UNITS < abs(ratio.value) < _OTHER_UNITS]
+    if walls is None:
+        factors = [
+            1.0 / abs(ratio.value) for ratio in ratios if ratio.is_beyond(config.turn_ratio.right_factor)
+        ]
+        agree = len(factors) > 1 and max(factors) < config.walls.agreement * min(factors)
+        return BearingScale(float(np.mean(factors)), is_certain=False) if agree else None
+    if _apart(walls.factor, 1.0) < config.walls.right_factor:
+        return None
+    if not ratios:
+        if walls.factor < 1.0:
+            return None
+        return BearingScale(_usual(walls.factor, scan), is_certain=False)
+    if any(_apart(walls.factor, 1.0 / abs(ratio.value)) < config.walls.agreement for ratio in ratios):
+        return BearingScale(_usual(walls.factor, scan), is_certain=True)
+    return None
+
+
+def _apart(factor: float, other: float) -> float:
+    """By what factor, at least 1."""
+    return max(factor / other, other / factor)
+
+
+def _usual(factor: float, scan: Scan) -> float:
+    """The factor that makes the span of a scan a usual one, where that is nearly the same."""
+    step, count = float(np.median(np.diff(scan.bearings))), len(scan.bearings)
+    spans = step * np.array(
+        [count, *[count - 1] * (len(_USUAL_SPANS) - 1)]
+    )  # a full turn ends where it began
+    usual = _USUAL_SPANS / spans
+    nearest = float(usual[np.argmin(np.abs(np.log(usual / factor)))])
+    return nearest if _apart(nearest, factor) < 1.0 + _SAME_SPAN else factor

@@ -1,0 +1,56 @@
+"""What a mapper would find out about clocks and gyroscope while it maps, for those who only check."""
+
+from math import radians
+
+from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+from racecar.mapping.self_calibration.self_calibration import SelfCalibration
+from racecar.maps.sensing.config import TurnFusionConfig
+from racecar.maps.sensing.turn_fusion import TurnModel
+from racecar.pipelines.bags.corrections import Corrections
+from racecar.pipelines.bags.findings import Finding
+from racecar.pipelines.runs.learned_corrections import ONE_CLOCK
+
+_NOTICEABLE = 100_000_000
+"""Nanoseconds of lag from which it is worth a word, since a turn of 1 rad/s then puts wheels 6° off: by
+judgement."""
+_REMEDIES = (
+    "Correct the driver, or publish where the IMU sits on /tf_static.",
+    "Leave it out with --no-imu.",
+)
+"""For a fault that is known, and for one that is not."""
+
+
+def foreseen_findings(
+    learned: SelfCalibration, made: Corrections, config: SelfCalibrationConfig
+) -> list[Finding]:
+    """Of what was learned, that which is not corrected beforehand since mapper and localizer bear it."""
+    return [*_of_lag(learned, made, config), *_of_gyro(learned, made)]
+
+
+def _of_lag(learned: SelfCalibration, made: Corrections, config: SelfCalibrationConfig) -> list[Finding]:
+    lag = 0 if learned.turns is None or not made.uses_odometry else learned.turns.lag
+    if not _NOTICEABLE <= abs(lag) <= round(config.turns.usual_lag * 1e9):
+        return []
+    where = "behind" if lag > 0 else "ahead of"
+    what = f"By its stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans"
+    return [
+        Finding(
+            f"{what}: it is used as if it were not.",
+            f"No action is needed. {ONE_CLOCK}",
+        )
+    ]
+
+
+def _of_gyro(learned: SelfCalibration, made: Corrections) -> list[Finding]:
+    """By the same measure as the mapper's, which does not use such a gyroscope."""
+    turns, fusion = learned.gyro_turns, TurnFusionConfig()
+    is_known = learned.bearing_scale is None or learned.bearing_scale.is_certain
+    if turns is None or not is_known:
+        return []
+    scale = -turns.value if made.is_upside_down else turns.value
+    if abs(scale - 1.0) < fusion.max_scale_error + 3.0 * turns.sigma:
+        return []
+    contradiction = TurnModel(fusion, is_contradicted=True, scale=scale).contradiction
+    assert contradiction is not None
+    is_plain = any(abs(scale / plain - 1.0) < fusion.max_scale_error for plain in (-1.0, radians(1.0)))
+    return [Finding(contradiction.replace("was not used", "is not used"), _REMEDIES[0 if is_plain else 1])]
