@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from racecar.mapping.matching.config import LineFittingConfig
 from racecar.maps.sensing.odometry import Odometry, is_jump
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
@@ -16,6 +17,9 @@ _INVALID_SHARE = 0.9
 quarters of their beams in a large room, and maps of theirs are right."""
 _LONG_BLANK = 1.0
 """Seconds without a return; what is shorter is bridged without a trace, by judgement."""
+_FARTHEST_APART = LineFittingConfig().max_gap_angle
+"""Radians between beams from which no two are of one wall to the mapper. Measured on a simulated drive of 360
+beams, thinned: 33, 11° apart, yield not one match and the wheels' error of 0.18 m, 60, 6° apart, 0.05 m."""
 _FEW_SAMPLES = 50
 """Samples of a gyroscope that may be equal by chance, where one is read coarsely: by judgement."""
 
@@ -62,6 +66,8 @@ class ScanFacts:
     most_beams: int = 0
     first_bearing: float = np.inf
     last_bearing: float = -np.inf
+    beam_spacing: float = np.inf
+    """Radians between neighbouring beams of a planar sensor, in the densest scan."""
     longest_sweep: float = 0.0
     max_range: float = 0.0
     nearest: float = np.inf
@@ -84,6 +90,11 @@ class ScanFacts:
         self.fewest_beams, self.most_beams = min(self.fewest_beams, beams), max(self.most_beams, beams)
         self.first_bearing = min(self.first_bearing, float(scan.bearings[0]))
         self.last_bearing = max(self.last_bearing, float(scan.bearings[-1]))
+        if scan.cloud is None and beams > 1:
+            span = float(scan.bearings[-1] - scan.bearings[0])
+            self.beam_spacing = min(self.beam_spacing, span / (beams - 1))
+        elif scan.cloud is not None:
+            self.beam_spacing = 0.0
         self.longest_sweep = max(self.longest_sweep, float(np.ptp(scan.time_offsets)))
         self.max_range = max(self.max_range, scan.max_range)
         returns = scan.ranges[scan.is_return]
@@ -111,6 +122,17 @@ class ScanFacts:
         if not self.spacing.count:
             return []
         findings = []
+        if np.isfinite(self.beam_spacing) and self.beam_spacing > _FARTHEST_APART:
+            apart = np.degrees(self.beam_spacing)
+            findings.append(
+                Finding(
+                    f"The scans have only {self.most_beams} beams, {apart:.0f}° apart: no wall is recognized "
+                    "from one scan to the next, and the map is no better than the wheels.",
+                    "Let the driver publish all that the sensor measures, at least one beam per "
+                    f"{np.degrees(_FARTHEST_APART):.0f}°.",
+                    spoils_map=True,
+                )
+            )
         if self.longest_blank > _LONG_BLANK and self.farthest > 0.0:
             findings.append(
                 Finding(

@@ -208,3 +208,25 @@ def test_sweeps_that_are_missing_here_and_there_are_no_fault(tmp_path, share):
                 write_scan(writer, index)
 
     assert check(bag_of(tmp_path / "drive.bag", write)).findings == []
+
+
+@pytest.mark.parametrize(("beams", "is_told"), [(8, True), (19, True), (31, False), (181, False)])
+def test_too_few_beams_to_match_are_told(tmp_path, beams, is_told):
+    def write(writer):
+        writer.write_static_transform(PLACE)
+        for index in range(60):
+            writer.write_odometry(odometry(index))
+            writer.write_scan(
+                odometry(index).stamp,
+                np.full(beams, 2.0, dtype=np.float32),
+                angle_min=-np.pi / 2,
+                angle_increment=np.pi / (beams - 1),
+                time_increment=0.0,
+                scan_time=0.02,
+                range_min=0.1,
+                range_max=30.0,
+            )
+
+    findings = check(bag_of(tmp_path / "drive.bag", write)).findings
+    assert [f"only {beams} beams" in finding.what for finding in findings] == [True] * is_told
+    assert all(finding.spoils_map for finding in findings)
