@@ -14,6 +14,7 @@ from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.clock import ClockShifts, StampClock, clock_offset, keeps_pace, typical_gap
+from racecar.pipelines.bags.clock_rate import ClockRate, drift_finding
 from racecar.pipelines.bags.converters.framed_scans import FramedScanConverter
 from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.odometry import PoseSource, pose_source
@@ -45,6 +46,8 @@ from racecar.pipelines.bags.topics import choose_imu, choose_odometry, choose_sc
 
 _SAMPLES = 25
 """Messages looked at beforehand: enough for medians of their spacing, and read in no time."""
+_CLOCK_FAULTS = ("clock_jumps", "stamps_that_stood_still", "stamps_from_recording_time")
+"""Counts of messages whose headers show no time, or one that was set."""
 _LONGEST_SWEEP = 1.0
 """Seconds; the slowest scanners, of the RPLIDAR kind, turn twice a second."""
 
@@ -144,6 +147,7 @@ class BagReader:
         self.yaw_rate_facts = YawRateFacts()
         """What the yaw rates read so far are like."""
         self._counter: Counter[str] = Counter()
+        self._clock_rates: dict[str, ClockRate] = {}
         self.messages_read = 0
         """Of the chosen topics; advances while iterating."""
 
@@ -278,10 +282,23 @@ class BagReader:
             *self._corrections.findings,
             *self._gaps.findings,
             *counted_findings(self._counter),
+            *self._clock_drifts(),
             *self.scan_facts.findings,
             *self.odometry_facts.findings,
             *self.yaw_rate_facts.findings,
         ]
+
+    def _clock_drifts(self) -> list[Finding]:
+        """Of odometry or IMU against the scans, unless a clock was set or showed no time."""
+        if any(self._counter[name] for name in _CLOCK_FAULTS):
+            return []
+        own = self._clock_rates.get(self.scan_topic, ClockRate())
+        drifts = [
+            drift_finding(topic, self._clock_rates[topic], self.scan_topic, own)
+            for topic in (self.odom_topic, self.imu_topic)
+            if topic in self._clock_rates
+        ]
+        return next((drift for drift in drifts if drift), [])
 
     @property
     def warnings(self) -> list[str]:
@@ -296,6 +313,7 @@ class BagReader:
 
     def __iter__(self) -> Iterator[Measurement]:
         self._counter.clear()
+        self._clock_rates.clear()
         self._gaps, self.scan_facts, self.odometry_facts = ScanGaps(), ScanFacts(), OdometryFacts()
         self.yaw_rate_facts = YawRateFacts()
         self.messages_read = 0
@@ -500,6 +518,7 @@ class BagReader:
             header = None if message is None else stamp_of(message, converters[name])
             if message is None or header is None:
                 continue
+            self._clock_rates.setdefault(name, ClockRate()).add(header, recorded)
             settled = clocks[name].stamped((name, message), header, recorded)
             yield from map(corrector.correct, _converted(settled, converters))
         for clock in dict.fromkeys(clocks.values()):
