@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -13,11 +12,10 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.clock import ClockShifts, StampClock, clock_offset, keeps_pace, typical_gap
+from racecar.pipelines.bags.clock import ClockShifts, StampClock, keeps_pace
 from racecar.pipelines.bags.clock_rate import ClockRate, drift_finding
 from racecar.pipelines.bags.converters.framed_scans import FramedScanConverter
 from racecar.pipelines.bags.converters.imu import ImuSetup
-from racecar.pipelines.bags.converters.odometry import PoseSource, pose_source
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
@@ -26,59 +24,26 @@ from racecar.pipelines.bags.converters.registry import (
     TRANSFORM_CONVERTERS,
     YAW_RATE_CONVERTERS,
     Converter,
-    OdometrySetup,
     ScanSetup,
     stamp_of,
 )
 from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, learn_reading
-from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
 from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrections, Corrector
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
 from racecar.pipelines.bags.findings import Finding, counted_findings
-from racecar.pipelines.bags.frames import look_at_links, transform_topics
-from racecar.pipelines.bags.messages import decode, frame_name
+from racecar.pipelines.bags.motion_sources import MotionSources
 from racecar.pipelines.bags.order import after_their_motion, in_order
+from racecar.pipelines.bags.samples import Samples, decode_or_count, decoded, first_samples
 from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.pipelines.bags.sensor_place import SensorPlaces
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.store import BagStore
-from racecar.pipelines.bags.topics import choose_imu, choose_odometry, choose_scans, list_topics
+from racecar.pipelines.bags.topics import choose_scans, list_topics
 
-_SAMPLES = 25
-"""Messages looked at beforehand: enough for medians of their spacing, and read in no time."""
 _CLOCK_FAULTS = ("clock_jumps", "stamps_that_stood_still", "stamps_from_recording_time")
 """Counts of messages whose headers show no time, or one that was set."""
 _LONGEST_SWEEP = 1.0
 """Seconds; the slowest scanners, of the RPLIDAR kind, turn twice a second."""
-
-
-@dataclass(frozen=True)
-class _Samples:
-    """The first messages of a topic, with their recording times and the stamps of their headers."""
-
-    topic: BagTopic
-    recorded: list[int]
-    headers: list[int]
-    messages: list[Any]
-
-    @property
-    def times(self) -> list[tuple[int, int]]:
-        """By the header and by the recorder, of each message."""
-        return list(zip(self.headers, self.recorded, strict=True))
-
-    @property
-    def clock_offset(self) -> int | None:
-        return clock_offset(self.times)
-
-    @property
-    def frames(self) -> list[str]:
-        return [frame_name(message.header.frame_id) for message in self.messages]
-
-    def gap(self, frame: str) -> float:
-        """Seconds between the scans of one frame, or of all where it is not among them."""
-        stamps = self.headers if self.clock_offset else self.recorded
-        of_frame = [stamp for stamp, each in zip(stamps, self.frames, strict=True) if each == frame]
-        return typical_gap(of_frame if len(of_frame) > 1 else stamps)
 
 
 class BagReader:
@@ -114,25 +79,21 @@ class BagReader:
         self._findings: list[Finding] = []
         self._place_findings: list[Finding] = []
         self._readings: dict[str, ScanReading] = {}
-        self._odometry: _Samples | None = None
-        self._imu: _Samples | None = None
-        self._odometry_links: OdometryLinks | None = None
-        self._integrate_twist = False
-        self._named_transforms: BagTopic | None = None
         self._corrections = NO_CORRECTIONS
-        self.tells_of_no_odometry = False
-        """Whether a finding says that there is none, and what comes of it."""
         try:
             named = [scan_topic] if isinstance(scan_topic, str) else list(scan_topic or ())
             self._open_scans(named)
-            source = self._open_odometry(odom_topic) if use_odometry else PoseSource.POSE
-            wants_links = source in (PoseSource.NOTHING, PoseSource.STANDING)
-            self._open_imu(imu_topic, use_imu)
-            needs_links = wants_links or base_from_laser is None or self._imu is not None
-            links = self._look_at_links(wants_links) if needs_links else FrameLinks()
-            if wants_links:
-                self._open_odometry_links(links, source)
-            self._places = SensorPlaces(links, self._odometry_child, base_from_laser, self._place_findings)
+            self._motion = MotionSources(self._store, self._scans[0], self._findings)
+            links = self._motion.open(
+                odom_topic=odom_topic,
+                use_odometry=use_odometry,
+                imu_topic=imu_topic,
+                use_imu=use_imu,
+                is_place_given=base_from_laser is not None,
+            )
+            self._places = SensorPlaces(
+                links, self._motion.odometry_child, base_from_laser, self._place_findings
+            )
             for frame in dict.fromkeys(frame for samples in self._scans for frame in samples.frames):
                 self._places.place(frame)
         except BaseException:
@@ -170,7 +131,7 @@ class BagReader:
         """From the next iteration on, read with what was found out about the sensors."""
         self._corrections = corrections
         if not corrections.uses_odometry:
-            self._odometry = self._odometry_links = None
+            self._motion.leave_out_odometry()
 
     @property
     def path(self) -> Path:
@@ -195,18 +156,23 @@ class BagReader:
     @property
     def odom_topic(self) -> str | None:
         """Topic of the odometry."""
-        return self._odometry.topic.name if self._odometry else None
+        return self._motion.odometry.topic.name if self._motion.odometry else None
 
     @property
     def imu_topic(self) -> str | None:
         """Topic of the IMU."""
-        return self._imu.topic.name if self._imu else None
+        return self._motion.imu.topic.name if self._motion.imu else None
+
+    @property
+    def tells_of_no_odometry(self) -> bool:
+        """Whether a finding says that there is none, and what comes of it."""
+        return self._motion.tells_of_no_odometry
 
     @property
     def odometry_source(self) -> str:
         """The odometry's topic, and of transforms the links it is made of."""
-        if self._odometry_links is not None:
-            return f"{self.odom_topic}: {self._odometry_links}, for there is no usable Odometry topic"
+        if self._motion.odometry_links is not None:
+            return f"{self.odom_topic}: {self._motion.odometry_links}, for there is no usable Odometry topic"
         return self.odom_topic or "none"
 
     @property
@@ -230,7 +196,8 @@ class BagReader:
     def header_offsets(self) -> tuple[int | None, int | None]:
         """Nanoseconds that the stamps of scans and of odometry are ahead of when they were recorded; None
         where that is not known."""
-        return self._scans[0].clock_offset, self._odometry.clock_offset if self._odometry else None
+        odometry = self._motion.odometry
+        return self._scans[0].clock_offset, odometry.clock_offset if odometry else None
 
     @property
     def inputs(self) -> dict[str, object]:
@@ -244,7 +211,7 @@ class BagReader:
             "base_from_laser_source": self.base_from_laser_source,
             **self._corrections.inputs,
         }
-        if self._imu is not None:
+        if self._motion.imu is not None:
             inputs["imu_topic"] = self.imu_topic
         if len(self._scans) > 1:
             inputs["scan_topics"] = self.scan_topics
@@ -318,8 +285,8 @@ class BagReader:
         self.yaw_rate_facts = YawRateFacts()
         self.messages_read = 0
         items = in_order(self._items(), self._counter)
-        if self._odometry is not None or self._imu is not None:
-            items = after_their_motion(items, self._counter, has_odometry=self._odometry is not None)
+        if self._motion.odometry is not None or self._motion.imu is not None:
+            items = after_their_motion(items, self._counter, has_odometry=self._motion.odometry is not None)
         for item in items:
             if isinstance(item, Scan):
                 self._gaps.add(item)
@@ -343,7 +310,7 @@ class BagReader:
             topics,
             tuple(SCAN_CONVERTERS),
             named,
-            lambda topic: self._sample(topic).messages,
+            lambda topic: first_samples(self._store, topic).messages,
             self._findings,
         )
         if not chosen:
@@ -352,161 +319,25 @@ class BagReader:
                 f"{self.path} holds no laser scans ({_type_names(SCAN_CONVERTERS)}); "
                 f"its topics are {list_topics(topics)}.{losses}"
             )
-        self._scans = [self._sample(topic) for topic in chosen]
+        self._scans = [first_samples(self._store, topic) for topic in chosen]
         for samples in self._scans:
             if not samples.messages:
                 raise UserError(f"Not one scan of {samples.topic.name} in {self.path} can be read.")
             single_echo = SINGLE_ECHOES.get(samples.topic.message_type)
             if single_echo is not None:
-                messages = (message for _, _, message in self._decoded([samples.topic.name]))
+                messages = (message for _, _, message in decoded(self._store, [samples.topic.name]))
                 reading, findings = learn_reading(map(single_echo, messages))
                 self._readings[samples.topic.name] = reading
                 self._findings.extend(findings)
-
-    def _open_odometry(self, odom_topic: str | None) -> PoseSource:
-        """Choose a topic of Odometry messages; what there is of motion in it."""
-        types = (*ODOMETRY_CONVERTERS, *(TRANSFORM_CONVERTERS if odom_topic else ()))
-        topic = choose_odometry(self._store.topics, types, odom_topic, self.scan_topic, self._findings)
-        if topic is None or topic.message_type in TRANSFORM_CONVERTERS:
-            self._named_transforms = topic
-            return PoseSource.NOTHING
-        samples = self._sample(topic)
-        if not samples.messages:
-            return PoseSource.NOTHING
-        self._odometry = samples
-        source = pose_source(message for _, _, message in self._decoded([topic.name]))
-        self._integrate_twist = source == PoseSource.TWIST
-        if self._integrate_twist:
-            self._findings.append(
-                Finding(
-                    f"The poses of {samples.topic.name} stand still while its speeds do not: "
-                    "the pose is integrated from the speeds.",
-                    "No action is needed.",
-                )
-            )
-        return PoseSource.POSE if odom_topic is not None and source == PoseSource.STANDING else source
-
-    def _open_imu(self, imu_topic: str | None, use_imu: bool) -> None:
-        if not use_imu:
-            return
-        topics, types = self._store.topics, tuple(YAW_RATE_CONVERTERS)
-        topic = choose_imu(topics, types, imu_topic, self.scan_topic)
-        samples = None if topic is None else self._sample(topic)
-        self._imu = samples if samples and samples.messages else None
-
-    def _look_at_links(self, wants_odometry: bool) -> FrameLinks:
-        """The links among the frames of the car that took the scans."""
-        frame, found = self._scan_frame, FrameLinks()
-        for topics in transform_topics(self._store.topics, self.scan_topic):
-            links = look_at_links(topics, self._decoded, frame, wants_odometry)
-            if links.knows(frame):
-                return links
-            found = found if found.are_any else links
-        return found
-
-    def _open_odometry_links(self, links: FrameLinks, source: PoseSource) -> None:
-        """Take the odometry from transforms, where they show the car moving; else say what there is."""
-        found = links.odometry(self._scan_frame)
-        if found is not None and found.is_contested and self._named_transforms is None:
-            self._findings.append(
-                Finding(
-                    f"Two programs publish the link {' -> '.join(found.driving)} on {found.driving_topic}, "
-                    "each another motion: it is not taken for odometry, and the motion is estimated from the "
-                    "scans alone.",
-                    "Record with one of them only, such as the driver or a filter, not both.",
-                    spoils_map=True,
-                )
-            )
-            return
-        if found is not None and found.moves:
-            if source == PoseSource.STANDING:
-                self._findings.append(
-                    Finding(
-                        f"The poses of {self.odom_topic} never change, while {found} on "
-                        f"{', '.join(found.topics)} moves: the latter is the odometry.",
-                        "See why the topic stands still.",
-                    )
-                )
-            self._odometry_links = found
-            topic = self._store.topics[found.driving_topic]
-            self._odometry = self._sample(
-                topic, TRANSFORM_CONVERTERS[topic.message_type](self._setup, Counter())
-            )
-            self._findings += [
-                Finding(
-                    f"The link {link} on {link.topic} never changes though the car moves: the motion is read "
-                    f"from {' -> '.join(found.driving)}.",
-                    "See why the odometry stands still, if it should not.",
-                )
-                for link in links.standing_odometry(found)
-            ]
-            return
-        if self._named_transforms is not None:
-            raise UserError(
-                f"{self._named_transforms.name} holds no link that moves from odometry to the car."
-            )
-        if source == PoseSource.STANDING:
-            return
-        self.tells_of_no_odometry = True
-        without = (
-            "There is no odometry: the motion must be estimated from the scans alone, which fails along bare "
-            "corridors and in fast turns."
-        )
-        if found is not None:
-            without = (
-                f"The link {found} on {', '.join(found.topics)} never changes: it is not taken for odometry, "
-                "and the motion is estimated from the scans alone, which fails along bare corridors and in "
-                "fast turns."
-            )
-        elif solution := links.solution():
-            without += f" The link {solution} is another program's solution and not used."
-        remedy = "Record the odometry topic too, or drive slowly and where there is much to see."
-        self._findings.append(Finding(without, remedy))
-
-    def _sample(self, topic: BagTopic, converter: Converter[Any] | None = None) -> _Samples:
-        """The first messages that concern a converter."""
-        recorded, headers, messages = [], [], []
-        for _, time, message in self._decoded([topic.name]):
-            header = stamp_of(message, converter)
-            if header is not None:
-                recorded.append(time)
-                headers.append(header)
-                messages.append(message)
-            if len(messages) == _SAMPLES:
-                break
-        return _Samples(topic, recorded, headers, messages)
-
-    def _decoded(self, names: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
-        """Topic, recording time and content of the messages that can be decoded."""
-        names = [name for name in names if self._store.topics[name].message_count]
-        for name, recorded, data in self._store.messages(names) if names else ():
-            message = _decode_or_count(self._store.topics[name], data, Counter())
-            if message is not None:
-                yield name, recorded, message
 
     @property
     def _scan_frame(self) -> str:
         return self._scans[0].frames[0]
 
-    @property
-    def _odometry_child(self) -> str:
-        if self._odometry_links is not None:
-            return self._odometry_links.base_frame
-        return frame_name(self._odometry.messages[0].child_frame_id) if self._odometry else ""
-
-    @property
-    def _setup(self) -> OdometrySetup:
-        return OdometrySetup(self._integrate_twist, self._odometry_links)
-
     def _streams(self) -> list[str]:
         """The topics that are read."""
-        of_imu = [self._imu.topic.name] if self._imu else []
-        return list(dict.fromkeys([*self.scan_topics, *self._of_odometry, *of_imu]))
-
-    @property
-    def _of_odometry(self) -> list[str]:
-        of_links = self._odometry_links.topics if self._odometry_links else ()
-        return [*([self._odometry.topic.name] if self._odometry else []), *of_links]
+        of_imu = [self._motion.imu.topic.name] if self._motion.imu else []
+        return list(dict.fromkeys([*self.scan_topics, *self._motion.odometry_topics, *of_imu]))
 
     def _items(self) -> Iterator[Measurement]:
         """What the messages hold, in the order of recording."""
@@ -514,7 +345,7 @@ class BagReader:
         corrector = Corrector(self._corrections)
         for name, recorded, data in self._store.messages(list(clocks)):
             self.messages_read += 1
-            message = _decode_or_count(self._store.topics[name], data, self._counter)
+            message = decode_or_count(self._store.topics[name], data, self._counter)
             header = None if message is None else stamp_of(message, converters[name])
             if message is None or header is None:
                 continue
@@ -533,18 +364,22 @@ class BagReader:
             )
             for samples in self._scans
         }
-        if self._odometry is not None:
-            new_converter = {**ODOMETRY_CONVERTERS, **TRANSFORM_CONVERTERS}[self._odometry.topic.message_type]
-            converters |= dict.fromkeys(self._of_odometry, new_converter(self._setup, self._counter))
-        if self._imu is not None:
-            base, frame = self._places.base_frame(self._scan_frame), self._imu.frames[0]
-            setup = ImuSetup(self._places.links.fixed().between(base, frame) if base else None)
-            converters[self._imu.topic.name] = YAW_RATE_CONVERTERS[self._imu.topic.message_type](
-                setup, self._counter
+        if self._motion.odometry is not None:
+            new_converter = {**ODOMETRY_CONVERTERS, **TRANSFORM_CONVERTERS}[
+                self._motion.odometry.topic.message_type
+            ]
+            converters |= dict.fromkeys(
+                self._motion.odometry_topics, new_converter(self._motion.odometry_setup, self._counter)
             )
+        if self._motion.imu is not None:
+            base, frame = self._places.base_frame(self._scan_frame), self._motion.imu.frames[0]
+            setup = ImuSetup(self._places.links.fixed().between(base, frame) if base else None)
+            converters[self._motion.imu.topic.name] = YAW_RATE_CONVERTERS[
+                self._motion.imu.topic.message_type
+            ](setup, self._counter)
         return converters
 
-    def _new_scan_converter(self, samples: _Samples, frame: str) -> Converter[Scan]:
+    def _new_scan_converter(self, samples: Samples, frame: str) -> Converter[Scan]:
         setup = ScanSetup(
             self._places.place(frame),
             points_are_in_base=frame == self._places.base_frame(frame),
@@ -556,7 +391,7 @@ class BagReader:
 
     def _clocks(self) -> dict[str, StampClock[tuple[str, Any]]]:
         """A clock per chosen topic; a topic without stamps of its own keeps to the other's clock."""
-        chosen = [*self._scans, *(each for each in (self._imu, self._odometry) if each)]
+        chosen = [*self._scans, *(each for each in (self._motion.imu, self._motion.odometry) if each)]
         known = [samples.clock_offset for samples in chosen if samples.clock_offset is not None]
         common = known[0] if known else 0
         clocks: dict[str, StampClock[tuple[str, Any]]] = {}
@@ -582,14 +417,6 @@ def _converted(
         item = converters[name].convert(message, stamp)
         if item is not None:
             yield item
-
-
-def _decode_or_count(topic: BagTopic, data: bytes, counts: Counter[str]) -> Any | None:
-    try:
-        return decode(topic, data)
-    except Exception:  # whatever deserializing damaged bytes raises
-        counts["undecodable_messages"] += 1
-        return None
 
 
 def _type_names(message_types: Iterable[str]) -> str:

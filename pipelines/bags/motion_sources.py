@@ -1,0 +1,181 @@
+"""Where a bag holds the car's motion: odometry on a topic or in transforms, and a gyroscope."""
+
+from collections import Counter
+from functools import partial
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.converters.odometry import PoseSource, pose_source
+from racecar.pipelines.bags.converters.registry import (
+    ODOMETRY_CONVERTERS,
+    TRANSFORM_CONVERTERS,
+    YAW_RATE_CONVERTERS,
+    OdometrySetup,
+)
+from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
+from racecar.pipelines.bags.findings import Finding
+from racecar.pipelines.bags.frames import look_at_links, transform_topics
+from racecar.pipelines.bags.messages import frame_name
+from racecar.pipelines.bags.samples import Samples, decoded, first_samples
+from racecar.pipelines.bags.storage.chunks import BagTopic
+from racecar.pipelines.bags.storage.store import BagStore
+from racecar.pipelines.bags.topics import choose_imu, choose_odometry
+
+
+class MotionSources:
+    """What of them is read, and the links among the frames of the car."""
+
+    def __init__(self, store: BagStore, scans: Samples, findings: list[Finding]) -> None:
+        """Nothing yet; ``scans`` are those of the laser whose motion is wanted. What is noticed goes into
+        ``findings``."""
+        self.odometry: Samples | None = None
+        self.odometry_links: OdometryLinks | None = None
+        """Where the odometry is in transforms."""
+        self.imu: Samples | None = None
+        self.tells_of_no_odometry = False
+        """Whether a finding says that there is none, and what comes of it."""
+        self._store, self._findings = store, findings
+        self._scan_topic, self._scan_frame = scans.topic.name, scans.frames[0]
+        self._integrate_twist = False
+        self._named_transforms: BagTopic | None = None
+
+    def open(
+        self,
+        *,
+        odom_topic: str | None,
+        use_odometry: bool,
+        imu_topic: str | None,
+        use_imu: bool,
+        is_place_given: bool,
+    ) -> FrameLinks:
+        """Find out what there is; the links, unless nothing is asked of them. Raises UserError where a named
+        topic holds none."""
+        source = self._open_odometry(odom_topic) if use_odometry else PoseSource.POSE
+        wants_links = source in (PoseSource.NOTHING, PoseSource.STANDING)
+        self._open_imu(imu_topic, use_imu)
+        needs_links = wants_links or not is_place_given or self.imu is not None
+        links = self._look_at_links(wants_links) if needs_links else FrameLinks()
+        if wants_links:
+            self._open_odometry_links(links, source)
+        return links
+
+    def leave_out_odometry(self) -> None:
+        """Read none."""
+        self.odometry = self.odometry_links = None
+
+    @property
+    def odometry_topics(self) -> list[str]:
+        """All topics that the odometry is read from."""
+        of_links = self.odometry_links.topics if self.odometry_links else ()
+        return [*([self.odometry.topic.name] if self.odometry else []), *of_links]
+
+    @property
+    def odometry_child(self) -> str:
+        """The frame that moves; empty where none is named."""
+        if self.odometry_links is not None:
+            return self.odometry_links.base_frame
+        return frame_name(self.odometry.messages[0].child_frame_id) if self.odometry else ""
+
+    @property
+    def odometry_setup(self) -> OdometrySetup:
+        """For the converter of the odometry."""
+        return OdometrySetup(self._integrate_twist, self.odometry_links)
+
+    def _open_odometry(self, odom_topic: str | None) -> PoseSource:
+        """Choose a topic of Odometry messages; what there is of motion in it."""
+        types = (*ODOMETRY_CONVERTERS, *(TRANSFORM_CONVERTERS if odom_topic else ()))
+        topic = choose_odometry(self._store.topics, types, odom_topic, self._scan_topic, self._findings)
+        if topic is None or topic.message_type in TRANSFORM_CONVERTERS:
+            self._named_transforms = topic
+            return PoseSource.NOTHING
+        samples = first_samples(self._store, topic)
+        if not samples.messages:
+            return PoseSource.NOTHING
+        self.odometry = samples
+        source = pose_source(message for _, _, message in decoded(self._store, [topic.name]))
+        self._integrate_twist = source == PoseSource.TWIST
+        if self._integrate_twist:
+            self._findings.append(
+                Finding(
+                    f"The poses of {samples.topic.name} stand still while its speeds do not: "
+                    "the pose is integrated from the speeds.",
+                    "No action is needed.",
+                )
+            )
+        return PoseSource.POSE if odom_topic is not None and source == PoseSource.STANDING else source
+
+    def _open_imu(self, imu_topic: str | None, use_imu: bool) -> None:
+        if not use_imu:
+            return
+        topics, types = self._store.topics, tuple(YAW_RATE_CONVERTERS)
+        topic = choose_imu(topics, types, imu_topic, self._scan_topic)
+        samples = None if topic is None else first_samples(self._store, topic)
+        self.imu = samples if samples and samples.messages else None
+
+    def _look_at_links(self, wants_odometry: bool) -> FrameLinks:
+        """The links among the frames of the car that took the scans."""
+        frame, found = self._scan_frame, FrameLinks()
+        for topics in transform_topics(self._store.topics, self._scan_topic):
+            links = look_at_links(topics, partial(decoded, self._store), frame, wants_odometry)
+            if links.knows(frame):
+                return links
+            found = found if found.are_any else links
+        return found
+
+    def _open_odometry_links(self, links: FrameLinks, source: PoseSource) -> None:
+        """Take the odometry from transforms, where they show the car moving; else say what there is."""
+        found = links.odometry(self._scan_frame)
+        if found is not None and found.is_contested and self._named_transforms is None:
+            self._findings.append(
+                Finding(
+                    f"Two programs publish the link {' -> '.join(found.driving)} on {found.driving_topic}, "
+                    "each another motion: it is not taken for odometry, and the motion is estimated from the "
+                    "scans alone.",
+                    "Record with one of them only, such as the driver or a filter, not both.",
+                    spoils_map=True,
+                )
+            )
+            return
+        if found is not None and found.moves:
+            if source == PoseSource.STANDING and self.odometry is not None:
+                self._findings.append(
+                    Finding(
+                        f"The poses of {self.odometry.topic.name} never change, while {found} on "
+                        f"{', '.join(found.topics)} moves: the latter is the odometry.",
+                        "See why the topic stands still.",
+                    )
+                )
+            self.odometry_links = found
+            topic = self._store.topics[found.driving_topic]
+            self.odometry = first_samples(
+                self._store, topic, TRANSFORM_CONVERTERS[topic.message_type](self.odometry_setup, Counter())
+            )
+            self._findings += [
+                Finding(
+                    f"The link {link} on {link.topic} never changes though the car moves: the motion is read "
+                    f"from {' -> '.join(found.driving)}.",
+                    "See why the odometry stands still, if it should not.",
+                )
+                for link in links.standing_odometry(found)
+            ]
+            return
+        if self._named_transforms is not None:
+            raise UserError(
+                f"{self._named_transforms.name} holds no link that moves from odometry to the car."
+            )
+        if source == PoseSource.STANDING:
+            return
+        self.tells_of_no_odometry = True
+        without = (
+            "There is no odometry: the motion must be estimated from the scans alone, which fails along bare "
+            "corridors and in fast turns."
+        )
+        if found is not None:
+            without = (
+                f"The link {found} on {', '.join(found.topics)} never changes: it is not taken for odometry, "
+                "and the motion is estimated from the scans alone, which fails along bare corridors and in "
+                "fast turns."
+            )
+        elif solution := links.solution():
+            without += f" The link {solution} is another program's solution and not used."
+        remedy = "Record the odometry topic too, or drive slowly and where there is much to see."
+        self._findings.append(Finding(without, remedy))

@@ -1,0 +1,75 @@
+"""The first messages of a topic, which are looked at before the bag is read."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from racecar.pipelines.bags.clock import clock_offset, typical_gap
+from racecar.pipelines.bags.converters.registry import Converter, stamp_of
+from racecar.pipelines.bags.messages import decode, frame_name
+from racecar.pipelines.bags.storage.chunks import BagTopic
+from racecar.pipelines.bags.storage.store import BagStore
+
+_COUNT = 25
+"""Messages looked at beforehand: enough for medians of their spacing, and read in no time."""
+
+
+@dataclass(frozen=True)
+class Samples:
+    """The first messages of a topic, with their recording times and the stamps of their headers."""
+
+    topic: BagTopic
+    recorded: list[int]
+    headers: list[int]
+    messages: list[Any]
+
+    @property
+    def times(self) -> list[tuple[int, int]]:
+        """By the header and by the recorder, of each message."""
+        return list(zip(self.headers, self.recorded, strict=True))
+
+    @property
+    def clock_offset(self) -> int | None:
+        return clock_offset(self.times)
+
+    @property
+    def frames(self) -> list[str]:
+        return [frame_name(message.header.frame_id) for message in self.messages]
+
+    def gap(self, frame: str) -> float:
+        """Seconds between the scans of one frame, or of all where it is not among them."""
+        stamps = self.headers if self.clock_offset else self.recorded
+        of_frame = [stamp for stamp, each in zip(stamps, self.frames, strict=True) if each == frame]
+        return typical_gap(of_frame if len(of_frame) > 1 else stamps)
+
+
+def first_samples(store: BagStore, topic: BagTopic, converter: Converter[Any] | None = None) -> Samples:
+    """Those that concern a converter."""
+    recorded, headers, messages = [], [], []
+    for _, time, message in decoded(store, [topic.name]):
+        header = stamp_of(message, converter)
+        if header is not None:
+            recorded.append(time)
+            headers.append(header)
+            messages.append(message)
+        if len(messages) == _COUNT:
+            break
+    return Samples(topic, recorded, headers, messages)
+
+
+def decoded(store: BagStore, names: Sequence[str]) -> Iterator[tuple[str, int, Any]]:
+    """Topic, recording time and content of the messages that can be decoded."""
+    names = [name for name in names if store.topics[name].message_count]
+    for name, recorded, data in store.messages(names) if names else ():
+        message = decode_or_count(store.topics[name], data, Counter())
+        if message is not None:
+            yield name, recorded, message
+
+
+def decode_or_count(topic: BagTopic, data: bytes, counts: Counter[str]) -> Any | None:
+    try:
+        return decode(topic, data)
+    except Exception:  # whatever deserializing damaged bytes raises
+        counts["undecodable_messages"] += 1
+        return None
