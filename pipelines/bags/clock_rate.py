@@ -8,7 +8,7 @@ from racecar.pipelines.bags.findings import Finding
 
 _BLOCKS = 10
 """Of a recording, of each of which the least delay counts, because buses and disks only ever add to it."""
-_MOST = 4000
+_MOST = 1000
 """Samples that are kept, evenly spread, so that memory does not grow with the recording."""
 _LEAST_DRIFT = 0.2
 """Seconds by which two clocks must have drifted apart: mapper and localizer bear less; by judgement."""
