@@ -206,7 +206,7 @@ class DeadReckoning:
                 self._freeze(begin, np.zeros(3))
             return
         begin = self._odometry.repeats_since(self._stamp, heading_only=True)
-        is_unseen = begin is not None and self._is_since_keyframe(begin) and not self.turns.model.is_used
+        is_unseen = begin is not None and self._is_since_keyframe(begin) and isnan(self.gyro_step()[0])
         self._unseen_turn = self._unseen_turn + float(step[2]) if is_unseen else 0.0
         if begin is not None and abs(self._unseen_turn) > self._config.unseen_turn:
             self._freeze(begin, np.array([np.nan, np.nan, 0.0]))
