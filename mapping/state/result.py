@@ -92,8 +92,9 @@ def _warnings(state: MapperState) -> list[str]:
         warnings.append(WITHOUT_WHEELS)
     if sentence := state.reckoning.frozen.warning(state.drive.stamps[0]):
         warnings.append(sentence)
-    if sentence := state.reckoning.turns.model.contradiction:
-        warnings.append(sentence)
+    model = state.reckoning.turns.model
+    if sentence := model.contradiction:
+        warnings.append(f"{sentence} {model.remedy}")
     if state.reckoning.scans_left_out > 0:
         warnings.append(
             f"{state.reckoning.scans_left_out} scans of further lasers were left out: without wheel odometry "
@@ -102,7 +103,8 @@ def _warnings(state: MapperState) -> list[str]:
     if lag := state.reckoning.odometry_lag.nanoseconds:
         where = "behind" if lag > 0 else "ahead of"
         warnings.append(
-            f"By their stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans; "
-            "the map was made as if it were not."
+            f"By their stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans: this was corrected, "
+            "and the map does not suffer from it. To mend it, let one clock stamp all messages (chrony, or "
+            "drivers on one computer)."
         )
     return warnings

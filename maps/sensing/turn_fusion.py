@@ -51,6 +51,8 @@ class TurnModel:
     wheel_variance: float = nan
     wheels_are_blind: bool = False
     """Whether they report not the least turn, however the gyroscope turns."""
+    agrees_with_wheels: bool = False
+    """Whether the gyroscope turns as far as the wheels do."""
 
     @property
     def is_used(self) -> bool:
@@ -73,13 +75,33 @@ class TurnModel:
         """What is wrong with a gyroscope that the scans contradict, as a sentence for people."""
         if not self.is_contradicted:
             return None
-        if abs(self.scale + 1.0) < self.config.max_scale_error:
+        if self._scales_by(-1.0):
             what = "turns to the other side: it hangs upside down, and no transform says so"
-        elif abs(self.scale / radians(1.0) - 1.0) < self.config.max_scale_error:
+        elif self._scales_by(radians(1.0)):
             what = "reports degrees instead of radians per second"
+        elif self.agrees_with_wheels:
+            return (
+                f"The scans turn {self.scale:.2f} times as far as wheels and gyroscope, which agree with each "
+                "other; the gyroscope was not used."
+            )
         else:
-            what = "does not turn as they do"
+            what = f"is wrong: they turn {self.scale:.2f} times as far as it reports"
         return f"By the scans the gyroscope of the IMU {what}; it was not used."
+
+    @property
+    def remedy(self) -> str:
+        """What to do about the contradiction, as a sentence for people."""
+        if self._scales_by(-1.0) or self._scales_by(radians(1.0)):
+            return "Correct the driver, or publish where the IMU sits on /tf_static."
+        if self.agrees_with_wheels:
+            return "Correct angle_min, angle_max and angle_increment in the laser's driver."
+        return (
+            "See that its driver reports radians per second about the axis that points up, or leave it out "
+            "with --no-imu."
+        )
+
+    def _scales_by(self, plain: float) -> bool:
+        return abs(self.scale / plain - 1.0) < self.config.max_scale_error
 
     def by_gyro(self, gyro_turn: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
         """The turn in so many seconds, from what the gyroscope measured."""
@@ -209,6 +231,7 @@ class TurnFusion:
             per_exposure,
             wheels,
             self.model.wheels_are_blind,
+            _are_alike(by_gyro[known], by_wheels[known], config),
         )
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
@@ -246,6 +269,11 @@ def _wheel_exposure(
 ) -> NDArray[np.float64]:
     """Radians (...) to which errors of wheels are proportional."""
     return np.abs(turns) + config.metre_exposure * metres + config.standing_exposure * seconds
+
+
+def _are_alike(turns: NDArray[np.float64], others: NDArray[np.float64], config: TurnFusionConfig) -> bool:
+    """Whether turns (N,) in radians explain most of the others (N,), at the same scale."""
+    return bool(np.abs(turns - others).sum() < config.max_scale_error * np.abs(others).sum())
 
 
 def _variance(

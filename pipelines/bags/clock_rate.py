@@ -65,7 +65,7 @@ def drift_finding(topic: str, rate: ClockRate, other_topic: str, other: ClockRat
     return [
         Finding(
             f"The clock of {topic} {'gains' if apart > 0.0 else 'loses'} {abs(apart) * 1e3:.0f} ms a second "
-            f"on that of {other_topic}: what is stamped alike belongs together the less the longer it lasts.",
+            f"on that of {other_topic}: by their stamps the two fit together less and less.",
             "Let one clock stamp all messages (chrony, or drivers on one computer).",
         )
     ]

@@ -1,7 +1,5 @@
 """What a mapper would find out about clocks and gyroscope while it maps, for those who only check."""
 
-from math import radians
-
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.maps.sensing.config import TurnFusionConfig
@@ -16,11 +14,6 @@ judgement."""
 _PERIODS = 2.0
 """Times between two samples that a lag lasts at least. Measured: on a Neato whose odometry is right and comes
 five times a second, turns seem to be 0.34 s apart."""
-_REMEDIES = (
-    "Correct the driver, or publish where the IMU sits on /tf_static.",
-    "Leave it out with --no-imu.",
-)
-"""For a fault that is known, and for one that is not."""
 
 
 def foreseen_findings(
@@ -45,7 +38,7 @@ def _of_lag(
     what = f"By its stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans"
     return [
         Finding(
-            f"{what}: it is used as if it were not.",
+            f"{what}: this is corrected, and the map does not suffer from it.",
             f"No action is needed. {ONE_CLOCK}",
         )
     ]
@@ -60,7 +53,8 @@ def _of_gyro(learned: SelfCalibration, made: Corrections) -> list[Finding]:
     scale = -turns.value if made.is_upside_down else turns.value
     if abs(scale - 1.0) < fusion.max_scale_error + 3.0 * turns.sigma:
         return []
-    contradiction = TurnModel(fusion, is_contradicted=True, scale=scale).contradiction
-    assert contradiction is not None
-    is_plain = any(abs(scale / plain - 1.0) < fusion.max_scale_error for plain in (-1.0, radians(1.0)))
-    return [Finding(contradiction.replace("was not used", "is not used"), _REMEDIES[0 if is_plain else 1])]
+    wheels = learned.wheel_turns
+    are_alike = wheels is not None and abs(wheels.value / turns.value - 1.0) < fusion.max_scale_error
+    model = TurnModel(fusion, is_contradicted=True, scale=scale, agrees_with_wheels=are_alike)
+    assert model.contradiction is not None
+    return [Finding(model.contradiction.replace("was not used", "is not used"), model.remedy)]

@@ -177,7 +177,8 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, rep
         report.add("odometry_faults", asdict(localizer.odometry_faults))
     if reader.imu_topic is not None:
         report.add("gyroscope", localizer.turn_model.figures)
-    contradiction = localizer.turn_model.contradiction
+    model = localizer.turn_model
+    contradiction = f"{model.contradiction} {model.remedy}" if model.contradiction else None
     hung = localizer.frozen_odometry.warning(run.estimates[0].stamp)
     told = [sentence for sentence in (contradiction, hung) if sentence is not None]
     for sentence in [*reader.warnings, *told, *_cautions(run, reader)]:

@@ -281,5 +281,6 @@ def test_who_only_checks_hears_of_a_lag_that_a_mapper_bears(tmp_path: Path, lag:
     recording.odometry = odometry_of(DRIVE, SECONDS, lag)
     told = [finding.what for finding in foreseen_in(recording, tmp_path)]
     assert told == [
-        "By its stamps the odometry is 200 ms behind the scans: it is used as if it were not."
+        "By its stamps the odometry is 200 ms behind the scans: this is corrected, and the map does not "
+        "suffer from it."
     ] * (lag > 0.0)
