@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 from racecar.mapping.self_calibration.bearing_scale import BearingScale, bearing_scale
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+from racecar.mapping.self_calibration.distance_ratio import DistanceRatio, distance_ratio
 from racecar.mapping.self_calibration.mount import MotionReading, read_motion
 from racecar.mapping.self_calibration.odometry_fault import OdometryFault, fault_in, is_impossible
 from racecar.mapping.self_calibration.scan_track import ScanTrack, ScanTracker, track_of
@@ -29,6 +30,8 @@ class SelfCalibration:
     reading: MotionReading | None = None
     """Where the laser sits, and which signs are wrong."""
     odometry_fault: OdometryFault | None = None
+    distances: DistanceRatio | None = None
+    """Of the wheels to the scans."""
     gyro_has_turns: bool = False
     """Of odometry without turns: whether a gyroscope has them, as the scans show."""
     bearing_scale: BearingScale | None = None
@@ -100,8 +103,10 @@ class SelfCalibrator:
         if reading is None or self._first is None:
             return False
         mount, doubtful = reading.mount, self._config.mount
+        if learned.distances is not None and learned.distances.is_wrong(self._config.distances):
+            return False
         yaw = float(wrap_angle(mount.base_from_laser[2] - self._first.base_from_laser[2]))
-        return abs(yaw) < doubtful.min_yaw_error and mount.path_ratio >= doubtful.short_path_ratio
+        return abs(yaw) < doubtful.min_yaw_error and mount.path_ratio >= self._config.distances.least
 
     def estimate(self, expected_lag: int = 0) -> SelfCalibration:
         """What they prove. ``expected_lag`` in nanoseconds is how much later than scans the wheels are
@@ -145,10 +150,9 @@ class SelfCalibrator:
             has_turns = fault == OdometryFault.WITHOUT_TURNS and self._gyro_agrees(track)
             return SelfCalibration(order, odometry_fault=fault, gyro_has_turns=has_turns)
         turns = turn_agreement(track, wheels, config.turns, expected_lag)
-        if turns is None:
-            return SelfCalibration(order)
-        reading = read_motion(track, wheels, turns.lag, is_inverted=turns.is_inverted, config=config)
-        return SelfCalibration(order, turns, reading)
+        lag, is_inverted = (expected_lag, False) if turns is None else (turns.lag, turns.is_inverted)
+        reading = read_motion(track, wheels, lag, is_inverted=is_inverted, config=config)
+        return SelfCalibration(order, turns, reading, distances=distance_ratio(track, wheels, lag, config))
 
     def _gyro_agrees(self, track: ScanTrack) -> bool:
         """Whether the gyroscope shows the turns of the scans, in their sense."""

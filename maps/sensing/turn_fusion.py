@@ -81,8 +81,8 @@ class TurnModel:
             what = "reports degrees instead of radians per second"
         elif self.agrees_with_wheels:
             return (
-                f"The scans turn {self.scale:.2f} times as far as wheels and gyroscope, which agree with each "
-                "other; the gyroscope was not used."
+                f"The scans turn {self.scale:.2f} times as far as wheels and gyroscope, which agree with "
+                "each other; the gyroscope was not used."
             )
         else:
             what = f"is wrong: they turn {self.scale:.2f} times as far as it reports"

@@ -32,6 +32,8 @@ _NOT_TOLD = ("assumed identity", "base frame")
 
 _REMEDIES = {
     OdometryFault.STUCK: "See why its driver sends no motion, or name another topic with --odom-topic.",
+    OdometryFault.WITHOUT_DISTANCE: "Let its node integrate the speed of the wheels too, in metres; if the "
+    "robot was carried, no action is needed.",
     OdometryFault.WITHOUT_TURNS: "Let its node integrate steering angle or gyroscope, or record an IMU.",
     OdometryFault.IMPOSSIBLE: "See that its node gives metres and radians, and that only one publishes it.",
 }
@@ -77,9 +79,11 @@ def learned_corrections(
         made.leave_out_odometry(learned.odometry_fault, gyro_has_turns=learned.gyro_has_turns)
     elif learned.turns is not None:
         made.shift_clock(learned.turns.lag, "as the turns show")
-        made.read_motion(learned.reading, is_inverted=learned.turns.is_inverted)
+        made.read_motion(learned)
     else:
         made.shift_clock(known.recorded_lag, "by when they were recorded")
+        made.check_straight_motion(learned.reading)
+    made.check_distances(learned)
     made.doubt_turns(learned)
     made.shift_gyro(learned.gyro_turns)
     return Corrections(**made.changes, findings=tuple(made.findings))
@@ -171,9 +175,26 @@ class _Made:
             ONE_CLOCK,
         )
 
-    def read_motion(self, reading: MotionReading | None, *, is_inverted: bool) -> None:
+    def check_straight_motion(self, reading: MotionReading | None) -> None:
+        """Of a robot that hardly turned: whether it went where the laser's place, if told, has it look."""
+        config = self._config.mount
+        if reading is None or not self._known.is_place_told or not reading.mount.is_certain(config):
+            return
+        if reading.mount.consistency >= config.min_path_consistency:
+            self._check_yaw(reading.mount)
+
+    def read_motion(self, learned: SelfCalibration) -> None:
         """Mend, or name, what makes scans and wheels report different motions."""
-        if reading is None or not reading.mount.is_certain(self._config.mount):
+        reading = learned.reading
+        is_inverted = learned.turns is not None and learned.turns.is_inverted
+        distances = learned.distances
+        if not is_inverted and distances is not None and distances.contradicts_turns(self._config.distances):
+            self._leave_out(
+                f"The odometry on {self._known.odom_topic} goes as far as the scans, but not where its own "
+                "yaw looks: it is not used.",
+                "See that its node does not exchange x and y, or change the sign of one of them (REP 103).",
+            )
+        elif reading is None or not reading.mount.is_certain(self._config.mount):
             if is_inverted:
                 self._leave_out(
                     "The scans turn left where the odometry turns right, and nothing shows which is wrong: "
@@ -189,21 +210,34 @@ class _Made:
             if reading.wheel_signs != WheelSigns.AS_RECORDED:
                 self._change_signs(reading.wheel_signs)
             self._check_yaw(reading.mount)
-        if reading is not None and reading.mount.is_certain(self._config.mount):
-            self._check_path(reading.mount)
 
-    def _check_path(self, mount: MountEstimate) -> None:
-        ratio, config = mount.path_ratio, self._config.mount
-        is_clear = ratio < config.short_path_ratio and mount.consistency >= config.min_path_consistency
-        if not is_clear or not self.changes.get("uses_odometry", True):
+    def check_distances(self, learned: SelfCalibration) -> None:
+        """Let the wheels go as far as the scans where one of the two is surely wrong."""
+        ratio = self._wrong_distances(learned)
+        if ratio is None or not self.changes.get("uses_odometry", True):
             return
         x, y, yaw = self.changes.get("odometry_factors", (1.0, 1.0, 1.0))
         self.changes["odometry_factors"] = (x / ratio, y / ratio, yaw)
+        scans = self._known.scan_topic
         self._find(
             f"The odometry on {self._known.odom_topic} reports {ratio:.0%} of the distance that the scans "
-            "show: it is lengthened to that.",
-            "Correct the wheels' size or the gain from motor to speed in its node.",
+            f"show: it is corrected to that. If the ranges of {scans} are wrong instead, the map is "
+            f"{1.0 / ratio:.2f} times its true size.",
+            "Measure a wall of the map. If it is right, correct wheel radius, gear or the gain from motor to "
+            f"speed in the odometry's node; if not, the unit of the ranges on {scans}, which are metres.",
         )
+
+    def _wrong_distances(self, learned: SelfCalibration) -> float | None:
+        """What the wheels report of the distance by the scans, if that is surely wrong."""
+        config, distances = self._config, learned.distances
+        if distances is not None:
+            return distances.value if distances.is_wrong(config.distances) else None
+        mount = None if learned.reading is None or learned.turns is None else learned.reading.mount
+        if mount is None or not mount.is_certain(config.mount):
+            return None
+        is_clear = mount.consistency >= config.mount.min_path_consistency
+        is_short = mount.path_ratio < config.distances.least  # for which a bare corridor is no excuse
+        return mount.path_ratio if is_clear and is_short else None
 
     def _change_signs(self, signs: WheelSigns) -> None:
         self.changes["odometry_factors"] = tuple(signs.factors.tolist())

@@ -3,7 +3,7 @@ import numpy as np
 from racecar.mapping.self_calibration.config import OdometryFaultConfig, WindowConfig
 from racecar.mapping.self_calibration.odometry_fault import OdometryFault, fault_in, is_impossible
 from racecar.mapping.self_calibration.wheel_track import WheelTrack, motion_pairs, windows_of
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, compose
 from tests.mapping.self_calibration.moving_laser import odometry_of, straight_drive, winding_drive
 from tests.mapping.self_calibration.test_turn_agreement import track_along
 
@@ -31,8 +31,18 @@ def test_wheels_that_drive_are_not() -> None:
     assert is_sound(DRIVE * [0.2, 0.2, 0.2])
 
 
-def test_a_robot_that_is_carried_with_a_gyro_is_not() -> None:
-    assert is_sound(DRIVE * [0.0, 0.0, 1.0])
+def test_wheels_that_turn_and_go_nowhere() -> None:
+    """As those of a robot that is carried and has a gyroscope, too."""
+    drive = winding_drive(40.0, turn_rate=0.4)
+    for share in (0.0, 0.01):
+        assert fault(drive * [share, share, 1.0], drive) == OdometryFault.WITHOUT_DISTANCE
+    assert is_sound(drive * [0.2, 0.2, 1.0], drive)
+
+
+def test_a_laser_that_circles_the_middle_of_its_robot_is_not_one_that_travels() -> None:
+    turning = np.linspace(0.0, 20.0, len(DRIVE))
+    on_the_spot = np.column_stack([0.0 * turning, 0.0 * turning, turning])
+    assert is_sound(on_the_spot, drive=compose(on_the_spot, np.array([0.6, 0.0, 0.0])))
 
 
 def test_one_that_stands_is_not() -> None:

@@ -86,10 +86,21 @@ def test_a_sound_recording_is_read_as_it_stands(tmp_path: Path) -> None:
     assert reader.base_from_laser_source == "assumed identity"
 
 
-def test_wheels_that_report_half_of_the_distance(tmp_path: Path) -> None:
-    corrections, _ = corrections_of(Recording().multiply(0.5, 0.5, 1.0), tmp_path)
-    assert corrections.odometry_factors == pytest.approx((2.0, 2.0, 1.0), rel=0.03)
-    assert "of the distance" in only_finding(corrections)
+@pytest.mark.parametrize("share", [0.3048, 0.5, 1.3, 2.0])
+def test_wheels_that_report_more_or_less_than_the_distance(tmp_path: Path, share: float) -> None:
+    corrections, _ = corrections_of(Recording().multiply(share, share, 1.0), tmp_path)
+    assert corrections.odometry_factors == pytest.approx((1.0 / share, 1.0 / share, 1.0), rel=0.03)
+    sentence = only_finding(corrections)
+    assert "of the distance" in sentence and "wheel radius" in sentence and "unit of the ranges" in sentence
+
+
+def test_wheels_whose_x_and_y_are_exchanged_are_not_used(tmp_path: Path) -> None:
+    recording = Recording().change_odometry(
+        lambda sample: replace(sample, odom_from_base=sample.odom_from_base[[1, 0, 2]])
+    )
+    corrections, _ = corrections_of(recording, tmp_path)
+    assert not corrections.uses_odometry
+    assert "exchange x and y" in only_finding(corrections)
 
 
 def test_beams_turned_round_by_the_driver(tmp_path: Path) -> None:
