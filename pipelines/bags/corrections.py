@@ -26,7 +26,7 @@ class Corrections:
     base_from_laser: Pose | None = None
     """(3,) the place of the first laser, where it is not the one that the recording tells."""
     is_upside_down: bool = False
-    """Whether the first laser hangs upside down, which the recording does not tell."""
+    """Whether the first laser hangs the other way round than the recording tells: upside down, if upright."""
     scan_shift: int = 0
     """Nanoseconds to add to the stamps of scans."""
     odometry_shift: int = 0
@@ -46,7 +46,7 @@ class Corrections:
         changes: dict[str, object] = {
             "beams": "reversed" if self.beams_are_reversed else None,
             "bearing_factor": self.bearing_factor if self.bearing_factor != 1.0 else None,
-            "laser_is_upside_down": self.is_upside_down or None,
+            "laser_hangs_otherwise": self.is_upside_down or None,
             "scan_shift_s": self.scan_shift * 1e-9 or None,
             "odometry_shift_s": self.odometry_shift * 1e-9 or None,
             "yaw_rate_shift_s": self.yaw_rate_shift * 1e-9 or None,

@@ -184,7 +184,7 @@ class BagReader:
     @property
     def laser_is_upside_down(self) -> bool:
         """Whether the first sensor counts its bearings clockwise, seen from above."""
-        return self._corrections.is_upside_down or self._places.place(self._scan_frame).is_upside_down
+        return self._corrections.is_upside_down != self._places.place(self._scan_frame).is_upside_down
 
     @property
     def base_from_laser_source(self) -> str:

@@ -27,6 +27,7 @@ def calibrate(reader: BagReader, config: SelfCalibrationConfig, *, quiet: bool) 
         base_from_laser=reader.base_from_laser,
         place_source=reader.base_from_laser_source,
         header_offsets=reader.header_offsets,
+        is_upside_down=reader.laser_is_upside_down,
     )
     with progress_bar("Looking at the sensors", _MOST_MESSAGES, quiet=quiet) as advance_to:
         learned = _learn(

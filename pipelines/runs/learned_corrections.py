@@ -14,6 +14,7 @@ from racecar.mapping.self_calibration.sweep_order import SweepOrder
 from racecar.mapping.self_calibration.turn_ratio import TurnRatio
 from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import Pose, wrap_angle
+from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.pipelines.bags.corrections import Corrections
 from racecar.pipelines.bags.findings import Finding
 
@@ -51,6 +52,8 @@ class KnownSensors:
     """Where that is known from."""
     header_offsets: tuple[int | None, int | None]
     """Nanoseconds that stamps of scans and of odometry are ahead of when they were recorded."""
+    is_upside_down: bool = False
+    """Whether the laser hangs upside down by its place."""
 
     @property
     def is_place_told(self) -> bool:
@@ -194,6 +197,8 @@ class _Made:
                 "yaw looks: it is not used.",
                 "See that its node does not exchange x and y, or change the sign of one of them (REP 103).",
             )
+        elif is_inverted and self._hangs_otherwise(learned):
+            self._hang_otherwise()
         elif reading is None or not reading.mount.is_certain(self._config.mount):
             if is_inverted:
                 self._leave_out(
@@ -250,6 +255,29 @@ class _Made:
             "Correct the sign in the odometry's node: counter-clockwise is positive (REP 103).",
         )
 
+    def _hangs_otherwise(self, learned: SelfCalibration) -> bool:
+        """Whether a gyroscope, too, turns against the scans, which speaks against a transform that tells
+        the laser's place; a flag decides. Wheels that contradict themselves are no witness."""
+        reading, gyro = learned.reading, learned.gyro_turns
+        if not self._known.is_place_told or self._known.place_source == "flag":
+            return False
+        if reading is not None and reading.wheel_signs == WheelSigns.YAW_INVERTED:
+            return False
+        return gyro is not None and not gyro.differs(-1.0, TurnFusionConfig().max_scale_error)
+
+    def _hang_otherwise(self) -> None:
+        self.changes["is_upside_down"] = True
+        known = self._known
+        told, right = ("upside down", "upright") if known.is_upside_down else ("upright", "upside down")
+        roll = 0.0 if known.is_upside_down else np.pi
+        self._find(
+            "Odometry and gyroscope turn left where the scans turn right: the laser is read as hanging "
+            f"{right}, although its transform ({known.place_source}) has it {told}. If both turn the wrong "
+            "way, as wheels that take their turns from the gyroscope do, the map is its mirror image.",
+            f"Correct the roll in the laser's transform, or give {_as_option(known.base_from_laser, roll)}; "
+            f"if the transform is right, {_as_option(known.base_from_laser, np.pi - roll)}.",
+        )
+
     def _hang_upside_down(self, place: Pose) -> None:
         self.changes |= {"is_upside_down": True, "base_from_laser": place}
         self._find(
@@ -294,6 +322,10 @@ def _in_words(place: Pose) -> str:
 
 def _degrees(place: Pose) -> str:
     return f"{np.degrees(place[2]):.0f}°"
+
+
+def _as_option(place: Pose, roll: float) -> str:
+    return f"--laser-pose {_as_flag(place, roll)}"
 
 
 def _as_flag(place: Pose, roll: float = 0.0) -> str:

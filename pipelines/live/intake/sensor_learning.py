@@ -101,7 +101,8 @@ class SensorLearning:
         self._calibrator = SelfCalibrator(self._config)  # the old one holds thousands of scans
         corrections = learned_corrections(learned, self._known(), self._config)
         stays = ""
-        if corrections.base_from_laser is not None and not self._moves_laser:
+        is_moved = corrections.base_from_laser is not None or corrections.is_upside_down
+        if is_moved and not self._moves_laser:
             corrections = replace(corrections, base_from_laser=None, is_upside_down=False)
             stays = _STAYS
         self._corrections, self._corrector = corrections, Corrector(corrections)

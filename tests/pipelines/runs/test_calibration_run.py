@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
+from racecar.mapping.self_calibration.self_calibration import SelfCalibration
+from racecar.mapping.self_calibration.turn_agreement import TurnAgreement
+from racecar.mapping.self_calibration.turn_ratio import TurnRatio
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -15,6 +18,7 @@ from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.runs.calibration_run import calibrate
+from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
 from tests.mapping.self_calibration.moving_laser import STEP, odometry_of, scans_of, winding_drive
 
 SECONDS = 16.0
@@ -159,6 +163,38 @@ def test_a_laser_upside_down(tmp_path: Path) -> None:
     assert corrections.is_upside_down and corrections.base_from_laser is not None
     assert corrections.base_from_laser == pytest.approx([0.0, 0.0, 0.0], abs=0.05)
     assert any("upside down" in finding.what for finding in corrections.findings)
+
+
+def test_wheels_and_gyroscope_together_outweigh_the_transform(tmp_path: Path) -> None:
+    recording = upside_down(Recording())
+    recording.told = IDENTITY
+    recording.yaw_rates = turning(1.0, 0.0)
+    corrections, reader = corrections_of(recording, tmp_path)
+    assert corrections.is_upside_down and reader.laser_is_upside_down
+    assert corrections.uses_odometry and corrections.odometry_factors == (1.0, 1.0, 1.0)
+    assert any("has it upright" in finding.what for finding in corrections.findings)
+    laser = next(item for item in reader_items(tmp_path, corrections) if isinstance(item, Scan))
+    right = scans_of(DRIVE, SECONDS)[0]
+    assert np.interp(0.5, laser.bearings, laser.ranges) == pytest.approx(
+        np.interp(0.5, right.bearings, right.ranges), abs=0.1
+    )
+
+
+@pytest.mark.parametrize(
+    ("source", "gyro", "is_outweighed"),
+    [("tf", -1.0, True), ("flag", -1.0, False), ("tf", 1.0, False), ("tf", None, False)],
+)
+def test_a_flag_is_not_outweighed_nor_a_transform_by_wheels_alone(
+    source: str, gyro: float | None, is_outweighed: bool
+) -> None:
+    learned = SelfCalibration(
+        turns=TurnAgreement(0, is_inverted=True, share_left=0.1),
+        gyro_turns=None if gyro is None else TurnRatio(gyro, 0.01, 0),
+    )
+    known = KnownSensors("/scan", "/odom", IDENTITY, source, (None, None), is_upside_down=True)
+    made = learned_corrections(learned, known, SelfCalibrationConfig())
+    assert made.is_upside_down == is_outweighed
+    assert any("as hanging upright" in finding.what for finding in made.findings) == is_outweighed
 
 
 @pytest.mark.parametrize("roll", [[], [np.pi]])
