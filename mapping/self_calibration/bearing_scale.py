@@ -38,7 +38,8 @@ def bearing_scale(
     """Judged by the walls and by the turns of other sensors; None where the angles seem right.
 
     Walls that are bent where turns agree are no fault: there are round rooms, whose walls ask for smaller
-    angles. Without turns only larger ones are believed, as no place has walls that bulge everywhere.
+    angles. Without turns only larger ones are believed, as no place has walls that bulge everywhere. A factor
+    that is near 1 is believed where walls, wheels and gyroscope all show it.
     """
     ratios = [ratio for ratio in ratios if 1.0 / _OTHER_UNITS < abs(ratio.value) < _OTHER_UNITS]
     if walls is None:
@@ -47,6 +48,8 @@ def bearing_scale(
         ]
         agree = len(factors) > 1 and max(factors) < config.walls.agreement * min(factors)
         return BearingScale(float(np.mean(factors)), is_certain=False) if agree else None
+    if _do_all_agree(walls.factor, ratios, config):
+        return BearingScale(_usual(walls.factor, scan), is_certain=True)
     if _apart(walls.factor, 1.0) < config.walls.right_factor:
         return None
     if not ratios:
@@ -56,6 +59,15 @@ def bearing_scale(
     if any(_apart(walls.factor, 1.0 / abs(ratio.value)) < config.walls.agreement for ratio in ratios):
         return BearingScale(_usual(walls.factor, scan), is_certain=True)
     return None
+
+
+def _do_all_agree(by_walls: float, ratios: Sequence[TurnRatio], config: SelfCalibrationConfig) -> bool:
+    """Whether two other sensors, and the walls, show nearly the same factor."""
+    factors = [by_walls, *(1.0 / abs(ratio.value) for ratio in ratios)]
+    is_sure = any(ratio.is_beyond(config.walls.agreed_factor) for ratio in ratios)
+    are_off = all(_apart(factor, 1.0) > config.walls.agreed_factor for factor in factors)
+    agree = max(factors) < config.walls.close_agreement * min(factors)
+    return len(ratios) > 1 and is_sure and are_off and agree
 
 
 def _apart(factor: float, other: float) -> float:

@@ -348,6 +348,20 @@ class WallStraightnessConfig(Settings):
         description="Factor within which bearings are as stated. Measured on 30 recordings: walls that agree "
         "say 0.94 to 1.03.",
     )
+    agreed_factor: float = Field(
+        default=1.1,
+        gt=1.0,
+        le=10.0,
+        description="The same beyond which bearings are not as stated if wheels, gyroscope and walls all say "
+        "so. Measured: wheels and gyroscope of simulated cars turn as the scans within 1.04, walls as above.",
+    )
+    close_agreement: float = Field(
+        default=1.05,
+        gt=1.0,
+        le=10.0,
+        description="Factor by which these may then differ. Measured with angles stated 1.2 times as wide: "
+        "1.01.",
+    )
     agreement: float = Field(
         default=1.15,
         gt=1.0,

@@ -57,6 +57,14 @@ def test_walls_and_turns_together_are_certain() -> None:
     assert_says(scale(1.65, 0.6), 1.65, is_certain=True)
 
 
+def test_a_small_factor_needs_two_witnesses_besides_the_walls() -> None:
+    assert_says(scale(0.84, 1.18, 1.2), 0.84, is_certain=True)
+    for ratios in ([1.18], [1.18, 1.0], [1.2, 1.4], [1.05, 1.05]):
+        assert scale(0.84, *ratios) is None
+    assert scale(1.0, 1.18, 1.2) is None
+    assert scale(0.95, 1.05, 1.05) is None
+
+
 def test_walls_alone_or_turns_alone_are_not() -> None:
     assert_says(scale(1.97), 2.0, is_certain=False)
     assert_says(scale(1.97, 57.3), 2.0, is_certain=False)
