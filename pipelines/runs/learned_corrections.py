@@ -26,6 +26,10 @@ _ANOTHER_ORIGIN = 86_400_000_000_000
 _GYRO_LAG = 60_000_000
 """Nanoseconds that a gyroscope and scans may be apart: skewed sweeps alone show 0.035 s, measured on a
 simulated drive."""
+_FOOT = 0.3048
+"""Metres, by definition."""
+_OF_A_FOOT = 0.02
+"""Share by which a ratio may miss it, since wheels of a known radius are right to 2 %; by judgement."""
 ONE_CLOCK = "Let one clock stamp all messages (chrony, or drivers on one computer)."
 """The remedy for clocks that differ."""
 _NOT_TOLD = ("assumed identity", "base frame")
@@ -224,12 +228,15 @@ class _Made:
         x, y, yaw = self.changes.get("odometry_factors", (1.0, 1.0, 1.0))
         self.changes["odometry_factors"] = (x / ratio, y / ratio, yaw)
         scans = self._known.scan_topic
+        are_feet = abs(ratio / _FOOT - 1.0) < _OF_A_FOOT
+        likely = ", as they would be in feet," if are_feet else ","
         self._find(
             f"The odometry on {self._known.odom_topic} reports {ratio:.0%} of the distance that the scans "
-            f"show: it is corrected to that. If the ranges of {scans} are wrong instead, the map is "
+            f"show: it is corrected to that. If the ranges of {scans} are wrong instead{likely} the map is "
             f"{1.0 / ratio:.2f} times its true size.",
             "Measure a wall of the map. If it is right, correct wheel radius, gear or the gain from motor to "
             f"speed in the odometry's node; if not, the unit of the ranges on {scans}, which are metres.",
+            spoils_map=are_feet,
         )
 
     def _wrong_distances(self, learned: SelfCalibration) -> float | None:

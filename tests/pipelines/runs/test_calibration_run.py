@@ -96,6 +96,7 @@ def test_wheels_that_report_more_or_less_than_the_distance(tmp_path: Path, share
     assert corrections.odometry_factors == pytest.approx((1.0 / share, 1.0 / share, 1.0), rel=0.03)
     sentence = only_finding(corrections)
     assert "of the distance" in sentence and "wheel radius" in sentence and "unit of the ranges" in sentence
+    assert ("feet" in sentence) == corrections.findings[0].spoils_map == (share == 0.3048)
 
 
 def test_wheels_whose_x_and_y_are_exchanged_are_not_used(tmp_path: Path) -> None:
