@@ -85,7 +85,7 @@ class TurnModel:
                 "each other; the gyroscope was not used."
             )
         else:
-            what = f"is wrong: they turn {self.scale:.2f} times as far as it reports"
+            what = "does not turn as they do"
         return f"By the scans the gyroscope of the IMU {what}; it was not used."
 
     @property

@@ -105,6 +105,21 @@ def test_another_scale_is_not_believed(wrong: Callable[..., NDArray[np.float64]]
     assert turned(fusion, by_wheels=0.4, by_gyro=9.0) == 0.4
 
 
+@pytest.mark.parametrize(
+    ("factors", "what", "remedy"),
+    [
+        ((2.0, 1.0), "does not turn as they do", "--no-imu"),
+        ((-1.0, 1.0), "hangs upside down", "/tf_static"),
+        ((1.3, 1.3), "which agree with each other", "angle_increment"),
+    ],
+    ids=["the gyroscope is wrong", "upside down", "the scans are wrong"],
+)
+def test_what_is_wrong_and_what_to_do_are_said(factors: tuple[float, float], what: str, remedy: str) -> None:
+    model = learned(lambda rates, _: factors[0] * rates, lambda rates, _: factors[1] * rates).model
+    assert model.contradiction is not None and what in model.contradiction
+    assert remedy in model.remedy
+
+
 @pytest.mark.parametrize("noise", [1e-6, 1e-3, 0.05])
 def test_one_that_does_not_turn_along_is_not_believed(noise: float) -> None:
     fusion = learned(lambda rates, rng: noise * rng.standard_normal(len(rates)), good_wheels)
