@@ -33,6 +33,7 @@ from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
 from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.motion_sources import MotionSources
 from racecar.pipelines.bags.order import after_their_motion, in_order
+from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.bags.samples import Samples, decode_or_count, decoded, first_samples
 from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.pipelines.bags.sensor_place import SensorPlaces
@@ -100,7 +101,7 @@ class BagReader:
             self._store.close()
             raise
         self._heights = (min_height, max_height)
-        self._gaps = ScanGaps()
+        self._gaps, self._repeats = ScanGaps(), RepeatedScans()
         self.scan_facts = ScanFacts()
         """What the scans read so far are like."""
         self.odometry_facts = OdometryFacts()
@@ -248,6 +249,7 @@ class BagReader:
             *(self._place_findings if self._corrections.base_from_laser is None else ()),
             *self._corrections.findings,
             *self._gaps.findings,
+            *self._repeats.findings,
             *counted_findings(self._counter),
             *self._clock_drifts(),
             *self.scan_facts.findings,
@@ -282,7 +284,7 @@ class BagReader:
         self._counter.clear()
         self._clock_rates.clear()
         self._gaps, self.scan_facts, self.odometry_facts = ScanGaps(), ScanFacts(), OdometryFacts()
-        self.yaw_rate_facts = YawRateFacts()
+        self.yaw_rate_facts, self._repeats = YawRateFacts(), RepeatedScans()
         self.messages_read = 0
         items = in_order(self._items(), self._counter)
         if self._motion.odometry is not None or self._motion.imu is not None:
@@ -290,9 +292,13 @@ class BagReader:
         for item in items:
             if isinstance(item, Scan):
                 self._gaps.add(item)
+                if self._repeats.is_repeat(item):
+                    self._counter["repeated_scans"] += 1
+                    continue
                 self.scan_facts.add(item)
                 self._counter["scans"] += 1
             elif isinstance(item, Odometry):
+                self._repeats.add_odometry(item)
                 self.odometry_facts.add(item)
                 self._counter["odometry"] += 1
             else:

@@ -32,6 +32,7 @@ from racecar.pipelines.bags.messages import (
     ros2_types,
     type_name,
 )
+from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.live.intake.car_frames import CarFrames, Placed
 from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports, OdometryClockFaults
 from racecar.pipelines.live.intake.first_messages import Arrived
@@ -86,6 +87,7 @@ class Sensors:
         self._scan_converters: dict[tuple[str, str], Converter[Scan]] = {}
         self._scan_counts: Counter[str] = Counter()
         self._odometry_counts: Counter[str] = Counter()
+        self._repeats = RepeatedScans()
         self._integrate_twist = integrate_twist
         self._odometry_converters: dict[str, Converter[Odometry]] = {}
         self._clock = SteadyClock(after, time.time_ns() - time.monotonic_ns())
@@ -226,7 +228,7 @@ class Sensors:
             )
         else:
             self._faults.end("blind", "The scans hold readings again.")
-        return scan
+        return None if scan is None or self._is_repeat(scan) else scan
 
     def odometry(self, message: Any, arrival: int) -> Odometry | None:
         """The sample of a message that arrived at a time (nanoseconds); None where it holds none."""
@@ -242,6 +244,7 @@ class Sensors:
             )
             return None
         self._faults.end("odometry_invalid", "The odometry holds poses again.")
+        self._repeats.add_odometry(sample)
         if not self._integrate_twist:
             self._watch_poses(message)
         return sample
@@ -250,6 +253,18 @@ class Sensors:
         """The sample of an IMU's message that arrived at a time (nanoseconds); None where it holds none."""
         stamp = self._imu_clock.steady(nanoseconds(message.header.stamp), arrival)
         return None if stamp is None else self._imu_converter(message).convert(message, stamp)
+
+    def _is_repeat(self, scan: Scan) -> bool:
+        is_repeat = self._repeats.is_repeat(scan)
+        if self._repeats.is_stuck:
+            self._faults.report(
+                "repeats",
+                "The scans repeat themselves to the last bit while the odometry moves: they are left out. "
+                "See why the laser's driver, or whatever hands its scans on, repeats itself.",
+            )
+        else:
+            self._faults.end("repeats", "The scans show something new again.")
+        return is_repeat
 
     def _imu_converter(self, message: Any) -> Converter[YawRate]:
         """Of the message's type and of the IMU's frame, by which it is known how it is mounted."""

@@ -190,7 +190,8 @@ def test_one_is_not_told_as_many(tmp_path):
             writer.write_odometry(
                 odometry(index, odom_from_base=np.array([0.02 * index + 50.0 * (index > 40), 0.0, 0.0]))
             )
-            write_scan(writer, index, ranges=np.full(181 if index < 50 else 100, 2.0, dtype=np.float32))
+            beams = 181 if index < 50 else 100
+            write_scan(writer, index, ranges=np.full(beams, 2.0 + 0.001 * index, dtype=np.float32))
 
     words = [finding.what for finding in check(bag_of(tmp_path / "drive.bag", write)).findings]
     assert words == ["Times the number of beams changed: 1.", "The odometry jumps once, faster than any car."]
@@ -218,7 +219,7 @@ def test_too_few_beams_to_match_are_told(tmp_path, beams, is_told):
             writer.write_odometry(odometry(index))
             writer.write_scan(
                 odometry(index).stamp,
-                np.full(beams, 2.0, dtype=np.float32),
+                np.full(beams, 2.0 + 0.001 * index, dtype=np.float32),
                 angle_min=-np.pi / 2,
                 angle_increment=np.pi / (beams - 1),
                 time_increment=0.0,

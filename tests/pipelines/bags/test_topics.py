@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from tests.pipelines.bag_samples import INCREMENT, PLACE, bag_of, odometry, read, write_scan
+from tests.pipelines.bag_samples import BEAMS, INCREMENT, PLACE, bag_of, odometry, read, write_scan
 
 COUNT = 30
 
@@ -16,7 +16,10 @@ def bag(path, *topics):
         for index in range(4 * COUNT):
             for topic, count, changes in topics:
                 if index < count:
-                    write_scan(writer, index, topic=topic, **changes)
+                    ranges = changes.get("ranges", np.full(BEAMS, 2.0, dtype=np.float32)) + np.float32(
+                        1e-3 * index
+                    )
+                    write_scan(writer, index, topic=topic, **{**changes, "ranges": ranges})
             writer.write_odometry(odometry(index))
 
     return bag_of(path, write)

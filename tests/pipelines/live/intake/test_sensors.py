@@ -139,3 +139,19 @@ def square_room(bearings: Any, forward: float) -> Any:
     message.angle_min, message.angle_increment = -90.0, 1.0
     message.angle_max = float(np.radians(89.0))
     return message
+
+
+def test_scans_that_repeat_themselves_while_the_car_moves_are_left_out() -> None:
+    said: list[str] = []
+    taking = sensors(said)
+    rng = np.random.default_rng(0)
+    stuck = rng.uniform(1.0, 5.0, 50)
+    taken = []
+    for index in range(60):
+        message = odometry(index * 0.1)
+        message.pose.pose.position.x = 0.1 * index
+        taking.odometry(message, at(index * 0.1))
+        ranges = stuck if 20 <= index < 40 else rng.uniform(1.0, 5.0, 50)
+        taken.append(taking.scan(scan(index * 0.1 + 0.01, ranges=ranges), at(index * 0.1 + 0.01)) is not None)
+    assert taken == [True] * 21 + [False] * 19 + [True] * 20
+    assert sum("repeat themselves" in sentence for sentence in said) == 1

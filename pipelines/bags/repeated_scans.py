@@ -1,0 +1,140 @@
+"""Scans that repeat the one before them to the last bit while the car moves: they show nothing new.
+
+The noise of a laser never repeats a scan. A simulator's may, but only while its car stands; so a driver, or
+whatever hands its scans on, is stuck, and its scans are worth no more than a gap.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.sensing.odometry import Odometry, is_jump
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.findings import Finding
+
+_MOVED = 0.02
+"""Metres or radians that odometry moves at least before a repeated scan is left out: the cells of coarse
+simulators, which show the same from all places within one."""
+_DRIFT_WITHIN = 1_000_000_000
+"""Nanoseconds in which it must do so, since the odometry of a car that stands may creep: by judgement."""
+_FEWEST_RETURNS = 20
+"""Of a scan; fewer ranges, read coarsely, may be the same by chance, and blank scans are. By judgement."""
+_LONG = 0.5
+"""Seconds of repeats from which they are reported: odometry that is stamped late still moves when a simulated
+car stands already. By judgement."""
+_OFTEN = 0.1
+"""Of all scans that repeats must be to be reported where each is short, as of a driver that sends every scan
+twice: by judgement."""
+_FEW = 20
+"""Repeats not worth a word, however short the recording: by judgement."""
+_MOST = 0.5
+"""Of the recording: more is spent blind than seeing. By judgement."""
+
+
+@dataclass(eq=False)
+class _Run:
+    """A new scan of one laser, and what the odometry did while it was repeated."""
+
+    scan: Scan
+    since: int
+    """Stamp at which the odometry was at ``start``."""
+    start: Pose | None
+    """(3,)"""
+    moved_from: int = 0
+    moved_until: int | None = None
+    """Stamps of the first and last repeat before which the odometry moved, without a long stop between."""
+
+    @property
+    def seconds(self) -> float:
+        """For which the odometry moved."""
+        return 0.0 if self.moved_until is None else (self.moved_until - self.moved_from) * 1e-9
+
+    def is_stuck(self, stamp: int) -> bool:
+        """Whether a repeat with a stamp is of a laser that no longer sees, and not of a car that stands."""
+        is_moving = self.moved_until is not None and stamp - self.moved_until < _DRIFT_WITHIN
+        return is_moving or self.seconds > _LONG
+
+    def moves_to(self, pose: Pose, stamp: int) -> bool:
+        """Whether the odometry moved until it was at a pose (3,)."""
+        is_fresh = self.start is None or is_jump(self.start, pose, (stamp - self.since) * 1e-9)
+        x, y, turn = (IDENTITY if is_fresh or self.start is None else pose - self.start).tolist()
+        has_moved = max(math.hypot(x, y), abs(math.remainder(turn, math.tau))) > _MOVED
+        if has_moved:
+            self.moved_from = self.moved_from if self.is_stuck(stamp) else stamp
+            self.moved_until = stamp
+        if has_moved or is_fresh or stamp - self.since > _DRIFT_WITHIN:
+            self.since, self.start = stamp, pose
+        return has_moved
+
+
+class RepeatedScans:
+    """Finds the repeats among the scans of a drive, which come in the order of time with its odometry."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        """Repeats of a laser that no longer sees."""
+        self._pose: Pose | None = None
+        self._runs: dict[int, _Run] = {}
+        self._first: int | None = None
+        self._last = 0
+        self._new = self._moving = 0
+        self._longest = self._stuck_seconds = 0.0
+        self._listed: float | None = None
+
+    def add_odometry(self, odometry: Odometry) -> None:
+        """Take note of the latest motion."""
+        self._pose = odometry.odom_from_base
+
+    def is_repeat(self, scan: Scan) -> bool:
+        """Whether the next scan is the one before over again, although the odometry moved in between."""
+        self._first = scan.stamp if self._first is None else self._first
+        self._last = scan.stamp
+        run = self._runs.get(scan.laser)
+        if run is None or not _is_same(scan, run.scan):
+            self._runs[scan.laser] = _Run(scan, scan.stamp, self._pose)
+            self._new += 1
+            return False
+        before = run.seconds
+        if self._pose is not None and run.moves_to(self._pose, scan.stamp):
+            self._moving += 1
+            self._note(run, before)
+        is_stuck = run.is_stuck(scan.stamp)
+        self.count += is_stuck
+        return is_stuck
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether a laser shows the same for long by now, while the odometry moves."""
+        return any(run.seconds > _LONG for run in self._runs.values())
+
+    @property
+    def findings(self) -> list[Finding]:
+        """All repeats in one sentence, where they are many."""
+        is_often = self._moving > max(_OFTEN * (self._new + self._moving), _FEW)
+        if self._first is None or self._listed is None or not (self._longest > _LONG or is_often):
+            return []
+        what = (
+            f"{self.count} scans repeat the one before to the last bit while the odometry moves, the first "
+            f"at {self._listed:.1f} s and for up to {self._longest:.1f} s at a time: they are left out, as "
+            "they show nothing new."
+        )
+        remedy = "See why the laser's driver, or whatever hands its scans on, repeats itself."
+        is_most = self._stuck_seconds > _MOST * (self._last - self._first) * 1e-9
+        return [Finding(what, remedy, spoils_map=is_most)]
+
+    def _note(self, run: _Run, before: float) -> None:
+        """A run goes on that lasted so many seconds ``before``."""
+        self._longest = max(self._longest, run.seconds)
+        if run.seconds > _LONG:
+            self._stuck_seconds += run.seconds - (before if before > _LONG else 0.0)
+        if self._listed is None and self._first is not None:
+            self._listed = (run.moved_from - self._first) * 1e-9
+
+
+def _is_same(scan: Scan, before: Scan) -> bool:
+    """Whether ranges are the same to the last bit, and enough of them to mean something."""
+    return np.array_equal(scan.ranges, before.ranges, equal_nan=True) and (
+        int(np.count_nonzero(before.is_return)) >= _FEWEST_RETURNS
+    )
