@@ -1,7 +1,7 @@
 """How the numbers in LaserScan messages are to be read, where they cannot be meant as they stand.
 
-Drivers give angles in degrees, an increment that belongs to another number of beams, ranges in millimetres,
-and misses as a number below ``range_max``. What they mean, the scans themselves show.
+Drivers give angles in degrees, an increment that belongs to another number of beams, ranges in millimetres or
+centimetres, and misses as a number below ``range_max``. What they mean, the scans themselves show.
 """
 
 from collections.abc import Iterable, Sequence
@@ -43,6 +43,10 @@ _MAJORITY, _ENOUGH = 0.7, 20
 _ABSURD_RANGE, _FARTHEST = 200.0, 60_000.0
 """Between these the median of ranges is one in millimetres: in metres half of all beams would go farther than
 planar scanners see, and from the second on in millimetres too."""
+_MEDIANS_IN_CENTIMETRES = 30.0, 2000.0
+"""Of ranges: half of what is seen, also in a hall, is between 0.3 and 20 m away. By judgement."""
+_NOISE_IN_CENTIMETRES = 0.2, 3.0
+"""Of ranges, since lasers err by 0.2 to 3 cm: in metres it would be less, in millimetres more."""
 _SPIKE = 10
 """Times as often as any range that is a little less a range occurs that stands for a miss: noise spreads what
 is measured over several values, even of a flat wall. By judgement."""
@@ -123,6 +127,8 @@ def _spread_sample(
 
 
 def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angles, list[Finding]]:
+    if varying := _varying_counts(sample):
+        return varying
     doubtful = [message for message in sample if not _agree(message)]
     if len(doubtful) <= len(sample) / 2:
         return Angles.STATED, []
@@ -154,6 +160,27 @@ def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angl
         told = "though the scans do not show whether that is right"
     what = f"{what}. They are read {chosen.value}, {told}."
     return chosen, [Finding(what, remedy, spoils_map=best is None)]
+
+
+def _varying_counts(
+    sample: "Sequence[sensor_msgs__msg__LaserScan]",
+) -> tuple[Angles, list[Finding]] | None:
+    """Where scans of more and of fewer beams than lead to ``angle_max`` state the same angles: only sensors
+    that turn unevenly do so, whose beams span the same; where beams were lost, none are too many."""
+    stated = {(each.angle_min, each.angle_max, each.angle_increment) for each in sample}
+    (angle_min, angle_max, increment) = next(iter(stated))
+    steps = (angle_max - angle_min) / increment if increment else np.nan
+    if len(stated) > 1 or not np.isfinite(steps) or steps < 1.0 or abs(angle_max - angle_min) > _WIDEST:
+        return None
+    counts = np.array([len(message.ranges) for message in sample])
+    beyond = counts - 1 - steps
+    if beyond.max() < _LEAST_CONTRADICTION or beyond.min() > -_LEAST_CONTRADICTION:
+        return None
+    what = (
+        f"The scans have {counts.min()} to {counts.max()} beams, always {increment:g} apart by what they "
+        f"state, but end at {angle_max:g}: they are read {Angles.SPREAD.value}."
+    )
+    return Angles.SPREAD, [Finding(what, "Let the driver state the angle_increment of each scan.")]
 
 
 def _agree(message: "sensor_msgs__msg__LaserScan") -> bool:
@@ -213,12 +240,44 @@ def _learn_unit(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[float,
     ranges = np.concatenate([message.ranges for message in sample])
     ranges = ranges[np.isfinite(ranges) & (ranges > 0.0)]
     median = float(np.median(ranges)) if len(ranges) else 0.0
+    what, remedy = f"Half of the ranges are above {median:g} m", "Let the driver give ranges in metres."
+    if _are_centimetres(sample, ranges, median):
+        return 1e-2, [Finding(f"{what}, which cannot be: they are read as centimetres.", remedy)]
     if median <= _ABSURD_RANGE:
         return 1.0, []
-    what, remedy = f"Half of the ranges are above {median:g} m", "Let the driver give ranges in metres."
     if median > _FARTHEST:
         return 1.0, [Finding(f"{what}: they cannot be metres.", remedy, spoils_map=True)]
     return 1e-3, [Finding(f"{what}, which cannot be: they are read as millimetres.", remedy)]
+
+
+def _are_centimetres(
+    sample: "Sequence[sensor_msgs__msg__LaserScan]", ranges: NDArray[np.float64], median: float
+) -> bool:
+    """Whether ranges (N,) are more metres than the sensor can see, or any, and as many centimetres as it can;
+    and err as much as centimetres would."""
+    stated = sample[0].range_max
+    is_possible = median <= min(_ABSURD_RANGE, stated) and stated <= LONGEST_RANGE
+    nearest, farthest = _MEDIANS_IN_CENTIMETRES
+    if is_possible or not nearest <= median <= farthest:
+        return False
+    reach = min(limits(sample[0], 1e-2)[1], _ABSURD_RANGE)
+    lowest, highest = _NOISE_IN_CENTIMETRES
+    return bool(np.quantile(ranges, 0.9) * 1e-2 <= reach and lowest <= _noise_of(sample) <= highest)
+
+
+def _noise_of(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> float:
+    """Standard deviation of ranges, as they stand, by how a beam differs from the mean of its neighbours; inf
+    where none are on one wall."""
+    differences = []
+    for message in sample:
+        ranges = np.asarray(message.ranges, dtype=np.float64)
+        triples = np.lib.stride_tricks.sliding_window_view(ranges, min(3, len(ranges)))
+        triples = triples[np.isfinite(triples).all(axis=1) & (triples > 0.0).all(axis=1)]
+        if triples.shape[1] == 3:
+            on_wall = triples[triples.max(axis=1) < 1.1 * triples.min(axis=1)]
+            differences.append(np.abs(on_wall @ [1.0, -2.0, 1.0]))
+    found = np.concatenate(differences) if differences else np.empty(0)
+    return float(np.median(found)) / (0.6745 * np.sqrt(6.0)) if len(found) else np.inf
 
 
 def _learn_nearest_miss(

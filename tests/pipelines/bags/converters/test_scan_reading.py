@@ -136,6 +136,52 @@ def test_millimetres(limits):
     assert scan.max_range == pytest.approx(30.0)
 
 
+@pytest.mark.parametrize("limits", [(10.0, 3000.0), (0.1, 30.0)])
+@pytest.mark.parametrize("factor", [100.0, 40.0])
+def test_centimetres(limits, factor):
+    """Also in a room so small that they might be metres."""
+    messages = drive(lambda ranges: factor * ranges, range_min=limits[0], range_max=limits[1])
+    reading, (finding,) = learn_reading(messages)
+    assert "centimetres" in finding.what and not finding.spoils_map
+    scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
+    np.testing.assert_allclose(scan.ranges, messages[0].ranges / 100.0, rtol=1e-6)
+    assert scan.max_range == pytest.approx(30.0)
+
+
+@pytest.mark.parametrize("shrinkage", [1.0, 0.3])
+def test_a_small_room_in_millimetres_is_no_large_one_in_centimetres(shrinkage):
+    messages = drive(
+        lambda ranges: 1000.0 * (shrinkage * ranges + np.random.default_rng(0).normal(0.0, 0.01, BEAMS)),
+        range_max=30_000.0,
+    )
+    assert learn_reading(messages)[0].unit == 1e-3
+
+
+@pytest.mark.parametrize("range_max", [30.0, 5000.0, np.inf])
+def test_misses_beyond_the_range_are_no_centimetres(range_max):
+    messages = drive(lambda ranges: np.where(ranges > 3.2, 65.533, ranges), range_max=range_max)
+    assert learn_reading(messages)[0].unit == 1.0
+
+
+def test_beams_of_a_sensor_that_turns_unevenly_span_the_same():
+    """More and fewer of them than the increment that is stated leads to."""
+    rng = np.random.default_rng(3)
+    messages = [
+        message(room_ranges(0.1 * k - 2.0, 0.3, 0.05 * k, beams=int(count)), **STATED, range_max=30.0)
+        for k, count in enumerate(rng.integers(BEAMS - 15, BEAMS + 15, 40))
+    ]
+    bearings, reading, (finding,) = bearings_of(messages)
+    assert reading.angles == Angles.SPREAD and not finding.spoils_map
+    np.testing.assert_allclose(bearings, np.linspace(-SPAN / 2, SPAN / 2, len(bearings)), atol=1e-6)
+
+
+def test_scans_that_lost_their_last_beams_are_read_as_stated():
+    messages = drive()
+    for each in messages[::3]:
+        each.ranges = each.ranges[:-40]
+    assert learn_reading(messages) == (AS_STATED, [])
+
+
 def test_ranges_of_no_unit_spoil_the_map():
     messages = drive(lambda ranges: 1e6 * ranges, range_max=3e38)
     reading, (finding,) = learn_reading(messages)
