@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from racecar.pipelines.commands.options import MapOption, QuietOption, SeedOption
-from racecar.pipelines.simulation.simulator_config import NoiseLevel
+from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
 
 
 def simulate(
@@ -43,6 +43,14 @@ def simulate(
         float,
         typer.Option("--slip", metavar="SHARE", min=0.0, max=0.99, help="Wheel slip at full acceleration."),
     ] = 0.0,
+    laser: Annotated[
+        LaserKind,
+        typer.Option(
+            "--laser",
+            help="race: 270°, 30 m; short: 240°, 4 m, half of the beams empty; round: 360°, 12 m, 7 Hz; "
+            "outdoor: 180°, 80 m, much of it missed.",
+        ),
+    ] = LaserKind.RACE,
     imu: Annotated[
         float,
         typer.Option("--imu", metavar="HZ", min=0.0, max=1000.0, help="Rate of /imu, a cheap gyroscope."),
@@ -71,6 +79,7 @@ def simulate(
         walkers=walkers,
         slip=slip,
         imu_rate=imu,
+        laser=laser,
     )
     simulation = Simulation(load_or_draw(map), config)
     with progress_bar("Driving", quiet=quiet) as progress:

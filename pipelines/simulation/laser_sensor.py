@@ -1,4 +1,4 @@
-"""The simulated LiDAR: a Hokuyo UST-10LX that turns while the car moves."""
+"""The simulated LiDAR, which turns while the car moves."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,76 +7,84 @@ from racecar.maps.geometry.se2 import Pose, compose, interpolate, inverse, trans
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
 from racecar.pipelines.simulation.driver import TICK, CarMotion
+from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LaserModel
 
-BEAMS = 1081
-"""By the sensor's data sheet, as are the 270° that it sees, 40 scans a second and ranges of 0.06 to 30 m."""
-ANGLE_MIN = float(np.radians(-135.0))
-ANGLE_INCREMENT = float(np.radians(270.0)) / (BEAMS - 1)
-SCAN_TIME = 0.025
-TIME_INCREMENT = SCAN_TIME * 0.75 / (BEAMS - 1)
-"""Seconds: the mirror sees 270° during three quarters of its turn."""
-RANGE_MIN, RANGE_MAX = 0.06, 30.0
-BASE_FROM_LASER = np.array([0.27, 0.0, 0.0])
-"""(3,) on the axis, above the front wheels."""
-
-PERIOD_TICKS = round(SCAN_TIME / TICK)
-BEARINGS: NDArray[np.float64] = ANGLE_MIN + ANGLE_INCREMENT * np.arange(BEAMS, dtype=np.float64)
-TIME_OFFSETS: NDArray[np.float64] = TIME_INCREMENT * np.arange(BEAMS, dtype=np.float64)
-_BEAM_TICKS: NDArray[np.float64] = TIME_OFFSETS / TICK
+_ALL_ROUND = 300.0
+"""Degrees; a laser that sees more may see a disc with its first and its last beams."""
+_FADING = 4
+"""Power of the distance by which echoes fade out, by judgement: at half of the faint range 6 % are lost, at
+double of it 94 %."""
 
 
-def scan_ticks(drive: CarMotion) -> NDArray[np.int64]:
+def scan_ticks(drive: CarMotion, laser: LaserModel) -> NDArray[np.int64]:
     """(S,) the tick of each sweep's first beam, for all sweeps that end before the drive does."""
-    last = len(drive.speed) - 1 - int(np.ceil(_BEAM_TICKS[-1]))
-    return np.arange(0, last + 1, PERIOD_TICKS, dtype=np.int64)
+    last = len(drive.speed) - 1 - int(np.ceil(laser.time_offsets[-1] / TICK))
+    return np.arange(0, last + 1, laser.period_ticks, dtype=np.int64)
 
 
-def sweep(
-    grid: OccupancyGrid,
-    drive: CarMotion,
-    tick: int,
+def poses_at_beams(drive: CarMotion, tick: int, laser: LaserModel) -> Pose:
+    """(beams, 3) ``map_from_base`` at the time of each beam of the sweep that begins at a tick."""
+    ticks = laser.time_offsets / TICK
+    before = np.minimum(ticks.astype(np.int64), len(drive.speed) - 2)
+    return interpolate(
+        drive.map_from_base[tick + before], drive.map_from_base[tick + before + 1], ticks - before
+    )
+
+
+def see_walls(grid: OccupancyGrid, map_from_base: Pose, laser: LaserModel) -> NDArray[np.float64]:
+    """(beams,) true ranges from base poses (beams, 3) over a plane; inf where nothing is in reach."""
+    return cast_rays(grid, compose(map_from_base, BASE_FROM_LASER), laser.bearings, laser.range_max)
+
+
+def see_legs(
+    ranges: NDArray[np.float64],
+    map_from_base: Pose,
+    laser: LaserModel,
     legs: tuple[NDArray[np.float64], NDArray[np.float64]],
     leg_radius: float,
-) -> NDArray[np.float64]:
-    """(BEAMS,) true ranges, each beam from where the laser is at its own time; inf where nothing is in reach.
+) -> None:
+    """Shorten the ranges (beams,) of those beams that meet legs.
 
-    ``legs`` (M, 2) are the centres of legs at the sweep's beginning and ``SCAN_TIME`` later.
+    ``legs`` (M, 2) are their centres at the sweep's beginning and ``scan_time`` later.
     """
-    before = np.minimum(_BEAM_TICKS.astype(np.int64), len(drive.speed) - 2)
-    map_from_base = interpolate(
-        drive.map_from_base[tick + before], drive.map_from_base[tick + before + 1], _BEAM_TICKS - before
-    )
     map_from_laser = compose(map_from_base, BASE_FROM_LASER)
-    ranges = cast_rays(grid, map_from_laser, BEARINGS, RANGE_MAX)
     for leg_before, leg_after in zip(*legs, strict=True):
-        beams = _beams_towards(map_from_laser[BEAMS // 2], leg_before, leg_radius)
-        moved = (TIME_OFFSETS[beams] / SCAN_TIME)[:, None] * (leg_after - leg_before)
-        to_leg = _range_to_disc(map_from_laser[beams], BEARINGS[beams], leg_before + moved, leg_radius)
+        beams = _beams_towards(map_from_laser[laser.beams // 2], laser, leg_before, leg_radius)
+        moved = (laser.time_offsets[beams] / laser.scan_time)[:, None] * (leg_after - leg_before)
+        bearings = laser.bearings[beams]
+        to_leg = range_to_disc(map_from_laser[beams], bearings, leg_before + moved, leg_radius)
         ranges[beams] = np.minimum(ranges[beams], to_leg)
-    return ranges
 
 
 def measure(
-    ranges: NDArray[np.float64], noise: float, dropouts: float, generator: np.random.Generator
+    ranges: NDArray[np.float64],
+    laser: LaserModel,
+    noise: float,
+    dropouts: float,
+    generator: np.random.Generator,
 ) -> NDArray[np.float32]:
-    """(BEAMS,) what the sensor reports of true ranges: noisy, and here and there nothing (inf)."""
+    """(beams,) what the sensor reports of true ranges: noisy, and here and there nothing (inf)."""
     measured = ranges + noise * generator.standard_normal(len(ranges))
-    is_empty = (generator.random(len(ranges)) < dropouts) | (measured > RANGE_MAX)
+    is_empty = (generator.random(len(ranges)) < dropouts) | (measured > laser.range_max)
+    if np.isfinite(laser.faint_range):
+        is_empty |= generator.random(len(ranges)) > 1.0 / (1.0 + (ranges / laser.faint_range) ** _FADING)
     return np.where(is_empty, np.inf, np.maximum(measured, 0.0)).astype(np.float32)
 
 
-def _beams_towards(map_from_laser: Pose, center: NDArray[np.float64], radius: float) -> slice:
+def _beams_towards(
+    map_from_laser: Pose, laser: LaserModel, center: NDArray[np.float64], radius: float
+) -> slice:
     """The beams that may meet a disc, with room for what car and disc move in a sweep."""
     x, y = transform_points(inverse(map_from_laser), center[None])[0]
     distance = np.hypot(x, y)
-    if distance < 1.0:
-        return slice(0, BEAMS)
+    if distance < 1.0 or laser.field_of_view > _ALL_ROUND:
+        return slice(0, laser.beams)
     spread = np.arcsin(min(1.0, (radius + 0.3) / distance)) + 0.15
-    first, last = np.searchsorted(BEARINGS, np.arctan2(y, x) + np.array([-spread, spread]))
+    first, last = np.searchsorted(laser.bearings, np.arctan2(y, x) + np.array([-spread, spread]))
     return slice(int(first), int(last))
 
 
-def _range_to_disc(
+def range_to_disc(
     map_from_laser: Pose, bearings: NDArray[np.float64], center: NDArray[np.float64], radius: float
 ) -> NDArray[np.float64]:
     """(N,) metres along bearings (N,) from poses (N, 3) to a disc at center (N, 2).

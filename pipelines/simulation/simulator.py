@@ -22,6 +22,7 @@ from racecar.pipelines.simulation.coverage_route import Route, choose_start, pla
 from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
 from racecar.pipelines.simulation.gyroscope import measure_yaw_rates
+from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LASERS, LaserModel
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
 from racecar.pipelines.simulation.wheel_odometry import measure_odometry, true_odometry
@@ -37,17 +38,18 @@ class LaserSweep:
     stamp: int
     """Nanoseconds, of the first beam."""
     ranges: NDArray[np.float32]
-    """(1081,) metres, inf for a miss."""
+    """(beams,) metres, inf for a miss."""
+    laser: LaserModel
 
     def as_scan(self) -> Scan:
         """The sweep as the algorithms take it."""
         return Scan(
             stamp=self.stamp,
-            bearings=laser_sensor.BEARINGS,
+            bearings=self.laser.bearings,
             ranges=self.ranges.astype(np.float64),
-            time_offsets=laser_sensor.TIME_OFFSETS,
-            base_from_laser=laser_sensor.BASE_FROM_LASER,
-            max_range=laser_sensor.RANGE_MAX,
+            time_offsets=self.laser.time_offsets,
+            base_from_laser=BASE_FROM_LASER,
+            max_range=self.laser.range_max,
         )
 
 
@@ -63,8 +65,9 @@ class Simulation:
         self._grid, self._config = grid, config
         self._lattice = _lattice_of(grid)
         self.drive = self._drive()
-        ticks = laser_sensor.scan_ticks(self.drive)
-        self.ground_truth = Trajectory(_stamps(ticks), self.drive.map_from_base[ticks])
+        self.laser = LASERS[config.laser]
+        self._scan_ticks = laser_sensor.scan_ticks(self.drive, self.laser)
+        self.ground_truth = Trajectory(_stamps(self._scan_ticks), self.drive.map_from_base[self._scan_ticks])
         """``map_from_base`` at the stamp of each scan, exact."""
 
     def odometry(self) -> list[Odometry]:
@@ -84,17 +87,19 @@ class Simulation:
         return true_odometry(self.drive, START_NS)
 
     def sweeps(self) -> Iterator[LaserSweep]:
-        """What the laser says, 40 times a second."""
+        """What the laser says, sweep after sweep."""
         generator = np.random.default_rng([self._config.seed, 2])
         walkers = Walkers(self._config.walkers, self._lattice, np.random.default_rng([self._config.seed, 3]))
         legs = walkers.walk(0.0)
-        for tick, stamp in zip(
-            laser_sensor.scan_ticks(self.drive), self.ground_truth.stamps.tolist(), strict=True
-        ):
-            legs_after = walkers.walk(laser_sensor.SCAN_TIME)
-            ranges = laser_sensor.sweep(self._grid, self.drive, int(tick), (legs, legs_after), LEG_RADIUS)
-            noise, dropouts = self._config.range_noise, self._config.dropouts
-            yield LaserSweep(stamp, laser_sensor.measure(ranges, noise, dropouts, generator))
+        laser, config = self.laser, self._config
+        noise = laser.noise if config.range_noise is None else config.range_noise
+        dropouts = laser.dropouts if config.dropouts is None else config.dropouts
+        for tick, stamp in zip(self._scan_ticks.tolist(), self.ground_truth.stamps.tolist(), strict=True):
+            map_from_base = laser_sensor.poses_at_beams(self.drive, tick, laser)
+            ranges = laser_sensor.see_walls(self._grid, map_from_base, laser)
+            legs_after = walkers.walk(laser.scan_time)
+            laser_sensor.see_legs(ranges, map_from_base, laser, (legs, legs_after), LEG_RADIUS)
+            yield LaserSweep(stamp, laser_sensor.measure(ranges, laser, noise, dropouts, generator), laser)
             legs = legs_after
 
     def messages(self) -> Iterator[Measurement]:
@@ -150,7 +155,7 @@ def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], No
     yaw_rates: Iterator[_Message] = iter(simulation.yaw_rates())
     messages = heapq.merge(samples, sweeps, yaw_rates, key=_stamp_of)
     with BagWriter(path) as writer:
-        writer.write_static_transform(laser_sensor.BASE_FROM_LASER)
+        writer.write_static_transform(BASE_FROM_LASER)
         written = 0
         for message in messages:
             if isinstance(message, LaserSweep):
@@ -173,12 +178,12 @@ def _write_sweep(writer: BagWriter, sweep: LaserSweep) -> None:
     writer.write_scan(
         sweep.stamp,
         sweep.ranges,
-        laser_sensor.ANGLE_MIN,
-        laser_sensor.ANGLE_INCREMENT,
-        laser_sensor.TIME_INCREMENT,
-        laser_sensor.SCAN_TIME,
-        laser_sensor.RANGE_MIN,
-        laser_sensor.RANGE_MAX,
+        sweep.laser.angle_min,
+        sweep.laser.angle_increment,
+        sweep.laser.time_increment,
+        sweep.laser.scan_time,
+        sweep.laser.range_min,
+        sweep.laser.range_max,
     )
 
 

@@ -13,6 +13,15 @@ class NoiseLevel(str, Enum):
     FULL = "full"
 
 
+class LaserKind(str, Enum):
+    """Which laser the car bears."""
+
+    RACE = "race"
+    SHORT = "short"
+    ROUND = "round"
+    OUTDOOR = "outdoor"
+
+
 class SimulationConfig(BaseModel):
     """A drive, its car's sensors, and who walks about meanwhile."""
 
@@ -36,7 +45,10 @@ class SimulationConfig(BaseModel):
     on top of what the noise level brings."""
     imu_rate: float = Field(0.0, ge=0.0, le=1000.0)
     """Readings of a gyroscope per second; 0: the car has none."""
-    range_noise: float = Field(0.01, ge=0.0)
-    """Standard deviation in metres."""
-    dropouts: float = Field(0.002, ge=0.0, le=1.0)
-    """Share of beams that come back empty."""
+    laser: LaserKind = LaserKind.RACE
+    """Race (270°, 30 m, 40 Hz), short (240°, 4 m, half of the beams empty), round (360°, 12 m, 7 Hz) or
+    outdoor (180°, 80 m, of which the far is mostly missed)."""
+    range_noise: float | None = Field(None, ge=0.0)
+    """Standard deviation in metres; None: as the laser has it."""
+    dropouts: float | None = Field(None, ge=0.0, le=1.0)
+    """Share of beams that come back empty; None: as the laser has it."""

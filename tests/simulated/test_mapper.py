@@ -10,7 +10,7 @@ from racecar.mapping.keyframes.config import ConstraintConfig, KeyframeConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.simulation.laser_sensor import BASE_FROM_LASER
+from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER
 from racecar.pipelines.simulation.plans.ring import draw_ring
 from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
 from tests.mapping.mapping_errors import errors, mean_error

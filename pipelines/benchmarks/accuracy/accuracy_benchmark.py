@@ -17,12 +17,12 @@ from racecar.pipelines.benchmarks.accuracy.furniture import move_furniture
 from racecar.pipelines.benchmarks.accuracy.kidnapping import join_as_kidnappings
 from racecar.pipelines.benchmarks.accuracy.localized_drive import LocalizedDrive, localize_drive
 from racecar.pipelines.benchmarks.accuracy.lookalikes import Lookalikes
-from racecar.pipelines.simulation import laser_sensor
+from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulate_drive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 MAPS = ("building", "track")
-_SCANS_PER_SECOND = round(1.0 / laser_sensor.SCAN_TIME)
+_SCANS_PER_SECOND = round(1.0 / UST_10LX.scan_time)
 _TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
 """m/s, m/s and a share."""
 _DRIVE_SECONDS = 30.0
@@ -213,7 +213,7 @@ class AccuracyBenchmark:
             pose = long_drive.truth.map_from_base[first]
             if before is not None and np.hypot(*(pose - before)[:2]) < _FAR:
                 continue
-            if lookalikes.has(pose, laser_sensor.BASE_FROM_LASER, laser_sensor.BEARINGS):
+            if lookalikes.has(pose, BASE_FROM_LASER, UST_10LX.bearings):
                 passed += 1
                 continue
             yield long_drive.segment(first, first + length), passed

@@ -14,7 +14,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.simulation.laser_sensor import SCAN_TIME
+from racecar.pipelines.simulation.laser_models import UST_10LX
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
@@ -38,7 +38,7 @@ class MeasuredDrive:
         """The first steps compile the kernels and gather the cloud. Raises UserError when no car has room."""
         self.config = config
         self.localizer = Localizer(grid, config, np.random.default_rng(seed))
-        self._steps = iter(list(_simulated(grid, (steps + warm_up_steps + 4) * SCAN_TIME, seed)))
+        self._steps = iter(list(_simulated(grid, (steps + warm_up_steps + 4) * UST_10LX.scan_time, seed)))
         self._odometry = OdometryBuffer()
         self.step = self.next_step()
         self.localizer.set_pose(self.step.map_from_base)

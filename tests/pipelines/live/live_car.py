@@ -17,7 +17,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import TRANSFORMS, nanoseconds, ros2_types
-from racecar.pipelines.simulation import laser_sensor
+from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
 from racecar.pipelines.simulation.plans.ring import draw_ring
 from racecar.pipelines.simulation.simulator import LaserSweep, Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
@@ -41,7 +41,7 @@ def recorded() -> list[tuple[int, LaserSweep | tuple[Odometry, Odometry], Pose]]
     drive = simulation()
     truth = dict(zip(drive.ground_truth.stamps.tolist(), drive.ground_truth.map_from_base, strict=True))
     # A sweep is sent when its last beam is in.
-    last_beam = round(laser_sensor.TIME_OFFSETS[-1] * 1e9)
+    last_beam = round(UST_10LX.time_offsets[-1] * 1e9)
     sweeps = [(sweep.stamp + last_beam, sweep, truth[sweep.stamp]) for sweep in drive.sweeps()]
     samples = [
         (measured.stamp, (measured, true), true.odom_from_base)
@@ -183,13 +183,13 @@ class LiveCar:
             return
         message = LaserScan(
             header=header(time_message(stamp), self.frames[self.scans_sent % len(self.frames)]),
-            angle_min=laser_sensor.ANGLE_MIN,
-            angle_max=-laser_sensor.ANGLE_MIN,
-            angle_increment=laser_sensor.ANGLE_INCREMENT,
-            time_increment=laser_sensor.TIME_INCREMENT,
-            scan_time=laser_sensor.SCAN_TIME,
-            range_min=laser_sensor.RANGE_MIN,
-            range_max=laser_sensor.RANGE_MAX,
+            angle_min=UST_10LX.angle_min,
+            angle_max=-UST_10LX.angle_min,
+            angle_increment=UST_10LX.angle_increment,
+            time_increment=UST_10LX.time_increment,
+            scan_time=UST_10LX.scan_time,
+            range_min=UST_10LX.range_min,
+            range_max=UST_10LX.range_max,
             ranges=array("f", sweep.ranges.tobytes()),
         )
         self.spoil(message)
@@ -266,7 +266,7 @@ def transform_in_space(parent: str, child: str, pose: Pose, is_upside_down: bool
 def _place() -> bytes:
     from racecar.pipelines.live.ros.messages import transform_bytes
 
-    return transform_bytes(0, "base_link", "laser", laser_sensor.BASE_FROM_LASER)
+    return transform_bytes(0, "base_link", "laser", BASE_FROM_LASER)
 
 
 @dataclass

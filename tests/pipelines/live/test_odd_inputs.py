@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import compose
-from racecar.pipelines.simulation.laser_sensor import BASE_FROM_LASER as PLACE
+from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER as PLACE
 from tests.pipelines.live.live_car import wait_for
 from tests.pipelines.live.localizer_stage import RIGHT_AGAIN, Stage, localizer_stage
 from tests.pipelines.live.scan_forms import as_cloud, as_echoes

@@ -21,6 +21,7 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.simulation import laser_sensor
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
+from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
@@ -70,7 +71,7 @@ def test_end_points_lie_on_walls_when_seen_from_where_the_laser_was(clean: Simul
 
 
 def test_at_speed_a_scan_is_distorted_by_the_motion(clean: Simulation) -> None:
-    index = int(np.argmax(np.abs(clean.drive.speed[:: laser_sensor.PERIOD_TICKS][: len(clean.ground_truth)])))
+    index = int(np.argmax(np.abs(clean.drive.speed[:: UST_10LX.period_ticks][: len(clean.ground_truth)])))
     scan = list(clean.sweeps())[index].as_scan()
     still = end_points(scan, clean.ground_truth.map_from_base[index])
     true = end_points(scan, poses_at_beams(clean, scan))
@@ -179,14 +180,14 @@ def test_the_bag_holds_what_was_simulated(tmp_path: Path, clean: Simulation, nam
     with BagReader(tmp_path / name, odom_topic="/odom") as reader:
         messages = list(reader)
         assert reader.base_from_laser_source == "tf_static"
-        np.testing.assert_allclose(reader.base_from_laser, laser_sensor.BASE_FROM_LASER)
+        np.testing.assert_allclose(reader.base_from_laser, BASE_FROM_LASER)
     scans = [message for message in messages if isinstance(message, Scan)]
     assert [scan.stamp for scan in scans] == clean.ground_truth.stamps.tolist()
     assert [m.stamp for m in messages if isinstance(m, Odometry)] == [m.stamp for m in clean.odometry()]
     for scan, sweep in zip(scans, clean.sweeps(), strict=True):
         np.testing.assert_array_equal(scan.ranges, sweep.ranges.astype(np.float64))
-    np.testing.assert_allclose(scans[0].time_offsets, laser_sensor.TIME_OFFSETS, atol=1e-6)
-    np.testing.assert_allclose(scans[0].bearings, laser_sensor.BEARINGS, atol=1e-4)
+    np.testing.assert_allclose(scans[0].time_offsets, UST_10LX.time_offsets, atol=1e-6)
+    np.testing.assert_allclose(scans[0].bearings, UST_10LX.bearings, atol=1e-4)
 
 
 @given(
@@ -200,11 +201,13 @@ def test_a_leg_is_seen_where_and_as_wide_as_it_is(
     empty = OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 0.05, np.zeros(3))
     drive = CarMotion(np.tile(pose, (10, 1)), np.zeros(10), np.zeros(10))
     leg = compose(
-        compose(np.array(pose), laser_sensor.BASE_FROM_LASER),
+        compose(np.array(pose), BASE_FROM_LASER),
         [distance * np.cos(bearing), distance * np.sin(bearing), 0.0],
     )[None, :2]
-    ranges = laser_sensor.sweep(empty, drive, 0, (leg, leg), LEG_RADIUS)
-    off_center = np.abs(wrap_angle(laser_sensor.BEARINGS - bearing))
+    poses = laser_sensor.poses_at_beams(drive, 0, UST_10LX)
+    ranges = laser_sensor.see_walls(empty, poses, UST_10LX)
+    laser_sensor.see_legs(ranges, poses, UST_10LX, (leg, leg), LEG_RADIUS)
+    off_center = np.abs(wrap_angle(UST_10LX.bearings - bearing))
     half_width = np.arcsin(LEG_RADIUS / distance)
     sure = np.abs(off_center - half_width) > 1e-9
     np.testing.assert_array_equal(np.isfinite(ranges)[sure], (off_center < half_width)[sure])
