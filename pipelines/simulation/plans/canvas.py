@@ -43,14 +43,24 @@ class FloorCanvas:
 
     def solid_disc(self, x: float, y: float, radius: float) -> None:
         """Put a round thing."""
-        self._open &= (self._x - x) ** 2 + (self._y - y) ** 2 >= radius**2
+        about = self._about(x - radius, y - radius, x + radius, y + radius)
+        self._open[about] &= (self._x[about] - x) ** 2 + (self._y[about] - y) ** 2 >= radius**2
+
+    def solid_thicket(
+        self, x0: float, y0: float, x1: float, y1: float, generator: np.random.Generator
+    ) -> None:
+        """Put a hedge between two corners: half of its cells, so that a beam gets in some way or other."""
+        about = self._about(x0, y0, x1, y1)
+        inside = self._box(x0, y0, x1, y1)[about]
+        self._open[about] &= ~(inside & (generator.random(inside.shape) < 0.5))
 
     def open_lane(self, centers: ArrayLike, widths: ArrayLike) -> None:
         """Clear a lane along points (N, 2), closer together than a cell, with its width (N,) at each."""
-        nearby, nearest = cKDTree(np.asarray(centers)).query(
-            np.column_stack([self._x.ravel(), self._y.ravel()])
+        points, half = np.asarray(centers), np.broadcast_to(widths, len(np.asarray(centers))) / 2
+        nearby, nearest = cKDTree(points).query(
+            np.column_stack([self._x.ravel(), self._y.ravel()]), distance_upper_bound=half.max()
         )
-        inside = nearby < np.broadcast_to(widths, len(np.asarray(centers)))[nearest] / 2
+        inside = nearby < half[np.minimum(nearest, len(points) - 1)]  # what is farther than any has inf
         self._open |= inside.reshape(self._open.shape)
 
     def finish(self, origin: tuple[float, float] = (0.0, 0.0)) -> OccupancyGrid:
@@ -62,6 +72,12 @@ class FloorCanvas:
         cells[binary_dilation(self._open, structure=np.ones((3, 3), dtype=np.bool_))] = OCCUPIED
         cells[self._open] = FREE
         return OccupancyGrid(cells, self._resolution, np.array([*(self._lower - np.array(origin)), 0.0]))
+
+    def _about(self, x0: float, y0: float, x1: float, y1: float) -> tuple[slice, slice]:
+        """Rows and columns of the cells between two corners, and a cell more on each side."""
+        corners = (np.array([[y0, x0], [y1, x1]]) - self._lower[::-1]) / self._resolution
+        first, last = np.maximum(np.floor(corners).astype(int) + np.array([[-1], [2]]), 0)
+        return slice(int(first[0]), int(last[0])), slice(int(first[1]), int(last[1]))
 
     def _box(self, x0: float, y0: float, x1: float, y1: float) -> NDArray[np.bool_]:
         inside: NDArray[np.bool_] = (self._x > x0) & (self._x < x1) & (self._y > y0) & (self._y < y1)

@@ -12,6 +12,7 @@ import racecar.maps.shipped
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map, save_map
 from racecar.pipelines.simulation.plans.building import draw_building
+from racecar.pipelines.simulation.plans.campus import draw_campus
 from racecar.pipelines.simulation.plans.research import (
     draw_bare_corridor,
     draw_long_track,
@@ -24,6 +25,7 @@ ON_DEMAND: dict[str, Callable[[], OccupancyGrid]] = {
     "twin_corridors": draw_twin_corridors,
     "bare_corridor": draw_bare_corridor,
     "long_track": draw_long_track,
+    "campus": draw_campus,
 }
 
 
