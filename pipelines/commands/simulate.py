@@ -51,6 +51,28 @@ def simulate(
             "outdoor: 180°, 80 m, much of it missed.",
         ),
     ] = LaserKind.RACE,
+    tilt: Annotated[
+        float,
+        typer.Option("--tilt", metavar="DEG", min=-10.0, max=10.0, help="How far the laser looks down."),
+    ] = 0.0,
+    hills: Annotated[
+        float,
+        typer.Option("--hills", metavar="GRADE", min=0.0, max=0.3, help="Steepest slope, such as 0.06."),
+    ] = 0.0,
+    kerbs: Annotated[
+        float,
+        typer.Option("--kerbs", metavar="M", min=0.0, max=1.0, help="Height of the campus' lawn."),
+    ] = 0.0,
+    every: Annotated[
+        float,
+        typer.Option("--every", metavar="SECONDS", min=0.0, max=60.0, help="Keep one scan in this time."),
+    ] = 0.0,
+    scan_gaps: Annotated[
+        float,
+        typer.Option(
+            "--scan-gaps", metavar="SECONDS", min=0.0, max=14.0, help="Keep no scans so long of each 15 s."
+        ),
+    ] = 0.0,
     imu: Annotated[
         float,
         typer.Option("--imu", metavar="HZ", min=0.0, max=1000.0, help="Rate of /imu, a cheap gyroscope."),
@@ -59,7 +81,8 @@ def simulate(
 ) -> None:
     """Drive a car through a map and record /scan, /odom and /ground_truth; ground_truth.tum is put beside.
 
-    Besides the shipped maps it knows places that are hard to map: twin_corridors, bare_corridor, long_track.
+    Besides the shipped maps it knows places that are hard to map: twin_corridors, bare_corridor, long_track,
+    and outdoors campus. Flags may be combined, as in --map campus --laser outdoor --hills 0.03 --kerbs 0.15.
 
     Example: racecar simulate --map building --out runs/drive.bag
     """
@@ -80,6 +103,11 @@ def simulate(
         slip=slip,
         imu_rate=imu,
         laser=laser,
+        tilt=tilt,
+        hills=hills,
+        kerbs=kerbs,
+        scan_every=every,
+        scan_gaps=scan_gaps,
     )
     simulation = Simulation(load_or_draw(map), config)
     with progress_bar("Driving", quiet=quiet) as progress:

@@ -48,6 +48,16 @@ class SimulationConfig(BaseModel):
     laser: LaserKind = LaserKind.RACE
     """Race (270°, 30 m, 40 Hz), short (240°, 4 m, half of the beams empty), round (360°, 12 m, 7 Hz) or
     outdoor (180°, 80 m, of which the far is mostly missed)."""
+    tilt: float = Field(0.0, ge=-10.0, le=10.0)
+    """Degrees by which the laser looks down, which no transform tells."""
+    hills: float = Field(0.0, ge=0.0, le=0.3)
+    """Steepest grade of the ground; 0: it is flat."""
+    kerbs: float = Field(0.0, ge=0.0, le=1.0)
+    """Metres by which the lawn beside the ways lies higher, on maps that have one."""
+    scan_every: float = Field(0.0, ge=0.0)
+    """Seconds per scan that the logger keeps at most; 0: it keeps all."""
+    scan_gaps: float = Field(0.0, ge=0.0, lt=15.0)
+    """Seconds of each 15 in which it keeps none."""
     range_noise: float | None = Field(None, ge=0.0)
     """Standard deviation in metres; None: as the laser has it."""
     dropouts: float | None = Field(None, ge=0.0, le=1.0)

@@ -1,0 +1,77 @@
+"""The ground of a map that is not a plane: hills, and kerbs beside where the car drives."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
+from racecar.maps.grid.ray_casting import in_cells
+from racecar.pipelines.simulation.car import WHEELBASE
+from racecar.pipelines.simulation.ground_kernels import cast_over_ground
+from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LaserModel
+
+_WAVES = 5
+_SHORTEST, _LONGEST = 20.0, 60.0
+"""Metres from hilltop to hilltop, by judgement: ramps and slopes of a campus."""
+_ROUGHNESS = 0.003
+"""Standard deviation in metres of the height at which a beam meets the ground, by judgement: between a floor
+and gravel; a beam that comes in at 2° then ends 9 cm sooner or later."""
+_TRACK = 0.3
+"""Metres between the wheels of an axle; with the wheelbase they tell how the car leans."""
+
+
+class Ground:
+    """Knows what a tilted laser on a leaning car meets first: a wall, or the ground.
+
+    Walls are taken to be high. Ways uphill are not longer: the truth stays that of the plane.
+    """
+
+    def __init__(
+        self, grid: OccupancyGrid, heights: NDArray[np.float64], generator: np.random.Generator
+    ) -> None:
+        """``heights`` (rows, columns), metres at the centre of each of the grid's cells."""
+        self._grid, self._generator = grid, generator
+        self._heights = heights.astype(np.float32)
+        self._highest = float(self._heights.max())
+
+    def cast(self, map_from_base: Pose, laser: LaserModel, tilt: float) -> NDArray[np.float64]:
+        """(beams,) metres to what each beam meets from its base pose (beams, 3), the laser looking down by
+        ``tilt`` degrees; inf beyond its reach."""
+        resolution = self._grid.resolution
+        ranges = np.empty(laser.beams)
+        cast_over_ground(
+            self._grid.cells,
+            self._heights,
+            in_cells(self._grid, map_from_base),
+            laser.bearings,
+            _ROUGHNESS * self._generator.standard_normal(laser.beams),
+            resolution,
+            WHEELBASE / resolution,
+            _TRACK / resolution,
+            BASE_FROM_LASER[0],
+            laser.height,
+            np.radians(tilt),
+            self._highest,
+            laser.range_max,
+            ranges,
+        )
+        return ranges
+
+
+def draw_heights(
+    grid: OccupancyGrid, hills: float, kerbs: float, generator: np.random.Generator
+) -> NDArray[np.float64]:
+    """(rows, columns) metres: five waves of random lengths and directions, nowhere steeper than ``hills``.
+
+    What is not free floor lies ``kerbs`` metres higher, such as the lawn beside the ways.
+    """
+    rows, columns = grid.cells.shape
+    y = grid.resolution * np.arange(rows)[:, None]
+    x = grid.resolution * np.arange(columns)[None, :]
+    heights = np.where(grid.cells == FREE, 0.0, kerbs)
+    for _ in range(_WAVES):
+        number = 2.0 * np.pi / generator.uniform(_SHORTEST, _LONGEST)
+        direction, phase = generator.uniform(0.0, 2.0 * np.pi, 2)
+        along = np.cos(direction) * x + np.sin(direction) * y
+        heights += hills / _WAVES / number * np.sin(number * along + phase)
+    return heights
