@@ -63,6 +63,28 @@ def simulate(
         float,
         typer.Option("--kerbs", metavar="M", min=0.0, max=1.0, help="Height of the campus' lawn."),
     ] = 0.0,
+    posts: Annotated[
+        int, typer.Option("--posts", metavar="N", min=0, max=12, help="The robot's own, in the laser's view.")
+    ] = 0,
+    carried: Annotated[
+        float,
+        typer.Option(
+            "--carried",
+            metavar="SECONDS",
+            min=0.0,
+            max=30.0,
+            help="So long of each 30 s the car is carried on, its wheels standing.",
+        ),
+    ] = 0.0,
+    carrier: Annotated[
+        bool, typer.Option("--carrier", help="The laser sees the body of who carries the car.")
+    ] = False,
+    follower: Annotated[
+        bool, typer.Option("--follower", help="A person walks 2 to 3 m behind the car.")
+    ] = False,
+    steering: Annotated[
+        bool, typer.Option("--steering", help="Odometry turns by the steering angle, which is a little off.")
+    ] = False,
     every: Annotated[
         float,
         typer.Option("--every", metavar="SECONDS", min=0.0, max=60.0, help="Keep one scan in this time."),
@@ -106,6 +128,11 @@ def simulate(
         tilt=tilt,
         hills=hills,
         kerbs=kerbs,
+        posts=posts,
+        carried=carried,
+        carrier=carrier,
+        follower=follower,
+        steering=steering,
         scan_every=every,
         scan_gaps=scan_gaps,
     )

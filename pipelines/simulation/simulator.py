@@ -18,12 +18,15 @@ from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.simulation import laser_sensor
+from racecar.pipelines.simulation.carrying import is_carried
 from racecar.pipelines.simulation.coverage_route import Route, choose_start, plan_route
 from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
+from racecar.pipelines.simulation.follower import Follower
 from racecar.pipelines.simulation.ground import Ground, draw_heights
 from racecar.pipelines.simulation.gyroscope import measure_yaw_rates
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LASERS, LaserModel
+from racecar.pipelines.simulation.near_returns import see_carrier, see_posts
 from racecar.pipelines.simulation.scan_logger import kept_ticks
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
@@ -78,7 +81,16 @@ class Simulation:
     def odometry(self) -> list[Odometry]:
         """What the wheels say, 50 times a second."""
         generator = np.random.default_rng([self._config.seed, 1])
-        return measure_odometry(self.drive, START_NS, self._config.noise, self._config.slip, generator)
+        config = self._config
+        return measure_odometry(
+            self.drive,
+            START_NS,
+            config.noise,
+            config.slip,
+            generator,
+            by_steering=config.steering,
+            carried=config.carried,
+        )
 
     def yaw_rates(self) -> list[YawRate]:
         """What the gyroscope says; nothing where the car has none."""
@@ -97,6 +109,8 @@ class Simulation:
         walkers = Walkers(self._config.walkers, self._lattice, np.random.default_rng([self._config.seed, 3]))
         legs = walkers.walk(0.0)
         laser, config = self.laser, self._config
+        follower = Follower(self.drive, np.random.default_rng([config.seed, 6])) if config.follower else None
+        posts = see_posts(config.posts, laser, np.random.default_rng([config.seed, 7]))
         noise = laser.noise if config.range_noise is None else config.range_noise
         dropouts = laser.dropouts if config.dropouts is None else config.dropouts
         next_tick = 0
@@ -110,6 +124,12 @@ class Simulation:
                 legs = walkers.walk((tick - next_tick) * TICK)
             legs_after = walkers.walk(laser.scan_time)
             laser_sensor.see_legs(ranges, map_from_base, laser, (legs, legs_after), LEG_RADIUS)
+            if follower is not None:
+                steps = follower.legs_at(tick), follower.legs_at(tick + laser.period_ticks)
+                laser_sensor.see_legs(ranges, map_from_base, laser, steps, LEG_RADIUS)
+            ranges = np.minimum(ranges, posts)
+            if config.carrier and is_carried(tick * TICK, config.carried):
+                ranges = np.minimum(ranges, see_carrier(laser, tick * TICK))
             yield LaserSweep(stamp, laser_sensor.measure(ranges, laser, noise, dropouts, generator), laser)
             legs, next_tick = legs_after, tick + laser.period_ticks
 

@@ -54,6 +54,16 @@ class SimulationConfig(BaseModel):
     """Steepest grade of the ground; 0: it is flat."""
     kerbs: float = Field(0.0, ge=0.0, le=1.0)
     """Metres by which the lawn beside the ways lies higher, on maps that have one."""
+    posts: int = Field(0, ge=0, le=12)
+    """Of the robot's own, in the laser's view."""
+    carried: float = Field(0.0, ge=0.0, le=30.0)
+    """Seconds of each 30 in which the car is carried along its path, its wheels standing."""
+    carrier: bool = False
+    """Whether the laser sees the body of who carries the car, meanwhile."""
+    follower: bool = False
+    """Whether a person walks 2 to 3 m behind the car."""
+    steering: bool = False
+    """Whether odometry turns by the steering angle, which is off by a constant and by a share."""
     scan_every: float = Field(0.0, ge=0.0)
     """Seconds per scan that the logger keeps at most; 0: it keeps all."""
     scan_gaps: float = Field(0.0, ge=0.0, lt=15.0)

@@ -59,11 +59,15 @@ class Walkers:
             np.array([np.interp(s, along, path[:, 0]), np.interp(s, along, path[:, 1])])
             for s in (walked, walked + _LOOK_AHEAD)
         )
-        direction = ahead - place
-        length = np.linalg.norm(direction)
-        forward = direction / length if length > 1e-6 else np.array([1.0, 0.0])
-        left = np.array([-forward[1], forward[0]])
-        swing = _STRIDE * np.sin(np.pi * walked / _STEP_LENGTH)
-        return np.stack(
-            [place + _HALF_GAIT * left + swing * forward, place - _HALF_GAIT * left - swing * forward]
-        )
+        return legs_of(place, ahead - place, walked)
+
+
+def legs_of(place: NDArray[np.float64], direction: NDArray[np.float64], walked: float) -> NDArray[np.float64]:
+    """(2, 2) the legs of a person at a place (2,) who looks along a direction (2,) and has walked so far."""
+    length = np.linalg.norm(direction)
+    forward = direction / length if length > 1e-6 else np.array([1.0, 0.0])
+    left = np.array([-forward[1], forward[0]])
+    swing = _STRIDE * np.sin(np.pi * walked / _STEP_LENGTH)
+    return np.stack(
+        [place + _HALF_GAIT * left + swing * forward, place - _HALF_GAIT * left - swing * forward]
+    )

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, between, wrap_angle
 from racecar.maps.sensing.odometry import Odometry
-from racecar.pipelines.simulation.car import MAX_ACCELERATION, MAX_SIDE_ACCELERATION
+from racecar.pipelines.simulation.car import MAX_ACCELERATION, MAX_SIDE_ACCELERATION, WHEELBASE
+from racecar.pipelines.simulation.carrying import is_carried
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
 
@@ -42,13 +43,25 @@ NOISE = {
 """By judgement: a well calibrated car errs by a per cent, one whose gains nobody has set by some per cent;
 the recordings of the race car show 4 % of distance."""
 
+_STEERING_OFFSET, _STEERING_SCALE = np.radians(0.5), 0.06
+"""Radians and a share by which the angle is off at most, at least by half of it: by judgement, as of a servo
+whose gain and middle were set by eye. Half a degree makes 1.5° per metre."""
+
 
 def measure_odometry(
-    drive: CarMotion, start_ns: int, level: NoiseLevel, slip: float, generator: np.random.Generator
+    drive: CarMotion,
+    start_ns: int,
+    level: NoiseLevel,
+    slip: float,
+    generator: np.random.Generator,
+    *,
+    by_steering: bool = False,
+    carried: float = 0.0,
 ) -> list[Odometry]:
     """Odometry every 20 ms from the first pose on, in a frame that starts where the car does.
 
-    ``slip`` comes on top of the level's own.
+    ``slip`` comes on top of the level's own. Turns are measured ``by_steering`` angle where asked for, and
+    nothing in the last ``carried`` seconds of each 30.
     """
     noise = NOISE[level]
     steps, slips = _true_steps(drive), _slip_per_step(drive, noise.slip + slip)
@@ -57,6 +70,8 @@ def measure_odometry(
     bias = noise.turn_per_metre * generator.standard_normal()
     distance = np.linalg.norm(steps[:, :2], axis=1)
     walk = np.sqrt(distance)[:, None] * generator.standard_normal((len(steps), 2))
+    if by_steering:
+        steps = _steered(steps, generator)
     measured = np.column_stack(
         [
             steps[:, 0] * path_factor + noise.path_walk * walk[:, 0],
@@ -65,6 +80,7 @@ def measure_odometry(
         ]
     )
     period = PERIOD_TICKS * TICK
+    measured[is_carried(period * np.arange(len(measured)), carried)] = 0.0
     stamps = start_ns + np.arange(len(measured) + 1) * round(period * 1e9)
     twists = np.concatenate([[[0.0, 0.0, 0.0]], measured / period])
     return [
@@ -84,6 +100,18 @@ def _true_steps(drive: CarMotion) -> Pose:
     """(N, 3) each period's motion, seen from its beginning."""
     poses = drive.map_from_base[::PERIOD_TICKS]
     return between(poses[:-1], poses[1:])
+
+
+def _steered(steps: Pose, generator: np.random.Generator) -> Pose:
+    """Steps (N, 3) whose turns follow from distance and steering angle, as the servo is told it."""
+    distance = steps[:, 0]
+    is_moving = np.abs(distance) > 1e-6
+    curvature = np.where(is_moving, steps[:, 2], 0.0) / np.where(is_moving, distance, 1.0)
+    wrong = generator.choice([-1.0, 1.0], 2) * generator.uniform(0.5, 1.0, 2)
+    angle = (1.0 + _STEERING_SCALE * wrong[0]) * np.arctan(WHEELBASE * curvature) + _STEERING_OFFSET * wrong[
+        1
+    ]
+    return np.column_stack([steps[:, :2], distance * np.tan(angle) / WHEELBASE])
 
 
 def _slip_per_step(drive: CarMotion, slip: float) -> NDArray[np.float64]:

@@ -104,3 +104,49 @@ def test_gaps_between_scans(drive: Drive) -> None:
     pauses = np.diff([scan.stamp for scan in scans]) * 1e-9
     assert pauses.max() == pytest.approx(3.025, abs=0.03)
     assert np.count_nonzero(pauses > 0.1) == 1
+
+
+def test_own_posts_are_in_every_scan_at_the_same_place(drive: Drive) -> None:
+    ranges = ranges_of(drive("--posts", 3)[0])
+    always_near = np.nanmax(np.where(np.isfinite(ranges), ranges, np.nan), axis=0) < 0.45
+    assert 0.01 < always_near.mean() < 0.2
+    assert ranges[:, ~always_near].min() > 0.15
+
+
+def test_a_carried_car_moves_while_its_wheels_stand(drive: Drive) -> None:
+    scans, odometry, truth = drive("--carried", 12, "--carrier", "--noise", "none", seconds=26.0)
+    times = np.array([scan.stamp for scan in scans]) * 1e-9
+    carried = times - times[0] > 18.1
+    moved = np.hypot(*np.diff(truth[:, :2], axis=0).T).cumsum()
+    assert moved[-1] - moved[carried[1:]][0] > 3.0
+    last = odometry[int(50 * 18.2) :]
+    assert np.ptp([sample.odom_from_base for sample in last], axis=0).max() == 0.0
+    near = (ranges_of(scans) < 0.35).mean(axis=1)
+    assert near[carried].min() > 0.45
+    assert near[times - times[0] < 17.9].max() < 0.2
+
+
+def test_a_follower_is_seen_behind_the_car_all_the_time(drive: Drive) -> None:
+    alone, followed = (
+        np.nan_to_num(ranges_of(drive("--laser", "round", *flags)[0]), posinf=50.0)
+        for flags in ([], ["--follower"])
+    )
+    is_person = alone - followed > 0.2
+    assert np.mean(is_person.any(axis=1)) > 0.8
+    assert 1.5 < np.median(followed[is_person]) < 3.5
+
+
+def test_odometry_by_steering_drifts_in_heading(drive: Drive) -> None:
+    _, odometry, truth = drive("--steering", "--noise", "none")
+    turned = np.unwrap([sample.odom_from_base[2] for sample in odometry])[-1]
+    assert 2.0 < np.degrees(abs(turned - np.unwrap(truth[:, 2])[-1] + truth[0, 2])) < 45.0
+
+
+def test_flags_may_be_combined(drive: Drive) -> None:
+    scans, odometry, _ = drive(
+        *("--laser", "short", "--every", 0.5, "--posts", 2, "--follower", "--tilt", 1, "--hills", 0.02),
+        *("--carried", 3, "--carrier", "--steering", "--slip", 0.1, "--walkers", 2),
+    )
+    assert len(scans) == 12
+    assert np.isfinite(ranges_of(scans)).mean() > 0.2
+    assert np.hypot(*odometry[-1].odom_from_base[:2]) > 3.0

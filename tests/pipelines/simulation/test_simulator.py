@@ -276,3 +276,35 @@ def test_a_bag_with_an_imu_is_read_as_it_was_simulated(tmp_path: Path) -> None:
     with BagReader(tmp_path / "drive.bag") as reader:
         read = [(item.stamp, item.rate) for item in reader if isinstance(item, YawRate)]
     assert read == [(sample.stamp, sample.rate) for sample in simulation.yaw_rates()]
+
+
+def heading_drift(seed: int) -> tuple[float, float]:
+    """Degrees per metre on a straight, and the share by which a bend is over- or understated beyond that."""
+    ticks = np.arange(2001)
+    speed, turning = np.full(2001, 1.0), np.full(2001, 0.3)
+    yaw = 0.3 * TICK * ticks
+    bend = CarMotion(
+        np.column_stack([np.sin(yaw) / 0.3, (1.0 - np.cos(yaw)) / 0.3, wrap_angle(yaw)]), speed, turning
+    )
+    turned = []
+    for drive in (straight_drive(speed), bend):
+        samples = measure_odometry(
+            drive, 0, NoiseLevel.NONE, 0.0, np.random.default_rng(seed), by_steering=True
+        )
+        turned.append(np.degrees(np.unwrap([sample.odom_from_base[2] for sample in samples])[-1]))
+    return turned[0] / 10.0, (turned[1] - turned[0]) / np.degrees(3.0) - 1.0
+
+
+def test_odometry_by_a_steering_angle_drifts_with_the_distance_and_misjudges_bends() -> None:
+    drifts = np.array([heading_drift(seed) for seed in range(12)])
+    assert np.all((np.abs(drifts[:, 0]) > 0.7) & (np.abs(drifts[:, 0]) < 1.6))
+    assert np.all((np.abs(drifts[:, 1]) > 0.02) & (np.abs(drifts[:, 1]) < 0.08))
+    assert np.all(drifts.min(axis=0) < 0.0) and np.all(drifts.max(axis=0) > 0.0)
+
+
+def test_a_standing_car_does_not_turn_by_its_steering() -> None:
+    drive = straight_drive(np.zeros(401))
+    for sample in measure_odometry(
+        drive, 0, NoiseLevel.NONE, 0.0, np.random.default_rng(0), by_steering=True
+    ):
+        np.testing.assert_array_equal(sample.odom_from_base, 0.0)
