@@ -168,6 +168,52 @@ def growth(
 
 
 @benchmark.command()
+def worlds(
+    names: Annotated[
+        list[str] | None,
+        typer.Option("--world", metavar="NAME", help="Only this one; may be repeated.", show_default=False),
+    ] = None,
+    seeds: Annotated[int, typer.Option("--seeds", min=1, metavar="N", help="Drives through each world.")] = 5,
+    config: ConfigOption = None,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Map simulated drives, each with a fault that recordings have, and compare with the truth.
+
+    Example: racecar benchmark worlds --seeds 2 --world slope --world 'one per 2 s'
+    """
+    from racecar.pipelines.benchmarks.worlds.worlds import choose_worlds
+    from racecar.pipelines.files.config_file import load_config
+
+    settings = load_config(config).mapping
+    chosen = choose_worlds(names or ())
+
+    from racecar.pipelines.benchmarks.worlds.tables import one_line, worlds_table
+    from racecar.pipelines.benchmarks.worlds.world_benchmark import measure_world
+    from racecar.pipelines.commands.printed_warnings import print_warnings
+
+    inputs = {"config": config, "seed": seed, "seeds": seeds, "settings": settings.model_dump()}
+    with _output("worlds", inputs, json, quiet) as output:
+        figures = {}
+        for name, world in chosen.items():
+            figures[name] = measure_world(world, range(seed, seed + seeds), settings, quiet=True)
+            for drive in figures[name]:
+                output.announce(one_line(name, drive))
+        output.report.add(
+            "worlds", {name: [drive.as_dict() for drive in drives] for name, drives in figures.items()}
+        )
+        output.show(worlds_table(figures))
+        if not quiet:
+            print_warnings(
+                f"{name}, seed {drive.seed}: {sentence}"
+                for name, drives in figures.items()
+                for drive in drives
+                for sentence in drive.warnings
+            )
+
+
+@benchmark.command()
 def localizer(
     seed: SeedOption = 0,
     json: JsonOption = None,

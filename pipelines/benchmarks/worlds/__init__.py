@@ -1,0 +1,1 @@
+"""Mapping simulated worlds, each with a fault that recordings have, against the truth."""

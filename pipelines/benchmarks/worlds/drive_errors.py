@@ -1,0 +1,69 @@
+"""How far a mapped drive is from the truth, over short distances, over long ones, and as a whole."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from racecar.maps.geometry.se2 import Pose, between
+from racecar.pipelines.simulation.path_smoothing import lengths_along
+
+_REACH = 10.0
+"""Metres between the two poses of a relation at most, by the definition of the figure."""
+_RELATIONS = 4000
+_DRIFT_PATH = 100.0
+"""Metres of path over which the drift of the heading is told."""
+
+
+@dataclass(frozen=True)
+class DriveErrors:
+    """Metres and degrees."""
+
+    path_m: float
+    """True length of the drive."""
+    relation_m: float
+    """Mean error of a pose seen from another one that is up to 10 m away, be it of the same pass or not."""
+    relation_max_m: float
+    heading_deg: float
+    """Mean error of a pose's heading seen from the one 100 m of path before it, or from the first one where
+    the drive is shorter."""
+    far_m: float
+    """Largest error of a position seen from the first pose."""
+
+    @property
+    def far_share(self) -> float:
+        """Of the path."""
+        return self.far_m / max(self.path_m, 1e-9)
+
+
+def drive_errors(found: Pose, true: Pose, generator: np.random.Generator) -> DriveErrors:
+    """Of poses (N, 3), N at least 2, against the true ones (N, 3); relations are drawn."""
+    along = lengths_along(true[:, :2])
+    first, second = _relations(true, generator)
+    relations = np.hypot(*_missed(found, true, first, second)[:, :2].T)
+    reach = min(_DRIFT_PATH, float(along[-1]))
+    begins = np.flatnonzero(along <= along[-1] - reach)
+    ends = np.minimum(np.searchsorted(along, along[begins] + reach), len(along) - 1)
+    turned = np.abs(_missed(found, true, begins, ends)[:, 2])
+    from_start = _missed(found, true, np.zeros(len(true), dtype=np.int64), np.arange(len(true)))
+    return DriveErrors(
+        path_m=float(along[-1]),
+        relation_m=float(relations.mean()),
+        relation_max_m=float(relations.max()),
+        heading_deg=float(np.degrees(turned.mean())),
+        far_m=float(np.hypot(*from_start[:, :2].T).max()),
+    )
+
+
+def _relations(true: Pose, generator: np.random.Generator) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Numbers (R,) of two poses each."""
+    tree = cKDTree(true[:, :2])
+    first = generator.integers(0, len(true), _RELATIONS)
+    near = [tree.query_ball_point(place, _REACH) for place in true[first, :2]]
+    return first, np.array([others[generator.integers(len(others))] for others in near], dtype=np.int64)
+
+
+def _missed(found: Pose, true: Pose, first: NDArray[np.int64], second: NDArray[np.int64]) -> Pose:
+    """(R, 3) ``inverse(true) ∘ found`` of relations."""
+    return between(between(true[first], true[second]), between(found[first], found[second]))

@@ -1,0 +1,47 @@
+"""The worlds, by name: a map, and what is wrong with the car or its surroundings."""
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from racecar.maps.errors import UserError
+
+
+@dataclass(frozen=True)
+class World:
+    """Settings of `SimulationConfig` but for the seed."""
+
+    map: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+
+
+_INDOORS = {"duration": 150.0, "scan_every": 0.1}
+"""Some 270 m through the building's corridors and several rooms, with loops; of the race car's scans ten a
+second are kept, as most robots have no more and the mapper needs no more."""
+
+WORLDS: Mapping[str, World] = {
+    "plain": World("building", _INDOORS),
+    "tilted": World("building", {**_INDOORS, "tilt": 2.0, "hills": 0.02}),
+    "tilted short": World("building", {"laser": "short", "tilt": 4.0, "hills": 0.02}),
+    "campus": World("campus", {"laser": "outdoor"}),
+    "slope": World("campus", {"laser": "outdoor", "tilt": 0.5, "hills": 0.03, "kerbs": 0.15}),
+    "posts": World("building", {**_INDOORS, "posts": 4}),
+    "carried": World("building", {**_INDOORS, "carried": 10.0}),
+    "carrier": World("building", {**_INDOORS, "carried": 10.0, "carrier": True}),
+    "follower": World("building", {"laser": "round", "follower": True}),
+    "one per 1 s": World("building", {"scan_every": 1.0}),
+    "one per 2 s": World("building", {"scan_every": 2.0}),
+    "one per 3 s": World("building", {"scan_every": 3.0}),
+    "gaps": World("building", {**_INDOORS, "scan_gaps": 3.0}),
+    "short": World("building", {"laser": "short"}),
+    "steering": World("building", {**_INDOORS, "steering": True}),
+    "slow steering": World("building", {"scan_every": 1.0, "steering": True}),
+}
+
+
+def choose_worlds(names: Collection[str]) -> dict[str, World]:
+    """Those named, in the order of the list, or all. Raises UserError when there is none of a name."""
+    for name in names:
+        if name not in WORLDS:
+            raise UserError(f"There is no world '{name}'; there are: {', '.join(WORLDS)}.")
+    return {name: world for name, world in WORLDS.items() if not names or name in names}
