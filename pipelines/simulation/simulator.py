@@ -18,18 +18,14 @@ from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.simulation import laser_sensor
-from racecar.pipelines.simulation.carrying import is_carried
 from racecar.pipelines.simulation.coverage_route import Route, choose_start, plan_route
 from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
-from racecar.pipelines.simulation.follower import Follower
-from racecar.pipelines.simulation.ground import Ground, draw_heights
 from racecar.pipelines.simulation.gyroscope import measure_yaw_rates
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LASERS, LaserModel
-from racecar.pipelines.simulation.near_returns import see_carrier, see_posts
 from racecar.pipelines.simulation.scan_logger import kept_ticks
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
-from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
+from racecar.pipelines.simulation.surroundings import Surroundings
 from racecar.pipelines.simulation.wheel_odometry import measure_odometry, true_odometry
 
 START_NS = 1_700_000_000_000_000_000
@@ -71,7 +67,6 @@ class Simulation:
         self._lattice = _lattice_of(grid)
         self.drive = self._drive()
         self.laser = LASERS[config.laser]
-        self._ground = self._make_ground()
         self._scan_ticks = kept_ticks(
             laser_sensor.scan_ticks(self.drive, self.laser), config.scan_every, config.scan_gaps
         )
@@ -105,33 +100,14 @@ class Simulation:
 
     def sweeps(self) -> Iterator[LaserSweep]:
         """What the laser says, sweep after sweep."""
-        generator = np.random.default_rng([self._config.seed, 2])
-        walkers = Walkers(self._config.walkers, self._lattice, np.random.default_rng([self._config.seed, 3]))
-        legs = walkers.walk(0.0)
         laser, config = self.laser, self._config
-        follower = Follower(self.drive, np.random.default_rng([config.seed, 6])) if config.follower else None
-        posts = see_posts(config.posts, laser, np.random.default_rng([config.seed, 7]))
+        generator = np.random.default_rng([config.seed, 2])
         noise = laser.noise if config.range_noise is None else config.range_noise
         dropouts = laser.dropouts if config.dropouts is None else config.dropouts
-        next_tick = 0
+        surroundings = Surroundings(self._grid, self._lattice, self.drive, config)
         for tick, stamp in zip(self._scan_ticks.tolist(), self.ground_truth.stamps.tolist(), strict=True):
-            map_from_base = laser_sensor.poses_at_beams(self.drive, tick, laser)
-            if self._ground is None:
-                ranges = laser_sensor.see_walls(self._grid, map_from_base, laser)
-            else:
-                ranges = self._ground.cast(map_from_base, laser, config.tilt)
-            if tick > next_tick:
-                legs = walkers.walk((tick - next_tick) * TICK)
-            legs_after = walkers.walk(laser.scan_time)
-            laser_sensor.see_legs(ranges, map_from_base, laser, (legs, legs_after), LEG_RADIUS)
-            if follower is not None:
-                steps = follower.legs_at(tick), follower.legs_at(tick + laser.period_ticks)
-                laser_sensor.see_legs(ranges, map_from_base, laser, steps, LEG_RADIUS)
-            ranges = np.minimum(ranges, posts)
-            if config.carrier and is_carried(tick * TICK, config.carried):
-                ranges = np.minimum(ranges, see_carrier(laser, tick * TICK))
-            yield LaserSweep(stamp, laser_sensor.measure(ranges, laser, noise, dropouts, generator), laser)
-            legs, next_tick = legs_after, tick + laser.period_ticks
+            measured = laser_sensor.measure(surroundings.see(tick), laser, noise, dropouts, generator)
+            yield LaserSweep(stamp, measured, laser)
 
     def messages(self) -> Iterator[Measurement]:
         """Measurements as from a bag: a scan follows the motion that covers its last beam."""
@@ -148,14 +124,6 @@ class Simulation:
                     break
             yield scan
         yield from motion
-
-    def _make_ground(self) -> Ground | None:
-        """None where the ground is never seen."""
-        tilt, hills, kerbs = self._config.tilt, self._config.hills, self._config.kerbs
-        if tilt == hills == kerbs == 0.0:
-            return None
-        generator = np.random.default_rng([self._config.seed, 5])
-        return Ground(self._grid, draw_heights(self._grid, hills, kerbs, generator), generator)
 
     def _drive(self) -> CarMotion:
         config = self._config

@@ -278,6 +278,12 @@ def test_a_bag_with_an_imu_is_read_as_it_was_simulated(tmp_path: Path) -> None:
     assert read == [(sample.stamp, sample.rate) for sample in simulation.yaw_rates()]
 
 
+def test_what_is_seen_over_hills_by_whoever_looks_twice_is_the_same() -> None:
+    simulation = simulate(duration=1.0, hills=0.1, tilt=3.0, posts=2, follower=True, walkers=2)
+    first, second = (np.array([sweep.ranges for sweep in simulation.sweeps()]) for _ in range(2))
+    np.testing.assert_array_equal(first, second)
+
+
 def heading_drift(seed: int) -> tuple[float, float]:
     """Degrees per metre on a straight, and the share by which a bend is over- or understated beyond that."""
     ticks = np.arange(2001)
