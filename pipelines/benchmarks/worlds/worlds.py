@@ -18,6 +18,8 @@ class World:
 _INDOORS = {"duration": 150.0, "scan_every": 0.1}
 """Some 270 m through the building's corridors and several rooms, with loops; of the race car's scans ten a
 second are kept, as most robots have no more and the mapper needs no more."""
+_SLOWLY = {"max_speed": 1.0}
+"""m/s, as robots go whose loggers are slow: 1 to 3 m from scan to scan."""
 
 WORLDS: Mapping[str, World] = {
     "plain": World("building", _INDOORS),
@@ -29,13 +31,13 @@ WORLDS: Mapping[str, World] = {
     "carried": World("building", {**_INDOORS, "carried": 10.0}),
     "carrier": World("building", {**_INDOORS, "carried": 10.0, "carrier": True}),
     "follower": World("building", {"laser": "round", "follower": True}),
-    "one per 1 s": World("building", {"scan_every": 1.0}),
-    "one per 2 s": World("building", {"scan_every": 2.0}),
-    "one per 3 s": World("building", {"scan_every": 3.0}),
-    "gaps": World("building", {**_INDOORS, "scan_gaps": 3.0}),
+    "one per 1 s": World("building", {**_SLOWLY, "scan_every": 1.0}),
+    "one per 2 s": World("building", {**_SLOWLY, "scan_every": 2.0}),
+    "one per 3 s": World("building", {**_SLOWLY, "scan_every": 3.0}),
+    "gaps": World("building", {**_INDOORS, **_SLOWLY, "duration": 270.0, "scan_gaps": 3.0}),
     "short": World("building", {"laser": "short"}),
     "steering": World("building", {**_INDOORS, "steering": True}),
-    "slow steering": World("building", {"scan_every": 1.0, "steering": True}),
+    "slow steering": World("building", {**_SLOWLY, "scan_every": 1.0, "steering": True}),
 }
 
 

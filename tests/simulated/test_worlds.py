@@ -1,0 +1,20 @@
+"""Worlds with the faults of recordings are mapped as well as `racecar benchmark worlds` says."""
+
+import pytest
+
+from racecar.mapping.config import MappingConfig
+from racecar.pipelines.benchmarks.worlds.world_benchmark import measure_world
+from racecar.pipelines.benchmarks.worlds.worlds import WORLDS
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.mark.parametrize(
+    ("world", "metres"),
+    [("plain", 0.02), ("tilted", 0.05), ("posts", 0.02), ("carried", 0.05), ("campus", 0.1)],
+)
+def test_a_world_is_mapped_to_centimetres(world: str, metres: float) -> None:
+    (drive,) = measure_world(WORLDS[world], [0], MappingConfig(), quiet=True)
+    assert drive.placed == drive.scans
+    assert drive.errors.relation_m <= metres
+    assert drive.errors.heading_deg <= 0.5
