@@ -11,7 +11,16 @@ pytestmark = pytest.mark.slow
 
 @pytest.mark.parametrize(
     ("world", "metres"),
-    [("plain", 0.02), ("tilted", 0.05), ("posts", 0.02), ("carried", 0.05), ("campus", 0.1)],
+    [
+        ("plain", 0.02),
+        ("tilted", 0.05),
+        ("posts", 0.02),
+        ("carried", 0.05),
+        ("follower", 0.05),
+        ("short", 0.05),
+        ("one per 1 s", 0.05),
+        ("campus", 0.1),
+    ],
 )
 def test_a_world_is_mapped_to_centimetres(world: str, metres: float) -> None:
     (drive,) = measure_world(WORLDS[world], [0], MappingConfig(), quiet=True)
