@@ -8,6 +8,7 @@ from racecar.mapping.keyframes.config import KeyframeConfig
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.odometry.config import DeadReckoningConfig
+from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.maps.settings import Settings
@@ -100,3 +101,4 @@ class MappingConfig(Settings):
     despeckling: DespecklingConfig = DespecklingConfig()
     growing_grid: GrowingGridConfig = GrowingGridConfig()
     place_recognition: PlaceRecognitionConfig = PlaceRecognitionConfig()
+    quality: QualityConfig = QualityConfig()

@@ -47,7 +47,15 @@ class _Limits(NamedTuple):
 
 def see_through(store: ScanStore, pairs: NDArray[np.int64], first: Pose, second: Pose) -> SeeThrough:
     """Judge scan pairs (P, 2) of ``store``, at ``first`` and ``second`` (P, 3) in one frame, both ways."""
-    tally = np.zeros(3, dtype=np.int64)
+    on_surface, looked_through, undecided = see_through_each(store, pairs, first, second).sum(axis=0)
+    return SeeThrough(int(on_surface), int(looked_through), int(undecided))
+
+
+def see_through_each(
+    store: ScanStore, pairs: NDArray[np.int64], first: Pose, second: Pose
+) -> NDArray[np.int64]:
+    """(P, 3) the same of each pair: points on a surface, looked through, undecided."""
+    tallies = np.zeros((len(pairs), 3), dtype=np.int64)
     points, _, counts, tables = store.packed()
     first_from_second = between(first, second)
     second_from_first = between(second, first)
@@ -60,9 +68,9 @@ def see_through(store: ScanStore, pairs: NDArray[np.int64], first: Pose, second:
                 points[viewer, : counts[viewer]],
                 tables[viewer],
                 limits,
-                tally,
+                tallies[k],
             )
-    return SeeThrough(int(tally[0]), int(tally[1]), int(tally[2]))
+    return tallies
 
 
 @njit(cache=True, nogil=True)

@@ -7,6 +7,9 @@ from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
+from racecar.mapping.quality.finished_map import FinishedMap
+from racecar.mapping.quality.judgement import judge
+from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState
 from racecar.maps.geometry.se2 import Pose, compose
@@ -42,6 +45,7 @@ class MappingResult:
     counts: dict[str, int]
     warnings: list[str]
     """Sentences for people."""
+    quality: MapQuality
     clouds: KeyframeClouds | None = None
     """Of the L keyframes of this drive, in their laser frames; None where they were not asked for."""
 
@@ -56,6 +60,9 @@ def result_of(
     """The result of a drive whose scans lie at (N, 3), among the keyframes of all drives in ``session``."""
     laser_from_base = state.reckoning.mounts.laser_from_base(state.drive.lasers)
     map_from_base = compose(map_from_laser, laser_from_base)
+    with state.timed("judging"):
+        finished = FinishedMap(session, _seconds_of_keyframes(state, session), map_from_base, grid)
+        quality = judge(finished, state.config.quality)
     return MappingResult(
         trajectory=Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),
         grid=grid,
@@ -67,8 +74,19 @@ def result_of(
         seconds=dict(state.seconds),
         counts=_counts(state, session),
         warnings=_warnings(state),
+        quality=quality,
         clouds=state.clouds,
     )
+
+
+def _seconds_of_keyframes(state: MapperState, session: Session) -> NDArray[np.float64]:
+    """(K,) since the drive began; NaN in earlier drives."""
+    stamps = np.array(state.drive.stamps, dtype=np.int64)
+    seconds = np.full(len(session.keyframes), np.nan)
+    seconds[len(seconds) - len(state.keyframes) :] = (
+        stamps[list(state.drive.keyframe_scans)] - stamps[0]
+    ) * 1e-9
+    return seconds
 
 
 def _counts(state: MapperState, session: Session) -> dict[str, int]:

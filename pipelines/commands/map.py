@@ -23,6 +23,8 @@ from racecar.pipelines.commands.options import (
 )
 
 _INTERRUPTED = 130
+_WRONG = 3
+"""Exit code, as of `racecar check`; 1 and 2 say that the command itself failed."""
 
 ContinueOption = Annotated[
     Path | None,
@@ -51,6 +53,7 @@ def map(
     continue_: ContinueOption = None,
     ply: PlyOption = False,
     record: RecordOption = False,
+    strict: Annotated[bool, typer.Option("--strict", help="Exit code 3 when the map is wrong.")] = False,
     seed: SeedOption = 0,
     json: JsonOption = None,
     quiet: QuietOption = False,
@@ -89,6 +92,7 @@ def map(
         ) as reader,
     ):
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
+            from racecar.mapping.quality.map_quality import Verdict
             from racecar.pipelines.commands.mapping_summary import print_mapping
             from racecar.pipelines.files.session_file import load_session
             from racecar.pipelines.runs.calibration_run import calibrate
@@ -120,6 +124,8 @@ def map(
     if json is not None:
         report.write(json)
     if not quiet:
-        print_mapping(report, out)
+        print_mapping(report, result.quality, out)
     if report.as_dict()["counts"].get("interrupted"):
         raise typer.Exit(_INTERRUPTED)
+    if strict and result.quality.verdict == Verdict.WRONG:
+        raise typer.Exit(_WRONG)

@@ -4,13 +4,14 @@ from pathlib import Path
 
 from rich.console import Console
 
+from racecar.mapping.quality.map_quality import MapQuality
 from racecar.pipelines.commands.printed_warnings import print_warnings
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 
 
-def print_mapping(report: Report, folder: Path) -> None:
-    """The size of the work, warnings, and where the files are."""
+def print_mapping(report: Report, quality: MapQuality, folder: Path) -> None:
+    """The size of the work, warnings, where the files are, and what the map is worth."""
     figures = report.as_dict()
     result, seconds = figures["result"], figures["stages"]["total"]["wall_seconds"]
     width, height = result["map_metres"]
@@ -22,3 +23,4 @@ def print_mapping(report: Report, folder: Path) -> None:
     print_warnings(report.warnings)
     others = ", ".join(name for name in MAP_FILES if name != "map.png")
     console.print(f"Look at {folder / 'map.png'}; also in {folder}: {others}.", markup=False)
+    console.print(quality.summary, markup=False)

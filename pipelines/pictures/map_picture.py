@@ -14,12 +14,19 @@ from matplotlib.transforms import Affine2D
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
 
-PATH_COLOR, LOOP_COLOR, START_COLOR, END_COLOR = "#0072B2", "#D55E00", "#009E73", "#CC79A7"
+PATH_COLOR, LOOP_COLOR, START_COLOR, END_COLOR, DOUBT_COLOR = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+)
 """Okabe and Ito's palette, which the colour-blind can distinguish too."""
 _UNKNOWN_COLOR = "#dfe3e8"
 _OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24"]).with_extremes(
@@ -40,8 +47,10 @@ def save_map_picture(
     map_from_keyframe: Pose,
     constraints: Sequence[Constraint],
     title: str,
+    doubtful: Sequence[DoubtfulSegment] = (),
 ) -> None:
-    """Draw the map as PNG; the constraints are between keyframes at poses (K, 3).
+    """Draw the map as PNG; the constraints are between keyframes at poses (K, 3), and so are the ``doubtful``
+    segments of the path.
 
     Raises UserError when the place cannot be written to.
     """
@@ -54,12 +63,22 @@ def save_map_picture(
     ]
     x, y = trajectory.map_from_base[:, :2].T
     axes.plot(x, y, color=PATH_COLOR, linewidth=1.2, label="path", zorder=3)
+    _draw_doubtful(axes, keyframes, doubtful)
     label = f"loop closures ({len(loops)})"
     axes.add_collection(LineCollection(loops, colors=LOOP_COLOR, linewidths=0.9, label=label))
     marker: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "markersize": 9, "zorder": 5}
     axes.plot(x[:1], y[:1], marker="o", color=START_COLOR, label="start", **marker)
     axes.plot(x[-1:], y[-1:], marker="s", color=END_COLOR, label="end", **marker)
     save_figure(path, figure, axes, _DOTS_PER_INCH)
+
+
+def _draw_doubtful(axes: Axes, keyframes: NDArray[np.float64], segments: Sequence[DoubtfulSegment]) -> None:
+    """Mark the parts of a path with keyframes at (K, 2) that something speaks against."""
+    runs = [run for each in segments for run in (each.keyframes, each.contradicted_by) if run is not None]
+    lines = [keyframes[first : last + 1] for first, last in runs]
+    if lines:
+        style: dict[str, Any] = {"colors": DOUBT_COLOR, "linewidths": 5.0, "capstyle": "round", "zorder": 2.5}
+        axes.add_collection(LineCollection(lines, label="doubtful", **style))
 
 
 def map_figure(grid: OccupancyGrid, trajectory: Trajectory, title: str) -> tuple[Figure, Axes]:

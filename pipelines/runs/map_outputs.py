@@ -45,6 +45,7 @@ def _write_picture(map_: WrittenMap) -> None:
         result.map_from_keyframe,
         result.constraints,
         map_.title,
+        result.quality.segments,
     )
 
 

@@ -67,6 +67,7 @@ def build_map(
     report.add("result", _describe_result(result))
     report.add("mapping_seconds", result.seconds)
     report.add("consistency", _residuals(result))
+    report.add("quality", result.quality.as_dict())
     if reader.imu_topic is not None:
         report.add("gyroscope", start.mapper.turn_model.figures)
     told = [WITHOUT_WHEELS] if reader.tells_of_no_odometry else []

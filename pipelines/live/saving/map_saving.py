@@ -45,6 +45,7 @@ class MapOutput:
                 result = mapper.finish()
             report.add("counts", result.counts)
             report.add("mapping_seconds", result.seconds)
+            report.add("quality", result.quality.as_dict())
             for sentence in result.warnings:
                 report.warn(sentence)
             save_mapping(result, report, folder, title=self.folder.name)

@@ -5,10 +5,11 @@ import pytest
 from PIL import Image
 
 from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.pictures import map_picture
-from racecar.pipelines.pictures.map_picture import LOOP_COLOR, PATH_COLOR, save_map_picture
+from racecar.pipelines.pictures.map_picture import DOUBT_COLOR, LOOP_COLOR, PATH_COLOR, save_map_picture
 
 
 def room(yaw: float = 0.0) -> OccupancyGrid:
@@ -77,3 +78,12 @@ def test_a_huge_map_looks_as_if_it_were_small(
     dark = [picture < 128 for picture in pictures]
     assert np.mean(dark[0] & ~dark[1]) < 0.02
     assert np.mean(np.abs(pictures[0].astype(float) - pictures[1])) < 12.0
+
+
+def test_doubtful_segments_are_marked(tmp_path: Path) -> None:
+    poses = circle().map_from_base
+    doubtful = DoubtfulSegment("Walls lie apart.", (10, 20), poses[15, :2], (1.0, 2.0), (60, 70))
+    for name, segments in (("without.png", []), ("with.png", [doubtful])):
+        save_map_picture(tmp_path / name, room(), circle(), poses, [], "drive", segments)
+    images = [np.asarray(Image.open(tmp_path / name).convert("RGB")) for name in ("without.png", "with.png")]
+    assert [has_color(image, DOUBT_COLOR) for image in images] == [False, True]

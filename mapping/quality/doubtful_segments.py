@@ -1,0 +1,121 @@
+"""Where something speaks against a map: passes that contradict each other, steps that little ties.
+
+The wrong step itself cannot be seen, or the mapper would not have made it; it lies between two passes that
+contradict each other, and most likely where the path in between is tied worst.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.quality.config import DoubtfulSegmentConfig
+from racecar.mapping.quality.finished_map import FinishedMap
+from racecar.mapping.quality.map_quality import DoubtfulSegment
+from racecar.mapping.quality.statistics import MapStatistics
+
+
+@dataclass(frozen=True, eq=False)
+class _Weighed:
+    """A segment, and how much speaks against it in units of what is usual."""
+
+    weight: float
+    segment: DoubtfulSegment
+
+
+def doubtful_segments(
+    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
+) -> tuple[DoubtfulSegment, ...]:
+    """Those of most weight first."""
+    kinds = (_contradictions, _loose_steps, _wheel_conflicts)
+    found = [list(kind(map_, statistics, config)) for kind in kinds]
+    chosen = [w for each in found for w in sorted(each, key=lambda w: -w.weight)[: config.most_of_a_kind]]
+    return tuple(w.segment for w in sorted(chosen, key=lambda w: -w.weight))
+
+
+def _contradictions(
+    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
+) -> Iterator[_Weighed]:
+    """Pairs of passes of which one looks through what the other saw, beyond what neighbours do."""
+    passes, usual = statistics.passes, statistics.figures["through_neighbours"]
+    if len(passes.pairs) == 0:
+        return
+    parts = np.floor(map_.path[passes.pairs] / config.length).astype(np.int64)
+    blocks, block = np.unique(parts, axis=0, return_inverse=True)
+    block = block.ravel()
+    judged = np.bincount(block, passes.judged)
+    through = np.bincount(block, passes.looked_through * passes.judged)
+    share = through / np.maximum(judged, 1.0)
+    apart = np.array([np.nanmax(np.append(passes.walls_apart[block == b], 0.0)) for b in range(len(blocks))])
+    usual = usual if np.isfinite(usual) else 0.0
+    for b in np.flatnonzero((judged > config.min_judged) & (share > usual + config.min_share)).tolist():
+        pairs = passes.pairs[block == b]
+        first, second = _range(pairs[:, 0]), _range(pairs[:, 1])
+        others = f"{share[b]:.0%} of what one saw the other looks through"
+        if apart[b] > config.min_apart:
+            others += f", walls lie up to {apart[b]:.2f} m apart"
+        where = f"passes {_when(map_, first)} and {_when(map_, second)} contradict each other"
+        segment = _segment(map_, f"Near {_at(map_, second)} the {where}: {others}.", second, first)
+        yield _Weighed((share[b] - usual) / config.min_share, segment)
+
+
+def _loose_steps(
+    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
+) -> Iterator[_Weighed]:
+    """Runs of steps that scans hardly tie."""
+    slack = statistics.ties.by_scans
+    for start, end in _runs(slack > config.min_slack):
+        worst = float(np.max(slack[start:end]))
+        by_all = float(np.max(statistics.ties.by_all[start:end]))
+        what = "only the wheels tie" if by_all < config.min_slack else "neither scans nor wheels tie well"
+        run = (start, end)
+        why = f"Near {_at(map_, run)}, {_when(map_, run)}, {what} the path together."
+        length = map_.path[end] - map_.path[start]
+        weight = worst / config.min_slack * (1.0 + length / config.length)
+        yield _Weighed(float(np.log1p(weight)), _segment(map_, why, run))
+
+
+def _wheel_conflicts(
+    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
+) -> Iterator[_Weighed]:
+    """Windows over which wheels and map differ by much more than usual."""
+    wheels = statistics.wheels
+    if len(wheels.metres) == 0:
+        return
+    limit = max(config.min_apart, config.surprising * float(np.median(wheels.metres)))
+    for k in np.flatnonzero(wheels.metres > limit).tolist():
+        first, last = wheels.keyframes[k].tolist()
+        run = (first, last)
+        why = f"Near {_at(map_, run)}, {_when(map_, run)}, wheels and map differ by {wheels.metres[k]:.2f} m."
+        yield _Weighed(float(wheels.metres[k] / limit), _segment(map_, why, run))
+
+
+def _segment(
+    map_: FinishedMap, why: str, run: tuple[int, int], contradicted_by: tuple[int, int] | None = None
+) -> DoubtfulSegment:
+    seconds = map_.seconds[list(run)]
+    times = None if np.isnan(seconds).any() else (float(seconds[0]), float(seconds[1]))
+    return DoubtfulSegment(why, run, map_.poses[sum(run) // 2, :2].copy(), times, contradicted_by)
+
+
+def _range(keyframes: NDArray[np.int64]) -> tuple[int, int]:
+    return int(keyframes.min()), int(keyframes.max())
+
+
+def _when(map_: FinishedMap, run: tuple[int, int]) -> str:
+    first, last = map_.seconds[list(run)]
+    if np.isnan(first) or np.isnan(last):
+        return "of an earlier drive"
+    return f"at {first:.0f} s" if last - first < 1.0 else f"at {first:.0f} to {last:.0f} s"
+
+
+def _at(map_: FinishedMap, run: tuple[int, int]) -> str:
+    x, y = map_.poses[sum(run) // 2, :2]
+    return f"x {x:.1f} m, y {y:.1f} m"
+
+
+def _runs(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Where flags (N,) are set: the first index, and the one after the last."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8)))
+    return [(int(start), int(end)) for start, end in edges.reshape(-1, 2)]

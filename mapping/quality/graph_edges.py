@@ -1,0 +1,52 @@
+"""The constraints of a pose graph as arrays, and how far the solution is from each.
+
+The information that constraints state is scaled by what their own residuals prove: the mean squared residual
+of a kind, in its standard deviations, is one where the statement is honest (Bar-Shalom, Li and Kirubarajan,
+"Estimation with Applications to Tracking and Navigation", 2001, section 5.4, normalized estimation error).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.graph.constraint import KINDS, ConstraintList, Kind
+from racecar.maps.geometry.se2 import Pose, between
+
+
+@dataclass(frozen=True, eq=False)
+class GraphEdges:
+    """C constraints."""
+
+    ends: NDArray[np.int64]
+    """(C, 2) the keyframes they connect."""
+    errors: Pose
+    """(C, 3) the solved pose of the second keyframe seen from the measured one."""
+    information: NDArray[np.float64]
+    """(C, 3, 3) in the tangent frame of the second keyframe, scaled by what the residuals prove."""
+    kinds: NDArray[np.int8]
+    """(C,) indices into `KINDS`."""
+    surprise: dict[Kind, float]
+    """Mean squared residual of each kind over its degrees of freedom, in the stated standard deviations."""
+
+    @classmethod
+    def of(cls, constraints: ConstraintList, poses: Pose) -> "GraphEdges":
+        """Of a graph whose keyframes were solved to lie at (K, 3)."""
+        arrays = constraints.to_arrays()
+        ends, kinds = arrays["keyframes"].astype(np.int64), arrays["kinds"]
+        information = arrays["information"]
+        errors = between(arrays["poses"], between(poses[ends[:, 0]], poses[ends[:, 1]]))
+        squared = np.einsum("ci,cij,cj->c", errors, information, errors) / 3.0
+        surprise: dict[Kind, float] = {}
+        scale = np.ones(len(kinds))
+        for number, kind in enumerate(KINDS):
+            is_kind = kinds == number
+            if is_kind.any():
+                surprise[kind] = float(np.mean(squared[is_kind]))
+                scale[is_kind] = 1.0 / max(surprise[kind], 1.0)
+        return cls(ends, errors, information * scale[:, None, None], kinds, surprise)
+
+    def are(self, kind: Kind) -> NDArray[np.bool_]:
+        """(C,) whether each is of a kind."""
+        are: NDArray[np.bool_] = self.kinds == KINDS.index(kind)
+        return are

@@ -1,0 +1,89 @@
+"""The verdict on a finished map, for people and for programs."""
+
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Verdict(str, Enum):
+    """What a map may be used for."""
+
+    GOOD = "good"
+    DOUBTFUL = "doubtful"
+    """To be looked at before it is used."""
+    WRONG = "wrong"
+
+
+@dataclass(frozen=True, eq=False)
+class DoubtfulSegment:
+    """A part of the path that something speaks against."""
+
+    why: str
+    """A sentence for people, with time and place."""
+    keyframes: tuple[int, int]
+    """The first and the last."""
+    place: NDArray[np.float64]
+    """(2,) metres in the map, in its middle."""
+    seconds: tuple[float, float] | None
+    """Since the drive began; None in an earlier drive."""
+    contradicted_by: tuple[int, int] | None = None
+    """The keyframes of another pass that saw it otherwise."""
+
+    def as_dict(self) -> dict[str, object]:
+        """For reports."""
+        return {
+            "why": self.why,
+            "x_m": float(self.place[0]),
+            "y_m": float(self.place[1]),
+            "from_s": None if self.seconds is None else self.seconds[0],
+            "to_s": None if self.seconds is None else self.seconds[1],
+            "keyframes": list(self.keyframes),
+            "contradicted_by_keyframes": None if self.contradicted_by is None else list(self.contradicted_by),
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class MapQuality:
+    """How far a map may be off, why, and where."""
+
+    verdict: Verdict
+    error_per_10_m: float
+    """Metres that two places 10 m of path apart are expected to be off as seen from each other."""
+    error_of_whole: float
+    """Metres, the same of any two places of the path."""
+    reasons: tuple[str, ...]
+    """Sentences for people, the weightiest first; none of a good map."""
+    segments: tuple[DoubtfulSegment, ...]
+    """The weightiest first."""
+    statistics: dict[str, float]
+    """What it was judged by; NaN where there was nothing to measure."""
+
+    @property
+    def summary(self) -> str:
+        """One line for people."""
+        expected = (
+            f"some {_rounded(self.error_per_10_m)} m off per 10 m of path, "
+            f"{_rounded(self.error_of_whole)} m over all of it"
+        )
+        if self.verdict == Verdict.GOOD:
+            return f"The map is good: {expected}."
+        why = " ".join(self.reasons[:2])
+        return f"The map is {self.verdict.value}: {expected}. {why}".rstrip()
+
+    def as_dict(self) -> dict[str, object]:
+        """For reports."""
+        return {
+            "verdict": self.verdict.value,
+            "error_per_10_m": self.error_per_10_m,
+            "error_of_whole_m": self.error_of_whole,
+            "reasons": list(self.reasons),
+            "segments": [segment.as_dict() for segment in self.segments],
+            "statistics": self.statistics,
+        }
+
+
+def _rounded(metres: float) -> str:
+    """To one digit that counts, and not finer than a centimetre."""
+    return f"{max(metres, 0.01):.2g}"

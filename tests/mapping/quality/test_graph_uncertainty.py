@@ -1,0 +1,69 @@
+"""Spreads from the curvature of the pose graph, against what is known in closed form."""
+
+import numpy as np
+import pytest
+
+from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.quality.graph_edges import GraphEdges
+from racecar.mapping.quality.graph_uncertainty import GraphUncertainty
+from racecar.maps.geometry.se2 import between
+
+SIGMA = np.array([0.01, 0.02, 0.003])
+STRAIGHT = np.column_stack([np.arange(11.0), np.zeros(11), np.zeros(11)])
+
+
+def tie(first: int, second: int, poses: np.ndarray, sigma: np.ndarray = SIGMA) -> Constraint:
+    return Constraint(
+        first, second, between(poses[first], poses[second]), np.diag(sigma**-2.0), "scan_matching"
+    )
+
+
+def spread(constraints: list[Constraint], poses: np.ndarray, pair: tuple[int, int]) -> float:
+    edges = GraphEdges.of(ConstraintList(constraints), poses)
+    return float(GraphUncertainty.of(edges, poses, most=100).spreads(np.array([pair]))[0])
+
+
+def test_a_straight_chain_spreads_as_its_steps_add_up() -> None:
+    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
+    levers = np.arange(7)  # metres from the end of each of seven steps to the last keyframe
+    expected = 7 * (SIGMA[0] ** 2 + SIGMA[1] ** 2) + SIGMA[2] ** 2 * np.sum(levers**2)
+    assert spread(chain, STRAIGHT, (2, 9)) == pytest.approx(np.sqrt(expected), rel=1e-3)
+
+
+def test_it_does_not_matter_where_the_map_lies_and_how_it_is_turned() -> None:
+    turned = np.column_stack(
+        [5.0 + 0.6 * STRAIGHT[:, 0], 9.0 + 0.8 * STRAIGHT[:, 0], np.full(11, np.arctan2(0.8, 0.6))]
+    )
+    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
+    moved = [tie(k, k + 1, turned) for k in range(10)]
+    assert spread(moved, turned, (2, 9)) == pytest.approx(spread(chain, STRAIGHT, (2, 9)), rel=1e-6)
+
+
+def test_a_loop_closure_narrows_it() -> None:
+    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
+    assert spread([*chain, tie(0, 10, STRAIGHT)], STRAIGHT, (0, 10)) < 0.5 * spread(chain, STRAIGHT, (0, 10))
+
+
+def test_residuals_widen_what_is_stated_too_narrowly() -> None:
+    bent = STRAIGHT.copy()
+    bent[1::2, 1] = 0.2  # ten standard deviations to one side and back
+    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
+    edges = GraphEdges.of(ConstraintList(chain), bent)
+    assert edges.surprise["scan_matching"] == pytest.approx(100.0 / 3.0)
+    assert spread(chain, bent, (2, 9)) > 5.0 * spread(chain, STRAIGHT, (2, 9))
+
+
+def test_a_step_that_nothing_measured_leaves_the_rest_where_it_may_be() -> None:
+    torn = [tie(k, k + 1, STRAIGHT) for k in range(10) if k != 5]
+    assert spread(torn, STRAIGHT, (2, 4)) < 0.1
+    assert spread(torn, STRAIGHT, (2, 9)) > 0.5
+
+
+def test_a_long_chain_in_groups_spreads_about_as_keyframe_by_keyframe() -> None:
+    poses = np.column_stack([0.3 * np.arange(201), np.zeros(201), np.zeros(201)])
+    chain = [tie(k - back, k, poses) for k in range(1, 201) for back in (1, 2, 7) if back <= k]
+    edges = GraphEdges.of(ConstraintList(chain), poses)
+    fine = GraphUncertainty.of(edges, poses, most=300).spreads(np.array([[60, 100]]))[0]
+    grouped = GraphUncertainty.of(edges, poses, most=51)
+    assert grouped.nodes[[15, 25]].tolist() == [60, 100]
+    assert fine / 2.0 < grouped.spreads(np.array([[15, 25]]))[0] < 2.0 * fine

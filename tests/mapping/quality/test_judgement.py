@@ -1,0 +1,78 @@
+"""The verdict on whole maps: a drive round a room, and what its map is worth when it was made wrong."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.quality.config import QualityConfig
+from racecar.mapping.quality.finished_map import FinishedMap
+from racecar.mapping.quality.judgement import judge
+from racecar.mapping.quality.map_quality import MapQuality, Verdict
+from racecar.mapping.state.result import MappingResult
+from racecar.maps.geometry.se2 import compose, inverse
+from racecar.maps.sensing.scan import Scan
+from tests.maps.drives import drive, room
+
+
+@cache
+def mapped() -> MappingResult:
+    mapper = Mapper(MappingConfig())
+    for message in drive(room(), 26.0, np.random.default_rng(1)).messages:
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+        else:
+            mapper.add_odometry(message)
+    return mapper.finish()
+
+
+@cache
+def bent(radians_per_keyframe: float) -> MapQuality:
+    """The verdict on the same map with its path bent."""
+    session = mapped().session
+    seconds = np.arange(len(session.keyframes), dtype=np.float64)
+    straight = session.map_from_keyframe
+    steps = np.diff(straight, axis=0)
+    turned = np.array(straight[:1])
+    for k in range(len(steps)):
+        step = compose(inverse(straight[k]), straight[k + 1]) + np.array([0.0, 0.0, radians_per_keyframe])
+        turned = np.concatenate([turned, compose(turned[-1], step)[None]])
+    session.map_from_keyframe = turned
+    try:
+        finished = FinishedMap(session, seconds, mapped().trajectory.map_from_base, mapped().grid)
+        return judge(finished, QualityConfig())
+    finally:
+        session.map_from_keyframe = straight
+
+
+def test_a_clean_drive_gives_a_good_map() -> None:
+    quality = mapped().quality
+    assert quality.verdict == Verdict.GOOD
+    assert quality.error_per_10_m < 0.05
+    assert not quality.reasons
+
+
+def test_a_bent_map_is_wrong_and_passes_are_named_that_contradict_each_other() -> None:
+    quality = bent(0.01)
+    assert quality.verdict == Verdict.WRONG
+    assert quality.error_per_10_m > 10.0 * mapped().quality.error_per_10_m
+    assert any(segment.contradicted_by is not None for segment in quality.segments)
+    assert quality.reasons
+    assert "wrong" in quality.summary
+
+
+@pytest.mark.parametrize("bends", [(0.0, 0.002), (0.002, 0.005), (0.005, 0.01)])
+def test_the_more_it_is_bent_the_larger_the_error_that_is_expected(bends: tuple[float, float]) -> None:
+    less, more = (bent(each) for each in bends)
+    assert more.error_per_10_m > less.error_per_10_m
+
+
+def test_a_car_that_stood_all_the_time_has_a_good_map() -> None:
+    mapper = Mapper(MappingConfig())
+    scans = [m for m in drive(room(), 26.0, np.random.default_rng(1)).messages if isinstance(m, Scan)]
+    mapper.add_scan(scans[0])
+    quality = mapper.finish().quality
+    assert quality.verdict == Verdict.GOOD
+    assert not quality.segments

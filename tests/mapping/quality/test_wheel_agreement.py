@@ -1,0 +1,36 @@
+"""Wheels against the finished map."""
+
+import numpy as np
+import pytest
+
+from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.quality.wheel_agreement import wheel_agreement
+from racecar.maps.geometry.se2 import between
+
+STRAIGHT = np.column_stack([0.5 * np.arange(21), np.zeros(21), np.zeros(21)])
+PATH = STRAIGHT[:, 0]
+
+
+def by_wheels(poses: np.ndarray, steps: range) -> ConstraintList:
+    return ConstraintList(
+        Constraint(k, k + 1, between(poses[k], poses[k + 1]), np.eye(3), "odometry") for k in steps
+    )
+
+
+def test_wheels_that_the_map_follows_agree() -> None:
+    agreement = wheel_agreement(by_wheels(STRAIGHT, range(20)), STRAIGHT, PATH, 2.0)
+    assert agreement.keyframes.tolist() == [[0, 4], [4, 8], [8, 12], [12, 16], [16, 20]]
+    assert agreement.metres.max() < 1e-9
+
+
+def test_a_step_that_the_map_has_otherwise_shows_in_its_window_only() -> None:
+    mapped = STRAIGHT.copy()
+    mapped[10:, 1] += 0.3
+    agreement = wheel_agreement(by_wheels(STRAIGHT, range(20)), mapped, PATH, 2.0)
+    assert agreement.metres == pytest.approx([0.0, 0.0, 0.3, 0.0, 0.0])
+
+
+def test_no_window_leads_over_a_step_that_wheels_did_not_measure() -> None:
+    steps = ConstraintList([*by_wheels(STRAIGHT, range(9)), *by_wheels(STRAIGHT, range(10, 20))])
+    windows = wheel_agreement(steps, STRAIGHT, PATH, 2.0).keyframes.tolist()
+    assert windows == [[0, 4], [4, 8], [10, 14], [14, 18]]
