@@ -82,7 +82,7 @@ class DoubtfulSegmentConfig(Settings):
         description="Metres of path that count as one place. By judgement: about what one scan sees well.",
     )
     min_judged: int = Field(
-        default=100,
+        default=200,
         ge=1,
         le=1_000_000,
         description="Returns that must be judged before two passes can contradict each other. By judgement.",
@@ -141,13 +141,6 @@ class QualityConfig(Settings):
         description="Metres of path over which wheels and map are compared. By judgement: scans drift by "
         "millimetres and good wheels by centimetres over it.",
     )
-    least_path: float = Field(
-        default=1.0,
-        ge=0.0,
-        le=100.0,
-        description="Metres of path below which nothing is judged: what is seen from one place cannot "
-        "contradict itself. By judgement.",
-    )
     good_local: float = Field(
         default=0.1,
         gt=0.0,
@@ -162,16 +155,23 @@ class QualityConfig(Settings):
         description="Metres over the whole, the same. By judgement: a car still finds its way through doors.",
     )
     wrong_factor: float = Field(
-        default=3.0,
+        default=2.5,
         ge=1.0,
         le=1000.0,
-        description="By what factor these must be exceeded for a map to be wrong and not only doubtful. By "
-        "judgement.",
+        description="By what factor these must be exceeded for a map to be wrong and not only doubtful. "
+        "Learned with the model, see `racecar.mapping.quality.judgement`.",
     )
-    complaint_factor: float = Field(
-        default=1.5,
-        ge=1.0,
-        le=1000.0,
-        description="By what factor a statistic must raise the expected error to be given as a reason. By "
+    most_wheel_scale: float = Field(
+        default=1.25,
+        gt=1.0,
+        le=100.0,
+        description="Factor between lengths by scans and by wheels, from which one of both must be wrong. By "
+        "judgement: worn tyres and wrong settings make some per cent, scans that do not move make any.",
+    )
+    complaint_share: float = Field(
+        default=0.25,
+        gt=0.0,
+        le=1.0,
+        description="Share of the expected error that a statistic must make up to be given as a reason. By "
         "judgement.",
     )

@@ -38,23 +38,19 @@ def _contradictions(
     map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
 ) -> Iterator[_Weighed]:
     """Pairs of passes of which one looks through what the other saw, beyond what neighbours do."""
-    passes, usual = statistics.passes, statistics.figures["through_neighbours"]
-    if len(passes.pairs) == 0:
-        return
-    parts = np.floor(map_.path[passes.pairs] / config.length).astype(np.int64)
-    blocks, block = np.unique(parts, axis=0, return_inverse=True)
-    block = block.ravel()
-    judged = np.bincount(block, passes.judged)
-    through = np.bincount(block, passes.looked_through * passes.judged)
-    share = through / np.maximum(judged, 1.0)
-    apart = np.array([np.nanmax(np.append(passes.walls_apart[block == b], 0.0)) for b in range(len(blocks))])
-    usual = usual if np.isfinite(usual) else 0.0
-    for b in np.flatnonzero((judged > config.min_judged) & (share > usual + config.min_share)).tolist():
-        pairs = passes.pairs[block == b]
-        first, second = _range(pairs[:, 0]), _range(pairs[:, 1])
+    passes, places = statistics.passes, statistics.places
+    usual = np.nan_to_num(statistics.figures["looked_through_by_neighbours"])
+    share = places.looked_through
+    contradict = (places.judged > config.min_judged) & (share > usual + config.min_share)
+    for b in np.flatnonzero(contradict).tolist():
+        is_here = places.of_pair == b
+        apart = float(
+            np.max(passes.walls_apart[is_here], initial=0.0, where=np.isfinite(passes.walls_apart[is_here]))
+        )
+        first, second = (_range(ends) for ends in passes.pairs[is_here].T)
         others = f"{share[b]:.0%} of what one saw the other looks through"
-        if apart[b] > config.min_apart:
-            others += f", walls lie up to {apart[b]:.2f} m apart"
+        if apart > config.min_apart:
+            others += f", walls lie up to {apart:.2f} m apart"
         where = f"passes {_when(map_, first)} and {_when(map_, second)} contradict each other"
         segment = _segment(map_, f"Near {_at(map_, second)} the {where}: {others}.", second, first)
         yield _Weighed((share[b] - usual) / config.min_share, segment)

@@ -1,12 +1,24 @@
-"""From statistics to the error that is to be expected: a linear model of logarithms.
+"""From statistics to the error that is to be expected.
 
-The logarithm of the error is a sum over statistics; each counts by the logarithm of how far it is from what
-is usual on good maps, within the range in which it was learned.
+Maps go wrong in several ways, and each shows in another statistic. So the expected error is a sum: a floor,
+and for each statistic a power of it. Small values add next to nothing; the one that is bad decides.
 """
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Power:
+    """Metres of error that a statistic stands for: ``metres`` where it is as usual, growing with a power."""
+
+    metres: float
+    exponent: float
+
+    def of(self, ratio: float) -> float:
+        """Metres, where the statistic is ``ratio`` times what is usual."""
+        return self.metres * math.pow(ratio, self.exponent)
 
 
 @dataclass(frozen=True)
@@ -16,42 +28,44 @@ class Term:
     statistic: str
     least: float
     most: float
-    """Values beyond these count as these."""
+    """Values beyond these count as these: none were seen there when the model was learned."""
     usual: float
-    """Stands in where there was nothing to measure."""
-    local: float
-    """Exponent: the error per 10 m grows with this power of the statistic."""
-    whole: float
-    """The same of the error of the whole map."""
+    """The median of good maps; it stands in where there was nothing to measure."""
+    local: Power
+    """Of the error per 10 m."""
+    whole: Power
+    """Of the error of the whole map."""
     complaint: str
-    """What is said of a map in which it is far from usual; ``{}`` is its value."""
+    """What is said of a map in which it is bad; ``{}`` is its value."""
 
-    def log_ratio(self, figures: Mapping[str, float]) -> float:
-        """Logarithm of the statistic over what is usual."""
-        value = figures.get(self.statistic, math.nan)
+    def ratio(self, figures: Mapping[str, float]) -> float:
+        """The statistic over what is usual."""
+        value = figures[self.statistic]
         value = self.usual if math.isnan(value) else value
-        return math.log(min(max(value, self.least), self.most) / self.usual)
+        return min(max(value, self.least), self.most) / self.usual
 
 
 @dataclass(frozen=True)
 class ErrorModel:
-    """The expected errors of a map all of whose statistics are as usual, and what changes them."""
+    """The expected errors of a map."""
 
     local: float
-    """Metres per 10 m of path."""
+    """Metres per 10 m of path that remain where all statistics are perfect."""
     whole: float
-    """Metres."""
+    """Metres, likewise."""
     terms: tuple[Term, ...]
 
     def errors(self, figures: Mapping[str, float]) -> tuple[float, float]:
         """Metres per 10 m of path, and over the whole map."""
-        ratios = [term.log_ratio(figures) for term in self.terms]
-        local = sum(term.local * ratio for term, ratio in zip(self.terms, ratios, strict=True))
-        whole = sum(term.whole * ratio for term, ratio in zip(self.terms, ratios, strict=True))
-        return self.local * math.exp(local), self.whole * math.exp(whole)
+        ratios = [(term, term.ratio(figures)) for term in self.terms]
+        return (
+            self.local + sum(term.local.of(ratio) for term, ratio in ratios),
+            self.whole + sum(term.whole.of(ratio) for term, ratio in ratios),
+        )
 
-    def complaints(self, figures: Mapping[str, float], least: float) -> list[str]:
-        """What raises the expected error per 10 m by a factor of ``least`` or more, the weightiest first."""
-        raised = [(term.local * term.log_ratio(figures), term) for term in self.terms]
-        raised = sorted((r for r in raised if r[0] >= math.log(least)), key=lambda r: -r[0])
-        return [term.complaint.format(figures.get(term.statistic, math.nan)) for _, term in raised]
+    def complaints(self, figures: Mapping[str, float], share: float) -> list[str]:
+        """What makes up at least a ``share`` of the expected error per 10 m, the weightiest first."""
+        local, _ = self.errors(figures)
+        parts = [(term.local.of(term.ratio(figures)), term) for term in self.terms]
+        weighty = sorted((part for part in parts if part[0] >= share * local), key=lambda part: -part[0])
+        return [term.complaint.format(figures[term.statistic]) for _, term in weighty]

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,9 +17,8 @@ class FinishedMap:
     session: Session
     seconds: NDArray[np.float64]
     """(K,) of each keyframe since the drive began; NaN in earlier drives."""
-    map_from_base: Pose
-    """(N, 3) of the base at all scans of the drive."""
-    grid: OccupancyGrid
+    wheel_scale: float = 1.0
+    """Length by the scans over length by the wheels, as it was learned; 1 where it was not."""
 
     @property
     def poses(self) -> Pose:

@@ -1,8 +1,9 @@
 """The constraints of a pose graph as arrays, and how far the solution is from each.
 
-The information that constraints state is scaled by what their own residuals prove: the mean squared residual
-of a kind, in its standard deviations, is one where the statement is honest (Bar-Shalom, Li and Kirubarajan,
-"Estimation with Applications to Tracking and Navigation", 2001, section 5.4, normalized estimation error).
+The information that constraints state is scaled by what residuals prove: the mean squared residual of a kind,
+in its standard deviations, is one where the statement is honest (Bar-Shalom, Li and Kirubarajan, "Estimation
+with Applications to Tracking and Navigation", 2001, section 5.4, normalized estimation error). And none is
+worth more than its own residual allows: where the map is torn, the matches across the tear contradict it.
 """
 
 from dataclasses import dataclass
@@ -26,8 +27,6 @@ class GraphEdges:
     """(C, 3, 3) in the tangent frame of the second keyframe, scaled by what the residuals prove."""
     kinds: NDArray[np.int8]
     """(C,) indices into `KINDS`."""
-    surprise: dict[Kind, float]
-    """Mean squared residual of each kind over its degrees of freedom, in the stated standard deviations."""
 
     @classmethod
     def of(cls, constraints: ConstraintList, poses: Pose) -> "GraphEdges":
@@ -37,14 +36,11 @@ class GraphEdges:
         information = arrays["information"]
         errors = between(arrays["poses"], between(poses[ends[:, 0]], poses[ends[:, 1]]))
         squared = np.einsum("ci,cij,cj->c", errors, information, errors) / 3.0
-        surprise: dict[Kind, float] = {}
-        scale = np.ones(len(kinds))
-        for number, kind in enumerate(KINDS):
-            is_kind = kinds == number
-            if is_kind.any():
-                surprise[kind] = float(np.mean(squared[is_kind]))
-                scale[is_kind] = 1.0 / max(surprise[kind], 1.0)
-        return cls(ends, errors, information * scale[:, None, None], kinds, surprise)
+        usual = np.ones(len(kinds))
+        for kind in np.unique(kinds):
+            usual[kinds == kind] = np.mean(squared[kinds == kind])
+        scale = 1.0 / np.maximum(np.maximum(squared, usual), 1.0)
+        return cls(ends, errors, information * scale[:, None, None], kinds)
 
     def are(self, kind: Kind) -> NDArray[np.bool_]:
         """(C,) whether each is of a kind."""

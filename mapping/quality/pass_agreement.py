@@ -33,11 +33,27 @@ class PassAgreement:
     """(P,) metres that walls move, root mean square, when the two scans are matched anew; NaN where they do
     not match."""
 
-    @property
-    def share_looked_through(self) -> float:
-        """Of all returns that could be judged; NaN of none."""
-        judged = float(np.sum(self.judged))
-        return float(np.sum(self.looked_through * self.judged)) / judged if judged else float("nan")
+    def by_places(self, path: NDArray[np.float64], length: float) -> "PlacePairs":
+        """The same by pairs of places: parts of a path (K,) of ``length`` metres each."""
+        parts = np.floor(path[self.pairs] / length).astype(np.int64)
+        places, of_pair = np.unique(parts, axis=0, return_inverse=True)
+        of_pair = of_pair.reshape(-1)
+        judged, through = np.zeros(len(places)), np.zeros(len(places))
+        np.add.at(judged, of_pair, self.judged)
+        np.add.at(through, of_pair, self.looked_through * self.judged)
+        return PlacePairs(of_pair, through / np.maximum(judged, 1.0), judged)
+
+
+@dataclass(frozen=True, eq=False)
+class PlacePairs:
+    """B pairs of places that different passes saw."""
+
+    of_pair: NDArray[np.int64]
+    """(P,) to which of them each pair of keyframes belongs."""
+    looked_through: NDArray[np.float64]
+    """(B,) share of the returns that could be judged."""
+    judged: NDArray[np.float64]
+    """(B,) returns that could be."""
 
 
 def agreement_of(

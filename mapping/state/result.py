@@ -61,7 +61,8 @@ def result_of(
     laser_from_base = state.reckoning.mounts.laser_from_base(state.drive.lasers)
     map_from_base = compose(map_from_laser, laser_from_base)
     with state.timed("judging"):
-        finished = FinishedMap(session, _seconds_of_keyframes(state, session), map_from_base, grid)
+        wheel_scale = state.reckoning.calibration.path_scale
+        finished = FinishedMap(session, _seconds_of_keyframes(state, session), wheel_scale)
         quality = judge(finished, state.config.quality)
     return MappingResult(
         trajectory=Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),

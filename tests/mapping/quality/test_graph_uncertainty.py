@@ -49,7 +49,8 @@ def test_residuals_widen_what_is_stated_too_narrowly() -> None:
     bent[1::2, 1] = 0.2  # ten standard deviations to one side and back
     chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
     edges = GraphEdges.of(ConstraintList(chain), bent)
-    assert edges.surprise["scan_matching"] == pytest.approx(100.0 / 3.0)
+    stated = GraphEdges.of(ConstraintList(chain), STRAIGHT)
+    assert edges.information[0, 1, 1] == pytest.approx(stated.information[0, 1, 1] / (100.0 / 3.0))
     assert spread(chain, bent, (2, 9)) > 5.0 * spread(chain, STRAIGHT, (2, 9))
 
 
@@ -67,3 +68,12 @@ def test_a_long_chain_in_groups_spreads_about_as_keyframe_by_keyframe() -> None:
     grouped = GraphUncertainty.of(edges, poses, most=51)
     assert grouped.nodes[[15, 25]].tolist() == [60, 100]
     assert fine / 2.0 < grouped.spreads(np.array([[15, 25]]))[0] < 2.0 * fine
+
+
+def test_one_tear_widens_what_lies_across_it_and_little_else() -> None:
+    torn = STRAIGHT.copy()
+    torn[6:, 1] = 0.4
+    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
+    edges = GraphEdges.of(ConstraintList(chain), torn)
+    across, besides = GraphUncertainty.of(edges, torn, most=100).spreads(np.array([[4, 7], [1, 4]]))
+    assert across > 1.5 * besides

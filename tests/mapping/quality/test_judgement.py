@@ -41,8 +41,7 @@ def bent(radians_per_keyframe: float) -> MapQuality:
         turned = np.concatenate([turned, compose(turned[-1], step)[None]])
     session.map_from_keyframe = turned
     try:
-        finished = FinishedMap(session, seconds, mapped().trajectory.map_from_base, mapped().grid)
-        return judge(finished, QualityConfig())
+        return judge(FinishedMap(session, seconds), QualityConfig())
     finally:
         session.map_from_keyframe = straight
 
@@ -76,3 +75,11 @@ def test_a_car_that_stood_all_the_time_has_a_good_map() -> None:
     quality = mapper.finish().quality
     assert quality.verdict == Verdict.GOOD
     assert not quality.segments
+
+
+@pytest.mark.parametrize("scale", [0.0, 0.5, 2.0])
+def test_lengths_by_scans_and_by_wheels_that_differ_are_told(scale: float) -> None:
+    session = mapped().session
+    quality = judge(FinishedMap(session, np.arange(len(session.keyframes)) * 1.0, scale), QualityConfig())
+    assert quality.verdict == Verdict.DOUBTFUL
+    assert f"{scale:.2f} times" in quality.summary

@@ -34,3 +34,9 @@ def test_no_window_leads_over_a_step_that_wheels_did_not_measure() -> None:
     steps = ConstraintList([*by_wheels(STRAIGHT, range(9)), *by_wheels(STRAIGHT, range(10, 20))])
     windows = wheel_agreement(steps, STRAIGHT, PATH, 2.0).keyframes.tolist()
     assert windows == [[0, 4], [4, 8], [10, 14], [14, 18]]
+
+
+def test_wheels_that_drive_while_the_map_stands_still_are_compared_too() -> None:
+    standing = np.zeros_like(STRAIGHT)
+    agreement = wheel_agreement(by_wheels(STRAIGHT, range(20)), standing, np.zeros(21), 2.0)
+    assert agreement.metres == pytest.approx([2.0] * 5)

@@ -1,0 +1,23 @@
+"""Do the walls that each scan sees hold it in all directions?
+
+Along a bare corridor all walls run one way, and no match of scans can tell how far the car went.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.matching.scan_store import ScanStore
+
+
+def weakest_hold(store: ScanStore) -> NDArray[np.float64]:
+    """(K,) share of the lines a scan sees that hold it in its weakest direction: at most a half, and nothing
+    where it sees none."""
+    packed = store.packed()
+    hold = np.zeros(len(packed.counts))
+    for row, normals in enumerate(packed.normals):
+        x, y = normals[: packed.counts[row]].T.astype(np.float64)
+        moment = np.array([[x @ x, x @ y], [x @ y, y @ y]])
+        lines = moment[0, 0] + moment[1, 1]
+        hold[row] = np.linalg.eigvalsh(moment)[0] / lines if lines > 0.0 else 0.0
+    weakest: NDArray[np.float64] = hold[store.row_of]
+    return weakest

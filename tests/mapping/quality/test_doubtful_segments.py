@@ -1,0 +1,72 @@
+"""Where something speaks against a map."""
+
+import numpy as np
+import pytest
+
+from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
+from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.quality.config import QualityConfig
+from racecar.mapping.quality.doubtful_segments import doubtful_segments
+from racecar.mapping.quality.finished_map import FinishedMap
+from racecar.mapping.quality.map_quality import DoubtfulSegment
+from racecar.mapping.quality.statistics import measure
+from racecar.mapping.session.session import Session
+from racecar.maps.geometry.se2 import between
+from tests.mapping.worlds import ROOM, store_of
+
+THERE = np.column_stack([np.linspace(-3.0, 0.5, 15), np.full(15, -0.6), np.zeros(15)])
+AND_BACK = np.column_stack([np.linspace(0.5, -3.0, 15), np.full(15, 0.2), np.full(15, np.pi)])
+TRUE = np.concatenate([THERE, AND_BACK])
+WHEELS = np.diag([30.0, 30.0, 60.0])
+
+
+def segments(mapped: np.ndarray, tied: ConstraintList) -> tuple[DoubtfulSegment, ...]:
+    """Of a drive through the room whose keyframes were mapped to (K, 3)."""
+    nothing = [Rays.none() for _ in TRUE]
+    session = Session(store_of(ROOM, TRUE), nothing, np.zeros_like(TRUE), mapped, tied, LoopHistory())
+    map_ = FinishedMap(session, 0.5 * np.arange(len(TRUE)))
+    config = QualityConfig()
+    return doubtful_segments(map_, measure(map_, config), config.segments)
+
+
+def by_scans() -> list[Constraint]:
+    return constrain(pairs_along_path(range(len(TRUE))), TRUE, store_of(ROOM, TRUE))
+
+
+def by_wheels() -> list[Constraint]:
+    return [Constraint(k, k + 1, between(TRUE[k], TRUE[k + 1]), WHEELS, "odometry") for k in range(29)]
+
+
+def test_nothing_speaks_against_a_right_map() -> None:
+    assert segments(TRUE, ConstraintList([*by_scans(), *by_wheels()])) == ()
+
+
+def test_passes_that_contradict_each_other_are_named_with_both_times() -> None:
+    mapped = TRUE.copy()
+    mapped[15:, 0] += 0.5
+    named = [s for s in segments(mapped, ConstraintList(by_scans())) if s.contradicted_by is not None]
+    assert named
+    worst = named[0]
+    assert worst.contradicted_by is not None
+    assert worst.contradicted_by[1] < 15 <= worst.keyframes[1]
+    assert worst.seconds == (0.5 * worst.keyframes[0], 0.5 * worst.keyframes[1])
+    assert "contradict each other" in worst.why
+
+
+def test_a_step_that_only_wheels_tie_is_named() -> None:
+    scans = [c for c in by_scans() if not c.from_keyframe < 20 <= c.to_keyframe]
+    (step,) = segments(TRUE, ConstraintList([*scans, *by_wheels()]))
+    assert step.keyframes == (19, 20)
+    assert step.place == pytest.approx(TRUE[19, :2])
+    assert "tie" in step.why
+
+
+def test_a_step_on_which_wheels_and_map_differ_is_named() -> None:
+    wheels = by_wheels()
+    driven = wheels[7].from_pose_to_pose + np.array([0.5, 0.0, 0.0])
+    wheels[7] = Constraint(7, 8, driven, WHEELS, "odometry")
+    (window,) = segments(TRUE, ConstraintList([*by_scans(), *wheels]))
+    assert window.keyframes[0] <= 7 < window.keyframes[1]
+    assert "wheels and map differ by 0.50 m" in window.why
