@@ -69,7 +69,8 @@ class MapQuality:
         )
         if self.verdict == Verdict.GOOD:
             return f"The map is good: {expected}."
-        why = " ".join(self.reasons[:2])
+        where = [segment.why for segment in self.segments]
+        why = " ".join(dict.fromkeys([*self.reasons[:1], *where[:1]]))
         return f"The map is {self.verdict.value}: {expected}. {why}".rstrip()
 
     def as_dict(self) -> dict[str, object]:

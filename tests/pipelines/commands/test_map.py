@@ -38,7 +38,7 @@ def test_a_wrong_map_is_written_and_told_and_strict_ends_in_3(
     assert map_a_bag(tmp_path) == 0
     last = capsys.readouterr().out.strip().splitlines()[-1]
     assert last.startswith("The map is wrong")
-    assert last.endswith("Walls lie apart.")
+    assert last.endswith("Walls lie apart. Here.")
     assert map_a_bag(tmp_path, "--strict", "--quiet") == 3
     told = json.loads((tmp_path / "out/report.json").read_text())["quality"]
     assert told["verdict"] == "wrong"
