@@ -4,7 +4,7 @@ from collections import Counter
 from functools import partial
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.converters.odometry import PoseSource, pose_source
+from racecar.pipelines.bags.converters.odometry import PoseSource, planar_pose, pose_source
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     TRANSFORM_CONVERTERS,
@@ -94,13 +94,16 @@ class MotionSources:
         source = pose_source(message for _, _, message in decoded(self._store, [topic.name]))
         self._integrate_twist = source == PoseSource.TWIST
         if self._integrate_twist:
-            self._findings.append(
-                Finding(
-                    f"The poses of {samples.topic.name} stand still while its speeds do not: "
-                    "the pose is integrated from the speeds.",
-                    "No action is needed.",
-                )
+            name, are_poses = (
+                samples.topic.name,
+                any(planar_pose(each) is not None for each in samples.messages),
             )
+            what = f"The poses of {name} stand still while its speeds do not"
+            remedy = "No action is needed."
+            if not are_poses:
+                what = f"The orientation in {name} is not a number, or zero"
+                remedy = "Let its node set the pose's quaternion (w = 1 for no rotation)."
+            self._findings.append(Finding(f"{what}: the pose is integrated from the speeds.", remedy))
         return PoseSource.POSE if odom_topic is not None and source == PoseSource.STANDING else source
 
     def _open_imu(self, imu_topic: str | None, use_imu: bool) -> None:

@@ -32,6 +32,7 @@ from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrections, Corr
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
 from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.motion_sources import MotionSources
+from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.order import after_their_motion, in_order
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.bags.samples import Samples, decode_or_count, decoded, first_samples
@@ -101,7 +102,7 @@ class BagReader:
             self._store.close()
             raise
         self._heights = (min_height, max_height)
-        self._gaps, self._repeats = ScanGaps(), RepeatedScans()
+        self._gaps, self._repeats, self._spikes = ScanGaps(), RepeatedScans(), OdometrySpikes()
         self.scan_facts = ScanFacts()
         """What the scans read so far are like."""
         self.odometry_facts = OdometryFacts()
@@ -250,6 +251,7 @@ class BagReader:
             *self._corrections.findings,
             *self._gaps.findings,
             *self._repeats.findings,
+            *self._spikes.findings,
             *counted_findings(self._counter),
             *self._clock_drifts(),
             *self.scan_facts.findings,
@@ -284,9 +286,10 @@ class BagReader:
         self._counter.clear()
         self._clock_rates.clear()
         self._gaps, self.scan_facts, self.odometry_facts = ScanGaps(), ScanFacts(), OdometryFacts()
-        self.yaw_rate_facts, self._repeats = YawRateFacts(), RepeatedScans()
+        self.yaw_rate_facts, self._repeats, self._spikes = YawRateFacts(), RepeatedScans(), OdometrySpikes()
         self.messages_read = 0
-        items = in_order(self._items(), self._counter)
+        ordered = in_order(self._items(), self._counter)
+        items: Iterator[Measurement] = (item for item in ordered if not self._is_spike(item))
         if self._motion.odometry is not None or self._motion.imu is not None:
             items = after_their_motion(items, self._counter, has_odometry=self._motion.odometry is not None)
         for item in items:
@@ -309,6 +312,11 @@ class BagReader:
             raise UserError(
                 f"{self.path} holds no usable scan on {self.scan_topic}: {' '.join(self.warnings)}"
             )
+
+    def _is_spike(self, item: Measurement) -> bool:
+        is_spike = isinstance(item, Odometry) and self._spikes.is_spike(item)
+        self._counter["odometry_spikes"] = self._spikes.count
+        return is_spike
 
     def _open_scans(self, named: Sequence[str]) -> None:
         topics = self._store.topics

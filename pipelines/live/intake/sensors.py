@@ -32,6 +32,7 @@ from racecar.pipelines.bags.messages import (
     ros2_types,
     type_name,
 )
+from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.live.intake.car_frames import CarFrames, Placed
 from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports, OdometryClockFaults
@@ -87,7 +88,7 @@ class Sensors:
         self._scan_converters: dict[tuple[str, str], Converter[Scan]] = {}
         self._scan_counts: Counter[str] = Counter()
         self._odometry_counts: Counter[str] = Counter()
-        self._repeats = RepeatedScans()
+        self._repeats, self._spikes = RepeatedScans(), OdometrySpikes()
         self._integrate_twist = integrate_twist
         self._odometry_converters: dict[str, Converter[Odometry]] = {}
         self._clock = SteadyClock(after, time.time_ns() - time.monotonic_ns())
@@ -244,6 +245,14 @@ class Sensors:
             )
             return None
         self._faults.end("odometry_invalid", "The odometry holds poses again.")
+        if self._spikes.is_spike(sample):
+            self._faults.report(
+                "odometry_spikes",
+                "The odometry is elsewhere for single samples, which are left out; see that only one node "
+                "publishes it.",
+                lasting=False,
+            )
+            return None
         self._repeats.add_odometry(sample)
         if not self._integrate_twist:
             self._watch_poses(message)
