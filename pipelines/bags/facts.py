@@ -219,6 +219,8 @@ class YawRateFacts:
     slowest: float = np.inf
     fastest: float = -np.inf
     """Radians per second."""
+    turns_elsewhere: int = 0
+    """Samples without yaw that turn about another axis."""
 
     def add(self, yaw_rate: YawRate) -> None:
         """Take note of the next sample."""
@@ -235,6 +237,14 @@ class YawRateFacts:
         """What a person should know of."""
         if self.spacing.count < _FEW_SAMPLES or self.slowest != self.fastest:
             return []
+        if self.turns_elsewhere > _FEW_SAMPLES:
+            return [
+                Finding(
+                    f"The yaw rate of the IMU is always {self.slowest:g}, while it turns about another axis: "
+                    "it is mounted on its side, and not used.",
+                    "Publish on /tf_static how it is mounted.",
+                )
+            ]
         return [
             Finding(
                 f"The yaw rate of the IMU is always {self.slowest:g}: its gyroscope is dead and not used.",

@@ -306,6 +306,7 @@ class BagReader:
                 self._counter["odometry"] += 1
             else:
                 self.yaw_rate_facts.add(item)
+                self.yaw_rate_facts.turns_elsewhere = self._counter["turns_about_other_axes"]
                 self._counter["yaw_rates"] += 1
             yield item
         if not self._counter["scans"]:

@@ -24,11 +24,6 @@ _FEWEST_RETURNS = 20
 _LONG = 0.5
 """Seconds of repeats from which they are reported: odometry that is stamped late still moves when a simulated
 car stands already. By judgement."""
-_OFTEN = 0.1
-"""Of all scans that repeats must be to be reported where each is short, as of a driver that sends every scan
-twice: by judgement."""
-_FEW = 20
-"""Repeats not worth a word, however short the recording: by judgement."""
 _MOST = 0.5
 """Of the recording: more is spent blind than seeing. By judgement."""
 
@@ -79,7 +74,6 @@ class RepeatedScans:
         self._runs: dict[int, _Run] = {}
         self._first: int | None = None
         self._last = 0
-        self._new = self._moving = 0
         self._longest = self._stuck_seconds = 0.0
         self._listed: float | None = None
 
@@ -94,11 +88,9 @@ class RepeatedScans:
         run = self._runs.get(scan.laser)
         if run is None or not _is_same(scan, run.scan):
             self._runs[scan.laser] = _Run(scan, scan.stamp, self._pose)
-            self._new += 1
             return False
         before = run.seconds
         if self._pose is not None and run.moves_to(self._pose, scan.stamp):
-            self._moving += 1
             self._note(run, before)
         is_stuck = run.is_stuck(scan.stamp)
         self.count += is_stuck
@@ -112,8 +104,7 @@ class RepeatedScans:
     @property
     def findings(self) -> list[Finding]:
         """All repeats in one sentence, where they are many."""
-        is_often = self._moving > max(_OFTEN * (self._new + self._moving), _FEW)
-        if self._first is None or self._listed is None or not (self._longest > _LONG or is_often):
+        if self._first is None or self._listed is None:
             return []
         what = (
             f"{self.count} scans repeat the one before to the last bit while the odometry moves, the first "
@@ -128,9 +119,9 @@ class RepeatedScans:
         """A run goes on that lasted so many seconds ``before``."""
         self._longest = max(self._longest, run.seconds)
         if run.seconds > _LONG:
+            if self._listed is None and self._first is not None:
+                self._listed = (run.moved_from - self._first) * 1e-9
             self._stuck_seconds += run.seconds - (before if before > _LONG else 0.0)
-        if self._listed is None and self._first is not None:
-            self._listed = (run.moved_from - self._first) * 1e-9
 
 
 def _is_same(scan: Scan, before: Scan) -> bool:

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 _NOT_MEASURED = -1.0
 """First entry of a covariance whose quantity the IMU does not measure, by definition of sensor_msgs/Imu."""
+_TURNING = 0.2
+"""Radians per second about another axis that no car which tilts reaches for long: by judgement."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,4 +48,6 @@ class ImuConverter:
         if message.angular_velocity_covariance[0] == _NOT_MEASURED or not math.isfinite(yaw_rate):
             self._counts["invalid_yaw_rates"] += 1
             return None
+        if yaw_rate == 0.0 and max(abs(rate.x), abs(rate.y), abs(rate.z)) > _TURNING:
+            self._counts["turns_about_other_axes"] += 1
         return YawRate(stamp, yaw_rate)

@@ -43,3 +43,17 @@ def test_odometry_that_begins_anew_is_no_spike(tmp_path):
     (what,), poses = findings_and_path(tmp_path, lambda index: np.array([50.0, 0.0, 0.0]) * (index > 90))
     assert "jumps once" in what
     assert len(poses) == 199
+
+
+def test_an_orientation_that_is_not_a_number_is_not_called_still(tmp_path):
+    def write(writer):
+        writer.write_static_transform(PLACE)
+        for index in range(60):
+            writer.write_odometry(odometry(index, odom_from_base=np.array([0.02 * index, 0.0, np.nan])))
+            write_scan(writer, index)
+
+    with BagReader(bag_of(tmp_path / "drive.bag", write)) as reader:
+        items = [item for item in reader if isinstance(item, Odometry)]
+        (what,) = [finding.what for finding in reader.findings]
+    assert "orientation in /odom is not a number" in what
+    assert items[-1].odom_from_base[0] == pytest.approx(0.8 * 59 * 0.025, abs=0.01)
