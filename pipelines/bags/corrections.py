@@ -125,7 +125,9 @@ class Corrector:
             bearings, order = scaled_bearings(scan, factor)
             offsets = offsets[order]
         if self._corrections.beams_are_reversed:
-            offsets = offsets.min() + offsets.max() - offsets
+            # After a stamp the order is turned round; before it, time_increment has the wrong sign.
+            is_sign = scan.cloud is None and offsets.max() <= 0.0
+            offsets = -offsets if is_sign else offsets.min() + offsets.max() - offsets
         if is_mirrored:
             bearings, offsets, order = -bearings[::-1], offsets[::-1], order[::-1]
         is_other = is_mirrored or factor != 1.0

@@ -71,3 +71,9 @@ def test_a_place_with_a_roll_is_that_of_a_laser_upside_down() -> None:
     upright = SensorPlace.from_pose(np.array([0.2, -0.1, 1.0]), "flag")
     assert not upright.is_upside_down and upright.pose == pytest.approx([0.2, -0.1, 1.0])
     assert SensorPlace.from_pose(np.array([0.0, 0.0, 0.0, 0.4]), "flag").tilt == pytest.approx(0.4)
+
+
+def test_reversed_beams_before_their_stamp_have_a_time_increment_of_the_wrong_sign() -> None:
+    sweep = Scan(5, BEARINGS, np.array([1.0, 2.0, 3.0]), -OFFSETS, IDENTITY, 9.0)
+    corrected = Corrector(Corrections(beams_are_reversed=True)).scan(sweep)
+    assert corrected.time_offsets.tolist() == OFFSETS.tolist()
