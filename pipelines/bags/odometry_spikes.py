@@ -16,19 +16,26 @@ class OdometrySpikes:
         self._accepted = 0
         self._last: Odometry | None = None
         self._aside: Odometry | None = None
+        self._second: Odometry | None = None
+        self._of_second = 0
 
     def is_spike(self, sample: Odometry) -> bool:
         """Whether the next sample is to be left out; of an odometry that begins anew, the first is too."""
         if self._last is not None and _jumps(self._last, sample):
-            is_new_track = self._aside is not None and not _jumps(self._aside, sample)
-            if not is_new_track:
-                self._aside = sample
-                self.count += 1
+            if self._aside is None:
+                self._leave_out(sample)
                 return True
-            self.count -= 1  # the one before was the first of it
+            if not _jumps(self._aside, sample):
+                self.count -= 1  # the one before was the first of a new track
         self._last, self._aside = sample, None
         self._accepted += 1
         return False
+
+    def _leave_out(self, sample: Odometry) -> None:
+        """Of two in a row that go with neither neighbour, the second is kept: no spikes come so."""
+        self.count += 1
+        self._of_second += self._second is not None and not _jumps(self._second, sample)
+        self._aside = self._second = sample
 
     @property
     def findings(self) -> list[Finding]:
@@ -36,6 +43,8 @@ class OdometrySpikes:
         if self.count == 0:
             return []
         if self.count > _SECOND_PUBLISHER * (self.count + self._accepted):
+            if self._of_second < 0.5 * self.count:
+                return []  # no track at all: whoever follows the motion says that it is none
             what = (
                 f"The odometry goes to and fro between two tracks, {times(self.count)}: two programs publish "
                 "it, of which the first is followed."
