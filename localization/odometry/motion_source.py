@@ -113,7 +113,7 @@ class MotionSource:
         with self._lock:
             begin = self._odometry.repeats_since(stamp)
             if begin is not None:
-                self.frozen.freeze(begin, self._odometry.samples[1][-1])
+                self.frozen.freeze(begin, self._odometry.latest_pose)
         self._odom_from_base, self._speed, self._last_estimate = None, speed, None
 
     @property

@@ -217,7 +217,7 @@ class DeadReckoning:
 
     def _freeze(self, begin: int, unless: Pose) -> None:
         """Leave out the wheels until their pose changes where ``unless`` (3,) is not NaN."""
-        self.frozen.freeze(begin, self._odometry.samples[1][-1] + unless)
+        self.frozen.freeze(begin, self._odometry.latest_pose + unless)
         self._by_wheels = self._keyframe_by_wheels = None
         self._unseen_turn = 0.0
 

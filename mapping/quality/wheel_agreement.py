@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import ConstraintList
-from racecar.maps.geometry.se2 import Pose, between, compose, wrap_angle
+from racecar.maps.geometry.se2 import Pose, between, compose
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,8 +17,6 @@ class WheelAgreement:
     """(W, 2) the first and the last."""
     metres: NDArray[np.float64]
     """(W,) by which the last keyframe lies elsewhere than the wheels say, as seen from the first."""
-    radians: NDArray[np.float64]
-    """(W,) by which it is turned, not negative."""
 
 
 def wheel_agreement(
@@ -45,4 +43,4 @@ def wheel_agreement(
     keyframes = np.array(windows, dtype=np.int64).reshape(-1, 2)
     measured = np.array(moved).reshape(-1, 3)
     off = between(measured, between(poses[keyframes[:, 0]], poses[keyframes[:, 1]]))
-    return WheelAgreement(keyframes, np.hypot(off[:, 0], off[:, 1]), np.abs(wrap_angle(off[:, 2])))
+    return WheelAgreement(keyframes, np.hypot(off[:, 0], off[:, 1]))

@@ -33,8 +33,6 @@ class WallStraightness:
 
     factor: float
     """True bearings over those stated."""
-    walls: int
-    """Pieces that tell."""
 
 
 def wall_straightness(scans: Sequence[Scan], config: WallStraightnessConfig) -> WallStraightness | None:
@@ -108,7 +106,7 @@ def _agreed(pieces: Sequence[_Pieces], config: WallStraightnessConfig) -> WallSt
     low, middle, high = np.quantile(factors, [0.25, 0.5, 0.75]).tolist()
     is_inside = _FACTORS[0] < low and high < _FACTORS[-1]
     agrees = is_inside and high < config.max_spread * low
-    return WallStraightness(middle, len(factors)) if agrees else None
+    return WallStraightness(middle) if agrees else None
 
 
 def _factors_of(

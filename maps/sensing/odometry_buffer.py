@@ -63,6 +63,14 @@ class OdometryBuffer:
         return int(self._all_stamps[self._end - 1]) if self._end else None
 
     @property
+    def latest_pose(self) -> Pose:
+        """``odom_from_base`` (3,) at the latest stamp. Raises LookupError while empty."""
+        if not self._end:
+            raise LookupError("no odometry yet")
+        latest: Pose = self._all_poses[self._end - 1].copy()
+        return latest
+
+    @property
     def first_stamp(self) -> int | None:
         """Nanoseconds, of the oldest sample that is kept; None while empty."""
         return int(self._all_stamps[self._begin]) if self._end else None

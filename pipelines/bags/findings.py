@@ -19,6 +19,10 @@ class Finding:
         return f"{self.what} {self.remedy}"
 
 
+ONE_CLOCK = "Let one clock stamp all messages (chrony, or drivers on one computer)."
+"""The remedy for clocks that differ."""
+
+
 def times(count: int) -> str:
     """Such as "once" and "3 times"."""
     return "once" if count == 1 else f"{count} times"

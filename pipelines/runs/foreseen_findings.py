@@ -5,8 +5,7 @@ from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.pipelines.bags.corrections import Corrections
-from racecar.pipelines.bags.findings import Finding
-from racecar.pipelines.runs.learned_corrections import ONE_CLOCK
+from racecar.pipelines.bags.findings import ONE_CLOCK, Finding
 
 _NOTICEABLE = 100_000_000
 """Nanoseconds of lag from which it is worth a word, since a turn of 1 rad/s then puts wheels 6° off: by

@@ -16,7 +16,7 @@ from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.pipelines.bags.corrections import Corrections
-from racecar.pipelines.bags.findings import Finding
+from racecar.pipelines.bags.findings import ONE_CLOCK, Finding
 
 _FAR_CLOCKS = 1_000_000_000
 """Nanoseconds between the stamps of scans and odometry that were recorded together, from which their clocks
@@ -30,8 +30,6 @@ _FOOT = 0.3048
 """Metres, by definition."""
 _OF_A_FOOT = 0.02
 """Share by which a ratio may miss it, since wheels of a known radius are right to 2 %; by judgement."""
-ONE_CLOCK = "Let one clock stamp all messages (chrony, or drivers on one computer)."
-"""The remedy for clocks that differ."""
 _NOT_TOLD = ("assumed identity", "base frame")
 """Sources of a laser's place that are no more than an assumption."""
 

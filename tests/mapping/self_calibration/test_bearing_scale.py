@@ -40,7 +40,7 @@ def test_a_round_room_is_no_fault() -> None:
 
 
 def scale(factor: float | None, *ratios: float) -> BearingScale | None:
-    walls = None if factor is None else WallStraightness(factor, 100)
+    walls = None if factor is None else WallStraightness(factor)
     told = [TurnRatio(ratio, 0.01, 0) for ratio in ratios]
     half_a_turn = replace(SCANS[0], bearings=0.5 * SCANS[0].bearings)
     return bearing_scale(walls, told, half_a_turn, CONFIG)
