@@ -68,16 +68,29 @@ class Rays:
 
 
 def rays_of(scan: Scan, points_in_laser: NDArray[np.float64], config: RenderingConfig) -> Rays:
-    """The rays of a scan whose returns, corrected for motion, are ``points_in_laser`` (M, 2).
-
-    A miss may be glass or black paint as well as open space, so it clears only the first metres.
-    """
-    missed = scan.bearings[np.isposinf(scan.ranges)]
-    length = min(config.cleared_by_miss, scan.max_range)
-    free = length * np.column_stack([np.cos(missed), np.sin(missed)])
+    """The rays of a scan whose returns, corrected for motion, are ``points_in_laser`` (M, 2)."""
     distances = np.hypot(points_in_laser[:, 0], points_in_laser[:, 1])
     near = points_in_laser[distances < config.longest_ray]
-    return Rays.to(np.concatenate([near, free]), len(near))
+    return Rays.to(np.concatenate([near, _cleared_by_misses(scan, config)]), len(near))
+
+
+def _cleared_by_misses(scan: Scan, config: RenderingConfig) -> NDArray[np.float64]:
+    """(N, 2) how far the misses of a scan show the floor to be free, in the laser frame.
+
+    Some lasers lose single beams at random, which shows nothing; where open space, glass or black paint
+    swallows them, it swallows their neighbours too. Between two returns that leave no room for an opening,
+    misses clear no farther than the nearer of both. The ends of the view bound an opening like returns.
+    """
+    missed = scan.bearings[np.isposinf(scan.ranges)]
+    bearings, ranges = scan.bearings[scan.is_return], scan.ranges[scan.is_return]
+    bounds = np.concatenate([scan.bearings[:1], bearings, scan.bearings[-1:]])
+    ranges = np.concatenate([[np.inf], ranges, [np.inf]])
+    after = np.searchsorted(bearings, missed) + 1
+    nearer = np.minimum(ranges[after - 1], ranges[after])
+    is_opening = bounds[after] - bounds[after - 1] >= config.narrowest_opening / nearer
+    length = min(config.cleared_by_miss, scan.max_range)
+    lengths = np.where(is_opening, length, np.minimum(nearer, length))
+    return np.column_stack([lengths * np.cos(missed), lengths * np.sin(missed)])
 
 
 def kept(rays: Sequence[Rays], keyframes: range) -> list[int]:

@@ -1,6 +1,7 @@
 """The grid shows what the rays saw: free up to a wall, occupied on it, unknown behind it."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
@@ -125,6 +126,47 @@ def test_a_miss_clears_the_first_metres_and_marks_no_wall() -> None:
     assert grid.cells.max() < OCCUPIED_FROM
     assert occupancy_at(grid, np.array([[4.9, 0.02]]))[0] > UNKNOWN
     assert occupancy_at(grid, np.array([[5.5, 0.02]]))[0] == UNKNOWN
+
+
+def cleared_by(ranges: np.ndarray, step: float = np.radians(1.0)) -> np.ndarray:
+    """Metres that each miss clears, of beams at such a step about straight ahead."""
+    bearings = step * (np.arange(len(ranges)) - len(ranges) // 2)
+    scan = Scan(0, bearings, ranges, np.zeros(len(ranges)), IDENTITY, 30.0)
+    rays = rays_of(scan, scan.points_in_laser())
+    return np.hypot(*rays.ends[rays.returns :].T)
+
+
+@pytest.mark.parametrize("lost", [[5], [5, 6, 7], [0], [18], [3, 9, 10]])
+def test_beams_that_are_lost_here_and_there_clear_no_farther_than_their_neighbours(lost: list[int]) -> None:
+    ranges = np.linspace(2.0, 3.0, 19)
+    ranges[lost] = np.inf
+    cleared = cleared_by(ranges)
+    assert len(cleared) == len(lost)
+    assert np.all((cleared > 1.99) & (cleared < 3.01))
+
+
+def test_at_an_edge_a_lost_beam_clears_as_far_as_the_nearer_side() -> None:
+    assert cleared_by(np.array([2.0, 2.0, np.inf, 7.0, 7.0])) == pytest.approx([2.0], abs=0.003)
+
+
+@pytest.mark.parametrize("distance", [0.7, 2.0, 3.0])
+def test_misses_through_a_door_clear_what_lies_behind(distance: float) -> None:
+    width = int(np.degrees(0.8 / distance))
+    ranges = np.full(180, distance)
+    ranges[90 - width // 2 : 90 + width // 2] = np.inf
+    np.testing.assert_allclose(cleared_by(ranges), 5.0, atol=0.003)
+
+
+def test_a_gap_of_one_beam_far_away_is_cleared_as_far_as_any_miss_clears() -> None:
+    ranges = np.full(90, 10.0)
+    ranges[40] = np.inf
+    np.testing.assert_allclose(cleared_by(ranges), 5.0, atol=0.003)
+
+
+def test_a_return_amid_open_space_bounds_nothing() -> None:
+    ranges = np.full(180, np.inf)
+    ranges[60:120:30] = 1.0
+    np.testing.assert_allclose(cleared_by(ranges), 5.0, atol=0.003)
 
 
 def test_a_far_return_does_not_blow_up_the_map() -> None:
