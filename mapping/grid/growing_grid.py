@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.grid.config import GrowingGridConfig, RenderingConfig
-from racecar.mapping.grid.rendering import Rays, kept, occupancy
-from racecar.mapping.grid.rendering_kernels import cast_scan
-from racecar.maps.geometry.se2 import Pose, between, transform_points
+from racecar.mapping.grid.rendering import Rays, cast, kept, occupancy, touched_by
+from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 
 _Counts = NDArray[np.uint16]
@@ -62,7 +61,7 @@ class _Canvas:
         self._passes: _Counts = np.zeros((0, 0), dtype=np.uint16)
         self._low = np.full(2, np.nan)
         self._marks = np.zeros((0, 0), dtype=np.int32)
-        self._mark = 0
+        self._mark = 1
         self._cells = np.zeros((0, 0), dtype=np.int8)
         self._dirty = _Box()
 
@@ -75,26 +74,31 @@ class _Canvas:
     def settle(self, rays: Sequence[Rays], map_from_laser: Pose, until: int) -> None:
         """Count the keyframes before one for good."""
         first = len(self.drawn)
-        for k in kept(rays, range(first, until)):
-            touched = _touched(rays[k], map_from_laser[k])
-            self._make_room(touched)
-            self._count(touched, rays[k].returns, self._hits, self._passes)
+        settled = kept(rays, range(first, until))
+        touched = self._with_room_for(settled, rays, map_from_laser)
+        self._count(touched, [rays[k].returns for k in settled], self._hits, self._passes)
         self.drawn = np.concatenate([self.drawn, map_from_laser[first:until]])
 
     def with_latest(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
         """The grid with the keyframes (K) that have not settled, whose counts are dropped again."""
         latest = range(len(self.drawn), len(rays))
-        touched = [_touched(rays[k], map_from_laser[k]) for k in latest]
-        for points in touched:
-            self._make_room(points)
+        touched = self._with_room_for(latest, rays, map_from_laser)
         hits, passes = self._hits.copy(), self._passes.copy()
         outdated, self._dirty = self._dirty, _Box()
-        for k, points in zip(latest, touched, strict=True):
-            self._count(points, rays[k].returns, hits, passes)
+        self._count(touched, [rays[k].returns for k in latest], hits, passes)
         outdated.include(self._dirty)
         box = outdated.slices()
         self._cells[box] = occupancy(hits[box], passes[box], self._rendering)
         return OccupancyGrid(self._cells.copy(), self.resolution, np.append(self._low, 0.0))
+
+    def _with_room_for(
+        self, keyframes: Sequence[int], rays: Sequence[Rays], map_from_laser: Pose
+    ) -> list[NDArray[np.float64]]:
+        """Grow the grid until it contains what some keyframes touch: (N + 1, 2) of the map each."""
+        touched = [touched_by(rays[k], map_from_laser[k]) for k in keyframes]
+        for points in touched:
+            self._make_room(points)
+        return touched
 
     def _make_room(self, points: NDArray[np.float64]) -> None:
         """Grow the grid until it contains points (N, 2) of the map."""
@@ -112,14 +116,15 @@ class _Canvas:
         self._cells = np.pad(self._cells, padding, constant_values=UNKNOWN)
         self._dirty.move(before[::-1])
 
-    def _count(self, touched: NDArray[np.float64], returns: int, hits: _Counts, passes: _Counts) -> None:
-        """Count the cells that a keyframe hits and passes, from the points (N + 1, 2) that it touched."""
-        self._mark += 1
-        touched = (touched - self._low) / self.resolution
-        ends, (column, row) = touched[:-1], touched[-1]
-        is_hit = np.arange(len(ends)) < returns
-        cast_scan(column, row, ends, is_hit, self._mark, self._marks, hits, passes)
-        self._dirty.add(np.floor(touched[:, ::-1]).astype(np.int64))
+    def _count(
+        self, touched: Sequence[NDArray[np.float64]], returns: Sequence[int], hits: _Counts, passes: _Counts
+    ) -> None:
+        """Count the cells that keyframes hit and pass, from the points (N + 1, 2) that each touched."""
+        cells = [(points - self._low) / self.resolution for points in touched]
+        cast(cells, returns, self._mark, self._marks, hits, passes, self._rendering)
+        self._mark += 2 * len(cells)
+        for each in cells:
+            self._dirty.add(np.floor(each[:, ::-1]).astype(np.int64))
 
     def _spare(self, missing: NDArray[np.float64]) -> NDArray[np.int64]:
         """Cells to add on a side, from the metres that are missing there."""
@@ -157,8 +162,3 @@ def _reached(rays: Sequence[Rays], first: int, until: int, most: int) -> int:
     """The keyframe before which those to be drawn in one call end: from the first on, at most so many."""
     seen = kept(rays, range(first, until))
     return until if len(seen) <= most else seen[most]
-
-
-def _touched(ray: Rays, pose: Pose) -> NDArray[np.float64]:
-    """(N + 1, 2) the ends of a keyframe's rays, and last their start."""
-    return np.concatenate([transform_points(pose, ray.ends), pose[None, :2]])

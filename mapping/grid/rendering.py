@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from racecar.mapping.arrays import side_by_side
 from racecar.mapping.grid.config import RenderingConfig
-from racecar.mapping.grid.rendering_kernels import cast_scan
+from racecar.mapping.grid.rendering_kernels import cast_misses, cast_returns
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD, UNKNOWN, OccupancyGrid
 from racecar.maps.sensing.scan import Scan
@@ -117,18 +117,47 @@ def render(
     rays: Sequence[Rays], map_from_laser: Pose, resolution: float, config: RenderingConfig
 ) -> OccupancyGrid:
     """The grid that rays (K) seen from poses (K, 3) draw, with cells of ``resolution`` metres."""
-    ends = [transform_points(pose, ray.ends) for pose, ray in zip(map_from_laser, rays, strict=True)]
-    corners = np.array([e.min(axis=0) for e in ends if len(e)] + [e.max(axis=0) for e in ends if len(e)])
-    corners = np.concatenate([corners, map_from_laser[:, :2]])
+    touched = [touched_by(ray, pose) for pose, ray in zip(map_from_laser, rays, strict=True)]
+    corners = np.array(
+        [points.min(axis=0) for points in touched] + [points.max(axis=0) for points in touched]
+    )
     low = np.floor((corners.min(axis=0) - config.margin) / resolution) * resolution
     columns, rows = np.ceil((corners.max(axis=0) + config.margin - low) / resolution).astype(np.int64)
     hits, passes = np.zeros((rows, columns), dtype=np.uint16), np.zeros((rows, columns), dtype=np.uint16)
     marks = np.full((rows, columns), -1, dtype=np.int32)
-    for mark, (pose, ray, end) in enumerate(zip(map_from_laser, rays, ends, strict=True)):
-        column, row = (pose[:2] - low) / resolution
-        is_hit = np.arange(len(end)) < ray.returns
-        cast_scan(column, row, (end - low) / resolution, is_hit, mark, marks, hits, passes)
+    cells = [(points - low) / resolution for points in touched]
+    cast(cells, [ray.returns for ray in rays], 0, marks, hits, passes, config)
     return OccupancyGrid(occupancy(hits, passes, config), resolution, np.array([low[0], low[1], 0.0]))
+
+
+def touched_by(rays: Rays, map_from_laser: Pose) -> NDArray[np.float64]:
+    """(N + 1, 2) metres in the map: the ends of rays seen from a pose (3,), and last their start."""
+    return np.concatenate([transform_points(map_from_laser, rays.ends), map_from_laser[None, :2]])
+
+
+def cast(
+    touched: Sequence[NDArray[np.float64]],
+    returns: Sequence[int],
+    mark: int,
+    marks: NDArray[np.int32],
+    hits: NDArray[np.uint16],
+    passes: NDArray[np.uint16],
+    config: RenderingConfig,
+) -> None:
+    """Count the cells that scans (K) hit and passed, by what each touched, as `touched_by` but in cells.
+
+    Returns come first, because a miss ends where they show a wall: it may have been lost there, on glass or
+    black paint, and shows nothing of what lies behind. ``marks`` (rows, columns) are not used by others from
+    ``mark`` up to 2 K more.
+    """
+    for k, (cells, count) in enumerate(zip(touched, returns, strict=True), start=mark):
+        column, row = cells[-1]
+        cast_returns(column, row, cells[:count], k, marks, hits, passes)
+    passes_per_hit = float(-_log_odds(config.hit_probability) / _log_odds(config.pass_probability))
+    for k, (cells, count) in enumerate(zip(touched, returns, strict=True), start=mark + len(touched)):
+        if count < len(cells) - 1:
+            column, row = cells[-1]
+            cast_misses(column, row, cells[:-1], count, k, marks, hits, passes, passes_per_hit)
 
 
 def occupancy(

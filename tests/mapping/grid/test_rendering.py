@@ -169,6 +169,46 @@ def test_a_return_amid_open_space_bounds_nothing() -> None:
     np.testing.assert_allclose(cleared_by(ranges), 5.0, atol=0.003)
 
 
+def fan(length: float, returns: bool) -> Rays:
+    """Beams over 60° ahead that all end at x = ``length``, or miss and clear 5 m."""
+    bearings = np.radians(np.arange(-30.0, 30.0, 0.5))
+    along = length / np.cos(bearings) if returns else np.full(len(bearings), 5.0)
+    ends = along[:, None] * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    return Rays.to(ends, len(ends) if returns else 0)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_miss_ends_at_a_wall_that_other_scans_saw(order: int) -> None:
+    """Of glass, for instance, which reflects only at some angles; it fades if it is missed often."""
+    rays = [*[fan(2.02, returns=True)] * 6, *[fan(2.02, returns=False)] * 12][::order]
+    grid = render(rays, np.zeros((18, 3)), RESOLUTION)
+    sides = np.linspace(-1.0, 1.0, 21)
+    assert occupancy_at(grid, np.column_stack([np.full(21, 2.02), sides])).min() >= OCCUPIED_FROM
+    assert occupancy_at(grid, np.column_stack([np.full(21, 1.9), sides])).max() < 1
+    assert occupancy_at(grid, np.column_stack([np.full(21, 2.2), sides])).max() == UNKNOWN
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_who_passes_by_in_open_space_leaves_no_trace(order: int) -> None:
+    """Nothing but misses shows that he has gone."""
+    rays = [*[fan(2.02, returns=True)] * 2, *[fan(2.02, returns=False)] * 14][::order]
+    grid = render(rays, np.zeros((16, 3)), RESOLUTION)
+    ahead = np.column_stack([np.arange(0.5, 4.0, 0.1), np.full(35, 0.01)])
+    assert occupancy_at(grid, ahead).max() < OCCUPIED_FROM
+    assert occupancy_at(grid, ahead).min() > UNKNOWN
+
+
+def test_a_scan_wears_no_wall_that_it_hits() -> None:
+    """Though others of its beams are lost in the same cells."""
+    bearings = np.radians(np.arange(-30.0, 30.0, 0.25))
+    ends = (2.02 / np.cos(bearings))[:, None] * np.column_stack([np.cos(bearings), np.sin(bearings)])
+    whole = render([Rays.to(ends[::2], len(ends[::2]))], at_origin, RESOLUTION)
+    worn = render(
+        [Rays.to(np.concatenate([ends[::2], 1.1 * ends[1::2]]), len(ends[::2]))], at_origin, RESOLUTION
+    )
+    assert occupancy_at(worn, ends[::2]).min() == occupancy_at(whole, ends[::2]).min() >= OCCUPIED_FROM
+
+
 def test_a_far_return_does_not_blow_up_the_map() -> None:
     points = np.array([[2.0, 0.0], [500.0, 0.0]])
     scan = Scan(0, BEARINGS[:2], np.array([2.0, 500.0]), np.zeros(2), IDENTITY, 1000.0)
