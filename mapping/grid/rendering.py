@@ -147,8 +147,8 @@ def cast(
     """Count the cells that scans (K) hit and passed, by what each touched, as `touched_by` but in cells.
 
     Returns come first, because a miss ends where they show a wall: it may have been lost there, on glass or
-    black paint, and shows nothing of what lies behind. ``marks`` (rows, columns) are not used by others from
-    ``mark`` up to 2 K more.
+    black paint, and shows nothing of what lies behind. In ``marks`` (rows, columns), cells remember the last
+    scan that touched them, by numbers of which those from ``mark`` on were not used before, 2 K of them.
     """
     for k, (cells, count) in enumerate(zip(touched, returns, strict=True), start=mark):
         column, row = cells[-1]
