@@ -26,6 +26,7 @@ def warm_up() -> None:
         map_from_base = _place_on_the_ring(k * _TURN)
         mapper.add_odometry(Odometry(k * _PERIOD, map_from_base, IDENTITY))
         ranges = cast_rays(room, map_from_base, bearings, 30.0)
+        ranges[-10:] = np.inf  # misses have a kernel of their own
         mapper.add_scan(Scan(k * _PERIOD, bearings, ranges, np.zeros_like(bearings), IDENTITY, 30.0))
     session = mapper.session()
     grid = GrowingGrid(config.resolution, config.rendering, config.growing_grid)
