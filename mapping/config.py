@@ -7,6 +7,7 @@ from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, Re
 from racecar.mapping.keyframes.config import KeyframeConfig
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.matching.config import ScanMatchingConfig
+from racecar.mapping.moving_along.config import MovingAlongConfig
 from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
@@ -91,6 +92,7 @@ class MappingConfig(Settings):
         description="Test loop closures by what scans look through, and by their neighbours.",
     )
     self_calibration: SelfCalibrationConfig = SelfCalibrationConfig()
+    moving_along: MovingAlongConfig = MovingAlongConfig()
     odometry: DeadReckoningConfig = DeadReckoningConfig()
     matching: ScanMatchingConfig = ScanMatchingConfig()
     keyframes: KeyframeConfig = KeyframeConfig()

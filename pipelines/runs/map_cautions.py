@@ -1,11 +1,32 @@
 """What to know of a map before its figures are believed."""
 
+from racecar.mapping.moving_along.left_out import LeftOut
 from racecar.pipelines.evaluation.wall_fit import ON_WALL, WallFit
 
 _COARSE = 0.25
 """Metres; half the length of a small car: walls of such cells are off by as much as a parked car is."""
 _CLUTTERED = 0.5
 """Share of a map near its walls from which a wrong pose would find half of its end points on walls, too."""
+_NAMED = 3
+"""Parts of the view that a sentence names, so that it stays one; report.json has all."""
+
+
+def cautions_of_moving_along(left_out: LeftOut) -> list[str]:
+    """For a recording of which returns were left out because they move along with the laser."""
+    if left_out.returns == 0:
+        return []
+    begin, end = left_out.seconds
+    named, further = left_out.sectors[:_NAMED], len(left_out.sectors) - _NAMED
+    sectors = "; ".join(
+        f"{each.begin:.0f}° to {each.end:.0f}°, {each.nearest:.1f} to {each.farthest:.1f} m" for each in named
+    )
+    sectors += f"; and {further} more" if further > 0 else ""
+    return [
+        f"{left_out.share:.0%} of the returns between {begin:.0f} and {end:.0f} s after the first scan move "
+        "along with the laser, as the robot's own parts, who carries it, or the floor that a tilted laser "
+        f"sees ({sectors}; 0° is where the laser looks): they were left out. Clear the laser's view, or "
+        "level it; if the robot was carried, no action is needed."
+    ]
 
 
 def cautions_of_resolution(resolution: float) -> list[str]:

@@ -1,6 +1,6 @@
 """From a bag to a map and its files: what ``racecar map`` and ``racecar demo`` share."""
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterable, Iterator
 from itertools import islice
 from pathlib import Path
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
+from racecar.mapping.moving_along.moving_along import MovingAlong
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.result import WITHOUT_WHEELS, MappingResult
 from racecar.maps.errors import UserError
@@ -19,7 +20,7 @@ from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS, StopRequest, stop_request
-from racecar.pipelines.runs.map_cautions import cautions_of_resolution
+from racecar.pipelines.runs.map_cautions import cautions_of_moving_along, cautions_of_resolution
 from racecar.pipelines.runs.map_outputs import REPORT_FILE, WrittenMap, outputs_with
 from racecar.pipelines.runs.progress import progress_bar
 
@@ -49,7 +50,8 @@ def build_map(
     with stop_request(*STOP_SIGNALS) as stop, stop.looked_for():
         if start is None:
             start = _begin(reader, config, report, stop, quiet=quiet)
-        scans = _feed(start, reader, report, checkpoint, stop, quiet=quiet)
+        moving_along = MovingAlong(config.moving_along)
+        scans = _feed(start, reader, moving_along, report, checkpoint, stop, quiet=quiet)
     if not scans:
         raise UserError(
             f"There is no usable scan on {reader.scan_topic}; `racecar check` shows what the bag holds."
@@ -70,9 +72,13 @@ def build_map(
     report.add("quality", result.quality.as_dict())
     if reader.imu_topic is not None:
         report.add("gyroscope", start.mapper.turn_model.figures)
+    left_out = moving_along.left_out
+    if left_out.returns:
+        report.add("moving_along", left_out.as_dict())
     told = [WITHOUT_WHEELS] if reader.tells_of_no_odometry else []
     own = [sentence for sentence in result.warnings if sentence not in told]
-    for sentence in [*reader.warnings, *own, *cautions_of_resolution(config.resolution)]:
+    cautions = [*cautions_of_moving_along(left_out), *cautions_of_resolution(config.resolution)]
+    for sentence in [*reader.warnings, *own, *cautions]:
         report.warn(sentence)
     return result
 
@@ -112,10 +118,11 @@ def _begin(
     for _ in range(_ROUNDS if reader.odom_topic else 0):
         mapper, taken = Mapper(config, lag), 0
         with progress_bar("Comparing clocks", _FIRST_TURNS, quiet=quiet) as advance_to:
-            for taken, message in enumerate(islice(_timed(reader, report), _FIRST_TURNS), start=1):
+            messages = _timed(_until(stop, reader), MovingAlong(config.moving_along), report)
+            for taken, message in enumerate(islice(messages, _FIRST_TURNS), start=1):
                 _hand_on(message, mapper, report)
                 advance_to(taken)
-                if mapper.odometry_lag.is_settled or stop.is_made:
+                if mapper.odometry_lag.is_settled:
                     break
         if mapper.odometry_lag.nanoseconds == lag or stop.is_made:
             return MappingStart(mapper, taken)
@@ -126,6 +133,7 @@ def _begin(
 def _feed(
     start: MappingStart,
     reader: BagReader,
+    moving_along: MovingAlong,
     report: Report,
     checkpoint: Checkpoint | None,
     stop: StopRequest,
@@ -135,17 +143,17 @@ def _feed(
     """Hand every message after those that the mapper has taken to it; the number of scans, these included."""
     scans = 0
     with progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to:
-        for number, message in enumerate(_timed(reader, report), start=1):
+        messages = _timed(_until(stop, reader, start.messages), moving_along, report)
+        for number, message in enumerate(messages, start=1):
             scans += isinstance(message, Scan)
             if number > start.messages:
                 _hand_on(message, start.mapper, report)
                 if checkpoint is not None:
                     checkpoint.save_when_due(start.mapper, number)
             advance_to(reader.messages_read)
-            if stop.is_made and number >= start.messages:
-                report.add("counts", {"interrupted": True})
-                report.warn(f"Stopped by {stop.source} after {scans} scans; the map shows these.")
-                break
+    if stop.is_made:
+        report.add("counts", {"interrupted": True})
+        report.warn(f"Stopped by {stop.source} after {scans} scans; the map shows these.")
     return scans
 
 
@@ -154,8 +162,16 @@ def _hand_on(message: Measurement, mapper: Mapper, report: Report) -> None:
         feed(message, mapper)
 
 
-def _timed(reader: BagReader, report: Report) -> Iterator[Measurement]:
-    messages = iter(reader)
+def _until(stop: StopRequest, reader: BagReader, least: int = 0) -> Iterator[Measurement]:
+    """What is read until that is to end, at ``least`` so many messages."""
+    for number, message in enumerate(reader, start=1):
+        yield message
+        if stop.is_made and number >= least:
+            return
+
+
+def _timed(read: Iterable[Measurement], moving_along: MovingAlong, report: Report) -> Iterator[Measurement]:
+    messages = moving_along.filtered(read)
     while True:
         with report.stage("reading"):
             message = next(messages, None)

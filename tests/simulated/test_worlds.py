@@ -14,8 +14,10 @@ pytestmark = pytest.mark.slow
     [
         ("plain", 0.02),
         ("tilted", 0.05),
+        ("tilted short", 0.05),
         ("posts", 0.02),
         ("carried", 0.05),
+        ("carrier", 0.05),
         ("follower", 0.05),
         ("short", 0.05),
         ("one per 1 s", 0.05),

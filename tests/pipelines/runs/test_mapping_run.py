@@ -90,6 +90,15 @@ class LateScansReader(RoomReader):
                 yield replace(message, stamp=message.stamp + self._late)
 
 
+class CarriedReader(RoomReader):
+    """Somebody walks along 0.32 m from the laser, on the left."""
+
+    def __iter__(self) -> Iterator[Any]:
+        for scan in super().__iter__():
+            yield Odometry(scan.stamp, np.array([0.002 * scan.stamp * 1e-6, 0.0, 0.0]), np.zeros(3))
+            yield replace(scan, ranges=np.where(np.abs(BEARINGS - np.pi / 3.0) < 0.26, 0.32, scan.ranges))
+
+
 def build(reader: Any, report: Report) -> Any:
     return build_map(reader, MappingConfig(), report, quiet=True)
 
@@ -107,6 +116,20 @@ def test_bag_becomes_files_and_report(tmp_path: Path) -> None:
     assert "The bag is cut." in written["warnings"]
     assert any("odometry" in sentence for sentence in written["warnings"])
     assert {"reading", "scan matching", "optimizing", "writing"} <= written["stages"].keys()
+
+
+def test_what_moves_along_is_left_out_of_the_map_and_told() -> None:
+    report = Report("racecar map")
+    result = build(CarriedReader(100, odom_topic="/odom"), report)
+    np.testing.assert_allclose(result.trajectory.map_from_base[-1], [0.05 * 99, 0, 0], atol=0.02)
+    left_out = report.as_dict()["moving_along"]
+    assert left_out["share"] == pytest.approx(30.0 / 270.0, abs=0.01)
+    assert left_out["sectors"] == [
+        {"begin": 45.0, "end": 75.0, "nearest": pytest.approx(0.3), "farthest": pytest.approx(0.35)}
+    ]
+    (told,) = [sentence for sentence in report.warnings if "move along" in sentence]
+    assert "11% of the returns between 0 and 2 s" in told
+    assert "45° to 75°, 0.3 to 0.4 m" in told
 
 
 @pytest.mark.parametrize("is_told", [False, True])

@@ -1,0 +1,1 @@
+"""Returns that do not belong to the world: they move along with the laser."""
