@@ -29,7 +29,7 @@ from racecar.pipelines.bags.converters.registry import (
 )
 from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, learn_reading
 from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrections, Corrector
-from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
+from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts, findings_of_rare_scans
 from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.motion_sources import MotionSources
 from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
@@ -256,6 +256,7 @@ class BagReader:
             *self._clock_drifts(),
             *self.scan_facts.findings,
             *self.odometry_facts.findings,
+            *findings_of_rare_scans(self.scan_facts, self.odometry_facts),
             *self.yaw_rate_facts.findings,
         ]
 

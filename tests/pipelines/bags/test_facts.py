@@ -1,0 +1,43 @@
+"""Scans that are too rare for the speed are told, others are not."""
+
+import numpy as np
+import pytest
+
+from racecar.maps.geometry.se2 import IDENTITY
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, findings_of_rare_scans
+
+SECOND = 10**9
+
+
+def facts(every: float, speed: float, standing: int = 0) -> tuple[ScanFacts, OdometryFacts]:
+    """Of a car that drives for a minute, after so many seconds in which it stands."""
+    scans, odometry = ScanFacts(), OdometryFacts()
+    bearings = np.linspace(-1.0, 1.0, 50)
+    for k in range(round((60 + standing) / every)):
+        stamp = round(k * every * SECOND)
+        scans.add(Scan(stamp, bearings, np.full(50, 2.0), np.zeros(50), IDENTITY, 10.0))
+    for k in range(10 * (60 + standing)):
+        driven = speed * max(0.1 * k - standing, 0.0)
+        odometry.add(Odometry(k * SECOND // 10, np.array([driven, 0.0, 0.0]), IDENTITY))
+    return scans, odometry
+
+
+@pytest.mark.parametrize(("every", "speed"), [(2.0, 0.5), (0.25, 4.0)])
+@pytest.mark.parametrize("standing", [0, 120])
+def test_scans_that_are_rare_for_the_speed_are_told(every: float, speed: float, standing: int) -> None:
+    (finding,) = findings_of_rare_scans(*facts(every, speed, standing))
+    assert f"every {every:.1f} s" in finding.what
+    assert "1.0 m" in finding.what
+
+
+@pytest.mark.parametrize(("every", "speed"), [(2.0, 0.1), (0.025, 7.0), (0.2, 1.0)])
+def test_others_are_not(every: float, speed: float) -> None:
+    assert not findings_of_rare_scans(*facts(every, speed))
+
+
+def test_nothing_is_told_without_scans_or_odometry() -> None:
+    scans, odometry = facts(2.0, 1.0)
+    assert not findings_of_rare_scans(ScanFacts(), odometry)
+    assert not findings_of_rare_scans(scans, OdometryFacts())
