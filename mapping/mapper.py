@@ -7,13 +7,14 @@ from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, pose_or_nan
 from racecar.mapping.config import MappingConfig
+from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.despeckling import despeckled
 from racecar.mapping.grid.rendering import Rays, looks_until_free, pack_rays, rays_of, render, returns_of
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
 from racecar.mapping.keyframes.final_optimization import matched_again
 from racecar.mapping.keyframes.gap import Gap, gap_after
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
-from racecar.mapping.keyframes.placement import KeyframePlacer
+from racecar.mapping.keyframes.placement import KeyframePlacer, Placement
 from racecar.mapping.matching.scan_store import prepare_scan
 from racecar.mapping.odometry.lag import OdometryLag
 from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
@@ -184,9 +185,9 @@ class Mapper:
             state.map_from_keyframe = scan.base_from_laser[None].copy()
             step, right, is_tied = IDENTITY, guesses.sources[0], True
         else:
-            step, right = self._place(index, guesses, gap)
-            is_tied = self._tie(index, step, gap)
-            if gap == Gap.DRIVEN and not is_tied:
+            step, right, placed = self._place(index, guesses, gap)
+            is_tied = self._tie(index, step, placed)
+            if placed.is_lost or (gap == Gap.DRIVEN and not is_tied):
                 state.known_since = index
         state.drive.start_keyframe(guesses, right)
         if len(state.keyframes) >= looks_until_free(self._config.rendering):
@@ -201,11 +202,13 @@ class Mapper:
             self._close_loops(is_tied=is_tied)
         self._trim(index)
 
-    def _place(self, index: int, guesses: MotionGuesses, gap: Gap) -> tuple[Pose, GuessSource]:
-        """Place a new keyframe in the map; returns the motion (3,) of the reference since the one before, and
-        which guess led there."""
+    def _place(self, index: int, guesses: MotionGuesses, gap: Gap) -> tuple[Pose, GuessSource, Placement]:
+        """Place a new keyframe in the map; returns the motion (3,) of the reference since the one before,
+        which guess led there, and what the scans say of it."""
         state, config = self._state, self._config.keyframes.placement
-        poses, worth = state.map_from_keyframe, state.reckoning.calibration.worth
+        if gap == Gap.DRIVEN:  # over the gap scan odometry lost its way, if it could ever have known it
+            guesses = guesses.without(GuessSource.SCAN_ODOMETRY)
+        poses, worth = state.map_from_keyframe, state.reckoning.worth(guesses.best)
         last = state.last_map_from_reference
         mount = state.reckoning.mounts.of(state.keyframe_lasers[index])
         here, guessed = last, compose(last, guesses.motions)
@@ -218,35 +221,35 @@ class Mapper:
             index, state.keyframes, poses, here, worth, config, state.known_since, repeats, alike
         )
         with state.timed("scan matching"):
-            placed, chosen = placer.place(guessed, gap)
-        state.map_from_keyframe = np.concatenate([poses, placed[None]])
-        moved_to = placed if mount is None else compose(placed, inverse(mount))
-        step, right = between(last, moved_to), guesses.sources[chosen]
+            placed = placer.place(guessed, gap)
+        state.map_from_keyframe = np.concatenate([poses, placed.pose[None]])
+        moved_to = placed.pose if mount is None else compose(placed.pose, inverse(mount))
+        step, right = between(last, moved_to), guesses.sources[placed.guess]
         if gap == Gap.NONE and state.reckoning.wheel_step() is not None:
             limits = (config.same_guess_distance, config.same_guess_angle)
             state.reckoning.judge_repeating(step, right, limits)
-        return step, right
+        return step, right, placed
 
-    def _tie(self, index: int, step: Pose, gap: Gap) -> bool:
-        """Connect a new keyframe to those before; returns whether scan matching did so.
-
-        What the wheels say of a gap counts only where they drove and the scans show nothing: the car may have
-        been carried. With neither, the ``step`` (3,) to where it was placed holds it.
-        """
+    def _tie(self, index: int, step: Pose, placed: Placement) -> bool:
+        """Connect a new keyframe to those before, by scan matching unless it is lost, and by the wheels
+        unless the scans refute them; returns whether scan matching did so. With neither, the ``step`` (3,) to
+        where it was placed holds it."""
         state, config = self._state, self._config.keyframes.constraints
-        with state.timed("scan matching"):
-            pairs = pairs_along_path(range(index, index + 1), config)
-            constraints = constrain(pairs, state.map_from_keyframe, state.keyframes, config)
+        constraints: list[Constraint] = []
+        if not placed.is_lost:
+            with state.timed("scan matching"):
+                pairs = pairs_along_path(range(index, index + 1), config)
+                constraints = constrain(pairs, state.map_from_keyframe, state.keyframes, config)
         is_tied = len(constraints) > 0
-        do_wheels_count = gap == Gap.NONE or (gap == Gap.DRIVEN and not is_tied)
-        wheel_step = state.reckoning.wheel_step() if do_wheels_count else None
+        wheel_step, gyro_step = state.reckoning.wheel_step(), state.reckoning.gyro_step()
+        if placed.odds_against_first > (self._config.keyframes.placement.refuted_odds if is_tied else 0.0):
+            wheel_step = None
         if wheel_step is not None:
-            constraints.append(state.by_wheels(index, wheel_step, state.reckoning.gyro_step()))
-        elif gap != Gap.NONE and not is_tied:
-            information = state.reckoning.calibration.information(np.zeros(3))
-            constraints.append(state.by_motion(index, step, information))
+            constraints.append(state.by_wheels(index, wheel_step, gyro_step))
+        elif not is_tied:
+            constraints.append(state.by_motion(index, step, state.reckoning.worth(step)))
         state.wheel_steps.extend(pose_or_nan(wheel_step))
-        state.gyro_steps.extend(state.reckoning.gyro_step())
+        state.gyro_steps.extend(gyro_step)
         for constraint in constraints:
             state.graph.add(constraint)
         return is_tied

@@ -17,6 +17,13 @@ class PoseGraphConfig(Settings):
         description="Width of the Cauchy loss of scan matches, in their standard deviations. By judgement: "
         "one that misses by one standard deviation counts half.",
     )
+    wheel_loss_width: float = Field(
+        default=1.345,
+        gt=0.0,
+        le=100.0,
+        description="Width of the Huber loss of wheels where scans were matched too, in their standard "
+        "deviations: there the estimate of Gaussian errors is 95 % as good as the best (Huber, 1981).",
+    )
     loop_loss_widths: tuple[Annotated[float, Field(gt=0.0, le=1e6)], ...] = Field(
         default=(30.0, 5.0, 1.0),
         min_length=1,

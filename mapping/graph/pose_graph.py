@@ -2,8 +2,8 @@
 
 Scan matches and loop closures have a Cauchy loss. That of the loop closures is annealed: wide at first, so
 that true closures far from the present estimate still pull, and narrow in the end, so that false ones lose
-their influence. Odometry has no robust loss: where it is all there is, along bare corridors, a robust chain
-would tear at one link instead of sharing out the error.
+their influence. Wheels have a Huber loss where scans were matched too, so that they yield where they slip;
+where wheels are all there is, a robust chain would tear at one link instead of sharing out the error.
 """
 
 from collections.abc import Iterable, Sequence
@@ -17,6 +17,7 @@ from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 
+_Loss = gtsam.noiseModel.mEstimator
 _ANCHOR_SIGMA = 1e-4
 """Metres and radians of the prior on the first pose: small beside any measurement, so that it stays where it
 is, and large enough for the equations to remain well conditioned."""
@@ -79,19 +80,28 @@ class PoseGraph:
         local, loops = gtsam.NonlinearFactorGraph(), []
         among = self._among(first, len(poses))
         ordering = _ordering(range(first, len(poses)), [(c.from_keyframe, c.to_keyframe) for c in among])
+        matched = {c.to_keyframe for c in among if c.kind == "scan_matching"}
         for constraint in among:
             if constraint.kind == "loop_closure":
                 loops.append(constraint)
             else:
-                local.add(_factor(constraint, self.config.match_loss_width, poses, first))
+                local.add(_factor(constraint, self._loss_of(constraint, matched), poses, first))
         if first == 0:
             _anchor(local, 0, poses[0])
         for width in widths if loops else widths[-1:]:
             graph = gtsam.NonlinearFactorGraph(local)
             for loop in loops:
-                graph.add(_factor(loop, width, poses, first))
+                graph.add(_factor(loop, _Loss.Cauchy.Create(width), poses, first))
             poses = np.concatenate([poses[:first], _solve(graph, poses[first:], first, ordering, tolerance)])
         return poses
+
+    def _loss_of(
+        self, constraint: Constraint, matched: set[int]
+    ) -> "gtsam.noiseModel.mEstimator.Base | None":
+        """None for wheels at keyframes that were not ``matched``."""
+        if constraint.kind == "scan_matching":
+            return _Loss.Cauchy.Create(self.config.match_loss_width)
+        return _Loss.Huber.Create(self.config.wheel_loss_width) if constraint.to_keyframe in matched else None
 
     def _among(self, first: int, end: int) -> list[Constraint]:
         """The constraints of keyframes from ``first`` on and before ``end``, the latest first."""
@@ -150,16 +160,13 @@ def _is_contradicted(constraint: Constraint, poses: Pose, limits: tuple[float, f
     return are_apart(constraint.from_pose_to_pose, solved, limits)
 
 
-def _noise(constraint: Constraint, width: float) -> gtsam.noiseModel.Base:
-    noise = gtsam.noiseModel.Gaussian.Information(constraint.information)
-    if constraint.kind == "odometry":
-        return noise
-    return gtsam.noiseModel.Robust.Create(gtsam.noiseModel.mEstimator.Cauchy.Create(width), noise)
-
-
-def _factor(constraint: Constraint, width: float, poses: Pose, first: int) -> gtsam.NoiseModelFactor:
+def _factor(
+    constraint: Constraint, loss: "gtsam.noiseModel.mEstimator.Base | None", poses: Pose, first: int
+) -> gtsam.NoiseModelFactor:
     """A constraint as a factor; keyframes before ``first`` are fixed at their poses (K, 3)."""
-    noise = _noise(constraint, width)
+    noise: gtsam.noiseModel.Base = gtsam.noiseModel.Gaussian.Information(constraint.information)
+    if loss is not None:
+        noise = gtsam.noiseModel.Robust.Create(loss, noise)
     start, end = constraint.from_keyframe, constraint.to_keyframe
     if start >= first:
         return gtsam.BetweenFactorPose2(start, end, gtsam.Pose2(*constraint.from_pose_to_pose), noise)

@@ -1,19 +1,34 @@
 """Where a new keyframe lies: matched jointly against several before it, from the best of some guesses."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.keyframes.config import GuessConfig, PlacementConfig
 from racecar.mapping.keyframes.gap import Gap
+from racecar.mapping.keyframes.motion_prior import MotionPrior
+from racecar.mapping.keyframes.scan_evidence import scan_evidence
 from racecar.mapping.matching.correlative_search import LikelihoodPyramid, Window, search
 from racecar.mapping.matching.match_information import as_prior
 from racecar.mapping.matching.scan_matching import Matches, Pairings, match
 from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.matching.see_through import see_through
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose, transform_points
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """Where a keyframe lies."""
+
+    pose: Pose
+    """(3,)"""
+    guess: int
+    """Which of the guesses led there; the first where none did."""
+    is_lost: bool = False
+    """Whether the scans contradict it wherever it may lie: then it is the first guess."""
+    odds_against_first: float = 0.0
+    """Log-odds of it over the place to which the first guess leads."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,112 +52,105 @@ class KeyframePlacer:
     alike: NDArray[np.int64] | None = None
     """(A,) keyframes of the same laser, where there are several; those of others may look elsewhere."""
 
-    def place(self, guesses: Pose, gap: Gap = Gap.NONE) -> tuple[Pose, int]:
-        """The keyframe's pose (3,) from guesses (H, 3) of it, the most trusted first, and which guess led
-        there."""
-        if gap == Gap.DRIVEN:
-            return replace(self, known_since=0)._place_far(guesses)
-        return self._place_left_alone(guesses) if gap == Gap.LEFT_ALONE else self._place_near(guesses)
+    def place(self, guesses: Pose, gap: Gap = Gap.NONE) -> Placement:
+        """From guesses (H, 3) of the keyframe's pose, the most trusted first.
 
-    def _place_near(self, guesses: Pose) -> tuple[Pose, int]:
-        """Where the scans fit nowhere near, they are sought in wide windows about the first guess and about
-        the keyframe before."""
-        fixed = self._spaced()
+        Where the scans fit nowhere near, or came after a gap, it is sought in wide windows too. Of all places
+        that were found the likeliest is taken, by the motion there and by what the scans show there.
+        """
+        fixed = self._fixed(guesses[0], gap)
         if not self._may_fit(fixed):
             return self._placed_unlike(fixed, guesses)
-        placed, chosen, fits = self._match_best(fixed, guesses)
-        if fits:
-            return placed, chosen
-        windows = [(guesses[0], self._window()), (self.here, self._window())]
-        found = [pose for pose in self._search(windows) if pose is not None]
-        if not found:
-            return placed, chosen
-        placed, chosen, _ = self._match_best(fixed, np.concatenate([guesses, found]))
-        return placed, chosen if chosen < len(guesses) else 0
+        matches, leads = self._match_guesses(fixed, guesses)
+        fits = gap == Gap.NONE and self._fits(matches)
+        if fits and len(leads) == 1:
+            return Placement(matches.poses[0], 0)
+        found = [] if fits else self._search(self._windows(guesses[0], gap))
+        if found:
+            matches = matches.with_more(self._match(fixed, np.array(found)))
+            leads += [0] * len(found)
+        odds = self._odds(fixed, guesses, matches, is_left_alone=gap == Gap.LEFT_ALONE)
+        best = int(np.argmax(odds))
+        if odds[best] < self.config.lost_odds:
+            return Placement(guesses[0], 0, is_lost=True)
+        return Placement(matches.poses[best], leads[best], odds_against_first=float(odds[best] - odds[0]))
 
-    def _place_left_alone(self, guesses: Pose) -> tuple[Pose, int]:
-        """After a gap in which the car stood: it may have been moved by hand.
+    def _odds(
+        self, fixed: NDArray[np.int64], guesses: Pose, matches: Matches, *, is_left_alone: bool
+    ) -> NDArray[np.float64]:
+        """(G,) log-odds of each match with keyframes (F,), by the motion that guesses (H, 3) tell and by the
+        scans. That to which the first guess leads stands where the scans show no other place."""
+        prior = self._prior(guesses, is_left_alone=is_left_alone)
+        evidence = scan_evidence(
+            self.store, fixed, self.poses[fixed], self.index, matches, self.config.evidence
+        )
+        is_shown = self._is_on_lines(matches) & (matches.overlap * len(fixed) > self.config.min_overlap)
+        is_shown[0] = True
+        odds = evidence + prior.log_likelihood(matches.poses)
+        return np.where(is_shown, odds, -np.inf)
 
-        So it is always sought, also facing any way; but that way it must fit clearly better, for corridors
-        look alike both ways.
-        """
-        fixed = self._spaced()
-        if not self._may_fit(fixed):
-            return self._placed_unlike(fixed, guesses)
-        placed, chosen, _ = self._match_best(fixed, guesses)
-        all_round = Window(self.config.search_reach, np.pi)
-        nearby, turned = self._search([(guesses[0], self._window()), (guesses[0], all_round)])
-        for found, least_gain in ((nearby, 1.0), (turned, self.config.clearly_better)):
-            better = self._better(fixed, placed, found, least_gain)
-            if better is not None:
-                placed, chosen = better, 0
-        return placed, chosen
-
-    def _place_far(self, guesses: Pose) -> tuple[Pose, int]:
-        """After a gap in which the car drove on.
-
-        It is matched against those where it should be by now, and not sought in a wide window there, in which
-        many a place may look alike. Wheels that began anew report a distance that nobody drove: so it is
-        matched against the last keyframes too, and sought about them where it fits nowhere.
-        """
+    def _fixed(self, guess: Pose, gap: Gap) -> NDArray[np.int64]:
+        """The keyframes (F,) that it is matched with: those before it and, after a gap in which the car drove
+        on, those where it should be by now."""
+        if gap != Gap.DRIVEN:
+            return self._spaced(self.known_since)
         kept = np.flatnonzero(self.store.is_kept[: self.index])
-        distances = np.hypot(*(self.poses[kept] - guesses[0])[:, :2].T)
+        distances = np.hypot(*(self.poses[kept] - guess)[:, :2].T)
         near = kept[np.argsort(distances, kind="stable")[: self.config.searched_among]]
-        fixed = np.union1d(near, self._spaced())
-        placed, chosen, fits = self._match_best(fixed, guesses)
-        if fits or not self._may_fit(self._spaced()):
-            return placed, chosen
-        (found,) = self._search([(self.here, self._window())])
-        better = self._better(fixed, placed, found, self.config.clearly_better)
-        return (placed, chosen) if better is None else (better, 0)
+        return np.union1d(near, self._spaced(0))
 
-    def _spaced(self) -> NDArray[np.int64]:
+    def _spaced(self, since: int) -> NDArray[np.int64]:
+        """Some keyframes (F,) before it, ever farther apart, from ``since`` on."""
         backs = self.config.placed_against
-        spaced = np.array([self.index - back for back in backs if back <= self.index - self.known_since])
+        spaced = np.array([self.index - back for back in backs if back <= self.index - since])
         if self.alike is None:
             return spaced
-        alike = self.alike[self.alike >= self.known_since][::-1]
+        alike = self.alike[self.alike >= since][::-1]
         return np.union1d(spaced, alike[[back - 1 for back in backs if back <= len(alike)]])
 
-    def _placed_unlike(self, fixed: NDArray[np.int64], guesses: Pose) -> tuple[Pose, int]:
+    def _placed_unlike(self, fixed: NDArray[np.int64], guesses: Pose) -> Placement:
         """Among keyframes of other lasers, which may all look elsewhere: where the first guess leads if the
         scans overlap there, or else that guess."""
         matches = self._match(fixed, guesses[:1])
-        return (matches.poses[0] if matches.overlap[0] > self.config.lost_overlap else guesses[0]), 0
+        overlaps = matches.overlap[0] > self.config.lost_overlap
+        return Placement(matches.poses[0] if overlaps else guesses[0], 0)
 
     def _may_fit(self, fixed: NDArray[np.int64]) -> bool:
         """Whether the keyframe looks where some (F,) before it do, so that it fits nowhere if not there."""
         return self.alike is None or bool(np.isin(fixed, self.alike).any())
 
-    def _window(self) -> Window:
-        return Window(self.config.search_reach, self.config.search_turn)
+    def _windows(self, guess: Pose, gap: Gap) -> list[tuple[Pose, Window]]:
+        """Where it is sought: about the first guess and about the keyframe before, where it is if the guess
+        is wrong altogether; a car that was left alone may have been turned round."""
+        usual = Window(self.config.search_reach, self.config.search_turn)
+        if gap == Gap.LEFT_ALONE:
+            return [(guess, usual), (guess, Window(self.config.search_reach, np.pi))]
+        return [(guess, usual), (self.here, usual)]
 
-    def _match_best(self, fixed: NDArray[np.int64], guesses: Pose) -> tuple[Pose, int, bool]:
-        """The pose (3,) to which the best of guesses (H, 3) leads, which guess that is, and whether scans
-        fit.
-
-        From a guess near to where the first one led, matching would lead there again. Scans that overlap but
-        lie off each other's lines came to lie across one another: without wheels a fast turn ends so.
-        """
+    def _match_guesses(self, fixed: NDArray[np.int64], guesses: Pose) -> tuple[Matches, list[int]]:
+        """Where guesses (H, 3) lead, and which they were: from one near to where the first one led, matching
+        would lead there again."""
         matches = self._match(fixed, guesses[:1])
         others = [k for k in range(1, len(guesses)) if differ(matches.poses[0], guesses[k], self.config)]
         if others:
             matches = matches.with_more(self._match(fixed, guesses[others]))
-        best = self._best(matches)
-        overlaps = matches.overlap.max() > self.config.lost_overlap
-        fits = overlaps and matches.residual[best] < self.config.max_residual
-        return matches.poses[best], [0, *others][best], bool(fits)
+        return matches, [0, *others]
 
-    def _best(self, matches: Matches) -> int:
-        """A later guess wins only where the scans fit clearly better from it than from the first."""
-        best = int(np.argmax(matches.weight))
-        fits = (
-            matches.overlap[best] > self.config.min_overlap
-            and matches.residual[best] < self.config.max_residual
-        )
-        least_gain = self.config.better_than_standing if self.is_first_doubted else self.config.clearly_better
-        is_better = matches.weight[best] > least_gain * matches.weight[0]
-        return best if fits and is_better else 0
+    def _fits(self, matches: Matches) -> bool:
+        """Scans that overlap but lie off each other's lines came to lie across one another: without wheels a
+        fast turn ends so."""
+        return bool(((matches.overlap > self.config.lost_overlap) & self._is_on_lines(matches)).any())
+
+    def _is_on_lines(self, matches: Matches) -> NDArray[np.bool_]:
+        return matches.residual < self.config.max_residual
+
+    def _prior(self, guesses: Pose, *, is_left_alone: bool) -> MotionPrior:
+        config = self.config.prior
+        first = config.other_share if self.is_first_doubted else config.first_share
+        none = config.carried_share if is_left_alone else config.none_share
+        shares = np.array([first, *[config.other_share] * (len(guesses) - 1)])
+        volume = (2.0 * self.config.search_reach) ** 2 * 2.0 * np.pi
+        return MotionPrior(guesses, (1.0 - none) * shares / shares.sum(), self.information, volume)
 
     def _match(self, fixed: NDArray[np.int64], guesses: Pose) -> Matches:
         count, groups = len(fixed), len(guesses)
@@ -153,11 +161,11 @@ class KeyframePlacer:
         prior = as_prior(self.information, config=self.store.config.point_to_line)
         return match(guesses, pairings, self.store, self.store, prior_information=prior)
 
-    def _search(self, windows: Sequence[tuple[Pose, Window]]) -> list[Pose | None]:
+    def _search(self, windows: Sequence[tuple[Pose, Window]]) -> list[Pose]:
         """Where in each window about a pose (3,) the keyframe lies best on the last ones, if anywhere."""
         moving = self.store.points_of(self.index).astype(np.float64)
         if len(moving) < self.config.min_search_points:
-            return [None] * len(windows)
+            return []
         last, radius = self.poses[-1], self.config.search_radius
         recent = range(max(self.known_since, self.index - self.config.searched_among), self.index)
         clouds = [transform_points(between(last, self.poses[k]), self.store.points_of(k)) for k in recent]
@@ -167,27 +175,7 @@ class KeyframePlacer:
             search(fixed, near, between(last, pose), window, self.config.search_score)
             for pose, window in windows
         ]
-        return [None if fit is None else compose(last, fit.pose) for fit in fits]
-
-    def _better(
-        self, fixed: NDArray[np.int64], placed: Pose, found: Pose | None, least_gain: float
-    ) -> Pose | None:
-        """Where a pose (3,) that was found leads, if the scans fit so many times better there than where the
-        keyframe is placed.
-
-        Scans that share little of their view fit by chance here and there: how much of the rest they look
-        through shows.
-        """
-        if found is None:
-            return None
-        matches = self._match(fixed, np.stack([placed, found]))
-        pairs = np.column_stack([fixed, np.full(len(fixed), self.index)])
-        tests = [
-            see_through(self.store, pairs, self.poses[fixed], np.tile(pose, (len(fixed), 1)))
-            for pose in matches.poses
-        ]
-        before, after = matches.weight * [test.agreement for test in tests]
-        return matches.poses[1] if after > least_gain * before else None
+        return [compose(last, fit.pose) for fit in fits if fit is not None]
 
 
 def differ(guess: Pose, other: Pose, config: GuessConfig) -> bool:

@@ -1,7 +1,9 @@
 """Wheel odometry calibrated from the log itself: its systematic errors, and how far it can be trusted.
 
 Wheels of unequal size turn a straight drive by so much per metre; a wrong track width scales every turn, a
-wrong wheel radius every length. All three show against the motion that scan matching measured.
+wrong wheel radius every length. All three show against the motion that scan matching measured over spans of
+some steps. What grows with the length of a span is the wheels' fault; scans err too, by ground that moves
+along with a tilted laser for instance, but not more over a long span than over a short one.
 """
 
 from collections.abc import Callable
@@ -9,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import nnls
 
 from racecar.mapping.odometry.config import WheelCalibrationConfig
-from racecar.maps.geometry.se2 import Pose, wrap_angle
+from racecar.maps.geometry.se2 import Pose, between, wrap_angle
 
 _ITERATIONS = 20
 """Of reweighted least squares: more than enough, because the weights change little after the first few."""
@@ -38,55 +41,189 @@ class WheelCalibration:
     """Metres that most steps err less than."""
     tail_turn: float
     """Radians, likewise."""
+    usual_step: float
+    """Metres of the steps that all this is true of; longer ones err by more."""
 
     @classmethod
     def unknown(cls, config: WheelCalibrationConfig) -> "WheelCalibration":
         """Wheels as they are, while nothing is known about them."""
-        return cls(0.0, 1.0, 1.0, *[config.initial_sigma] * 4)
+        sigma = config.initial_sigma
+        return cls(0.0, 1.0, 1.0, sigma, sigma, sigma, sigma, config.initial_step)
 
     def correct(self, steps: Pose) -> Pose:
         """Odometry steps (..., 3) without the systematic errors."""
         return _corrected(steps, self.turn_per_metre, self.turn_scale, self.path_scale)
 
+    def worth(self, step: Pose) -> NDArray[np.float64]:
+        """(3, 3) information of a corrected ``step`` (3,) before scans were matched: it may be one of the bad
+        ones."""
+        information = np.diag([self.tail_distance**-2.0, self.tail_distance**-2.0, self.tail_turn**-2.0])
+        return information / self._usual_steps(step)
+
+    def information(self, step: Pose) -> NDArray[np.float64]:
+        """(3, 3) of a corrected ``step`` (3,)."""
+        information = np.diag([self.sigma_distance**-2.0, self.sigma_distance**-2.0, self.sigma_turn**-2.0])
+        return information / self._usual_steps(step)
+
+    def _usual_steps(self, step: Pose) -> float:
+        """How many usual steps it is as long as, at least one; their errors add up (random walk)."""
+        return max(1.0, float(np.hypot(step[0], step[1])) / self.usual_step)
+
+
+@dataclass(frozen=True, eq=False)
+class MatchedSpans:
+    """The motion over some steps in a row, as scans were matched over them: M spans."""
+
+    first: NDArray[np.int64]
+    """(M,) the step in which each begins."""
+    end: NDArray[np.int64]
+    """(M,) the step after its last."""
+    motions: Pose
+    """(M, 3)"""
+    information: NDArray[np.float64]
+    """(M, 3, 3)"""
+
     @property
-    def worth(self) -> NDArray[np.float64]:
-        """(3, 3) information of a corrected step before scans were matched: it may be one of the bad ones."""
-        return np.diag([self.tail_distance**-2.0, self.tail_distance**-2.0, self.tail_turn**-2.0])
+    def lengths(self) -> NDArray[np.int64]:
+        """(M,) in steps."""
+        return self.end - self.first
 
-    def information(self, surprise: Pose) -> NDArray[np.float64]:
-        """(3, 3) of one corrected step that differs by ``surprise`` (3,) from what scan matching measured.
+    def within(self, is_known: NDArray[np.bool_]) -> "MatchedSpans":
+        """Those of which all steps (N,) are known."""
+        unknown = np.concatenate([[0], np.cumsum(~is_known)])
+        return self.chosen(unknown[self.first] == unknown[self.end])
 
-        Slip shows in the directions that the scans observe, and wheels are trusted no further than that;
-        where the scans observe nothing there is no surprise, and odometry holds in full.
-        """
-        usual = np.array([self.sigma_distance, self.sigma_distance, self.sigma_turn])
-        return np.diag(1.0 / np.maximum(usual, np.abs(surprise)) ** 2)
+    def chosen(self, which: NDArray[np.bool_]) -> "MatchedSpans":
+        """Some of them (M,)."""
+        return MatchedSpans(self.first[which], self.end[which], self.motions[which], self.information[which])
+
+    def observe(self, towards: NDArray[np.float64], sigma: float) -> NDArray[np.bool_]:
+        """(M,) whether each tells the distance in its direction (M, 2) to so many metres: along a bare
+        corridor a match says nothing but what it began with."""
+        spread = np.linalg.inv(self.information)[:, :2, :2]
+        variance: NDArray[np.float64] = np.einsum("mi,mij,mj->m", towards, spread, towards)
+        return variance < sigma**2
 
 
 def calibrate(
-    odometry_steps: Pose,
-    matched_steps: Pose,
+    steps: Pose,
+    spans: MatchedSpans,
     config: WheelCalibrationConfig,
     fused: Callable[[Pose], Pose] = lambda corrected: corrected,
 ) -> WheelCalibration:
-    """Robust fit of odometry steps (N, 3) to the same steps as scan matching measured them (N, 3).
+    """Robust fit of odometry steps (N, 3), NaN where there are none, to the motion over spans of them.
 
     What is left of errors is that of the corrected steps after a gyroscope was ``fused`` with them.
     """
-    if len(odometry_steps) < config.min_steps:
+    spans = spans.within(~np.isnan(steps[:, 0]))
+    if len(spans.lengths) < config.min_spans:
         return WheelCalibration.unknown(config)
-    length = np.hypot(odometry_steps[:, 0], odometry_steps[:, 1])
-    forward = np.copysign(length, odometry_steps[:, 0])
-    design = np.column_stack([forward, odometry_steps[:, 2]])
-    turn_per_metre, turn_scale = _robust_fit(design, matched_steps[:, 2], np.array([0.0, 1.0]), config)
-    along = np.sum(matched_steps[:, :2] * odometry_steps[:, :2], axis=1) / np.maximum(length, _SMALLEST)
-    (path_scale,) = _robust_fit(length[:, None], along, np.array([1.0]), config)
-    error = matched_steps - fused(_corrected(odometry_steps, turn_per_metre, turn_scale, path_scale))
-    sigma_distance, tail_distance = _spread(error[:, :2], config)
-    sigma_turn, tail_turn = _spread(wrap_angle(error[:, 2]), config)
+    steps = np.nan_to_num(steps)
+    turn = _fit_turns(steps, spans, config)
+    turn_per_metre, turn_scale, _ = turn.solution.tolist()
+    chain = _chained(fused(_corrected(steps, turn_per_metre, turn_scale, 1.0)))
+    by_wheels = between(chain[spans.first], chain[spans.end])
+    reach = np.hypot(by_wheels[:, 0], by_wheels[:, 1])
+    towards = by_wheels[:, :2] / np.maximum(reach, _SMALLEST)[:, None]
+    tell = (reach > config.min_reach) & spans.observe(towards, config.initial_sigma)
+    along = np.sum(spans.motions[:, :2] * towards, axis=1)
+    path = _fit_path(reach[tell], along[tell], by_wheels[tell, 0], spans.lengths[tell], config)
+    scale = float(path.solution[0])
+    error = between(by_wheels * [scale, scale, 1.0], spans.motions)
+    single = spans.lengths == 1
+    lengths = np.hypot(steps[:, 0], steps[:, 1])
+    driven = lengths[lengths > config.min_reach]
     return WheelCalibration(
-        turn_per_metre, turn_scale, path_scale, sigma_distance, sigma_turn, tail_distance, tail_turn
+        turn_per_metre,
+        turn_scale,
+        scale,
+        config.clipped(path.sigma_per_step),
+        config.clipped(turn.sigma_per_step),
+        config.clipped(max(path.sigma_per_step, _tail(error[single & tell, :2], config))),
+        config.clipped(max(turn.sigma_per_step, _tail(error[single, 2], config))),
+        float(np.median(driven)) if len(driven) else config.initial_step,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class _SpanFit:
+    solution: NDArray[np.float64]
+    sigma_per_step: float
+
+
+def _fit_turns(steps: Pose, spans: MatchedSpans, config: WheelCalibrationConfig) -> _SpanFit:
+    """Turn per metre, turn scale and the bias of a match."""
+    forward = np.copysign(np.hypot(steps[:, 0], steps[:, 1]), steps[:, 0])
+    summed = np.cumsum(np.column_stack([forward, steps[:, 2]]), axis=0)
+    sums = np.concatenate([np.zeros((1, 2)), summed])
+    driven, turned = (sums[spans.end] - sums[spans.first]).T
+    design = np.column_stack([driven, turned, np.ones_like(driven)])
+    observed = turned + wrap_angle(spans.motions[:, 2] - turned)
+    spread = np.array([config.turn_per_metre_sigma, config.scale_sigma, config.bias_turn_sigma])
+    return _fit(design, observed, spans.lengths, np.array([0.0, 1.0, 0.0]), spread, config)
+
+
+def _fit_path(
+    reach: NDArray[np.float64],
+    along: NDArray[np.float64],
+    forward: NDArray[np.float64],
+    lengths: NDArray[np.int64],
+    config: WheelCalibrationConfig,
+) -> _SpanFit:
+    """Path scale and the bias of a match in the direction of travel."""
+    if len(reach) < config.min_spans:
+        return _SpanFit(np.array([1.0, 0.0]), config.initial_sigma)
+    design = np.column_stack([reach, np.sign(forward)])
+    spread = np.array([config.scale_sigma, config.bias_distance_sigma])
+    return _fit(design, along, lengths, np.array([1.0, 0.0]), spread, config)
+
+
+def _fit(
+    design: NDArray[np.float64],
+    observed: NDArray[np.float64],
+    lengths: NDArray[np.int64],
+    expected: NDArray[np.float64],
+    spread: NDArray[np.float64],
+    config: WheelCalibrationConfig,
+) -> _SpanFit:
+    """Least squares with Cauchy weights and a prior. The variance of a residual is that of a match, and that
+    of a step as often as a span is long."""
+    solution: NDArray[np.float64] = expected.copy()
+    variance = np.full(len(observed), np.var(observed - design @ expected) + _SMALLEST**2)
+    weight, per_step = np.ones(len(observed)), 0.0
+    for _ in range(_ITERATIONS):
+        scaled = weight / (variance * config.spans_per_step)
+        normal = design.T @ (scaled[:, None] * design) + np.diag(spread**-2.0)
+        solution[:] = np.linalg.solve(normal, design.T @ (scaled * observed) + expected / spread**2)
+        residual = observed - design @ solution
+        of_match, per_step = _variances(residual, lengths)
+        variance = of_match + per_step * lengths + _SMALLEST**2
+        weight = 1.0 / (1.0 + residual**2 / (variance * config.loss_width**2))
+    return _SpanFit(solution, float(np.sqrt(per_step)))
+
+
+def _variances(residual: NDArray[np.float64], lengths: NDArray[np.int64]) -> tuple[float, float]:
+    """Of a match and of a step, such that they explain the spread of the residuals (M,) at each length."""
+    at, counts = np.unique(lengths, return_counts=True)
+    medians = np.array([np.median(np.abs(residual[lengths == length])) for length in at])
+    spread = (_SIGMA_PER_MEDIAN * medians) ** 2 + _SMALLEST**2
+    weight = np.sqrt(counts) / spread
+    (of_match, per_step), _ = nnls(np.column_stack([np.ones(len(at)), at]) * weight[:, None], spread * weight)
+    return float(of_match), float(per_step)
+
+
+def _tail(error: NDArray[np.float64], config: WheelCalibrationConfig) -> float:
+    """What most errors (M,) or (M, 2) stay below."""
+    return float(np.quantile(np.abs(error), config.tail_share)) if len(error) else config.initial_sigma
+
+
+def _chained(steps: Pose) -> Pose:
+    """(N + 1, 3) where steps (N, 3), one after the other, lead from the origin."""
+    headings = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
+    cos, sin = np.cos(headings[:-1]), np.sin(headings[:-1])
+    x = np.cumsum(cos * steps[:, 0] - sin * steps[:, 1])
+    y = np.cumsum(sin * steps[:, 0] + cos * steps[:, 1])
+    return np.column_stack([np.append(0.0, x), np.append(0.0, y), headings])
 
 
 def _corrected(steps: Pose, turn_per_metre: float, turn_scale: float, path_scale: float) -> Pose:
@@ -96,30 +233,3 @@ def _corrected(steps: Pose, turn_per_metre: float, turn_scale: float, path_scale
     corrected: Pose = path_scale * steps
     corrected[..., 2] = wrap_angle(turn)
     return corrected
-
-
-def _spread(error: NDArray[np.float64], config: WheelCalibrationConfig) -> tuple[float, float]:
-    """Standard deviation of the usual errors, and what most stay below."""
-    usual = config.heavy_tails * _SIGMA_PER_MEDIAN * np.median(np.abs(error))
-    tail = max(usual, np.quantile(np.abs(error), config.tail_share))
-    low, high = config.min_sigma, config.max_sigma
-    return float(np.clip(usual, low, high)), float(np.clip(tail, low, high))
-
-
-def _robust_fit(
-    design: NDArray[np.float64],
-    observed: NDArray[np.float64],
-    expected: NDArray[np.float64],
-    config: WheelCalibrationConfig,
-) -> tuple[float, ...]:
-    """Least squares with Cauchy weights; a weak prior at ``expected`` decides what the data leave open."""
-    prior = config.prior_weight * np.eye(design.shape[1])
-    weight = np.ones(len(observed))
-    solution = expected.copy()
-    for _ in range(_ITERATIONS):
-        normal = design.T @ (weight[:, None] * design) + prior
-        solution[:] = np.linalg.solve(normal, design.T @ (weight * observed) + prior @ expected)
-        residual = observed - design @ solution
-        spread = _SIGMA_PER_MEDIAN * np.median(np.abs(residual)) + _SMALLEST
-        weight = 1.0 / (1.0 + (residual / (config.loss_width * spread)) ** 2)
-    return tuple(float(value) for value in solution)

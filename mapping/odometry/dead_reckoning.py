@@ -34,7 +34,6 @@ from racecar.maps.geometry.se2 import (
     compose,
     inverse,
     transform_points,
-    wrap_angle,
 )
 from racecar.maps.sensing.frozen_odometry import FrozenOdometry
 from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
@@ -221,6 +220,15 @@ class DeadReckoning:
         self._by_wheels = self._keyframe_by_wheels = None
         self._unseen_turn = 0.0
 
+    def worth(self, step: Pose) -> NDArray[np.float64]:
+        """(3, 3) information of the most trusted guess of a ``step`` (3,) since the last keyframe."""
+        if (
+            self.wheel_step() is None
+            and (self._stamp - self._keyframe_stamp) > self._config.blind_interval * _SECOND
+        ):
+            return np.asarray(np.diag(np.array(self._config.unknown_sigma) ** -2.0))
+        return self.calibration.worth(step)
+
     def gyro_step(self) -> tuple[float, float]:
         """The turn since the last keyframe as the gyroscope measured it, and in how many seconds.
 
@@ -242,22 +250,6 @@ class DeadReckoning:
         base_steps = compose(compose(base_from_reference, steps), inverse(base_from_reference))
         fused = self.turns.model.fused(base_steps, gyro_turns, seconds)
         return compose(compose(inverse(base_from_reference), fused), base_from_reference)
-
-    def witnessed(self, step: Pose, gyro_step: tuple[float, float], matched: Pose) -> tuple[Pose, Pose]:
-        """A ``step`` (3,) of the wheels without systematic errors and with the turn that wheels and gyroscope
-        measured, and by how much it contradicts the scans, which ``matched`` (3,) as the same step.
-
-        Of the turn there are three witnesses then, and the one between the others is taken to be right: where
-        wheels and gyroscope agree, they need not yield to scans.
-        """
-        corrected = self.calibration.correct(step)
-        fused = self.fused(corrected, *gyro_step)
-        surprise = between(fused, matched)
-        model = self.turns.model
-        if model.is_used and not isnan(gyro_step[0]):
-            turns = np.array([corrected[2], model.by_gyro(*gyro_step), matched[2]])
-            surprise[2] = float(np.median(wrap_angle(turns - fused[2])))
-        return fused, surprise
 
     def start_keyframe(
         self, step: Pose, keyframe: PreparedScan, laser: int = 0, *, is_tied: bool = True

@@ -43,6 +43,10 @@ class MotionGuesses:
         """(3,) by one source, the most trusted where it says nothing."""
         return self.by.get(source, self.best)
 
+    def without(self, source: GuessSource) -> "MotionGuesses":
+        """Those of all sources but one."""
+        return MotionGuesses({each: motion for each, motion in self.by.items() if each != source})
+
     def reach(self, distance: float, angle: float) -> bool:
         """Has the laser moved so many metres or radians, by any source that has seen the motion?"""
         steady = GuessSource.STEADY_VELOCITY

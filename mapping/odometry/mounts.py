@@ -67,11 +67,24 @@ class Mounts:
         each = {laser: self._mount(laser) for laser in self._places}
         return compose(world_from_reference, self._each(lasers, each))
 
+    def motions_of_reference(
+        self,
+        motions: Pose,
+        first: Sequence[int] | NDArray[np.int64],
+        second: Sequence[int] | NDArray[np.int64],
+    ) -> Pose:
+        """The motions (N, 3) of the reference where these (N, 3) lead from the first lasers (N,) to the
+        second ones (N,)."""
+        if self.are_one:
+            return motions
+        each = {laser: self._mount(laser) for laser in self._places}
+        return compose(compose(self._each(first, each), motions), inverse(self._each(second, each)))
+
     def _mount(self, laser: int) -> Pose:
         mount = self.of(laser)
         return IDENTITY if mount is None else mount
 
-    def _each(self, lasers: Sequence[int], poses: dict[int, Pose]) -> Pose:
+    def _each(self, lasers: Sequence[int] | NDArray[np.int64], poses: dict[int, Pose]) -> Pose:
         numbers: NDArray[np.int64] = np.array(lasers, dtype=np.int64)
         each = np.tile(next(iter(poses.values()), IDENTITY), (len(numbers), 1))
         for laser, pose in poses.items():

@@ -21,10 +21,10 @@ from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.loops.verifiers import verifiers
 from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.odometry.calibration import calibrate
+from racecar.mapping.odometry.calibration import MatchedSpans, calibrate
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.mapping.session.session import Session
-from racecar.maps.geometry.se2 import Pose, adjoint, between, compose, inverse
+from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
 
 Snapshot: TypeAlias = Callable[[], Arrays]
 """Packs what a mapper knew when it was taken."""
@@ -110,26 +110,29 @@ class MapperState:
 
     def calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
-        measured = self.measured_steps
-        known = first + np.flatnonzero(~np.isnan(measured[first:, 0]))
-        poses = self.map_from_reference
-        matched = between(poses[known], poses[1:][known])
-        gyro_turns, seconds = np.array(self.gyro_steps).reshape(-1, 2)[known].T
+        gyro_turns, seconds = np.array(self.gyro_steps).reshape(-1, 2)[first:].T
         self.reckoning.calibration = calibrate(
-            measured[known],
-            matched,
+            self.measured_steps[first:],
+            self._spans_since(first),
             self.config.odometry.calibration,
             lambda corrected: self.reckoning.fused(corrected, gyro_turns, seconds),
         )
 
+    def _spans_since(self, first: int) -> MatchedSpans:
+        """What scan matching measured along the path from a keyframe on, as motions of the reference."""
+        edges, longest = self.graph.constraints.to_arrays(), max(self.config.keyframes.constraints.tied_to)
+        starts, ends = edges["keyframes"].astype(np.int64).T
+        chosen = self.graph.constraints.are("scan_matching") & (starts >= first) & (ends - starts <= longest)
+        starts, ends, motions = starts[chosen], ends[chosen], edges["poses"][chosen]
+        lasers = np.array(self.keyframe_lasers)
+        motions = self.reckoning.mounts.motions_of_reference(motions, lasers[starts], lasers[ends])
+        return MatchedSpans(starts - first, ends - first, motions, edges["information"][chosen])
+
     def by_wheels(self, index: int, step: Pose, gyro_step: tuple[float, float]) -> Constraint:
         """What a ``step`` (3,) of the wheels says of keyframe ``index`` and the one before; the gyroscope
         measured a turn in so many seconds."""
-        before, after = self.reckoning.mounts.to_reference(
-            self.map_from_keyframe[index - 1 : index + 1], self.keyframe_lasers[index - 1 : index + 1]
-        )
-        corrected, surprise = self.reckoning.witnessed(step, gyro_step, between(before, after))
-        return self.by_motion(index, corrected, self.reckoning.calibration.information(surprise))
+        corrected = self.reckoning.corrected(step, *gyro_step)
+        return self.by_motion(index, corrected, self.reckoning.calibration.information(corrected))
 
     def by_motion(self, index: int, step: Pose, information: NDArray[np.float64]) -> Constraint:
         """That the reference moved by a ``step`` (3,) between keyframe ``index`` and the one before; its

@@ -105,7 +105,7 @@ def test_a_map_with_wheels_that_know_no_turns(rate: float) -> None:
     drive = Drive("track", 12.0, 1, rate, **SLIPPING)
     with_gyro, model = mapped(drive, right, know_turns=False)
     assert model.is_believed
-    assert with_gyro[:, 1].max() < 1.0  # without it is 3.6
+    assert with_gyro[:, 1].max() < 1.5  # without it is 3.6
 
 
 @pytest.mark.parametrize("rate", [10.0, 200.0])

@@ -1,30 +1,111 @@
-"""Wheels are calibrated by the steps that scan matching measured."""
+"""Wheels are calibrated by what scan matching measured over spans of steps."""
 
 import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
 
-from racecar.mapping.odometry.calibration import WheelCalibration, calibrate
+from racecar.mapping.odometry.calibration import MatchedSpans, WheelCalibration, calibrate
 from racecar.mapping.odometry.config import WheelCalibrationConfig
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+
+LENGTHS = (1, 2, 4, 7, 11, 16)
 
 
-def test_wheels_are_calibrated_in_spite_of_slip() -> None:
-    rng = np.random.default_rng(0)
-    matched = np.column_stack(
-        [rng.uniform(0.1, 0.3, 400), rng.normal(0, 0.003, 400), rng.normal(0, 0.1, 400)]
+def drive(rng: np.random.Generator, count: int) -> Pose:
+    """(N, 3) steps that a car truly took."""
+    return np.column_stack(
+        [rng.uniform(0.1, 0.3, count), rng.normal(0, 0.003, count), rng.normal(0, 0.1, count)]
     )
-    wheels = matched / [0.95, 0.95, 1.04] - [0.0, 0.0, 0.0]
-    wheels[:, 2] -= 0.03 * wheels[:, 0]
-    wheels[::10] *= 1.5
-    result = calibrate(wheels, matched, WheelCalibrationConfig())
-    assert abs(result.path_scale - 0.95) < 0.01
-    corrected = result.correct(wheels)
-    assert np.median(np.abs(corrected[:, 2] - matched[:, 2])) < 0.003
+
+
+def matched(
+    true: Pose, rng: np.random.Generator, bias: float = 0.0, sigma: float = 0.002, observes: bool = True
+) -> MatchedSpans:
+    """What scan matching measures of true steps (N, 3); each match turns by a ``bias`` too far."""
+    places = [IDENTITY]
+    for step in true:
+        places.append(compose(places[-1], step))
+    chain = np.array(places)
+    ends = [(k, k + length) for length in LENGTHS for k in range(len(true) + 1 - length)]
+    first, end = np.array(ends).T
+    motions = between(chain[first], chain[end]) + rng.normal(0, sigma, (len(first), 3))
+    motions[:, 2] += bias
+    information = np.diag([1e4 if observes else 1.0, 1e4, 1e5])
+    return MatchedSpans(first, end, motions, np.tile(information, (len(first), 1, 1)))
+
+
+def wheels_of(true: Pose, per_metre: float, turn_scale: float, path_scale: float) -> Pose:
+    """The steps as wheels with these faults report them."""
+    wheels = true / [path_scale, path_scale, turn_scale]
+    wheels[:, 2] -= per_metre * np.hypot(wheels[:, 0], wheels[:, 1]) / turn_scale
+    return wheels
+
+
+@settings(max_examples=20)
+@given(st.floats(-0.03, 0.03), st.floats(0.95, 1.05), st.floats(0.95, 1.05))
+def test_faults_are_found_in_spite_of_slip(per_metre: float, turn_scale: float, path_scale: float) -> None:
+    rng = np.random.default_rng(0)
+    true = drive(rng, 300)
+    wheels = wheels_of(true, per_metre, turn_scale, path_scale)
+    wheels[::40] *= 1.5
+    result = calibrate(wheels, matched(true, rng), WheelCalibrationConfig())
+    assert abs(result.path_scale - path_scale) < 0.01
+    assert abs(result.turn_per_metre - per_metre) < 0.002
+    assert np.median(np.abs(result.correct(wheels)[:, 2] - true[:, 2])) < 0.003
+
+
+def test_a_bias_of_each_match_is_no_fault_of_the_wheels() -> None:
+    rng = np.random.default_rng(1)
+    true = drive(rng, 300)
+    result = calibrate(true, matched(true, rng, bias=0.003), WheelCalibrationConfig())
+    assert abs(result.turn_per_metre) < 0.0005
+
+
+def test_errors_of_matches_do_not_count_as_those_of_the_wheels() -> None:
+    rng = np.random.default_rng(2)
+    true = drive(rng, 300)
+    config = WheelCalibrationConfig(min_sigma=0.001)
+    result = calibrate(true, matched(true, rng, sigma=0.01), config)
+    assert result.sigma_turn < 0.003
+    slipping = true + rng.normal(0, 0.02, true.shape)
+    result = calibrate(slipping, matched(true, rng, sigma=0.01), config)
+    assert 0.012 < result.sigma_turn < 0.03
+    assert 0.012 < result.sigma_distance < 0.03
+
+
+def test_where_scans_do_not_observe_distances_the_path_is_left_as_it_is() -> None:
+    rng = np.random.default_rng(3)
+    true = drive(rng, 300)
+    spans = matched(true, rng, observes=False)
+    result = calibrate(wheels_of(true, 0.0, 1.0, 0.9), spans, WheelCalibrationConfig())
+    assert result.path_scale == 1.0
+
+
+def test_steps_that_no_wheels_measured_are_left_out() -> None:
+    rng = np.random.default_rng(4)
+    true = drive(rng, 300)
+    wheels = wheels_of(true, 0.0, 1.0, 0.97)
+    wheels[100:110] = np.nan
+    assert abs(calibrate(wheels, matched(true, rng), WheelCalibrationConfig()).path_scale - 0.97) < 0.01
 
 
 def test_few_steps_calibrate_nothing() -> None:
-    config = WheelCalibrationConfig(min_steps=30, initial_sigma=0.07)
-    steps = np.tile([0.3, 0.0, 0.1], (29, 1))
-    unknown = calibrate(steps, 0.9 * steps, config)
+    config = WheelCalibrationConfig(initial_sigma=0.07)
+    rng = np.random.default_rng(5)
+    true = drive(rng, 20)
+    unknown = calibrate(1.1 * true, matched(true, rng), config.model_copy(update={"min_spans": 1000}))
     assert unknown == WheelCalibration.unknown(config)
-    np.testing.assert_allclose(unknown.correct(steps), steps)
-    np.testing.assert_allclose(np.diag(unknown.worth), 0.07**-2.0)
-    assert calibrate(steps, 0.9 * steps, WheelCalibrationConfig(min_steps=29)) != unknown
+    np.testing.assert_allclose(unknown.correct(true), true)
+    np.testing.assert_allclose(np.diag(unknown.worth(IDENTITY)), 0.07**-2.0)
+    assert calibrate(1.1 * true, matched(true, rng), config) != unknown
+
+
+def variances(calibration: WheelCalibration, metres: float) -> NDArray[np.float64]:
+    return np.diag(np.linalg.inv(calibration.information(np.array([metres, 0.0, 0.0]))))
+
+
+def test_errors_of_a_long_step_add_up() -> None:
+    known = WheelCalibration.unknown(WheelCalibrationConfig(initial_step=0.25))
+    np.testing.assert_allclose(variances(known, 1.0), 4.0 * variances(known, 0.25))
+    np.testing.assert_allclose(variances(known, 0.1), variances(known, 0.25))
