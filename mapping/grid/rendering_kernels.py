@@ -27,7 +27,7 @@ def cast_returns(
             marks[r, c] = mark
             hits[r, c] += 1
     for i in range(len(ends)):
-        _pass(start_column, start_row, ends[i], mark, marks, hits, passes, np.inf)
+        _pass(start_column, start_row, ends[i], mark, marks, hits, passes, 0.0)
 
 
 @njit(cache=True, nogil=True)
@@ -67,8 +67,8 @@ def _pass(
     passes: NDArray[np.uint16],
     passes_per_hit: float,
 ) -> None:
-    """Count the cells that a beam passes, up to an occupied one: Amanatides and Woo, "A fast voxel traversal
-    algorithm", 1987."""
+    """Count the cells that a beam passes, up to an occupied one, if a hit is worth any passes: Amanatides and
+    Woo, "A fast voxel traversal algorithm", 1987."""
     rows, columns = hits.shape
     dx, dy = end[0] - start_column, end[1] - start_row
     c, r = int(np.floor(start_column)), int(np.floor(start_row))
@@ -84,7 +84,7 @@ def _pass(
             if marks[r, c] != mark:
                 marks[r, c] = mark
                 passes[r, c] += 1
-            if passes_per_hit < np.inf and hits[r, c] * passes_per_hit > passes[r, c]:
+            if hits[r, c] * passes_per_hit > passes[r, c]:
                 return
         if next_c < next_r:
             next_c += delta_c

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.optimize import nnls
 
 from racecar.mapping.odometry.config import WheelCalibrationConfig
-from racecar.maps.geometry.se2 import Pose, between, wrap_angle
+from racecar.maps.geometry.se2 import Pose, between, chained, wrap_angle
 
 _ITERATIONS = 20
 """Of reweighted least squares: more than enough, because the weights change little after the first few."""
@@ -57,17 +57,16 @@ class WheelCalibration:
     def worth(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of a corrected ``step`` (3,) before scans were matched: it may be one of the bad
         ones."""
-        information = np.diag([self.tail_distance**-2.0, self.tail_distance**-2.0, self.tail_turn**-2.0])
-        return information / self._usual_steps(step)
+        return self._information(step, self.tail_distance, self.tail_turn)
 
     def information(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) of a corrected ``step`` (3,)."""
-        information = np.diag([self.sigma_distance**-2.0, self.sigma_distance**-2.0, self.sigma_turn**-2.0])
-        return information / self._usual_steps(step)
+        return self._information(step, self.sigma_distance, self.sigma_turn)
 
-    def _usual_steps(self, step: Pose) -> float:
-        """How many usual steps it is as long as, at least one; their errors add up (random walk)."""
-        return max(1.0, float(np.hypot(step[0], step[1])) / self.usual_step)
+    def _information(self, step: Pose, distance: float, turn: float) -> NDArray[np.float64]:
+        """By the standard deviations of a usual step; the errors of a longer one add up (random walk)."""
+        usual_steps = max(1.0, float(np.hypot(step[0], step[1])) / self.usual_step)
+        return np.diag([distance**-2.0, distance**-2.0, turn**-2.0]) / usual_steps
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,7 +120,7 @@ def calibrate(
     steps = np.nan_to_num(steps)
     turn = _fit_turns(steps, spans, config)
     turn_per_metre, turn_scale, _ = turn.solution.tolist()
-    chain = _chained(fused(_corrected(steps, turn_per_metre, turn_scale, 1.0)))
+    chain = chained(fused(_corrected(steps, turn_per_metre, turn_scale, 1.0)))
     by_wheels = between(chain[spans.first], chain[spans.end])
     reach = np.hypot(by_wheels[:, 0], by_wheels[:, 1])
     towards = by_wheels[:, :2] / np.maximum(reach, _SMALLEST)[:, None]
@@ -153,8 +152,7 @@ class _SpanFit:
 
 def _fit_turns(steps: Pose, spans: MatchedSpans, config: WheelCalibrationConfig) -> _SpanFit:
     """Turn per metre, turn scale and the bias of a match."""
-    forward = np.copysign(np.hypot(steps[:, 0], steps[:, 1]), steps[:, 0])
-    summed = np.cumsum(np.column_stack([forward, steps[:, 2]]), axis=0)
+    summed = np.cumsum(np.column_stack([_forward(steps), steps[:, 2]]), axis=0)
     sums = np.concatenate([np.zeros((1, 2)), summed])
     driven, turned = (sums[spans.end] - sums[spans.first]).T
     design = np.column_stack([driven, turned, np.ones_like(driven)])
@@ -217,19 +215,15 @@ def _tail(error: NDArray[np.float64], config: WheelCalibrationConfig) -> float:
     return float(np.quantile(np.abs(error), config.tail_share)) if len(error) else config.initial_sigma
 
 
-def _chained(steps: Pose) -> Pose:
-    """(N + 1, 3) where steps (N, 3), one after the other, lead from the origin."""
-    headings = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
-    cos, sin = np.cos(headings[:-1]), np.sin(headings[:-1])
-    x = np.cumsum(cos * steps[:, 0] - sin * steps[:, 1])
-    y = np.cumsum(sin * steps[:, 0] + cos * steps[:, 1])
-    return np.column_stack([np.append(0.0, x), np.append(0.0, y), headings])
-
-
 def _corrected(steps: Pose, turn_per_metre: float, turn_scale: float, path_scale: float) -> Pose:
     steps = np.asarray(steps, dtype=np.float64)
-    forward = np.copysign(np.hypot(steps[..., 0], steps[..., 1]), steps[..., 0])
-    turn = turn_per_metre * forward + turn_scale * steps[..., 2]
+    turn = turn_per_metre * _forward(steps) + turn_scale * steps[..., 2]
     corrected: Pose = path_scale * steps
     corrected[..., 2] = wrap_angle(turn)
     return corrected
+
+
+def _forward(steps: Pose) -> NDArray[np.float64]:
+    """(...) metres of steps (..., 3), negative backwards."""
+    length: NDArray[np.float64] = np.hypot(steps[..., 0], steps[..., 1])
+    return np.copysign(length, steps[..., 0])

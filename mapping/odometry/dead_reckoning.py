@@ -222,10 +222,8 @@ class DeadReckoning:
 
     def worth(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of the most trusted guess of a ``step`` (3,) since the last keyframe."""
-        if (
-            self.wheel_step() is None
-            and (self._stamp - self._keyframe_stamp) > self._config.blind_interval * _SECOND
-        ):
+        is_long = self._stamp - self._keyframe_stamp > self._config.blind_interval * _SECOND
+        if is_long and self.wheel_step() is None:
             return np.asarray(np.diag(np.array(self._config.unknown_sigma) ** -2.0))
         return self.calibration.worth(step)
 

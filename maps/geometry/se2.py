@@ -80,6 +80,16 @@ def interpolate(start: ArrayLike, end: ArrayLike, fraction: ArrayLike) -> Pose:
     return pose
 
 
+def chained(steps: ArrayLike) -> Pose:
+    """(N + 1, 3) poses from the identity on, each a step (N, 3) further."""
+    steps = np.asarray(steps, dtype=np.float64)
+    yaw = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
+    cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
+    x = np.cumsum(cos * steps[:, 0] - sin * steps[:, 1])
+    y = np.cumsum(sin * steps[:, 0] + cos * steps[:, 1])
+    return np.column_stack([np.append(0.0, x), np.append(0.0, y), wrap_angle(yaw)])
+
+
 def mean_angle(angles: ArrayLike, weights: NDArray[np.float64] | None = None) -> float:
     """Circular mean of angles (N,): the direction of the (weighted) mean unit vector."""
     angles = np.asarray(angles, dtype=np.float64)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import Pose, between, wrap_angle
+from racecar.maps.geometry.se2 import Pose, between, chained
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.simulation.car import MAX_ACCELERATION, MAX_SIDE_ACCELERATION, WHEELBASE
 from racecar.pipelines.simulation.carrying import is_carried
@@ -85,7 +85,7 @@ def measure_odometry(
     twists = np.concatenate([[[0.0, 0.0, 0.0]], measured / period])
     return [
         Odometry(stamp, pose, twist)
-        for stamp, pose, twist in zip(stamps.tolist(), _add_up(measured), twists, strict=True)
+        for stamp, pose, twist in zip(stamps.tolist(), chained(measured), twists, strict=True)
     ]
 
 
@@ -121,12 +121,3 @@ def _slip_per_step(drive: CarMotion, slip: float) -> NDArray[np.float64]:
     aside = np.abs(speed * turning_speed)[1:]
     effort = np.column_stack([acceleration / MAX_ACCELERATION, aside / MAX_SIDE_ACCELERATION])
     return slip * np.clip(effort, -1.0, 1.0)
-
-
-def _add_up(steps: Pose) -> Pose:
-    """(N + 1, 3) poses from the identity on, each a step (N, 3) further."""
-    yaw = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
-    cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
-    x = np.cumsum(cos * steps[:, 0] - sin * steps[:, 1])
-    y = np.cumsum(sin * steps[:, 0] + cos * steps[:, 1])
-    return np.column_stack([np.concatenate([[0.0], x]), np.concatenate([[0.0], y]), wrap_angle(yaw)])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
-from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, chained, compose
 from racecar.maps.sensing.scan import Scan
 
 BEARINGS = np.radians(np.arange(-135.0, 135.0, 0.75))
@@ -54,6 +54,11 @@ def scan_at(walls: np.ndarray, pose: Pose, stamp: int = 0, base_from_laser: Pose
 def points_at(walls: np.ndarray, pose: Pose) -> np.ndarray:
     """(M, 2) the returns, in the laser frame."""
     return scan_at(walls, pose).points_in_laser()
+
+
+def path(step: Pose, start: tuple[float, float, float], steps: int) -> Pose:
+    """(steps + 1, 3) the same step again and again."""
+    return compose(np.array(start), chained(np.tile(step, (steps, 1))))
 
 
 def store_of(walls: np.ndarray, poses: Pose, sight: float = MAX_RANGE) -> ScanStore:

@@ -10,19 +10,11 @@ from racecar.mapping.keyframes.placement import KeyframePlacer
 from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.mapping.odometry.config import WheelCalibrationConfig
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
-from tests.mapping.worlds import CORRIDOR, ROOM, box, store_of
+from tests.mapping.worlds import CORRIDOR, ROOM, box, path, store_of
 
 WORTH = WheelCalibration.unknown(WheelCalibrationConfig()).worth(IDENTITY)
 BEFORE = 12
 AHEAD = np.array([0.1, 0.0, 0.0])
-
-
-def path(step: Pose, *, start: tuple[float, float, float]) -> Pose:
-    """(BEFORE + 1, 3) the same step again and again; the last pose is to be found."""
-    poses = [np.array(start)]
-    for _ in range(BEFORE):
-        poses.append(compose(poses[-1], step))
-    return np.array(poses)
 
 
 def placed_from(
@@ -41,7 +33,7 @@ def placed_from(
 @given(st.floats(0.1, 0.3), st.floats(-0.12, 0.12))
 def test_wheels_that_count_backwards_are_overruled(forward: float, turn: float) -> None:
     step = np.array([forward, 0.0, turn])
-    true = path(step, start=(-2.15, -0.5, 0.1))
+    true = path(step, (-2.15, -0.5, 0.1), BEFORE)
     error, _ = placed_from(ROOM, true, [-step, compose(step, [0.02, -0.02, 0.01]), step])
     assert np.hypot(error[0], error[1]) < 0.02
     assert abs(error[2]) < 0.01
@@ -53,7 +45,7 @@ def test_along_a_bare_corridor_the_wheels_win_over_a_stuck_guess(
     forward: float, aside: float, turn: float
 ) -> None:
     step = np.array([forward, 0.0, 0.0])
-    true = path(step, start=(0.0, aside, 0.0))
+    true = path(step, (0.0, aside, 0.0), BEFORE)
     error, chosen = placed_from(CORRIDOR, true, [np.array([forward, 0.0, turn]), IDENTITY, IDENTITY])
     assert chosen == 0
     assert abs(error[0]) < 0.02
@@ -67,7 +59,7 @@ NICHES = np.concatenate([CORRIDOR, *(box(x, 0.9, x + 0.3, 1.1) for x in (-3.1, -
 
 def test_wheels_that_repeat_a_pose_yield_to_the_little_that_a_corridor_shows() -> None:
     step = np.array([0.4, 0.0, 0.0])
-    true = path(step, start=(-2.4, 0.0, 0.0))
+    true = path(step, (-2.4, 0.0, 0.0), BEFORE)
     error, chosen = placed_from(NICHES, true, [IDENTITY, step, step], repeats=True)
     assert chosen == 1
     assert np.hypot(error[0], error[1]) < 0.02
@@ -76,7 +68,7 @@ def test_wheels_that_repeat_a_pose_yield_to_the_little_that_a_corridor_shows() -
 @settings(max_examples=10)
 @given(st.floats(0.1, 0.5))
 def test_a_car_that_stands_is_not_moved_by_a_guess(forward: float) -> None:
-    driven = path(np.array([0.4, 0.0, 0.0]), start=(-2.4, 0.0, 0.0))[1:]
+    driven = path(np.array([0.4, 0.0, 0.0]), (-2.4, 0.0, 0.0), BEFORE)[1:]
     true = np.concatenate([driven, driven[-1:]])
     ahead = np.array([forward, 0.0, 0.0])
     error, chosen = placed_from(NICHES, true, [IDENTITY, ahead, ahead], repeats=True)
@@ -91,7 +83,7 @@ def test_a_lost_scan_is_found_again_by_the_search(
 ) -> None:
     """From guesses that are turned less a scan may fit by chance: one in two hundred at 0.35 rad."""
     step = np.array([0.2, 0.0, 0.05])
-    true = path(step, start=(-2.0, -0.5, 0.1))
+    true = path(step, (-2.0, -0.5, 0.1), BEFORE)
     wrong = compose(step, [missed * np.cos(towards), missed * np.sin(towards), side * turned])
     error, _ = placed_from(ROOM, true, [wrong, wrong, wrong])
     assert np.hypot(error[0], error[1]) < 0.03
@@ -106,7 +98,7 @@ def test_a_turn_that_no_guess_knows_of_is_found_though_the_scans_overlap(
 ) -> None:
     step = np.array([0.2, 0.0, turn])
     wrong = compose(step, [0.0, 0.0, missed])
-    error, _ = placed_from(ROOM, path(step, start=start), [wrong, wrong, wrong])
+    error, _ = placed_from(ROOM, path(step, start, BEFORE), [wrong, wrong, wrong])
     assert np.hypot(error[0], error[1]) < 0.03
     assert abs(error[2]) < 0.01
 
@@ -114,7 +106,7 @@ def test_a_turn_that_no_guess_knows_of_is_found_though_the_scans_overlap(
 def test_without_points_the_first_guess_stands() -> None:
     step = np.array([0.2, 0.0, 0.05])
     out_of_reach = box(-99.0, -99.0, 99.0, 99.0)
-    true = path(step, start=(0.0, 0.0, 0.0))
+    true = path(step, (0.0, 0.0, 0.0), BEFORE)
     error, chosen = placed_from(out_of_reach, true, [compose(step, AHEAD), step, step])
     assert chosen == 0
     np.testing.assert_allclose(error, AHEAD, atol=1e-6)

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from racecar.mapping.keyframes.refinement import guess_scans, refine_scans
 from racecar.maps.geometry.se2 import Pose, between, compose
-from tests.mapping.worlds import CORRIDOR, ROOM, points_at, store_of
+from tests.mapping.worlds import CORRIDOR, ROOM, path, points_at, store_of
 
 PER_KEYFRAME = 4
 KEYFRAMES = 9
@@ -18,11 +18,8 @@ AFTER_KEYFRAME = np.arange(SCANS) // PER_KEYFRAME
 steps = st.tuples(st.floats(0.0, 0.12), st.floats(-0.02, 0.02), st.floats(-0.08, 0.08)).map(np.array)
 
 
-def path(step: Pose, count: int = SCANS) -> Pose:
-    poses = [np.array([-2.0, -1.0, 0.1])]
-    for _ in range(count - 1):
-        poses.append(compose(poses[-1], step))
-    return np.array(poses)
+def driven(step: Pose) -> Pose:
+    return path(step, (-2.0, -1.0, 0.1), SCANS - 1)
 
 
 def guessed(true: Pose, measured: Pose, stamps: np.ndarray = STAMPS) -> Pose:
@@ -45,12 +42,12 @@ def assert_same(poses: Pose, others: Pose, distance: float, angle: float) -> Non
 
 @given(steps)
 def test_exact_dead_reckoning_is_left_as_it_is(step: Pose) -> None:
-    assert_same(guessed(path(step), path(step)), path(step), 1e-9, 1e-9)
+    assert_same(guessed(driven(step), driven(step)), driven(step), 1e-9, 1e-9)
 
 
 @given(steps, st.floats(-0.02, 0.02), st.floats(-0.01, 0.01))
 def test_what_dead_reckoning_missed_is_spread_between_keyframes(step: Pose, slip: float, turn: float) -> None:
-    true, measured = path(step), path(compose(step, [slip, 0.0, turn]))
+    true, measured = driven(step), driven(compose(step, [slip, 0.0, turn]))
     guesses = guessed(true, measured)
     assert_same(guesses[KEYFRAME_SCANS], true[KEYFRAME_SCANS], 1e-9, 1e-9)
     # Every scan in between misses by less than dead reckoning did in a whole step from keyframe to keyframe.
@@ -63,7 +60,7 @@ def test_what_dead_reckoning_missed_is_spread_between_keyframes(step: Pose, slip
 
 def test_what_was_missed_over_a_pause_does_not_move_the_scans_before_it() -> None:
     """The car was carried on meanwhile."""
-    measured = path(np.array([0.01, 0.0, 0.0]))
+    measured = driven(np.array([0.01, 0.0, 0.0]))
     first_after = KEYFRAME_SCANS[3]
     true = measured.copy()
     true[first_after:] = compose([1.0, 0.5, 0.0], measured[first_after:])
@@ -75,7 +72,7 @@ def test_what_was_missed_over_a_pause_does_not_move_the_scans_before_it() -> Non
 @settings(max_examples=8)
 @given(steps, st.integers(0, 10_000))
 def test_scans_find_their_place(step: Pose, seed: int) -> None:
-    true = path(step)
+    true = driven(step)
     assume(np.all(true[:, 1] > -1.9))  # no car drives through the pillar, or out through the wall behind it
     off = np.random.default_rng(seed).uniform(-1.0, 1.0, (SCANS, 3)) * [0.06, 0.06, 0.03]
     clouds = [points_at(ROOM, pose).astype(np.float32) for pose in true]
@@ -97,7 +94,7 @@ def test_a_turn_that_nothing_measured_is_found(turn: float) -> None:
 
 
 def test_along_a_bare_corridor_the_guess_holds() -> None:
-    true = path(np.array([0.1, 0.0, 0.0])) * [1.0, 0.0, 0.0]
+    true = driven(np.array([0.1, 0.0, 0.0])) * [1.0, 0.0, 0.0]
     off = np.array([0.1, 0.05, 0.02])
     clouds = [points_at(CORRIDOR, pose).astype(np.float32) for pose in true]
     keyframes = true[KEYFRAME_SCANS]

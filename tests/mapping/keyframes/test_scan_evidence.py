@@ -9,7 +9,7 @@ from racecar.mapping.keyframes.config import ScanEvidenceConfig
 from racecar.mapping.keyframes.scan_evidence import scan_evidence
 from racecar.mapping.matching.scan_matching import Pairings, match
 from racecar.maps.geometry.se2 import Pose, compose
-from tests.mapping.worlds import CORRIDOR, ROOM, box, store_of
+from tests.mapping.worlds import CORRIDOR, ROOM, box, path, store_of
 
 DEFAULT = ScanEvidenceConfig()
 
@@ -30,17 +30,10 @@ def evidence(walls: np.ndarray, poses: Pose, places: Pose) -> np.ndarray:
     return scan_evidence(store, fixed, poses[:-1], len(fixed), matches, DEFAULT)
 
 
-def drive(step: tuple[float, float, float], start: tuple[float, float, float], count: int = 5) -> Pose:
-    poses = [np.array(start)]
-    for _ in range(count):
-        poses.append(compose(poses[-1], np.array(step)))
-    return np.array(poses)
-
-
 @settings(max_examples=20)
 @given(st.floats(0.3, 0.8), st.floats(-np.pi, np.pi), st.sampled_from([-0.6, 0.0, 0.6]))
 def test_the_true_place_has_the_most(missed: float, towards: float, turned: float) -> None:
-    poses = drive((0.2, 0.0, 0.05), (-2.0, -0.5, 0.1))
+    poses = path(np.array((0.2, 0.0, 0.05)), (-2.0, -0.5, 0.1), 5)
     off = np.array([missed * np.cos(towards), missed * np.sin(towards), turned])
     true, wrong = evidence(ROOM, poses, np.stack([poses[-1], compose(poses[-1], off)]))
     assert true > 40.0
@@ -49,12 +42,12 @@ def test_the_true_place_has_the_most(missed: float, towards: float, turned: floa
 
 @pytest.mark.parametrize("ahead", [-0.4, 0.4])
 def test_along_a_bare_corridor_all_places_have_as_much(ahead: float) -> None:
-    poses = drive((0.4, 0.0, 0.0), (0.0, 0.0, 0.0))
+    poses = path(np.array((0.4, 0.0, 0.0)), (0.0, 0.0, 0.0), 5)
     true, shifted = evidence(CORRIDOR, poses, np.stack([poses[-1], poses[-1] + [ahead, 0.0, 0.0]]))
     assert abs(true - shifted) < 3.0
 
 
 def test_scans_that_see_nothing_say_nothing() -> None:
     out_of_reach = box(-99.0, -99.0, 99.0, 99.0)
-    poses = drive((0.2, 0.0, 0.0), (0.0, 0.0, 0.0))
+    poses = path(np.array((0.2, 0.0, 0.0)), (0.0, 0.0, 0.0), 5)
     np.testing.assert_array_equal(evidence(out_of_reach, poses, poses[-2:]), 0.0)

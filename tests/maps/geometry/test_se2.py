@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, compose, inverse
+from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, chained, compose, inverse
 
 numbers = st.floats(-50.0, 50.0)
 poses = st.tuples(numbers, numbers, numbers).map(np.array)
@@ -27,6 +27,14 @@ def test_composing_is_the_product_of_matrices(first: Pose, second: Pose) -> None
 def test_between_is_undone_by_composing(first: Pose, second: Pose) -> None:
     np.testing.assert_allclose(matrix(compose(first, between(first, second))), matrix(second), atol=1e-11)
     np.testing.assert_allclose(matrix(compose(inverse(first), first)), matrix(IDENTITY), atol=1e-11)
+
+
+@given(many_poses)
+def test_chained_steps_follow_one_another(steps: Pose) -> None:
+    chain = chained(steps)
+    np.testing.assert_array_equal(chain[0], IDENTITY)
+    for before, after, step in zip(chain, chain[1:], steps, strict=False):
+        np.testing.assert_allclose(matrix(after), matrix(compose(before, step)), atol=1e-11)
 
 
 @given(poses, many_poses)
