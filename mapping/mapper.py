@@ -198,8 +198,7 @@ class Mapper:
             state.clouds.add(index, state.reckoning.cloud)
         state.reckoning.start_keyframe(step, prepared, scan.laser, is_tied=is_tied and index > 0)
         self._learn_and_optimize(index)
-        if self._config.close_loops:
-            self._close_loops(is_tied=is_tied)
+        self._grow_submaps(is_tied=is_tied)
         self._trim(index)
 
     def _place(self, index: int, guesses: MotionGuesses, gap: Gap) -> tuple[Pose, GuessSource, Placement]:
@@ -266,11 +265,17 @@ class Mapper:
                 first = index + 1 - schedule.window
                 state.map_from_keyframe = state.graph.optimize_since(state.map_from_keyframe, first)
 
-    def _close_loops(self, *, is_tied: bool) -> None:
+    def _grow_submaps(self, *, is_tied: bool) -> None:
+        """Note the newest keyframe for loop closure, now and when a later drive carries on the map."""
         state, steps = self._state, self._state.map_from_reference[-2:]
         distance = float(np.hypot(*(steps[-1, :2] - steps[0, :2])))
-        if state.loops.add_keyframe(distance, is_matched=is_tied) is None:
-            return
+        is_finished = state.loops.add_keyframe(distance, is_matched=is_tied) is not None
+        if is_finished and self._config.close_loops:
+            self._close_loops()
+
+    def _close_loops(self) -> None:
+        """Seek the submap that was just finished on the earlier ones."""
+        state = self._state
         with state.timed("loop closure"):
             closures = state.loops.close(state.map_from_keyframe)
         if not closures:

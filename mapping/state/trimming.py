@@ -33,7 +33,8 @@ def trim_known_keyframes(state: MapperState, until: int) -> None:
     first = max(until - state.config.schedule.checkpoint_interval, 0)
     candidates = np.arange(first, max(until, 0))
     is_room_left = np.sum(state.keyframes.is_kept) <= state.config.keyframes.trimming.keyframes
-    if len(candidates) == 0 or is_room_left or not state.loops.history.submaps:
+    knows_places = state.config.close_loops and len(state.loops.history.submaps) > 0
+    if len(candidates) == 0 or is_room_left or not knows_places:
         return
     with state.timed("scan matching"):
         ties = ties_to_known(

@@ -91,10 +91,13 @@ def test_scans_between_keyframes_are_kept_thinned(messages: list[Scan | Odometry
     assert arrays["drive.cloud_lengths"].astype(int).max() <= MAX_POINTS
 
 
-def test_a_session_reads_back_as_it_was(messages: list[Scan | Odometry]) -> None:
-    mapper = Mapper(MappingConfig())
+@pytest.mark.parametrize("close_loops", [True, False])
+def test_a_session_reads_back_as_it_was(messages: list[Scan | Odometry], close_loops: bool) -> None:
+    mapper = Mapper(MappingConfig(close_loops=close_loops))
     feed(mapper, messages)
-    arrays = mapper.finish().session.to_arrays()
+    session = mapper.finish().session
+    assert session.loops.submaps
+    arrays = session.to_arrays()
     again = Session.from_arrays(arrays).to_arrays()
     assert arrays.keys() == again.keys()
     for name, array in arrays.items():
