@@ -214,6 +214,66 @@ def worlds(
 
 
 @benchmark.command()
+def quality(
+    drives: Annotated[
+        int, typer.Option("--drives", min=0, metavar="N", help="Drives through each of five floor plans.")
+    ] = 4,
+    faults: Annotated[
+        int,
+        typer.Option(
+            "--faults", min=0, max=40, metavar="N", help="Further maps of each drive, with a fault each."
+        ),
+    ] = 4,
+    bags: Annotated[
+        Path | None,
+        typer.Option(
+            "--bags",
+            metavar="DIR",
+            help="Also map the recordings below this folder that have their true poses, reference.tum, "
+            "beside them.",
+            show_default=False,
+        ),
+    ] = None,
+    config: ConfigOption = None,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Make maps of known error, many of them wrong, and tell how often the verdict on them is right.
+
+    Example: racecar benchmark quality --drives 1 --json quality.json
+    """
+    from racecar.maps.errors import UserError
+    from racecar.pipelines.benchmarks.quality.known_drives import recorded_drives, simulated_drives
+    from racecar.pipelines.files.config_file import load_config
+
+    settings = load_config(config).mapping
+
+    from itertools import chain
+
+    from racecar.pipelines.benchmarks.quality.quality_benchmark import JudgedMap, judged_maps
+    from racecar.pipelines.benchmarks.quality.tables import figures_table, one_line, verdicts_table
+    from racecar.pipelines.benchmarks.quality.verdict_figures import kind_of, verdict_figures
+
+    inputs = {"drives": drives, "faults": faults, "bags": bags, "config": config, "seed": seed}
+    with _output("quality", {**inputs, "settings": settings.model_dump()}, json, quiet) as output:
+        recorded = iter(()) if bags is None else recorded_drives(bags, settings)
+        maps: list[JudgedMap] = []
+        for drive in chain(simulated_drives(drives, seed), recorded):
+            for judged in judged_maps(drive, faults, settings):
+                output.announce(one_line(judged))
+                maps.append(judged)
+        if not maps:
+            raise UserError("There is nothing to judge: ask for --drives, or name recordings with --bags.")
+        figures = verdict_figures(maps, settings.quality)
+        output.report.add("figures", figures.as_dict())
+        for judged in maps:
+            known = {**judged.as_dict(), "is": kind_of(judged, settings.quality)}
+            output.report.add("maps", {f"{judged.drive}, {judged.spoiling}": known})
+        output.show(verdicts_table(figures), figures_table(figures))
+
+
+@benchmark.command()
 def localizer(
     seed: SeedOption = 0,
     json: JsonOption = None,

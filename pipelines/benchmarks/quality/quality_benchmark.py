@@ -1,0 +1,103 @@
+"""Maps of known error, and what the verdict says of them."""
+
+import random
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.quality.map_quality import MapQuality
+from racecar.mapping.state.result import MappingResult
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.replay import feed
+from racecar.pipelines.benchmarks.quality.known_drives import KnownDrive
+from racecar.pipelines.benchmarks.quality.map_errors import MapErrors, map_errors
+from racecar.pipelines.benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED
+
+_SHORTEST = 1.0
+"""Metres of path, below which there is no map to speak of; by judgement."""
+
+
+@dataclass(frozen=True)
+class JudgedMap:
+    """A map, its errors and the verdict on it."""
+
+    drive: str
+    spoiling: str
+    errors: MapErrors
+    verdict: str
+    expected_local_m: float
+    expected_whole_m: float
+    place_off_m: float | None
+    """From the worst error to the nearest segment that was named; None where none was."""
+    judging_seconds: float
+    statistics: dict[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """For a JSON file."""
+        return asdict(self)
+
+
+def judged_maps(drive: KnownDrive, spoilings: int, base: MappingConfig) -> Iterator[JudgedMap]:
+    """A drive mapped as it is, and made worse in some of the ways there are, which its name draws."""
+    others = [name for name in SPOILINGS if name != UNSPOILED]
+    for name in [UNSPOILED, *random.Random(drive.name).sample(others, spoilings)]:
+        try:
+            result = spoiled_map(drive, name, base)
+        except UserError:
+            continue  # no map at all is an honest answer
+        judged = judged_map(drive, name, result, base)
+        if judged is not None:
+            yield judged
+
+
+def spoiled_map(drive: KnownDrive, spoiling: str, base: MappingConfig) -> MappingResult:
+    """Map a drive that was made worse. Raises UserError when nothing is left to map."""
+    how = SPOILINGS[spoiling]
+    mapper = Mapper(MappingConfig.model_validate({**base.model_dump(), "refine": False, **how.settings}))
+    for message in how.of(drive.messages):
+        feed(message, mapper)
+    return mapper.finish()
+
+
+def judged_map(
+    drive: KnownDrive, spoiling: str, result: MappingResult, config: MappingConfig
+) -> JudgedMap | None:
+    """Compare a verdict with the truth; None where too little of the path is known."""
+    stamps = result.trajectory.stamps[result.keyframe_indices]
+    known = np.flatnonzero(drive.is_known(stamps))
+    if len(known) < 2:
+        return None
+    # A wrong mount moves the car in the map, and leaves the map itself as it is.
+    mount = next(message.base_from_laser for message in drive.messages if isinstance(message, Scan))
+    true = compose(drive.truth.poses_at(stamps[known]), mount)
+    lasers = result.session.map_from_keyframe
+    errors = map_errors(lasers[known], true, config.quality.local_distance)
+    if errors.path_m < _SHORTEST:
+        return None
+    first, last = known[list(errors.worst)]
+    return JudgedMap(
+        drive.name,
+        spoiling,
+        errors,
+        result.quality.verdict.value,
+        result.quality.error_per_10_m,
+        result.quality.error_of_whole,
+        _place_off(result.quality, lasers, lasers[first : last + 1]),
+        result.seconds["judging"],
+        result.quality.statistics,
+    )
+
+
+def _place_off(quality: MapQuality, lasers: Pose, worst: Pose) -> float | None:
+    """Metres in the map between the path (K, 3) of the segments that are named and some poses (N, 3)."""
+    runs = [run for s in quality.segments for run in (s.keyframes, s.contradicted_by) if run is not None]
+    if not runs:
+        return None
+    named = np.concatenate([lasers[first : last + 1] for first, last in runs])
+    return float(np.hypot(*(named[:, None, :2] - worst[None, :, :2]).transpose(2, 0, 1)).min())
