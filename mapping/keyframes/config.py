@@ -216,10 +216,13 @@ class ConstraintConfig(Settings):
         "judgement.",
     )
     min_overlap: float = Field(
-        default=0.15,
+        default=0.03,
         ge=0.0,
         le=1.0,
-        description="Share of points with a partner that a match must have to count. By judgement.",
+        description="Share of points with a partner that a match must have to count. What few points tell is "
+        "in the information of the match: on a simulated campus, where a third of the keyframes share less "
+        "than 0.15, such matches err by as many of their standard deviations as the others, and with them "
+        "the mean error is 0.024 instead of 0.086 m (racecar benchmark worlds).",
     )
     max_residual: float = Field(
         default=0.04,

@@ -21,7 +21,8 @@ pytestmark = pytest.mark.slow
         ("follower", 0.05),
         ("short", 0.05),
         ("one per 1 s", 0.05),
-        ("campus", 0.1),
+        ("gaps", 0.05),
+        ("campus", 0.05),
     ],
 )
 def test_a_world_is_mapped_to_centimetres(world: str, metres: float) -> None:
