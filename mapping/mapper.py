@@ -1,6 +1,7 @@
 """The mapper: one scan at a time, from odometry to an optimized map. The whole method is on this page."""
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,12 @@ from racecar.mapping.keyframes.placement import KeyframePlacer, Placement
 from racecar.mapping.matching.scan_store import prepare_scan
 from racecar.mapping.odometry.lag import OdometryLag
 from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
+from racecar.mapping.quality.judgement import judge
+from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState, Snapshot
-from racecar.mapping.state.result import MappingResult, result_of
+from racecar.mapping.state.result import MappingResult, finished_map_of, result_of
 from racecar.mapping.state.scan_poses import place_all_scans
 from racecar.mapping.state.trimming import trim_known_keyframes, trim_scans
 from racecar.maps.errors import UserError
@@ -92,6 +95,12 @@ class Mapper:
         """Everything so far, taken at once; packed when called, in any thread while this mapper goes on. The
         arrays are those of `MapperState.snapshot`."""
         return self._state.snapshot()
+
+    def quality_so_far(self) -> Callable[[], MapQuality]:
+        """The verdict on the map as it is now, at least one keyframe, without the optimization at the end;
+        found when called, in any thread while this mapper goes on."""
+        now = finished_map_of(self._state, self._state.session().frozen())
+        return partial(judge, now, self._config.quality)
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample of wheel odometry."""

@@ -61,9 +61,7 @@ def result_of(
     laser_from_base = state.reckoning.mounts.laser_from_base(state.drive.lasers)
     map_from_base = compose(map_from_laser, laser_from_base)
     with state.timed("judging"):
-        wheel_scale = state.reckoning.calibration.path_scale
-        finished = FinishedMap(session, _seconds_of_keyframes(state, session), wheel_scale)
-        quality = judge(finished, state.config.quality)
+        quality = judge(finished_map_of(state, session), state.config.quality)
     return MappingResult(
         trajectory=Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),
         grid=grid,
@@ -78,6 +76,11 @@ def result_of(
         quality=quality,
         clouds=state.clouds,
     )
+
+
+def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
+    """What is to be judged, of a drive among the keyframes of all drives in ``session``."""
+    return FinishedMap(session, _seconds_of_keyframes(state, session), state.reckoning.calibration.path_scale)
 
 
 def _seconds_of_keyframes(state: MapperState, session: Session) -> NDArray[np.float64]:

@@ -20,6 +20,7 @@ from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.order import HeldScans
 from racecar.pipelines.bags.replay import replay
+from racecar.pipelines.live.display.map_verdict import VERDICT_WORK, MapVerdict
 from racecar.pipelines.live.display.mapper_display import DISPLAY_WORK, DRAWING_WORK, MapperDisplay
 from racecar.pipelines.live.intake.first_messages import FirstMessages
 from racecar.pipelines.live.intake.laser_place import LaserPlace
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView
 
 _WORK = {"message": 20_000, "rest": 1, "save": 1}
-_SIDE_WORK = {**CHECKPOINT_WORK, **DISPLAY_WORK, "memory": 1}
+_SIDE_WORK = {**CHECKPOINT_WORK, **DISPLAY_WORK, **VERDICT_WORK, "memory": 1}
 _GIVE_BACK_EVERY = 0.3
 """Seconds between two times that free memory goes back to the machine, as each takes milliseconds."""
 _HELD_FOR = 0.5
@@ -84,6 +85,7 @@ class MapperNode(LiveNode):
             self.health,
         )
         self._checkpoints = DriveCheckpoints(node, output.checkpoint(), self.side, self.faults)
+        self._verdict = MapVerdict(self.side)
         self._service = SaveService(node, output, self._request_snapshot, self.faults, self.inform)
         self._schedule = Schedule({"memory": _GIVE_BACK_EVERY})
         self._counts: Counter[str] = Counter()
@@ -125,6 +127,7 @@ class MapperNode(LiveNode):
             "submaps": len(session.loops.submaps),
             "messages waiting": self.worker.inbox.backlog("message"),
             "times the map was drawn anew": self._display.times_redrawn,
+            **self._verdict.figures,
         }
 
     def summary(self) -> dict[str, Any]:
@@ -207,6 +210,7 @@ class MapperNode(LiveNode):
             self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
             self._display.show(stamp, scan, self._pose, self._mapper)
             self._checkpoints.save_when_due(self._snapshot)
+            self._verdict.judge_when_due(self._mapper.quality_so_far)
             if self._schedule.is_due("memory"):
                 self.side.inbox.put("memory", give_back_free_memory)
 

@@ -53,6 +53,24 @@ def test_a_clean_drive_gives_a_good_map() -> None:
     assert not quality.reasons
 
 
+def test_a_map_is_judged_as_it_was_while_the_mapper_goes_on() -> None:
+    mapper = Mapper(MappingConfig())
+    messages = drive(room(), 26.0, np.random.default_rng(1)).messages
+    verdicts = []
+    for number, message in enumerate(messages):
+        if isinstance(message, Scan):
+            mapper.add_scan(message)
+            if number > len(messages) // 2 and not verdicts:
+                verdicts = [mapper.quality_so_far()]
+                at_once = verdicts[0]()
+        else:
+            mapper.add_odometry(message)
+    later = verdicts[0]()
+    np.testing.assert_equal(later.statistics, at_once.statistics)
+    assert later.verdict == Verdict.GOOD
+    assert mapper.quality_so_far()().statistics["path_m"] > later.statistics["path_m"]
+
+
 def test_a_bent_map_is_wrong_and_passes_are_named_that_contradict_each_other() -> None:
     quality = bent(0.01)
     assert quality.verdict == Verdict.WRONG

@@ -1,0 +1,52 @@
+"""What the map that grows is worth so far, for who watches the diagnostics."""
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from racecar.mapping.quality.map_quality import MapQuality
+from racecar.pipelines.live.work.worker import Worker
+
+VERDICT_WORK = {"verdict": 1}
+"""The kind of work for the worker, and how much of it may wait."""
+
+_EVERY = 60.0
+"""Seconds between two judgements: by judgement, as a map of some metres more is hardly a better one."""
+_LEAST_REST = 100.0
+"""Times as long as judging takes, which grows with the map: 1 % of a core, because mapping comes first."""
+
+
+class MapVerdict:
+    """Judges the map from time to time."""
+
+    def __init__(self, worker: Worker) -> None:
+        self._worker = worker
+        self._due = time.monotonic() + _EVERY
+        self._figures: dict[str, Any] = {}
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """The last verdict, with the first reason where the map is not good; nothing before there is one."""
+        return self._figures
+
+    def judge_when_due(self, quality: Callable[[], Callable[[], MapQuality]]) -> None:
+        """Let the worker judge the map as it is now, if it is time; ``quality`` takes hold of it."""
+        if time.monotonic() < self._due:
+            return
+        self._due = float("inf")
+        judge = quality()
+        self._worker.inbox.put("verdict", lambda: self._judge(judge))
+
+    def _judge(self, judge: Callable[[], MapQuality]) -> None:
+        began = time.monotonic()
+        try:
+            quality = judge()
+            self._figures = {
+                "map so far": quality.verdict.value,
+                "expected error (m per 10 m)": quality.error_per_10_m,
+                "expected error (m over all)": quality.error_of_whole,
+                "doubt": next(iter(quality.reasons), "none"),
+            }
+        finally:
+            now = time.monotonic()
+            self._due = now + max(_EVERY, _LEAST_REST * (now - began))
