@@ -2,6 +2,7 @@
 
 from pydantic import Field
 
+from racecar.mapping.feedback.config import FeedbackConfig
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, RenderingConfig
 from racecar.mapping.keyframes.config import KeyframeConfig
@@ -104,3 +105,4 @@ class MappingConfig(Settings):
     growing_grid: GrowingGridConfig = GrowingGridConfig()
     place_recognition: PlaceRecognitionConfig = PlaceRecognitionConfig()
     quality: QualityConfig = QualityConfig()
+    feedback: FeedbackConfig = FeedbackConfig()

@@ -8,7 +8,9 @@ from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, pose_or_nan
 from racecar.mapping.config import MappingConfig
+from racecar.mapping.feedback.missed_loops import missed_loops
 from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.despeckling import despeckled
 from racecar.mapping.grid.rendering import Rays, looks_until_free, pack_rays, rays_of, render, returns_of
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
@@ -157,12 +159,14 @@ class Mapper:
         state, config, report = self._state, self._config, progress or (lambda share: None)
         with state.timed("optimization"):
             self._optimize_finally()
+        quality = self._heed_contradictions()
         session = state.session()
         if earlier is not None:
             with state.timed("merging"):
                 session = merge(
                     earlier, session, state.loops, config.place_recognition, config.graph, config.keyframes
                 )
+            quality = self._judge(session)
         report(0.3)
         map_from_laser = place_all_scans(state, session)
         report(0.8)
@@ -174,7 +178,7 @@ class Mapper:
             grid = render(rays, poses, config.resolution, config.rendering)
             grid = despeckled(grid, returns, config.despeckling)
         report(1.0)
-        return result_of(state, session, map_from_laser, grid, returns)
+        return result_of(state, session, map_from_laser, grid, returns, quality)
 
     def _hold(self, scan: Scan, points: NDArray[np.float64]) -> None:
         """Keep the rays of a scan between keyframes, where these alone are too few to show free space."""
@@ -327,3 +331,34 @@ class Mapper:
             with_first_pass=config.close_loops,
         )
         state.map_from_keyframe = state.graph.optimize_finally(state.map_from_keyframe)
+
+    def _judge(self, session: Session) -> MapQuality:
+        """The verdict on the map of a drive, among the keyframes of all drives in ``session``."""
+        with self._state.timed("judging"):
+            return judge(finished_map_of(self._state, session), self._config.quality)
+
+    def _heed_contradictions(self) -> MapQuality:
+        """Judge the map; where passes contradict each other, close the loops that were missed, as long as
+        that makes it better. Returns the verdict."""
+        state, config = self._state, self._config
+        quality = self._judge(state.session())
+        for _ in range(config.feedback.rounds if config.close_loops else 0):
+            with state.timed("feedback"):
+                missed = missed_loops(
+                    quality, state.map_from_keyframe, state.loops, state.graph, config.feedback
+                )
+            if not missed:
+                break
+            before = state.graph, state.map_from_keyframe, state.reckoning.calibration
+            state.graph = PoseGraph(
+                config.graph, [*state.graph.constraints, *(h.as_constraint() for h in missed)]
+            )
+            with state.timed("feedback"):
+                self._optimize_finally()
+            changed = self._judge(state.session())
+            if not changed.is_better_than(quality):
+                state.graph, state.map_from_keyframe, state.reckoning.calibration = before
+                break
+            quality = changed
+            state.loops.history.accept([h for h in missed if h.moving.index >= 0])
+        return quality

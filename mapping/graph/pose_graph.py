@@ -135,10 +135,14 @@ class PoseGraph:
             poses = self.optimize_roughly(poses, tied_until)
         return self.optimize_by_groups(poses, groups) if self._are_strained(closures, poses) else poses
 
-    def _are_strained(self, closures: Sequence[Constraint], poses: Pose) -> bool:
-        """Does any closure contradict the poses (K, 3) so much that it is worth optimizing anew?"""
+    def is_strained_by(self, closure: Constraint, poses: Pose) -> bool:
+        """Does a loop closure contradict the poses (K, 3) so much that it is worth optimizing anew?"""
         limits = (self.config.strained_distance, self.config.strained_angle)
-        return any(_is_contradicted(closure, poses, limits) for closure in closures)
+        return _is_contradicted(closure, poses, limits)
+
+    def _are_strained(self, closures: Sequence[Constraint], poses: Pose) -> bool:
+        """Does any closure contradict the poses (K, 3) so much?"""
+        return any(self.is_strained_by(closure, poses) for closure in closures)
 
     def _drop_refuted(self, poses: Pose) -> bool:
         """Take out the loop closures that the solution refutes; returns whether there were any."""

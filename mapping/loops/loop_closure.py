@@ -17,6 +17,7 @@ from racecar.mapping.loops.submap import Submap
 from racecar.mapping.loops.submap_matching import match_submaps
 from racecar.mapping.loops.submap_search import SubmapSearch
 from racecar.mapping.loops.verifier import LoopVerifier
+from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose
 
@@ -54,12 +55,16 @@ class LoopCloser:
         for candidate in candidates(
             moving, among, self.history.graph, poses, self.is_whole, self.config.candidates
         ):
-            fixed, window = candidate.submap, candidate.window
-            found = self._search.find(fixed, moving, poses, window)
-            hypothesis = None if found is None else self.match(fixed, moving, poses, found, window.reach)
+            hypothesis = self.seek_on(candidate.submap, moving, poses, candidate.window)
             if hypothesis is not None:
                 self.history.add(hypothesis)
         return self.history.accept(self._confirmed(moving, poses))
+
+    def seek_on(self, fixed: Submap, moving: Submap, poses: Pose, window: Window) -> Hypothesis | None:
+        """The hypothesis that a submap lies within a window where it fits a fixed one; None when it fits
+        nowhere, or in more than one place, or a verifier refutes it."""
+        found = self._search.find(fixed, moving, poses, window)
+        return None if found is None else self.match(fixed, moving, poses, found, window.reach)
 
     def match(
         self, fixed: Submap, moving: Submap, poses: Pose, guess: Pose, reach: float

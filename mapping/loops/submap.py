@@ -18,7 +18,7 @@ class Submap:
     """Keyframes ``first`` to ``last`` (inclusive) about keyframe ``middle``, whose frame is the submap's."""
 
     index: int
-    """Its number among the submaps."""
+    """Its number among the submaps of the path; -1 of one beside them."""
     first: int
     middle: int
     last: int

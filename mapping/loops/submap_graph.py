@@ -60,6 +60,14 @@ class SubmapGraph:
         self.submaps.append(submap)
         return submap
 
+    def submap_about(self, metres: float, config: SubmapConfig) -> Submap:
+        """A submap beside those of the path, about the keyframe that was reached after so many metres."""
+        path = np.array(self.path)
+        middle = min(int(np.searchsorted(path, metres)), len(path) - 1)
+        first = int(np.searchsorted(path, path[middle] - config.half_length))
+        end = int(np.searchsorted(path, path[middle] + config.half_length, side="right"))
+        return Submap(-1, first, middle, end - 1)
+
     def close(self, fixed: Submap, moving: Submap) -> None:
         """Connect two submaps by a loop closure."""
         self.edges.extend((fixed.index, moving.index, _OF_A_CLOSURE))

@@ -22,7 +22,7 @@ class SubmapSearch:
         """``count`` is called with each thing that happens: ``searched``, ``scored``, ``ambiguous``."""
         self._store, self._count = store, count
         self._config, self._submaps, self._candidates = config.search, config.submaps, config.candidates
-        self._pyramids: dict[int, LikelihoodPyramid] = {}
+        self._pyramids: dict[Submap, LikelihoodPyramid] = {}
 
     def find(self, fixed: Submap, moving: Submap, poses: Pose, window: Window) -> Pose | None:
         """fixed_from_moving (3,) where the moving submap fits the fixed one, within a window about where the
@@ -63,11 +63,11 @@ class SubmapSearch:
         return fit
 
     def _pyramid(self, submap: Submap, poses: Pose) -> LikelihoodPyramid:
-        if submap.index not in self._pyramids:
+        if submap not in self._pyramids:
             if len(self._pyramids) >= _MOST_PYRAMIDS:
                 self._pyramids.pop(next(iter(self._pyramids)))
             points = submap.points(self._store, poses, self._submaps)
-            self._pyramids[submap.index] = LikelihoodPyramid(
+            self._pyramids[submap] = LikelihoodPyramid(
                 points, self._config.radius, self._store.config.correlative_search
             )
-        return self._pyramids[submap.index]
+        return self._pyramids[submap]

@@ -60,6 +60,16 @@ class MapQuality:
     statistics: dict[str, float]
     """What it was judged by; NaN where there was nothing to measure."""
 
+    def is_better_than(self, other: "MapQuality") -> bool:
+        """Do passes contradict each other less, and is less error expected? The first is asked because any
+        further constraint makes a graph look certain, right or wrong."""
+        through = "looked_through_by_passes"
+        return (
+            self.error_per_10_m < other.error_per_10_m
+            and self.error_of_whole < other.error_of_whole
+            and self.statistics[through] < other.statistics[through]
+        )
+
     @property
     def summary(self) -> str:
         """One line for people."""

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.quality.finished_map import FinishedMap
-from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState
@@ -56,12 +55,11 @@ def result_of(
     map_from_laser: Pose,
     grid: OccupancyGrid,
     returns: list[NDArray[np.float64]],
+    quality: MapQuality,
 ) -> MappingResult:
     """The result of a drive whose scans lie at (N, 3), among the keyframes of all drives in ``session``."""
     laser_from_base = state.reckoning.mounts.laser_from_base(state.drive.lasers)
     map_from_base = compose(map_from_laser, laser_from_base)
-    with state.timed("judging"):
-        quality = judge(finished_map_of(state, session), state.config.quality)
     return MappingResult(
         trajectory=Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),
         grid=grid,

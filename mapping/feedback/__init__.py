@@ -1,0 +1,1 @@
+"""What the verdict on a finished map finds is acted on before the map is given out."""
