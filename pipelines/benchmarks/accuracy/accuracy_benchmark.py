@@ -1,19 +1,24 @@
 """How accurate the localizer is on simulated drives: every row of the README's table, measured."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.grid.distance_field import distance_to_occupied
-from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
-from racecar.pipelines.benchmarks.accuracy.crowd import among_people
-from racecar.pipelines.benchmarks.accuracy.furniture import move_furniture
+from racecar.pipelines.benchmarks.accuracy.drives import (
+    BETWEEN_KIDNAPPINGS,
+    FAR,
+    TRACKING_SPEED,
+    changed_map_drive,
+    racing_drive,
+    tracking_drive,
+)
 from racecar.pipelines.benchmarks.accuracy.kidnapping import join_as_kidnappings
 from racecar.pipelines.benchmarks.accuracy.localized_drive import LocalizedDrive, localize_drive
 from racecar.pipelines.benchmarks.accuracy.lookalikes import Lookalikes
@@ -23,23 +28,13 @@ from racecar.pipelines.simulation.simulator_config import NoiseLevel, Simulation
 
 MAPS = ("building", "track")
 _SCANS_PER_SECOND = round(1.0 / UST_10LX.scan_time)
-_TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
-"""m/s, m/s and a share."""
 _DRIVE_SECONDS = 30.0
-_CROWD = 0.15
-"""Share of the beams that people stop."""
 _LOST = 0.5
 """Metres off, or probability of being lost, from which on the car counts as lost."""
 _RIGHT = 0.25
 """Metres off, up to which an estimate counts as right."""
 _FIND_SECONDS, _NOTICE_SECONDS, _FIND_AGAIN_SECONDS = 3.0, 1.0, 3.0
 """Within which the start has to be found, a kidnapping noticed, and the car found again after one."""
-_BETWEEN_KIDNAPPINGS = 6.0
-"""Seconds; twice what the car has to be found again in."""
-_ROOM = 0.5
-"""Metres of free floor about the pose at which a drive starts."""
-_FAR = 2.0
-"""Metres that a kidnapped car is carried at least."""
 
 
 @dataclass(frozen=True)
@@ -98,40 +93,23 @@ class AccuracyBenchmark:
     def tracking(self, map_name: str, noise: NoiseLevel, seconds: float) -> TrackingFigures:
         """At up to 3 m/s."""
         self._announce(f"Tracking: {map_name}, noise {noise.value}")
-        return self._track(map_name, seconds, noise=noise, max_speed=_TRACKING_SPEED)
+        return self._measured(map_name, lambda grid, seed: tracking_drive(grid, seed, seconds, noise))
 
     def racing(self, map_name: str, seconds: float) -> TrackingFigures:
         """At up to 7 m/s, with wheels that slip."""
         self._announce(f"Racing: {map_name}")
-        return self._track(
-            map_name, seconds, noise=NoiseLevel.SLIGHT, max_speed=_RACING_SPEED, slip=_RACING_SLIP
-        )
+        return self._measured(map_name, lambda grid, seed: racing_drive(grid, seed, seconds))
 
     def changed_map(self, map_name: str, seconds: float) -> TrackingFigures:
         """Furniture was moved, and people stand around."""
         self._announce(f"Furniture moved, people about: {map_name}")
-        runs = []
-        for seed in range(self.seeds):
-            rng = np.random.default_rng([seed, 11])
-            world = move_furniture(self._grids[map_name], rng)
-            settings = SimulationConfig(
-                noise=NoiseLevel.SLIGHT,
-                seed=seed,
-                max_speed=_TRACKING_SPEED,
-                duration=seconds,
-                start=_random_start(world, rng),
-            )
-            drive = simulate_drive(world, settings)
-            people = np.random.default_rng([settings.seed, 7])
-            drive = replace(drive, messages=list(among_people(drive.messages, _CROWD, people)))
-            runs.append(self._run(self._grids[map_name], drive, seed))
-        return _tracking_figures(runs)
+        return self._measured(map_name, lambda grid, seed: changed_map_drive(grid, seed, seconds))
 
     def long_drive(self, map_name: str, seconds: float) -> TrackingFigures:
         """One drive, for false alarms."""
         self._announce(f"Long drive: {map_name}")
         settings = SimulationConfig(
-            noise=NoiseLevel.SLIGHT, seed=99, max_speed=_TRACKING_SPEED, duration=seconds
+            noise=NoiseLevel.SLIGHT, seed=99, max_speed=TRACKING_SPEED, duration=seconds
         )
         drive = simulate_drive(self._grids[map_name], settings)
         return _tracking_figures([self._run(self._grids[map_name], drive, 0)])
@@ -154,7 +132,7 @@ class AccuracyBenchmark:
     def kidnapped(self, map_name: str, times: int) -> FindingFigures:
         """Carried elsewhere between two scans, which nothing but the scans shows."""
         self._announce(f"Kidnapped {times} times: {map_name}")
-        starts = list(self._distinct_drives(map_name, times + 1, _BETWEEN_KIDNAPPINGS))
+        starts = list(self._distinct_drives(map_name, times + 1, BETWEEN_KIDNAPPINGS))
         drives = [drive for drive, _ in starts]
         whole, kidnappings = join_as_kidnappings(drives)
         localizer = self._localizer(self._grids[map_name], 0)
@@ -173,16 +151,12 @@ class AccuracyBenchmark:
         left_out = sum(lookalikes for _, lookalikes in starts)
         return FindingFigures(len(kidnappings), left_out, found, noticed, float(np.median(seconds)))
 
-    def _track(self, map_name: str, seconds: float, **settings: object) -> TrackingFigures:
+    def _measured(
+        self, map_name: str, drive: Callable[[OccupancyGrid, int], SimulatedDrive]
+    ) -> TrackingFigures:
+        """Of the drive through a map by each seed."""
         grid = self._grids[map_name]
-        runs = []
-        for seed in range(self.seeds):
-            start = _random_start(grid, np.random.default_rng([seed, 5]))
-            drive = simulate_drive(
-                grid, SimulationConfig(seed=seed, duration=seconds, start=start, **settings)
-            )
-            runs.append(self._run(grid, drive, seed))
-        return _tracking_figures(runs)
+        return _tracking_figures([self._run(grid, drive(grid, seed), seed) for seed in range(self.seeds)])
 
     def _run(self, grid: OccupancyGrid, drive: SimulatedDrive, seed: int) -> LocalizedDrive:
         localizer = self._localizer(grid, seed)
@@ -202,7 +176,7 @@ class AccuracyBenchmark:
         grid, rng = self._grids[map_name], np.random.default_rng(17)
         lookalikes = Lookalikes(grid)
         settings = SimulationConfig(
-            noise=NoiseLevel.SLIGHT, max_speed=_TRACKING_SPEED, duration=self._places_seconds
+            noise=NoiseLevel.SLIGHT, max_speed=TRACKING_SPEED, duration=self._places_seconds
         )
         long_drive = simulate_drive(grid, settings)
         length = round(seconds * _SCANS_PER_SECOND)
@@ -211,7 +185,7 @@ class AccuracyBenchmark:
         while count > 0:
             first = int(rng.integers(len(long_drive.truth) - length))
             pose = long_drive.truth.map_from_base[first]
-            if before is not None and np.hypot(*(pose - before)[:2]) < _FAR:
+            if before is not None and np.hypot(*(pose - before)[:2]) < FAR:
                 continue
             if lookalikes.has(pose, BASE_FROM_LASER, UST_10LX.bearings):
                 passed += 1
@@ -267,10 +241,3 @@ def _right_after(result: LocalizedDrive) -> float:
     wrong = np.flatnonzero(result.metres >= _RIGHT)
     first_right = int(wrong[-1]) + 1 if len(wrong) else 0
     return first_right / _SCANS_PER_SECOND if first_right < len(result.metres) else np.inf
-
-
-def _random_start(grid: OccupancyGrid, rng: np.random.Generator) -> tuple[float, float, float]:
-    """A pose with room about it."""
-    is_roomy = (grid.cells == FREE) & (distance_to_occupied(grid) > _ROOM)
-    x, y = grid.center_of(rng.choice(np.argwhere(is_roomy), size=1))[0]
-    return float(x), float(y), float(rng.uniform(-np.pi, np.pi))

@@ -12,16 +12,19 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 
-_PAUSE = 5_000_000
+BETWEEN_SCANS = 5_000_000
 """Nanoseconds between the last message of a drive and the first of the next: less than a scan's period, so
 that no gap gives the kidnapping away."""
 
 
-def join_as_kidnappings(drives: Sequence[SimulatedDrive]) -> tuple[SimulatedDrive, NDArray[np.int64]]:
+def join_as_kidnappings(
+    drives: Sequence[SimulatedDrive], pause: int = BETWEEN_SCANS
+) -> tuple[SimulatedDrive, NDArray[np.int64]]:
     """Drives through one world, one after the other as if they were one, and the scans at which the car is
     suddenly elsewhere.
 
-    Time goes on without a gap and so does the odometry: only the scans show it.
+    Nothing comes for a ``pause`` (nanoseconds) between two drives. By default that is no gap, and the
+    odometry goes on where it was: only the scans show it.
     """
     messages: list[Measurement] = []
     stamps: list[NDArray[np.int64]] = []
@@ -38,7 +41,7 @@ def join_as_kidnappings(drives: Sequence[SimulatedDrive]) -> tuple[SimulatedDriv
         stamps.append(drive.truth.stamps + shift)
         last = [message for message in messages if isinstance(message, Odometry)][-1]
         odom_from_base = last.odom_from_base
-        end = max(messages[-1].stamp, last.stamp) + _PAUSE
+        end = max(messages[-1].stamp, last.stamp) + pause
     lengths = np.cumsum([len(drive.truth) for drive in drives])
     poses = np.concatenate([drive.truth.map_from_base for drive in drives])
     whole = SimulatedDrive(drives[0].grid, messages, Trajectory(np.concatenate(stamps), poses))
