@@ -15,7 +15,6 @@ from pathlib import Path
 import numpy as np
 
 from racecar.localization.localizer import Localizer
-from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map, save_map
@@ -27,7 +26,7 @@ from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.mapping_run import build_map
 
-_EVERY = 50
+EVERY = 50
 """Scans for each one that is matched, as an exhaustive match takes seconds."""
 _REACHES = (0, 40, 80, 160, 240)
 """Scans before and after one that are matched together with it; there are 40 a second."""
@@ -105,8 +104,9 @@ def measure_recordings(
 
 def measure_recording(recording: RecordedDrive, settings: Config, seed: int) -> RecordingFigures:
     """Localize a recording from anywhere on the map, and match every 50th scan."""
-    own = _mapped(recording.bag, settings)
-    grid = _as_read(own.grid) if recording.map is None else load_map(recording.map)
+    with BagReader(recording.bag) as reader:
+        own = build_map(reader, settings.mapping, Report("racecar map"), quiet=True)
+    grid = as_read(own.grid) if recording.map is None else load_map(recording.map)
     localizer = Localizer(grid, settings.localization, np.random.default_rng(seed))
     with BagReader(recording.bag) as reader:
         localized = localize(reader, localizer)
@@ -115,18 +115,28 @@ def measure_recording(recording: RecordedDrive, settings: Config, seed: int) -> 
 
 
 def compare_scans(
-    localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher, every: int = _EVERY
+    localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher, every: int = EVERY
 ) -> list[Comparison]:
     """One scan in ``every`` by the localizer and by an exhaustive match, alone and with its neighbours."""
+    comparisons = []
+    for index in range(every - 1, len(localized.scans), every):
+        best, gain = best_match(localized, index, own_trajectory, matcher)
+        off = best - localized.map_from_base[index]
+        comparisons.append(Comparison(index + 1, float(np.hypot(*off[:2])), gain))
+    return comparisons
 
-    def compare(index: int) -> Comparison:
-        map_from_base = localized.map_from_base[index]
-        segments = [localized.segment_about(index, own_trajectory, reach) for reach in _REACHES]
-        matches = [matcher.match(segment, map_from_base) for segment in segments]
-        best, gain = matches[_agreed([pose for pose, _ in matches])]
-        return Comparison(index + 1, float(np.hypot(*(best - map_from_base)[:2])), gain)
 
-    return [compare(index) for index in range(every - 1, len(localized.scans), every)]
+def best_match(
+    localized: LocalizedScans, index: int, own_trajectory: Trajectory, matcher: ExhaustiveMatcher
+) -> tuple[Pose, float]:
+    """The pose (3,) where a scan fits best by an exhaustive match about the localizer's, and by how much.
+
+    It is matched alone and with its neighbours; of these matches it is the one that the others agree with.
+    """
+    map_from_base = localized.map_from_base[index]
+    segments = [localized.segment_about(index, own_trajectory, reach) for reach in _REACHES]
+    matches = [matcher.match(segment, map_from_base) for segment in segments]
+    return matches[_agreed([pose for pose, _ in matches])]
 
 
 def _agreed(poses: list[Pose]) -> int:
@@ -135,12 +145,7 @@ def _agreed(poses: list[Pose]) -> int:
     return int(np.argmin(np.linalg.norm(places[:, None] - places, axis=2).sum(axis=1)))
 
 
-def _mapped(bag: Path, settings: Config) -> MappingResult:
-    with BagReader(bag) as reader:
-        return build_map(reader, settings.mapping, Report("racecar map"), quiet=True)
-
-
-def _as_read(grid: OccupancyGrid) -> OccupancyGrid:
+def as_read(grid: OccupancyGrid) -> OccupancyGrid:
     """As whoever reads the map's files sees it."""
     with tempfile.TemporaryDirectory() as folder:
         save_map(grid, Path(folder) / "map.yaml")
