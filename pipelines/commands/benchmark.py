@@ -1,7 +1,7 @@
 """``racecar benchmark``: the tables of the README, measured."""
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -18,6 +18,7 @@ from racecar.pipelines.commands.options import (
 )
 
 if TYPE_CHECKING:
+    from racecar.pipelines.files.config_file import Config
     from racecar.pipelines.files.report import Report
 
 benchmark = typer.Typer(help="Measure what the README states.")
@@ -311,6 +312,44 @@ def accuracy(
         float,
         typer.Option("--minutes", min=0.1, metavar="MINUTES", help="Length of the drive for false alarms."),
     ] = 60.0,
+    ablation: Annotated[
+        bool,
+        typer.Option(
+            "--ablation",
+            help="Instead localize with each mechanism of the localizer off, and each group of them.",
+        ),
+    ] = False,
+    only: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--only",
+            metavar="NAME",
+            help="Of the ablation, only this mechanism, group or kind of drive; may be repeated. A long run "
+            "can so be made in parts.",
+            show_default=False,
+        ),
+    ] = None,
+    seconds: Annotated[
+        float | None,
+        typer.Option(
+            "--seconds",
+            min=2.0,
+            metavar="SECONDS",
+            help="Of the ablation: length of its simulated drives, 30 when not given, and of what is taken "
+            "of the beginning of a recording, all when not given.",
+            show_default=False,
+        ),
+    ] = None,
+    data: Annotated[
+        Path | None,
+        typer.Option(
+            "--data",
+            metavar="DIR",
+            help="Folder of the recordings. When not given: $RACECAR_DATA, else ../shared/data beside the "
+            "project.",
+            show_default=False,
+        ),
+    ] = None,
     config: ConfigOption = None,
     json: JsonOption = None,
     quiet: QuietOption = False,
@@ -319,27 +358,64 @@ def accuracy(
 
     Where there are recordings, these too, beside an exhaustive match of single scans.
     Example: racecar benchmark accuracy --seeds 2 --minutes 5
+    Example: racecar benchmark accuracy --ablation --only 'changed map, track' --json changed.json
     """
+    from racecar.maps.errors import UserError
+    from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
     from racecar.pipelines.files.config_file import load_config
 
+    if only and not ablation:
+        raise UserError("--only names a part of the ablation; ask for that with --ablation.")
     settings = load_config(config)
+    folder = recordings_folder() if data is None else data
+    inputs = {"seeds": seeds, "data": folder, "config": config, "settings": settings.model_dump()}
+    if ablation:
+        inputs |= {"only": only, "seconds": seconds}
+        with _output("accuracy --ablation", inputs, json, quiet) as output:
+            _ablate(output, folder, settings, seeds, seconds, only or ())
+        return
 
     from racecar.pipelines.benchmarks.accuracy.accuracy_benchmark import AccuracyBenchmark, measure_accuracy
     from racecar.pipelines.benchmarks.accuracy.tables import finding_table, tracking_table
     from racecar.pipelines.benchmarks.recordings.recordings_benchmark import measure_recordings
     from racecar.pipelines.benchmarks.recordings.tables import recordings_table
-    from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
 
-    inputs = {"seeds": seeds, "minutes": minutes, "config": config, "settings": settings.model_dump()}
-    with _output("accuracy", inputs, json, quiet) as output:
+    with _output("accuracy", {**inputs, "minutes": minutes}, json, quiet) as output:
         benchmark = AccuracyBenchmark(settings.localization, seeds, output.announce)
         tracking, finding = measure_accuracy(benchmark, minutes)
         output.report.add("tracking", {name: asdict(figures) for name, figures in tracking.items()})
         output.report.add("finding", {name: asdict(figures) for name, figures in finding.items()})
         output.show(tracking_table(tracking), finding_table(finding))
-        if recordings := measure_recordings(recordings_folder(), settings, output.announce):
+        if recordings := measure_recordings(folder, settings, output.announce):
             output.report.add("recordings", {name: asdict(figures) for name, figures in recordings.items()})
             output.show(recordings_table(recordings))
+
+
+def _ablate(
+    output: _Output,
+    folder: Path,
+    settings: "Config",
+    seeds: int,
+    seconds: float | None,
+    only: Collection[str],
+) -> None:
+    """Measure and show each kind of drive, and then all of them."""
+    from racecar.pipelines.benchmarks.ablation.ablation_benchmark import measure_kind
+    from racecar.pipelines.benchmarks.ablation.mechanisms import variants
+    from racecar.pipelines.benchmarks.ablation.recorded_drives import recorded_drives
+    from racecar.pipelines.benchmarks.ablation.selection import selected
+    from racecar.pipelines.benchmarks.ablation.simulated_drives import DRIVE_SECONDS, simulated_drives
+    from racecar.pipelines.benchmarks.ablation.tables import effects_table, kind_table
+
+    drives = {**simulated_drives(seconds or DRIVE_SECONDS), **recorded_drives(folder, settings, seconds)}
+    chosen_drives, chosen_variants = selected(drives, variants(), only)
+    kinds = {}
+    for kind, drive_of in chosen_drives.items():
+        output.announce(f"{kind}:")
+        kinds[kind] = measure_kind(drive_of, chosen_variants, settings.localization, seeds, output.announce)
+        output.report.add("ablation", {kind: kinds[kind].as_dict()})
+        output.show(kind_table(kind, kinds[kind]))
+    output.show(effects_table(kinds))
 
 
 @benchmark.command()

@@ -1,0 +1,166 @@
+"""The mechanisms of the localizer, and what turns each off: a setting at its bound, or a function replaced.
+
+A mechanism that settings turn off only nearly, or together with others, has a function replaced instead. Not
+listed is what only saves time (the rough stage of the place search, prefetching, a second thread), or only
+refuses bad input (messages out of order, clocks set back, maps without walls).
+"""
+
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+from unittest.mock import patch
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.filter.particle_filter import ParticleFilter
+from racecar.localization.odometry.trust import OdometryTrust
+from racecar.localization.sensor import beam_model, beams
+from racecar.localization.sensor.config import COURSE
+
+Replacement = tuple[object, str, object]
+"""A class or module, the name of something in it, and what that is replaced by."""
+
+_NONE = 1e-9
+"""As good as 0 where a setting must be above it, since all that it is compared with is far larger."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """The localizer with something off."""
+
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    """Of `LocalizationConfig`, nested as that is."""
+    replacements: tuple[Replacement, ...] = ()
+
+    def configured(self, settings: LocalizationConfig) -> LocalizationConfig:
+        """The settings with the changes."""
+        return LocalizationConfig.model_validate(_over(settings.model_dump(), self.changes))
+
+    @contextmanager
+    def replaced(self) -> Iterator[None]:
+        """The functions are replaced within the block."""
+        with ExitStack() as stack:
+            for owner, name, by in self.replacements:
+                stack.enter_context(patch.object(owner, name, by))
+            yield
+
+    def __or__(self, other: "Variant") -> "Variant":
+        """Both off together."""
+        changes = _over(self.changes, other.changes)
+        return Variant(changes, self.replacements + other.replacements)
+
+
+def _over(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested values with the changes in their places."""
+    changed = dict(values)
+    for name, change in changes.items():
+        before = values.get(name)
+        if isinstance(change, Mapping) and isinstance(before, Mapping):
+            changed[name] = _over(before, change)
+        else:
+            changed[name] = change
+    return changed
+
+
+def _settings(**changes: Any) -> Variant:
+    return Variant(changes)
+
+
+def _slips(**changes: float) -> Variant:
+    return _settings(particle_filter={"slips": changes})
+
+
+def _replaced(owner: object, name: str, by: object) -> Variant:
+    return Variant(replacements=((owner, name, by),))
+
+
+def _nothing(*_: object, **__: object) -> None:
+    """In place of a method that learns or changes something."""
+
+
+MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
+    "odometry": {
+        "calibration": _settings(odometry_calibration={"farthest": _NONE}),
+        "trust": _replaced(OdometryTrust, "learn", _nothing),
+        "learning where sure": _settings(tracking={"trusted_within": 10.0}),
+        "segments": _settings(odometry_segments={"shortest": 100.0, "longest": 100.0}),
+        "slip": _settings(slip=0.0),
+        "usual slip": _slips(usual_share=0.0),
+        "pushed slip": _settings(speed_memory={"grip": 1000.0}),
+        "lasting slip": _slips(distance_seconds=_NONE, turn_seconds=_NONE, pushed_seconds=_NONE),
+        "lag": _slips(lag_deviation=0.0),
+        "sliding on": _settings(speed_memory={"slide_seconds": _NONE}),
+        "extrapolation": _settings(motion={"longest_extrapolation": 0.0}),
+        "carrying on": _settings(motion={"longest_carry": _NONE}),
+        "gyroscope": _settings(turn_fusion={"min_segments": 1000}),
+    },
+    "evidence": {
+        "squash": _settings(squash=1.0),
+        "news threshold": _settings(tracking={"news_after": 0.0}),
+        "looking again": _settings(tracking={"look_again_after": 100.0}),
+        "evidence cap": _settings(particle_filter={"least_evidence": 1000.0, "most_evidence": 1000.0}),
+        "fit exponent": _settings(beam_skipping={"steepness": 0}),
+        "first scan share": _settings(tracking={"first_scan_share": 1.0}),
+        "alignment discount": _settings(
+            alignment={"points_per_observation": 1.0, "cloud_width": 1.0, "least_cloud": 0.001}
+        ),
+        "lost discount": _settings(lost_detector={"beams_per_second": 4000.0}),
+        "lost clarity": _settings(lost_detector={"clarity_per_share": 0.0}),
+        "race discount": _settings(
+            hypothesis={"scans_per_second": 40.0, "largest_rate": 1000.0, "standing_share": 1.0}
+        ),
+        "rival discount": _settings(moving_rival={"scans_per_second": 40.0, "largest_rate": 1000.0}),
+    },
+    "explanation": {
+        "beam skipping": _settings(beam_skipping={"fewest_left": 1.0}),
+        "asking the alignment": _settings(beam_skipping={"notably_more": 1.0}),
+        "proposals": _replaced(ParticleFilter, "propose", _nothing),
+        "aligning where sure": _settings(tracking={"tracked_within": 100.0}),
+        "alignment": _settings(alignment={"fewest_points": 10_000}),
+        "alignment widths": _settings(alignment={"scales": (0.07,) * 6}),
+    },
+    "recovery": {
+        "particle injection": _replaced(ParticleFilter, "inject", _nothing),
+        "moving rival": _settings(moving_rival={"scans_per_second": _NONE}),
+        "lost detection": _settings(tracking={"search_from": 1.0 - _NONE}),
+        "hypothesis race": _settings(hypothesis={"winning_log_odds": _NONE, "good_probability": 0.5}),
+        "hypothesis trial": _settings(hypothesis={"trial_seconds": _NONE}),
+        "restart after gaps": _settings(motion={"gap_seconds": 1000.0}),
+        "far start": _settings(tracking={"far_advantage": 100.0}),
+        "learned shares": _settings(lost_detector={"learning_log_odds": 100.0}),
+        "kind of map": _settings(
+            lost_detector={"changed_map_probability": _NONE, "least_kind_probability": _NONE}
+        ),
+        "wide search model": _settings(place_search={"beam_model": LocalizationConfig().beam_model}),
+    },
+    "cloud": {
+        "adaptive count": _settings(fewest_particles=LocalizationConfig().particles),
+        "clusters": _settings(particle_filter={"clusters": {"radius": 100.0, "half_angle": 3.14159}}),
+        "resampling threshold": _settings(particle_filter={"resample_below": 1.0}),
+        "tempering": _settings(tempering={"effective_share": _NONE}),
+        "tempering moves": _settings(tempering={"move": _NONE, "turn": _NONE}),
+    },
+    "sensor": {
+        "deskewing": _replaced(beams, "_LONGEST_SWEEP", 0.0),
+        "parallax": _replaced(beam_model, "_MOST_CODES_PER_CELL", 0.0),
+        "forgiving mixture": _settings(beam_model={"random": COURSE.random}),
+        "sharp mixture": _settings(beam_model={"hit_deviation": COURSE.hit_deviation}),
+        "short readings": _settings(beam_model={"short": 0.0}),
+        "movable furniture": _settings(free_space={"largest_movable": 0.0}),
+        "unknown floor": _settings(free_space={"unknown_reach": 0.0}),
+    },
+}
+"""By group, by name: what turns each off; values are bounds of the settings, or so far beyond the usual ones
+that nothing is compared with them any more."""
+
+
+def variants() -> dict[str, Variant]:
+    """Every mechanism off alone, and each group off together, by name."""
+    every: dict[str, Variant] = {}
+    for group, mechanisms in MECHANISMS.items():
+        every |= mechanisms
+        together = Variant()
+        for off in mechanisms.values():
+            together = together | off
+        every[f"all {group}"] = together
+    return every
