@@ -112,6 +112,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "rival discount": _settings(moving_rival={"scans_per_second": 40.0, "largest_rate": 1000.0}),
     },
     "explanation": {
+        "explaining where sure": _settings(tracking={"narrow_within": 100.0}),
         "beam skipping": _settings(beam_skipping={"fewest_left": 1.0}),
         "asking the alignment": _settings(beam_skipping={"notably_more": 1.0}),
         "proposals": _replaced(ParticleFilter, "propose", _nothing),
