@@ -32,6 +32,13 @@ class ScheduleConfig(Settings):
         le=10_000,
         description="After how many keyframes they are optimized, and scans are trimmed. By judgement.",
     )
+    final_rounds: int = Field(
+        default=3,
+        ge=1,
+        le=100,
+        description="How often the whole drive is matched again at the end, while steps are found in which "
+        "scans misled. By judgement: bent by these, the map hides some of them at first.",
+    )
     recent_loops: int = Field(
         default=10,
         ge=0,

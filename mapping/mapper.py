@@ -17,6 +17,7 @@ from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
 from racecar.mapping.keyframes.final_optimization import matched_again
 from racecar.mapping.keyframes.gap import Gap, gap_after
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
+from racecar.mapping.keyframes.misled_matches import misled_steps
 from racecar.mapping.keyframes.placement import KeyframePlacer, Placement
 from racecar.mapping.matching.scan_store import prepare_scan
 from racecar.mapping.odometry.lag import OdometryLag
@@ -321,16 +322,26 @@ class Mapper:
         if len(state.keyframes) == 1:
             return
         state.map_from_keyframe = state.graph.optimize_roughly(state.map_from_keyframe)
-        state.calibrate(0)
-        state.graph = matched_again(
-            state.graph,
-            state.all_by_wheels(),
-            state.map_from_keyframe,
-            state.keyframes,
-            config.keyframes,
-            with_first_pass=config.close_loops,
-        )
-        state.map_from_keyframe = state.graph.optimize_finally(state.map_from_keyframe)
+        are_misled = np.zeros(len(state.keyframes) - 1, dtype=np.bool_)
+        for _ in range(config.schedule.final_rounds):
+            state.calibrate(0)
+            by_wheels, poses = state.all_by_wheels(), state.map_from_keyframe
+            newly = misled_steps(
+                by_wheels, poses, state.keyframes, config.keyframes.constraints, config.keyframes.misled
+            )
+            are_misled |= newly
+            state.graph = matched_again(
+                state.graph,
+                by_wheels,
+                poses,
+                state.keyframes,
+                config.keyframes,
+                are_misled,
+                with_first_pass=config.close_loops,
+            )
+            state.map_from_keyframe = state.graph.optimize_finally(poses)
+            if not newly.any():
+                break
 
     def _judge(self, session: Session) -> MapQuality:
         """The verdict on the map of a drive, among the keyframes of all drives in ``session``."""

@@ -320,6 +320,63 @@ class RevisitConfig(Settings):
     )
 
 
+class MisledConfig(Settings):
+    """When a contradiction between wheels and scan matches is blamed on the scans."""
+
+    window: int = Field(
+        default=15,
+        ge=1,
+        le=1000,
+        description="Keyframe steps over which wheels and matches are compared: what misleads scans does so "
+        "for some metres. By judgement.",
+    )
+    most_sigmas: float = Field(
+        default=3.0,
+        gt=0.0,
+        le=100.0,
+        description="Standard deviations, of so many steps, that the two may drift apart. By judgement.",
+    )
+    least_sigma: float = Field(
+        default=0.002,
+        gt=0.0,
+        le=1.0,
+        description="Least of these for one step, metres and radians: what a good match errs by. Measured in "
+        "simulation: 0.0005 to 0.001 rad, 0.005 m.",
+    )
+    classes: int = Field(
+        default=10,
+        ge=2,
+        le=100,
+        description="Classes of steps by how well the scans fit. By judgement: a tenth has steps enough.",
+    )
+    bad_fit: float = Field(
+        default=1.2,
+        ge=1.0,
+        le=100.0,
+        description="Times that scans fit worse, by their residuals, than in half of the steps. Measured: on "
+        "aces up to 1.1 in nine tenths of the steps, on a hilly campus 1.3 to 1.6 where ground is in view.",
+    )
+    min_rate: float = Field(
+        default=0.2,
+        gt=0.0,
+        le=1.0,
+        description="Share of a class's steps that must be contradicted. By judgement.",
+    )
+    times_usual: float = Field(
+        default=3.0,
+        ge=1.0,
+        le=1000.0,
+        description="Times that this must be the share among the half of the steps that fit better. "
+        "Measured: on aces at most 1.6, on a hilly campus up to 16.",
+    )
+    min_steps: int = Field(
+        default=200,
+        ge=1,
+        le=100000,
+        description="Steps below which nothing is blamed: 20 in each class. By judgement.",
+    )
+
+
 class TrimmingConfig(Settings):
     """What a drive of hours forgets, so that its memory grows with the places and not with the time."""
 
@@ -449,5 +506,6 @@ class KeyframeConfig(Settings):
     constraints: ConstraintConfig = ConstraintConfig()
     gaps: GapConfig = GapConfig()
     revisits: RevisitConfig = RevisitConfig()
+    misled: MisledConfig = MisledConfig()
     trimming: TrimmingConfig = TrimmingConfig()
     refinement: ScanRefinementConfig = ScanRefinementConfig()

@@ -20,19 +20,22 @@ def matched_again(
     poses: Pose,
     store: ScanStore,
     config: KeyframeConfig,
+    are_misled: NDArray[np.bool_],
     *,
     with_first_pass: bool,
 ) -> PoseGraph:
     """A graph whose scan matches begin at the poses (K, 3) of now, also, where asked for, with those of the
     first pass through each place.
 
-    What wheels measured is given anew; loop closures stay. A keyframe that nothing ties now would be free to
+    What wheels measured is given anew; loop closures stay. Over steps in which matches ``are_misled``
+    (K - 1,) only the wheels tell. A keyframe that nothing ties now would be free to
     go anywhere; what has held it so far still does. So do matches of scans that were trimmed and cannot be
     matched any more.
     """
     is_kept = store.is_kept
     pairs = pairs_along_path(range(len(is_kept)), config.constraints)
-    pairs = pairs[is_kept[pairs].all(axis=1)]
+    misled_before = np.concatenate([[0], np.cumsum(are_misled)])
+    pairs = pairs[is_kept[pairs].all(axis=1) & (misled_before[pairs[:, 0]] == misled_before[pairs[:, 1]])]
     constraints = [*constrain(pairs, poses, store, config.constraints), *by_wheels]
     tied = {constraint.to_keyframe for constraint in constraints}
     for c in graph.constraints:
