@@ -16,17 +16,12 @@ class PassAgreementConfig(Settings):
         "error, see `racecar.mapping.quality.judgement`.",
     )
     apart: float = Field(
-        default=3.0,
+        default=5.0,
         gt=0.0,
         le=1000.0,
-        description="Metres of path, beyond which two keyframes belong to different passes. Likewise.",
-    )
-    neighbours: float = Field(
-        default=1.5,
-        gt=0.0,
-        le=100.0,
-        description="Metres of path within which two keyframes are neighbours. By judgement: drift is "
-        "millimetres over it.",
+        description="Metres of path, up to which two keyframes are neighbours and beyond which they belong "
+        "to different passes. By judgement: drift is millimetres over it, and scans some metres apart have "
+        "neighbours too.",
     )
     max_keyframes: int = Field(
         default=1500,
@@ -39,33 +34,7 @@ class PassAgreementConfig(Settings):
         default=1200, ge=1, le=1_000_000, description="Pairs of passes, for the time it takes. By judgement."
     )
     max_neighbours: int = Field(
-        default=300, ge=1, le=1_000_000, description="Pairs of neighbours, likewise. By judgement."
-    )
-    match_reach: float = Field(
-        default=2.0,
-        gt=0.0,
-        le=100.0,
-        description="Metres within which two keyframes are matched anew. By judgement: the width of a "
-        "corridor, as where passes are tied.",
-    )
-    match_turn: float = Field(
-        default=1.0,
-        gt=0.0,
-        le=4.0,
-        description="Radians within which they face alike. By judgement, likewise.",
-    )
-    match_distance: float = Field(
-        default=0.6,
-        gt=0.0,
-        le=10.0,
-        description="Metres within which a wall of the other pass is sought: twice as far as where the graph "
-        "is built, because a wrong map may lie beyond that.",
-    )
-    min_overlap: float = Field(
-        default=0.3,
-        gt=0.0,
-        le=1.0,
-        description="Share of points that must find a partner. By judgement: of fewer, chance has its part.",
+        default=600, ge=1, le=1_000_000, description="Pairs of neighbours, likewise. By judgement."
     )
 
 
@@ -98,7 +67,7 @@ class DoubtfulSegmentConfig(Settings):
         default=0.1,
         gt=0.0,
         le=10.0,
-        description="Metres from which walls, or wheels and map, are said to differ: two cells of the map.",
+        description="Metres from which wheels and map are said to differ: two cells of the map.",
     )
     surprising: float = Field(
         default=4.0,
@@ -127,13 +96,12 @@ class QualityConfig(Settings):
         le=1000.0,
         description="Metres of path over which the local error is stated, by definition.",
     )
-    max_groups: int = Field(
-        default=600,
+    places: int = Field(
+        default=60,
         ge=2,
         le=10_000,
-        description="Groups in which the keyframes of a long drive move while their spreads are computed: "
-        "time grows with the third power, memory with the second. Measured on aces and fr079: with 600 the "
-        "spread per 10 m comes out a fifth larger than keyframe by keyframe, with 300 two fifths.",
+        description="Keyframes, evenly over the path, of which the spread is computed. By judgement: its "
+        "mean is steady.",
     )
     wheel_window: float = Field(
         default=2.0,
@@ -168,6 +136,13 @@ class QualityConfig(Settings):
         le=100.0,
         description="Factor between lengths by scans and by wheels, from which one of both must be wrong. By "
         "judgement: worn tyres and wrong settings make some per cent, scans that do not move make any.",
+    )
+    most_overruled: float = Field(
+        default=0.5,
+        gt=0.0,
+        le=1.0,
+        description="Share of the steps on which scans may contradict the wheels. By judgement: wheels slip "
+        "now and then, and a robot is carried for a while.",
     )
     complaint_share: float = Field(
         default=0.25,

@@ -39,21 +39,18 @@ def _contradictions(
 ) -> Iterator[_Weighed]:
     """Pairs of passes of which one looks through what the other saw, beyond what neighbours do."""
     passes, places = statistics.passes, statistics.places
-    usual = np.nan_to_num(statistics.figures["looked_through_by_neighbours"])
     share = places.looked_through
-    contradict = (places.judged > config.min_judged) & (share > usual + config.min_share)
+    beyond = share - places.usual
+    contradict = (places.judged > config.min_judged) & (beyond > config.min_share)
     for b in np.flatnonzero(contradict).tolist():
         is_here = places.of_pair == b
-        apart = float(
-            np.max(passes.walls_apart[is_here], initial=0.0, where=np.isfinite(passes.walls_apart[is_here]))
-        )
         first, second = (_range(ends) for ends in passes.pairs[is_here].T)
-        others = f"{share[b]:.0%} of what one saw the other looks through"
-        if apart > config.min_apart:
-            others += f", walls lie up to {apart:.2f} m apart"
+        others = (
+            f"{share[b]:.0%} of what one saw the other looks through, {places.usual[b]:.0%} would be usual"
+        )
         where = f"passes {_when(map_, first)} and {_when(map_, second)} contradict each other"
         segment = _segment(map_, f"Near {_at(map_, second)} the {where}: {others}.", second, first)
-        yield _Weighed((share[b] - usual) / config.min_share, segment)
+        yield _Weighed(beyond[b] / config.min_share, segment)
 
 
 def _loose_steps(

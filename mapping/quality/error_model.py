@@ -21,6 +21,10 @@ class Power:
         return self.metres * math.pow(ratio, self.exponent)
 
 
+NOTHING = Power(0.0, 1.0)
+"""Of an error that a statistic says nothing about, so that it adds no metres."""
+
+
 @dataclass(frozen=True)
 class Term:
     """What one statistic says of the error."""
@@ -64,8 +68,11 @@ class ErrorModel:
         )
 
     def complaints(self, figures: Mapping[str, float], share: float) -> list[str]:
-        """What makes up at least a ``share`` of the expected error per 10 m, the weightiest first."""
-        local, _ = self.errors(figures)
-        parts = [(term.local.of(term.ratio(figures)), term) for term in self.terms]
-        weighty = sorted((part for part in parts if part[0] >= share * local), key=lambda part: -part[0])
+        """What makes up at least a ``share`` of one of the expected errors, the weightiest first."""
+        local, whole = self.errors(figures)
+        parts = []
+        for term in self.terms:
+            ratio = term.ratio(figures)
+            parts.append((max(term.local.of(ratio) / local, term.whole.of(ratio) / whole), term))
+        weighty = sorted((part for part in parts if part[0] >= share), key=lambda part: -part[0])
         return [term.complaint.format(figures[term.statistic]) for _, term in weighty]

@@ -50,7 +50,8 @@ class MapQuality:
 
     verdict: Verdict
     error_per_10_m: float
-    """Metres that two places 10 m of path apart are expected to be off as seen from each other."""
+    """Metres that two places 10 m of path apart, or one place at two passes, are expected to be off as seen
+    from each other, whichever is worse."""
     error_of_whole: float
     """Metres, the same of any two places of the path."""
     reasons: tuple[str, ...]

@@ -29,5 +29,9 @@ def test_nothing_counts_beyond_what_was_learned() -> None:
 
 
 def test_what_makes_up_the_error_is_complained_of_the_weightiest_first() -> None:
-    assert MODEL.complaints({"spread": 0.1, "through": 0.4}, 0.2) == ["through 40%", "spread 0.10 m"]
-    assert MODEL.complaints({"spread": 0.01, "through": 0.4}, 0.2) == ["through 40%"]
+    assert MODEL.complaints({"spread": 0.1, "through": 0.4}, 0.2) == ["spread 0.10 m", "through 40%"]
+    assert MODEL.complaints({"spread": 0.001, "through": 0.4}, 0.2) == ["through 40%"]
+
+
+def test_what_makes_up_the_error_of_the_whole_alone_is_complained_of_too() -> None:
+    assert MODEL.complaints({"spread": 0.02, "through": 0.1}, 0.6) == ["spread 0.02 m"]
