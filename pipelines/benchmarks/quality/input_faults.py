@@ -55,11 +55,6 @@ def moved_mount(messages: Messages, moved: Pose) -> list[Measurement]:
     return _with_scans(messages, lambda s: replace(s, base_from_laser=compose(s.base_from_laser, moved)))
 
 
-def mirrored(messages: Messages) -> list[Measurement]:
-    """A laser upside down, which nothing tells."""
-    return _with_scans(messages, lambda scan: replace(scan, ranges=scan.ranges[::-1].copy()))
-
-
 def reversed_sweep(messages: Messages) -> list[Measurement]:
     """Beams that were measured in the reverse of the order that the times tell."""
     return _with_scans(

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.moving_along.moving_along import MovingAlong
 from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
+from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.benchmarks.quality.input_faults import fewer_beams
@@ -31,7 +32,7 @@ _FARTHEST_POSES = 3_000_000_000
 """Nanoseconds between two poses of a reference, beyond which it does not tell where the car was in between;
 by judgement: some metres of driving."""
 
-_MAPS = ("building", "track", "twin_corridors", "bare_corridor", "long_track")
+_MAPS = ("building", "track", "twin_corridors", "bare_corridor", "long_track", "campus")
 _AILMENTS: tuple[dict[str, Any], ...] = (
     {"walkers": 8},
     {"slip": 0.25},
@@ -58,6 +59,8 @@ class KnownDrive:
     name: str
     messages: list[Measurement]
     truth: Trajectory
+    mount: Pose
+    """(3,) of the laser on the base whose poses the truth has; that of the scans may have been corrected."""
 
     def is_known(self, stamps: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(N,) whether the truth tells where the car was at some stamps (N,)."""
@@ -69,19 +72,20 @@ class KnownDrive:
 
 
 def simulated_drives(count: int, seed: int) -> Iterator[KnownDrive]:
-    """``count`` drives through each of the floor plans, each drawn by a seed of its own."""
+    """``count`` drives through each of the worlds, each drawn by a seed of its own."""
     for number in range(seed, seed + count):
         for plan in _MAPS:
             draw = random.Random(f"{plan} {number}")
-            settings = _drawn(draw)
+            settings = _drawn(draw) | ({"laser": "outdoor"} if plan == "campus" else {})
             drive = simulate_drive(_plan(plan), SimulationConfig(**settings, seed=number))
             is_thin = draw.random() < 0.5  # most lasers have a few hundred beams
             messages = fewer_beams(drive.messages, 3) if is_thin else drive.messages
-            yield KnownDrive(f"{plan} {number}", messages, drive.truth)
+            mount = next(m.base_from_laser for m in messages if isinstance(m, Scan))
+            yield KnownDrive(f"{plan} {number}", messages, drive.truth, mount)
 
 
 def recorded_drives(folder: Path, config: MappingConfig) -> Iterator[KnownDrive]:
-    """The recordings in a folder that have a reference beside them, read as they are for a map.
+    """The recordings in a folder that have a reference beside them, with their sensors put right.
 
     Raises UserError when there is none.
     """
@@ -93,9 +97,10 @@ def recorded_drives(folder: Path, config: MappingConfig) -> Iterator[KnownDrive]
         if not bags:
             raise UserError(f"There is no bag beside {reference}.")
         with BagReader(bags[0]) as reader:
+            mount = reader.base_from_laser
             calibrate(reader, config.self_calibration, quiet=True)
-            messages = list(MovingAlong(config.moving_along).filtered(reader))
-        yield KnownDrive(reference.parent.name, messages, load_tum(reference))
+            messages = list(reader)
+        yield KnownDrive(reference.parent.name, messages, load_tum(reference), mount)
 
 
 def _drawn(draw: random.Random) -> dict[str, Any]:

@@ -9,11 +9,11 @@ import numpy as np
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
+from racecar.mapping.moving_along.moving_along import MovingAlong
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.benchmarks.quality.known_drives import KnownDrive
 from racecar.pipelines.benchmarks.quality.map_errors import MapErrors, map_errors
@@ -60,7 +60,7 @@ def spoiled_map(drive: KnownDrive, spoiling: str, base: MappingConfig) -> Mappin
     """Map a drive that was made worse. Raises UserError when nothing is left to map."""
     how = SPOILINGS[spoiling]
     mapper = Mapper(MappingConfig.model_validate({**base.model_dump(), "refine": False, **how.settings}))
-    for message in how.of(drive.messages):
+    for message in MovingAlong(base.moving_along).filtered(how.of(drive.messages)):
         feed(message, mapper)
     return mapper.finish()
 
@@ -74,8 +74,7 @@ def judged_map(
     if len(known) < 2:
         return None
     # A wrong mount moves the car in the map, and leaves the map itself as it is.
-    mount = next(message.base_from_laser for message in drive.messages if isinstance(message, Scan))
-    true = compose(drive.truth.poses_at(stamps[known]), mount)
+    true = compose(drive.truth.poses_at(stamps[known]), drive.mount)
     lasers = result.session.map_from_keyframe
     errors = map_errors(lasers[known], true, config.quality.local_distance)
     if errors.path_m < _SHORTEST:

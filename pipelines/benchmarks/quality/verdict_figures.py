@@ -14,8 +14,9 @@ TRUE_KINDS = ("good", "between", "wrong")
 _WRONG_FACTOR = 3.0
 """By what factor the error of a map exceeds that of a good one when it is wrong beyond dispute: three times,
 by definition of the figures."""
-_LEAST_LOCAL, _LEAST_WHOLE = 0.03, 0.1
-"""Metres, below which expected and true errors count as the same, because references err as much."""
+_LOCAL, _WHOLE = (0.03, 1.0), (0.1, 5.0)
+"""Metres, below and above which expected and true errors count as the same: references err as much as the
+first, and a map that errs by the second, ten times what a good one may, is useless by however much."""
 _NEAR = 10.0
 """Metres between a place that was named and the worst error, within which it was found; by judgement: it is
 in view."""
@@ -64,15 +65,16 @@ def verdict_figures(maps: Sequence[JudgedMap], config: QualityConfig) -> Verdict
         wrong_called_good=_share([judged.verdict == "good" for judged in wrong]),
         good_called_wrong=_share([m.verdict == "wrong" for m in maps if kind_of(m, config) == "good"]),
         doubtful=_share([judged.verdict == "doubtful" for judged in maps]),
-        local_within_2=_share([_are_alike(m.errors.local_m, m.expected_local_m, _LEAST_LOCAL) for m in maps]),
-        whole_within_2=_share([_are_alike(m.errors.whole_m, m.expected_whole_m, _LEAST_WHOLE) for m in maps]),
+        local_within_2=_share([_are_alike(m.errors.local_m, m.expected_local_m, _LOCAL) for m in maps]),
+        whole_within_2=_share([_are_alike(m.errors.whole_m, m.expected_whole_m, _WHOLE) for m in maps]),
         place_found=_share([m.place_off_m is not None and m.place_off_m < _NEAR for m in wrong]),
         judging_seconds=max(judged.judging_seconds for judged in maps),
     )
 
 
-def _are_alike(true: float, expected: float, least: float) -> bool:
-    return bool(0.5 <= max(true, least) / max(expected, least) <= 2.0)
+def _are_alike(true: float, expected: float, bounds: tuple[float, float]) -> bool:
+    ratio = min(max(true, bounds[0]), bounds[1]) / min(max(expected, bounds[0]), bounds[1])
+    return 0.5 <= ratio <= 2.0
 
 
 def _share(are: Sequence[bool]) -> float:

@@ -86,7 +86,6 @@ def test_beams_change() -> None:
     narrow = scans_of(faults.narrow(drive(), 90.0))[0]
     assert np.abs(narrow.bearings).max() < np.pi / 4
     assert len(narrow.ranges) == len(narrow.bearings) == len(narrow.time_offsets)
-    assert scans_of(faults.mirrored(drive()))[0].ranges[0] == 6.0
     assert scans_of(faults.reversed_sweep(drive()))[0].time_offsets[0] == pytest.approx(0.05)
     assert scans_of(faults.scaled_bearings(drive(), 0.5))[0].bearings[0] == pytest.approx(-1.0)
     moved = np.array([0.5, 0.2, 0.1])

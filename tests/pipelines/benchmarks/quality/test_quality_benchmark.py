@@ -9,7 +9,8 @@ import pytest
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.quality.config import QualityConfig
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.benchmarks.quality.known_drives import KnownDrive, recorded_drives
 from racecar.pipelines.benchmarks.quality.map_errors import MapErrors, map_errors
@@ -51,6 +52,12 @@ def test_a_jump_is_the_worst_place() -> None:
     assert errors.local_m == pytest.approx(10.0 / 30.0, rel=0.1)
 
 
+def test_passes_that_lie_beside_each_other_are_a_local_error() -> None:
+    true = np.concatenate([STRAIGHT, STRAIGHT[::-1]])
+    found = true + [0.0, 0.5, 0.0] * (np.arange(len(true)) >= len(STRAIGHT))[:, None]
+    assert map_errors(found, true, 10.0).local_m == pytest.approx(0.5)
+
+
 def judged(local: float, whole: float, verdict: str, place_off: float | None = None) -> JudgedMap:
     errors = MapErrors(40.0, local, whole, 2 * local, (3, 9))
     return JudgedMap("track 0", "as it is", errors, verdict, 0.05, 0.2, place_off, 0.1, {})
@@ -75,7 +82,7 @@ def test_verdicts_are_counted_by_what_the_map_is() -> None:
 
 def test_where_the_reference_has_a_hole_the_car_is_not_known() -> None:
     stamps = np.array([0, 1, 2, 9, 10]) * 10**9
-    drive = KnownDrive("hole", [], Trajectory(stamps, np.zeros((5, 3))))
+    drive = KnownDrive("hole", [], Trajectory(stamps, np.zeros((5, 3))), IDENTITY)
     asked = np.array([-1, 0, 1, 5, 9, 10, 11]) * 10**9
     assert drive.is_known(asked).tolist() == [False, True, True, False, False, True, False]
 
@@ -97,7 +104,8 @@ def test_recordings_are_those_with_a_reference_beside_them(tmp_path: Path) -> No
 def test_a_right_map_is_called_good() -> None:
     settings = SimulationConfig(duration=20.0, scan_every=0.1, noise="none", seed=1)
     drive = simulate_drive(load_or_draw(Path("track")), settings)
-    known = KnownDrive("track 1", drive.messages, drive.truth)
+    mount = next(message.base_from_laser for message in drive.messages if isinstance(message, Scan))
+    known = KnownDrive("track 1", drive.messages, drive.truth, mount)
     (right,) = judged_maps(known, 0, MappingConfig())
     assert right.verdict == "good"
     assert right.errors.local_m < 0.05
