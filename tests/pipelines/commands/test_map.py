@@ -34,7 +34,7 @@ def test_the_last_line_is_the_verdict(tmp_path: Path, capsys: pytest.CaptureFixt
 def test_a_wrong_map_is_written_and_told_and_strict_ends_in_3(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("racecar.mapping.state.result.judge", lambda *_: WRONG)
+    monkeypatch.setattr("racecar.mapping.mapper.judge", lambda *_: WRONG)
     assert map_a_bag(tmp_path) == 0
     last = capsys.readouterr().out.strip().splitlines()[-1]
     assert last.startswith("The map is wrong")
