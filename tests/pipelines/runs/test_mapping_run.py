@@ -170,7 +170,7 @@ def test_scans_stamped_late_are_mapped_from_the_first_on_as_if_they_were_not() -
     at_scans = Trajectory(result.trajectory.stamps - 120_000_000, result.trajectory.map_from_base)
     errors = compare(at_scans, truth).positions
     assert errors.mean() < 0.012
-    assert errors.max() < 0.04
+    assert errors.max() < 0.05
     assert any("odometry is" in sentence and "ahead of the scans" in sentence for sentence in report.warnings)
 
 
