@@ -90,6 +90,16 @@ class Mapper:
         """Everything so far but the scans between keyframes; it goes on growing with the mapper."""
         return self._state.session()
 
+    def held_scans(self) -> tuple[list[Rays], Pose]:
+        """What the latest scans between the first keyframes saw, and where (H, 3) these lie; none once there
+        are keyframes enough to show free space."""
+        state = self._state
+        if not state.held_rays:
+            return [], np.zeros((0, 3))
+        latest = list(state.held_rays)[-looks_until_free(self._config.rendering) :]
+        rays = [state.held_rays[scan] for scan in latest]
+        return rays, state.guess_scans(np.array(latest, dtype=np.int64), state.map_from_keyframe)
+
     def to_arrays(self) -> Arrays:
         """Everything so far; while `can_be_saved`, another mapper goes on from it to the same bits."""
         return self.snapshot()()

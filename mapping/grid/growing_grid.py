@@ -31,10 +31,12 @@ class GrowingGrid:
         self.redrawn = 0
         """How often everything was redrawn because the graph had moved it."""
 
-    def draw(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:
+    def draw(
+        self, rays: Sequence[Rays], map_from_laser: Pose, held: tuple[list[Rays], Pose] | None = None
+    ) -> OccupancyGrid:
         """The grid that rays (K) seen from poses (K, 3) draw; those of the last call are the first of them.
 
-        K is at least 1.
+        K is at least 1. What is ``held``, rays (H) and poses (H, 3), counts for this call only.
         """
         until = max(len(rays) - self._config.unsettled_keyframes, len(self._shown.drawn))
         if self._next is None and self._shown.is_outdated(map_from_laser):
@@ -46,6 +48,8 @@ class GrowingGrid:
             if len(self._next.drawn) == until:
                 self._shown, self._next = self._next, None
         self._shown.settle(rays, map_from_laser, until)
+        if held is not None:
+            rays, map_from_laser = [*rays, *held[0]], np.concatenate([map_from_laser, held[1]])
         return self._shown.with_latest(rays, map_from_laser)
 
 

@@ -1,5 +1,6 @@
 """What the mapper's node shows to people: the map as it grows, its pose graph and the path."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -8,10 +9,10 @@ from nav_msgs.msg import Path as PathMessage
 from visualization_msgs.msg import MarkerArray
 
 from racecar.mapping.grid.growing_grid import GrowingGrid
-from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, transform_points
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.live.display.driven_path import DrivenPath
 from racecar.pipelines.live.monitoring.health import Health
@@ -69,7 +70,8 @@ class MapperDisplay:
         if self._schedule.is_due("map"):
             session = mapper.session()
             poses = session.map_from_keyframe.copy()
-            self._drawer.inbox.put("map", partial(self._publish_map, stamp, list(session.rays), poses))
+            draw = partial(self._grid.draw, list(session.rays), poses, mapper.held_scans())
+            self._drawer.inbox.put("map", partial(self._publish_map, stamp, draw))
         put = self._worker.inbox.put
         if self._schedule.is_due("graph") and is_heard(self._graph_topic):
             put("graph", partial(self._publish_graph, stamp, mapper.session().frozen()))
@@ -78,8 +80,8 @@ class MapperDisplay:
         if self._view is not None and self._schedule.is_due("view"):
             put("view", partial(self._show_in_browser, self._view, scan, map_from_base))
 
-    def _publish_map(self, stamp: Any, rays: list[Rays], poses: Pose) -> None:
-        grid = self._grid.draw(rays, poses)
+    def _publish_map(self, stamp: Any, draw: Callable[[], OccupancyGrid]) -> None:
+        grid = draw()
         self._map_topic.publish(grid_message(stamp, self._map_frame, grid))
         self._health.note("maps")
         if self._view is not None:

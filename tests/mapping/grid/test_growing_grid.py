@@ -8,7 +8,7 @@ from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.grid.rendering import render as render_with
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD, UNKNOWN, OccupancyGrid
 
 RESOLUTION = 0.05
 
@@ -56,6 +56,20 @@ def share_of_walls(walls: OccupancyGrid, grid: OccupancyGrid) -> float:
     """How many of one grid's walls are walls on another."""
     there = grid.cell_of(walls.center_of(np.argwhere(walls.cells > 90)))
     return float(np.mean(grid.cells[there[:, 0], there[:, 1]] > 50))
+
+
+def test_a_car_that_stands_has_free_floor_around_it(drive: tuple[list[Rays], Pose]) -> None:
+    """One look shows no cell to be free; those that are held do, and are not counted again."""
+    rays, poses = drive
+    one, four = [rays[0]], ([rays[0]] * 4, np.repeat(poses[:1], 4, axis=0))
+    growing = growing_grid()
+
+    def free(grid: OccupancyGrid) -> int:
+        return int(np.count_nonzero((grid.cells >= 0) & (grid.cells < 100 * FREE_THRESHOLD)))
+
+    assert free(growing.draw(one, poses[:1])) == 0
+    assert free(growing.draw(one, poses[:1], four)) > 500
+    assert free(growing.draw(one, poses[:1])) == 0
 
 
 @pytest.mark.parametrize("step", [1, 37])
