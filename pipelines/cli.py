@@ -13,6 +13,7 @@ from racecar.pipelines.commands.benchmark import benchmark
 from racecar.pipelines.commands.check import check
 from racecar.pipelines.commands.demo import demo
 from racecar.pipelines.commands.evaluate import evaluate
+from racecar.pipelines.commands.exit_codes import INTERRUPTED
 from racecar.pipelines.commands.experiment import experiment
 from racecar.pipelines.commands.live import live
 from racecar.pipelines.commands.localize import localize
@@ -26,7 +27,6 @@ from racecar.pipelines.live.ros.arguments import ROS_ARGUMENTS, RosCommand
 from racecar.pipelines.runs.interrupts import end_like_ctrl_c
 
 _USER_ERROR = 2
-_INTERRUPTED = 130
 _UNREAD = 141
 """What a shell reports of a program that wrote to nobody."""
 _NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS}
@@ -79,7 +79,7 @@ def run(arguments: list[str]) -> int:
         return code
     except KeyboardInterrupt:
         _say("Stopped.")
-        return _INTERRUPTED
+        return INTERRUPTED
     except (Exception, SystemExit) as error:
         if _is_unread(error):
             return _UNREAD

@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecar.pipelines.commands.exit_codes import NOT_GOOD_ENOUGH
 from racecar.pipelines.commands.options import (
     BagArgument,
     ImuTopicOption,
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from racecar.pipelines.bags.check import BagCheck
-
-_SPOILT = 3
-"""Exit code; 1 and 2 say that the command itself failed."""
 
 
 def check(
@@ -75,7 +73,7 @@ def check(
         for table in (_topics_table(result), _facts_table(result), _findings_table(result)):
             console.print(table)
     if strict and any(finding.spoils_map for finding in result.findings):
-        raise typer.Exit(_SPOILT)
+        raise typer.Exit(NOT_GOOD_ENOUGH)
 
 
 def _topics_table(result: "BagCheck") -> "Table":

@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from racecar.pipelines.commands.exit_codes import INTERRUPTED, NOT_GOOD_ENOUGH
 from racecar.pipelines.commands.options import (
     BagArgument,
     ConfigOption,
@@ -21,10 +22,6 @@ from racecar.pipelines.commands.options import (
     SeedOption,
     open_bag,
 )
-
-_INTERRUPTED = 130
-_WRONG = 3
-"""Exit code, as of `racecar check`; 1 and 2 say that the command itself failed."""
 
 ContinueOption = Annotated[
     Path | None,
@@ -126,6 +123,6 @@ def map(
     if not quiet:
         print_mapping(report, result.quality, out)
     if report.as_dict()["counts"].get("interrupted"):
-        raise typer.Exit(_INTERRUPTED)
+        raise typer.Exit(INTERRUPTED)
     if strict and result.quality.verdict == Verdict.WRONG:
-        raise typer.Exit(_WRONG)
+        raise typer.Exit(NOT_GOOD_ENOUGH)
