@@ -26,6 +26,7 @@ from racecar.localization.sensor.config import (
     LikelihoodFieldConfig,
     SensorModelName,
 )
+from racecar.localization.verdict.config import VerdictConfig
 from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.settings import Settings
 
@@ -190,3 +191,4 @@ class LocalizationConfig(Settings):
     place_search: PlaceSearchConfig = PlaceSearchConfig()
     moving_rival: MovingRivalConfig = MovingRivalConfig()
     hypothesis: HypothesisConfig = HypothesisConfig()
+    verdict: VerdictConfig = VerdictConfig()

@@ -392,7 +392,7 @@ class Localizer:
         if self._is_known_within(tracking.tracked_within, covariance, weight):
             alignment = self._config.alignment
             map_from_base, covariance = refine(map_from_base, covariance, beams, self._walls, alignment)
-        self._judge(self._lost, map_from_base, beams, seconds)
+        agreement = self._judge(self._lost, map_from_base, beams, seconds)
         return PoseEstimate(
             stamp=stamp,
             map_from_base=map_from_base,
@@ -402,6 +402,7 @@ class Localizer:
             particle_count=len(self._filter),
             is_start=is_start,
             lost_probability=1.0 - (1.0 - self._lost.probability) * weight,
+            agreement=agreement,
         )
 
     def _agrees(self, map_from_base: Pose, beams: Beams) -> bool:
@@ -409,11 +410,17 @@ class Localizer:
         shares = agreement_shares(map_from_base, beams, self._free_space, self._config.lost_detector)
         return shares is not None and self._lost.evidence(shares) < 0.0
 
-    def _judge(self, lost: LostDetector, map_from_base: Pose, beams: Beams, seconds: float) -> None:
-        """Let a detector judge how a scan agrees with the map; from inside an obstacle there is no saying."""
+    def _judge(
+        self, lost: LostDetector, map_from_base: Pose, beams: Beams, seconds: float
+    ) -> NDArray[np.float64] | None:
+        """Let a detector judge how a scan agrees with the map; from inside an obstacle there is no saying.
+
+        The shares (4,) by which it does.
+        """
         shares = agreement_shares(map_from_base, beams, self._free_space, self._config.lost_detector)
         if shares is not None:
             lost.judge(shares, seconds)
+        return shares
 
     def _judge_odometry(self, step: MotionStep, estimate: PoseEstimate) -> None:
         """Compare the path that odometry reports with that of the estimates."""

@@ -25,3 +25,6 @@ class PoseEstimate:
     """Whether the pose was searched anew and does not continue the one before."""
     lost_probability: float
     """How likely the car is elsewhere, 0 to 1."""
+    agreement: NDArray[np.float64] | None = None
+    """(4,) shares of the scan's beams that agree with the map closely, roughly, are stopped before the wall,
+    look through it; None without beams, and where the laser would be inside an obstacle."""

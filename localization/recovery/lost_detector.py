@@ -35,8 +35,8 @@ class LostDetector:
         A row for each group of pairs between `LIKENESS_QUANTILES`.
         """
         self._config = config
-        self._least_shares = _as_array(config.least_shares)
-        self._usual_shares = np.array([_as_array(config.unchanged_map), _as_array(config.changed_map)])
+        self._least_shares = as_array(config.least_shares)
+        self._usual_shares = np.array([as_array(config.unchanged_map), as_array(config.changed_map)])
         self._log_when_lost = np.log(_normalized(np.maximum(shares_when_lost, self._least_shares)))
         self._log_kinds: NDArray[np.float64]
         """(2,) of an unchanged map and of a changed one."""
@@ -133,7 +133,7 @@ def agreement_shares(
     return counts / total if total > 0 else None
 
 
-def _as_array(shares: AgreementShares) -> NDArray[np.float64]:
+def as_array(shares: AgreementShares) -> NDArray[np.float64]:
     """(4,)"""
     return np.array([shares.closely, shares.roughly, shares.stopped, shares.looking_through])
 

@@ -1,0 +1,131 @@
+import math
+
+import numpy as np
+import pytest
+
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.verdict.config import VerdictConfig
+from racecar.localization.verdict.drive_judge import DriveJudge
+from racecar.localization.verdict.drive_quality import DriveVerdict
+from tests.localization.verdict.estimates import WRONG, estimate, straight_drive
+
+LOCALIZED, UNCERTAIN, LOST = DriveVerdict
+
+
+def judged(*estimates: PoseEstimate, config: VerdictConfig | None = None) -> DriveJudge:
+    judge = DriveJudge(config or VerdictConfig())
+    for each in estimates:
+        judge.follow(each)
+    return judge
+
+
+def lost_for(seconds: float, begin: float, agreement: object = WRONG) -> list[PoseEstimate]:
+    return [
+        estimate(begin + 0.1 * k, begin + 0.1 * k, lost=0.99, agreement=np.asarray(agreement))
+        for k in range(round(10 * seconds))
+    ]
+
+
+def test_a_drive_that_fits_closely_is_localized() -> None:
+    quality = judged(*straight_drive(10.0)).quality
+    assert quality.verdict == LOCALIZED
+    assert quality.known_share == 1.0
+    assert quality.segments == quality.reasons == ()
+    assert (
+        quality.summary == "The drive is localized: the car's place was known on 100% of it, to some 0.03 m."
+    )
+
+
+def test_a_map_that_fits_roughly_everywhere_is_a_wrong_one_however_sure_the_filter_is() -> None:
+    quality = judged(*straight_drive(10.0, agreement=WRONG)).quality
+    assert quality.verdict == LOST
+    assert quality.known_share == 1.0
+    assert "map of another place" in quality.summary
+
+
+def test_a_long_drive_is_no_more_than_sure() -> None:
+    odds = [judged(*straight_drive(seconds)).quality.map_log_odds for seconds in (50.0, 500.0)]
+    assert odds[1] < 1.25 * odds[0]
+
+
+def test_what_a_car_sees_that_stands_does_not_speak_against_the_map_beyond_doubt() -> None:
+    quality = judged(*straight_drive(60.0, speed=0.0, agreement=WRONG)).quality
+    assert quality.verdict == UNCERTAIN
+    assert "drive farther" in quality.summary
+
+
+def test_a_stretch_on_which_the_car_is_lost_is_named_with_its_time() -> None:
+    drive = [*straight_drive(20.0), *lost_for(3.0, 20.0), *straight_drive(20.0, begin=23.0)]
+    quality = judged(*drive).quality
+    assert quality.verdict == LOCALIZED
+    assert quality.known_share == pytest.approx(40.0 / 43.0, abs=0.01)
+    (segment,) = quality.segments
+    assert segment.seconds == pytest.approx((19.9, 22.9), abs=0.05)
+    assert segment.is_lost
+    assert "at 20 to 23 s near x 20.0 m, y 0.0 m" in quality.summary
+
+
+@pytest.mark.parametrize(("seconds", "verdict"), [(1.0, LOCALIZED), (5.0, UNCERTAIN), (30.0, LOST)])
+def test_how_much_of_the_drive_is_known_decides(seconds: float, verdict: DriveVerdict) -> None:
+    drive = [*straight_drive(20.0)]
+    unsure = [estimate(20.0 + 0.1 * k, 20.0, weight=0.5) for k in range(round(10 * seconds))]
+    quality = judged(*drive, *unsure).quality
+    assert quality.verdict == verdict
+    assert any("no place on the map fitted" in sentence for sentence in quality.reasons) == (verdict == LOST)
+
+
+def test_blinks_are_not_named_and_neighbours_are_one_segment() -> None:
+    drive = list(straight_drive(20.0))
+    for k in (50, 51, 80, 81, 82, 83, 84, 87, 88, 89, 90, 91):
+        drive[k] = estimate(0.1 * k, 0.1 * k, deviation=2.0)
+    (segment,) = judged(*drive).quality.segments
+    assert segment.seconds == pytest.approx((7.9, 9.1), abs=0.05)
+    assert not segment.is_lost
+
+
+def test_of_many_segments_the_longest_are_kept() -> None:
+    drive = list(straight_drive(60.0))
+    for n, begin in enumerate(range(0, 60, 10)):
+        for k in range(10 * begin, 10 * begin + 10 + n):
+            drive[k] = estimate(0.1 * k, 0.1 * k, weight=0.5)
+    segments = judged(*drive, config=VerdictConfig(most_segments=2)).quality.segments
+    assert [round(segment.seconds[0]) for segment in segments] == [40, 50]
+
+
+def test_pauses_of_the_recording_are_no_part_of_the_drive() -> None:
+    drive = [*straight_drive(10.0), estimate(500.0, 10.0, lost=0.9, is_start=True)]
+    assert judged(*drive).quality.known_share > 0.9
+
+
+def test_scans_that_repeat_a_pose_count_once_and_clocks_may_be_set_back() -> None:
+    drive = list(straight_drive(10.0))
+    again = [repeated for each in drive for repeated in (each, each)]
+    assert judged(*again).quality.as_dict() == judged(*drive).quality.as_dict()
+    back = judged(*drive, *(estimate(0.1 * k - 3600.0, 10.0 + 0.1 * k) for k in range(100)))
+    assert back.quality.verdict == LOCALIZED
+    assert back.path_metres == pytest.approx(19.9, abs=0.3)
+
+
+def test_a_search_on_a_wrong_map_is_given_up() -> None:
+    judge = judged(*lost_for(9.0, 0.0))
+    assert not judge.is_hopeless
+    for each in lost_for(3.0, 9.0):
+        judge.follow(each)
+    assert judge.is_hopeless
+
+
+def test_a_car_that_is_lost_on_the_right_map_is_searched_for_on() -> None:
+    assert not judged(*straight_drive(60.0), *lost_for(30.0, 60.0)).is_hopeless
+
+
+def test_a_drive_that_is_nowhere_known_has_no_deviation() -> None:
+    quality = judged(*lost_for(12.0, 0.0)).quality
+    assert quality.verdict == LOST
+    assert math.isnan(quality.deviation)
+    assert "never known" in quality.summary
+
+
+def test_before_any_scan_and_without_any_return_nothing_is_known() -> None:
+    assert judged().quality.verdict == LOST
+    blind = [estimate(0.1 * k, 0.1 * k, agreement=None) for k in range(100)]
+    assert judged(*blind).quality.verdict == UNCERTAIN
