@@ -39,6 +39,7 @@ from racecar.pipelines.bags.samples import Samples, decode_or_count, decoded, fi
 from racecar.pipelines.bags.scan_gaps import ScanGaps
 from racecar.pipelines.bags.sensor_place import SensorPlaces
 from racecar.pipelines.bags.storage.chunks import BagTopic
+from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import choose_scans, list_topics
 
@@ -83,6 +84,7 @@ class BagReader:
         self._readings: dict[str, ScanReading] = {}
         self._corrections = NO_CORRECTIONS
         try:
+            self._fingerprint = bag_fingerprint(self._store.path)
             named = [scan_topic] if isinstance(scan_topic, str) else list(scan_topic or ())
             self._open_scans(named)
             self._motion = MotionSources(self._store, self._scans[0], self._findings)
@@ -205,6 +207,7 @@ class BagReader:
     def inputs(self) -> dict[str, object]:
         """What is read, and what is assumed of the car, for reports."""
         inputs: dict[str, object] = {
+            "bag_fingerprint": self._fingerprint,
             "scan_topic": self.scan_topic,
             "odom_topic": self.odom_topic,
             "odometry": self.odometry_source,
