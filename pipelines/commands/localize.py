@@ -5,6 +5,7 @@ from typing import Annotated
 
 import typer
 
+from racecar.pipelines.commands.exit_codes import NOT_GOOD_ENOUGH
 from racecar.pipelines.commands.options import (
     BagArgument,
     ConfigOption,
@@ -48,14 +49,19 @@ def localize(
     no_imu: NoImuOption = False,
     laser_pose: LaserPoseOption = None,
     record: RecordOption = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit code 3 when the drive is not localized.")
+    ] = False,
     seed: SeedOption = 0,
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Estimate where the car was on a map: trajectory.tum, overlay.png and report.json.
 
-    Without --initial-pose and --global the car starts where the mapping drive was at that time, if the map's
-    folder holds its trajectory.tum, else anywhere.
+    Without --initial-pose and --global the bag that made the map starts where it was then, by the map's
+    report.json and trajectory.tum; any other starts anywhere.
+
+    When the map turns out to be of another place, the search is given up.
 
     Example: racecar localize drive.bag --map runs/drive --out runs/localized
     """
@@ -92,32 +98,44 @@ def localize(
             import numpy as np
 
             from racecar.localization.localizer import Localizer
+            from racecar.localization.verdict.drive_quality import DriveVerdict
             from racecar.localization.warm_up import warm_up
             from racecar.pipelines.commands.localization_summary import print_localization
             from racecar.pipelines.runs.calibration_run import calibrate
             from racecar.pipelines.runs.localization_run import (
-                mapping_trajectory,
                 run_localization,
                 save_localization,
+                start_anywhere,
             )
+            from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
             from racecar.pipelines.view.recorder import Recorder
 
             warm_up(settings)
         with report.stage("self-calibration"):
             calibrate(reader, loaded.mapping.self_calibration, quiet=quiet)
-        driven = mapping_trajectory(map)
+        driven = mapping_trajectory(map, bag)
         with report.stage("preparing the map"):
             localizer = Localizer(grid, settings, np.random.default_rng(seed))
         if initial_pose is not None:
             localizer.set_pose(np.array(initial_pose))
         is_open = initial_pose is None and not anywhere
-        start = driven if is_open else None
+        if is_open and driven is None and has_mapping_drive(map):
+            start_anywhere(report)
         with Recorder(folder, grid) if record else nullcontext() as recorder:
             run = run_localization(
-                reader, localizer, grid, report, start=start, recorder=recorder, quiet=quiet
+                reader,
+                localizer,
+                grid,
+                report,
+                verdict=settings.verdict,
+                start=driven if is_open else None,
+                recorder=recorder,
+                quiet=quiet,
             )
         save_localization(run, grid, driven, report, folder, title=bag.name)
     if json is not None:
         report.write(json)
     if not quiet:
-        print_localization(report, out)
+        print_localization(report, run.quality, out)
+    if strict and run.quality.verdict != DriveVerdict.LOCALIZED:
+        raise typer.Exit(NOT_GOOD_ENOUGH)

@@ -8,9 +8,12 @@ import numpy as np
 
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.verdict.config import VerdictConfig
+from racecar.localization.verdict.drive_judge import DriveJudge
+from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
+from racecar.localization.verdict.known_place import deviation
 from racecar.maps.geometry.se2 import IDENTITY, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import find_map
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -21,7 +24,7 @@ from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.evaluation.wall_fit import WallFit
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.files.tum import load_tum, save_tum
+from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.pictures.overlay import Moment, save_overlay
 from racecar.pipelines.runs.map_cautions import cautions_of_resolution, cautions_of_walls
 from racecar.pipelines.runs.progress import progress_bar
@@ -29,24 +32,31 @@ from racecar.pipelines.view.recorder import Recorder
 
 LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", "report.json")
 
-POOR_FIT = 0.5
+_POOR_FIT = 0.5
 """Share of end points on walls below which a person should look twice."""
 _CONVERGED = 0.2
 """Metres of standard deviation within which the pose counts as found."""
 _MOMENTS = 6
 """Scans that are laid over the map, evenly over the drive: two rows of panels."""
-_SAME_SESSION = 1_000_000_000
-"""Nanoseconds around the mapping trajectory's time within which a bag counts as the one that made the map."""
+_SAME_TIME = 1_000_000_000
+"""Nanoseconds within which the mapping trajectory has a pose for the first scan: by judgement, as the mapper
+leaves out scans before the first odometry."""
 
 
 @dataclass(eq=False)
 class LocalizationRun:
-    """The localizer's estimates over a bag, one entry per scan."""
+    """The localizer's estimates over a bag, one entry per scan, and what they are worth."""
 
+    judge: DriveJudge
     estimates: list[PoseEstimate] = field(default_factory=list)
     shares_on_wall: list[float] = field(default_factory=list)
     update_seconds: list[float] = field(default_factory=list)
     moments: list[Moment] = field(default_factory=list)
+
+    @property
+    def quality(self) -> DriveQuality:
+        """What the poses are worth."""
+        return self.judge.quality
 
     @property
     def trajectory(self) -> Trajectory:
@@ -58,18 +68,13 @@ class LocalizationRun:
         return Trajectory(stamps[is_new], poses[is_new])
 
 
-def mapping_trajectory(map_path: Path) -> Trajectory | None:
-    """The trajectory that was driven when a map was made, if it lies beside the map."""
-    path = find_map(map_path).parent / "trajectory.tum"
-    return load_tum(path) if path.is_file() else None
-
-
 def run_localization(
     reader: BagReader,
     localizer: Localizer,
     grid: OccupancyGrid,
     report: Report,
     *,
+    verdict: VerdictConfig,
     start: Trajectory | None = None,
     recorder: Recorder | None = None,
     quiet: bool,
@@ -78,9 +83,10 @@ def run_localization(
 
     With a ``start`` trajectory the car starts from the pose that this has at the first scan; where it
     has none the search goes on over the whole map, and the report says so. What comes in and out goes to a
-    ``recorder`` too. Raises UserError when the bag holds no usable scan, or none that meets anything.
+    ``recorder`` too. Where the car is not found because the map is of another place, the rest of the bag is
+    left aside. Raises UserError when the bag holds no usable scan, or none that meets anything.
     """
-    run, walls = LocalizationRun(), WallFit(grid)
+    run, walls = LocalizationRun(DriveJudge(verdict)), WallFit(grid)
     with progress_bar("Localizing", reader.message_count, quiet=quiet) as advance_to:
         for message in reader:
             if isinstance(message, Scan):
@@ -89,13 +95,16 @@ def run_localization(
                 with report.stage("localizing"):
                     _add_scan(run, message, localizer)
                 with report.stage("judging"):
-                    _judge(run, message, walls, reader.messages_read / max(reader.message_count, 1))
+                    progress = reader.messages_read / max(reader.message_count, 1)
+                    _judge(run, message, walls, 1.0 if run.judge.is_hopeless else progress)
             else:
                 feed(message, localizer)
             if recorder is not None:
                 with report.stage("recording"):
                     _record(message, run, localizer, recorder)
             advance_to(reader.messages_read)
+            if run.judge.is_hopeless:
+                break
     reader.require_returns()
     _describe(run, localizer, reader, report)
     for sentence in [*cautions_of_resolution(grid.resolution), *cautions_of_walls(walls)]:
@@ -111,8 +120,11 @@ def save_localization(
     folder: Path,
     title: str,
 ) -> None:
-    """Write every file of a localization run into an existing folder."""
-    if reference is not None and _overlap(run.trajectory, reference):
+    """Write every file of a localization run into an existing folder.
+
+    The ``reference`` is the mapping trajectory, if it is of the same drive. Raises UserError when it is not.
+    """
+    if reference is not None:
         errors = compare(run.trajectory, reference, reference_from_map=IDENTITY)
         report.add("accuracy", {"against_mapping_trajectory": errors.summary()})
     with report.stage("writing"):
@@ -123,21 +135,27 @@ def save_localization(
 
 def _start_from(start: Trajectory, stamp: int, localizer: Localizer, report: Report) -> None:
     nearest = int(np.argmin(np.abs(start.stamps - stamp)))
-    if abs(int(start.stamps[nearest]) - stamp) > _SAME_SESSION:
-        report.add("inputs", {"start": "anywhere"})
-        report.warn(
-            "The map's trajectory.tum is from another drive, so the whole map was searched for the start; "
-            "give --initial-pose if it is known."
-        )
+    if abs(int(start.stamps[nearest]) - stamp) > _SAME_TIME:
+        start_anywhere(report)
         return
     report.add("inputs", {"start": start.map_from_base[nearest], "start_source": "the map's trajectory.tum"})
     localizer.set_pose(start.map_from_base[nearest])
+
+
+def start_anywhere(report: Report) -> None:
+    """Report that nothing says where on the map the car starts, although a drive lies beside it."""
+    report.add("inputs", {"start": "anywhere"})
+    report.warn(
+        "The map's trajectory.tum is from another drive, so the whole map was searched for the start; "
+        "give --initial-pose if it is known."
+    )
 
 
 def _add_scan(run: LocalizationRun, scan: Scan, localizer: Localizer) -> None:
     began = time.perf_counter()
     run.estimates.append(localizer.add_scan(scan))
     run.update_seconds.append(time.perf_counter() - began)
+    run.judge.follow(run.estimates[-1])
 
 
 def _record(message: Measurement, run: LocalizationRun, localizer: Localizer, recorder: Recorder) -> None:
@@ -159,17 +177,17 @@ def _judge(run: LocalizationRun, scan: Scan, walls: WallFit, progress: float) ->
 
 
 def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, report: Report) -> None:
-    places = run.trajectory.map_from_base[:, :2]
     report.add(
         "counts",
         {
             "messages": reader.counts,
             "scans": len(run.estimates),
-            "path_metres": np.sum(np.hypot(*np.diff(places, axis=0).T)),
+            "path_metres": run.judge.path_metres,
             "starts": sum(estimate.is_start for estimate in run.estimates),
         },
     )
     report.add("inputs", reader.inputs)
+    report.add("quality", run.quality.as_dict())
     report.add("accuracy", _fit(run.shares_on_wall))
     report.add("convergence", _convergence(run.estimates))
     report.add("update_ms", _update_times(run))
@@ -195,7 +213,7 @@ def _fit(shares_on_wall: list[float]) -> dict[str, float]:
 
 def _convergence(estimates: list[PoseEstimate]) -> dict[str, float | None]:
     """When the pose was first found, and how sharp it was on average from then on."""
-    deviations = np.array([_deviation(estimate) for estimate in estimates])
+    deviations = np.array([deviation(estimate) for estimate in estimates])
     is_found = (deviations < _CONVERGED) & np.array([estimate.cluster_weight > 0.9 for estimate in estimates])
     if not is_found.any():
         return {"seconds_until_found": None, "mean_deviation_m": float(deviations.mean())}
@@ -204,10 +222,6 @@ def _convergence(estimates: list[PoseEstimate]) -> dict[str, float | None]:
         "seconds_until_found": (estimates[first].stamp - estimates[0].stamp) * 1e-9,
         "mean_deviation_m": float(deviations[first:].mean()),
     }
-
-
-def _deviation(estimate: PoseEstimate) -> float:
-    return float(np.sqrt(np.trace(estimate.covariance[:2, :2])))
 
 
 def _update_times(run: LocalizationRun) -> dict[str, float | None]:
@@ -232,7 +246,13 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
         )
     shares = [share for share in run.shares_on_wall if not np.isnan(share)]
     share = sum(shares) / max(len(shares), 1)
-    if share < POOR_FIT:
+    if run.judge.is_hopeless:
+        seconds = (run.estimates[-1].stamp - run.estimates[0].stamp) * 1e-9
+        sentences.append(
+            f"The search was given up {seconds:.0f} s into the drive, because no place on the map fitted for "
+            "long; the rest of the bag was left aside. Name the map of the place, or give --initial-pose."
+        )
+    if share < _POOR_FIT and run.quality.verdict != DriveVerdict.LOST:
         sentences.append(
             f"Only {share:.0%} of the scans' end points lie on walls of the map: it is the wrong map, "
             "outdated, or the car was lost; look at overlay.png."
@@ -243,7 +263,3 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
             "which fails along bare corridors and in fast turns."
         )
     return sentences
-
-
-def _overlap(trajectory: Trajectory, reference: Trajectory) -> bool:
-    return bool(trajectory.stamps[0] <= reference.stamps[-1] and reference.stamps[0] <= trajectory.stamps[-1])

@@ -8,6 +8,7 @@ import pytest
 import yaml
 from PIL import Image
 
+from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
@@ -15,6 +16,7 @@ from racecar.maps.map_files import save_map
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.cli import run
 from racecar.pipelines.commands.localization_summary import print_localization
@@ -72,8 +74,20 @@ def test_writes_all_files_and_tells_the_fit(bag: Path, flags: tuple[str, ...]) -
     assert report["convergence"]["seconds_until_found"] < 1.0
 
 
-def test_starts_where_the_mapping_drive_was(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    save_tum(Trajectory(STAMPS, TRUTH), bag.parent / "map" / "trajectory.tum")
+def leave_mapping_drive(bag: Path, drive: Trajectory, inputs: dict[str, str]) -> None:
+    """What the mapper leaves beside a map of what it was made from."""
+    save_tum(drive, bag.parent / "map" / "trajectory.tum")
+    (bag.parent / "map" / "report.json").write_text(json.dumps({"inputs": inputs}))
+
+
+@pytest.mark.parametrize("is_moved", [False, True])
+def test_the_bag_that_made_the_map_starts_where_it_was(
+    bag: Path, is_moved: bool, capsys: pytest.CaptureFixture[str]
+) -> None:
+    named = {"bag": str(bag)}
+    if is_moved:  # it is known by its content
+        named = {"bag": "/elsewhere/drive.bag", "bag_fingerprint": bag_fingerprint(bag)}
+    leave_mapping_drive(bag, Trajectory(STAMPS, TRUTH), named)
     assert localize(bag) == 0
     report = json.loads((bag.parent / "out" / "report.json").read_text())
     assert report["inputs"]["start_source"] == "the map's trajectory.tum"
@@ -81,13 +95,33 @@ def test_starts_where_the_mapping_drive_was(bag: Path, capsys: pytest.CaptureFix
     assert "away on average" in capsys.readouterr().out
 
 
-def test_a_trajectory_of_another_day_is_not_the_start(bag: Path) -> None:
-    save_tum(Trajectory(STAMPS + 10**13, TRUTH + 1.0), bag.parent / "map" / "trajectory.tum")
+@pytest.mark.parametrize("named", [{}, {"bag": "other.bag"}, {"bag": "drive.bag", "bag_fingerprint": "0"}])
+def test_another_drive_that_happens_to_bear_the_same_stamps_is_not_compared(
+    bag: Path, named: dict[str, str]
+) -> None:
+    leave_mapping_drive(bag, Trajectory(STAMPS, TRUTH + 1.0), named)
     assert localize(bag, "--quiet") == 0
     report = json.loads((bag.parent / "out" / "report.json").read_text())
     assert any("from another drive" in sentence for sentence in report["warnings"])
     assert "against_mapping_trajectory" not in report["accuracy"]
     assert mean_error(bag) < 0.05
+
+
+def test_strict_fails_unless_the_drive_is_localized(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert localize(bag, "--strict") == 0
+    report = json.loads((bag.parent / "out" / "report.json").read_text())
+    assert report["quality"]["verdict"] == "localized"
+    assert report["quality"]["known_share"] == pytest.approx(1.0, abs=0.1)
+    assert report["counts"]["path_metres"] == pytest.approx(3.0, abs=0.2)
+    assert capsys.readouterr().out.splitlines()[-1].startswith("The drive is localized: ")
+    cells = np.full((120, 120), FREE, dtype=np.int8)
+    cells[:3], cells[-3:], cells[:, :3], cells[:, -3:] = OCCUPIED, OCCUPIED, OCCUPIED, OCCUPIED
+    cells[20:60:4, 20:100:9] = OCCUPIED
+    save_map(OccupancyGrid(cells, 0.05, IDENTITY), bag.parent / "map" / "map.yaml")  # of another place
+    assert localize(bag, "--strict") == 3
+    report = json.loads((bag.parent / "out" / "report.json").read_text())
+    assert report["quality"]["verdict"] == "lost"
+    assert "map of another place" in capsys.readouterr().out.splitlines()[-1]
 
 
 def test_same_seed_same_bytes(bag: Path) -> None:
@@ -166,14 +200,16 @@ def test_coarse_cells_are_told(bag: Path) -> None:
     assert any("cells are 0.3 m wide" in sentence for sentence in report["warnings"])
 
 
-@pytest.mark.parametrize("share", [0.3, 0.9])
+@pytest.mark.parametrize("verdict", DriveVerdict)
 def test_what_a_lost_car_makes_of_its_odometry_is_not_told(
-    share: float, capsys: pytest.CaptureFixture[str]
+    verdict: DriveVerdict, capsys: pytest.CaptureFixture[str]
 ) -> None:
     report = Report("racecar localize")
     report.add("counts", {"scans": 10, "path_metres": 1.0})
-    report.add("accuracy", {"share_of_end_points_within_0.10_m_of_a_wall": share})
+    report.add("accuracy", {"share_of_end_points_within_0.10_m_of_a_wall": 0.5})
     report.add("update_ms", {"mean": None})
     report.add("odometry_faults", {"distance": -0.18})
-    print_localization(report, Path("out"))
-    assert ("18% too long" in capsys.readouterr().out) == (share > 0.5)
+    print_localization(report, DriveQuality(verdict, 1.0, 0.02, 5.0, (), ()), Path("out"))
+    printed = capsys.readouterr().out
+    assert ("18% too long" in printed) == (verdict == DriveVerdict.LOCALIZED)
+    assert printed.splitlines()[-1].startswith(f"The drive is {verdict.value}: ")

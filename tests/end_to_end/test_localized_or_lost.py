@@ -1,0 +1,40 @@
+"""The verdict of ``racecar localize``: in its last line, its exit code and its report."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.end_to_end.commands import Racecar
+
+
+@pytest.mark.parametrize(
+    ("map_name", "verdict", "code"), [("building", "localized", 0), ("track", "lost", 3)]
+)
+def test_a_drive_in_the_building_is_localized_there_and_lost_on_the_race_track(
+    racecar_command: Racecar, drive: Path, tmp_path: Path, map_name: str, verdict: str, code: int
+) -> None:
+    done = racecar_command(
+        *("localize", drive / "drive.bag", "--map", map_name, "--out", tmp_path), *("--global", "--strict")
+    )
+    assert done.returncode == code, done.stderr
+    assert done.stdout.splitlines()[-1].startswith(f"The drive is {verdict}: ")
+    quality = json.loads((tmp_path / "report.json").read_text())["quality"]
+    assert quality["verdict"] == verdict
+    assert (quality["known_share"] > 0.9) == (verdict == "localized")
+
+
+def test_only_the_bag_that_made_the_map_is_compared_with_its_trajectory(
+    racecar: Racecar, drive: Path, tmp_path: Path
+) -> None:
+    """A second simulated drive bears the same stamps, and its bag the same name."""
+    simulated = ("simulate", "--map", "building", "--noise", "slight", "--duration", "6", "--quiet")
+    assert racecar(*simulated, "--seed", 4, "--out", tmp_path / "drive.bag").returncode == 0
+    assert racecar("map", drive / "drive.bag", "--out", tmp_path / "map", "--quiet").returncode == 0
+    compared = []
+    for bag in (drive / "drive.bag", tmp_path / "drive.bag"):
+        done = racecar("localize", bag, "--map", tmp_path / "map", "--out", tmp_path / "out", "--quiet")
+        assert done.returncode == 0, done.stderr
+        report = json.loads((tmp_path / "out" / "report.json").read_text())
+        compared.append("against_mapping_trajectory" in report["accuracy"])
+    assert compared == [True, False]
