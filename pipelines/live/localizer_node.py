@@ -16,6 +16,7 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.verdict.known_place import deviation, is_lost, is_place_known
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
@@ -25,6 +26,7 @@ from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.messages import frame_name, nanoseconds
 from racecar.pipelines.live.display.localizer_display import DISPLAY_WORK, LocalizerDisplay
 from racecar.pipelines.live.intake.first_messages import Arrived
+from racecar.pipelines.live.monitoring.whereabouts import Whereabouts
 from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.remembered_pose import PoseMemory, RememberedPose
 from racecar.pipelines.live.ros.messages import grid_of, odometry_message, pose_message
@@ -40,10 +42,6 @@ _WORK = {**START_WORK, "scan": 80, "map": 1, "settings": 4}
 _SIDE_WORK = {**DISPLAY_WORK, "map": 1, "memory": 1}
 _REMEMBER_EVERY = 1.0
 """Seconds; a node that is killed forgets no more than that: by judgement."""
-_LOST = 0.5
-"""Probability from which the car counts as lost; by definition more likely lost than not."""
-_KNOWN_WITHIN = 0.5
-"""Metres of standard deviation within which the pose is worth remembering: by judgement."""
 
 _PATIENCE = 1_500_000_000
 """Nanoseconds for which the first scan waits: by judgement, as people wait for the first pose."""
@@ -104,6 +102,7 @@ class LocalizerNode(LiveNode):
         self._memory: PoseMemory | None = None
         self._remembered: RememberedPose | None = None
         self._estimate: PoseEstimate | None = None
+        self._whereabouts = Whereabouts(self._config, self.inform)
         self._last_odometry: tuple[int, Odometry] | None = None
         self._first_scans: list[Arrived] = []
         self._is_understood = False
@@ -129,6 +128,8 @@ class LocalizerNode(LiveNode):
             self.faults.report("no_map", f"No map has come on {node.resolve_topic_name('map')} yet.")
         watch_settings(node, lambda: self._config, self._on_settings)
         super().start()
+        if self._grid is not None:
+            self._say_ready(self._grid)
 
     def stop(self) -> None:
         """Do what is waiting, remember the pose, and stop."""
@@ -146,7 +147,8 @@ class LocalizerNode(LiveNode):
             "effective sample size": float(estimate.effective_sample_size),
             "lost probability": float(estimate.lost_probability),
             "weight of the place": float(estimate.cluster_weight),
-            "deviation (m)": _deviation(estimate),
+            "deviation (m)": deviation(estimate),
+            **self._whereabouts.figures,
             "distance that odometry leaves out": faults.distance,
             "turn that odometry leaves out": faults.turn,
             "trim of the steering (rad/m)": faults.trim,
@@ -201,6 +203,7 @@ class LocalizerNode(LiveNode):
         before, self._estimate = self._estimate, None
         self._memory = PoseMemory(self._begin.memory, grid) if self._begin.memory is not None else None
         self._grid, self._localizer = grid, localizer
+        self._whereabouts = Whereabouts(self._config, self.inform)
         self._display.show_map(grid)
         if before is not None:
             localizer.set_pose(before.map_from_base, before.covariance + np.diag([0.01, 0.01, 0.01]))
@@ -281,7 +284,7 @@ class LocalizerNode(LiveNode):
         if scan.is_return.any():
             self._judge(estimate)
         self.judge_odometry(localizer.frozen_odometry)
-        if self._last_odometry is not None and estimate.lost_probability < _LOST:
+        if self._last_odometry is not None and not is_lost(estimate, self._config.verdict.known_place):
             self._trail.append((arrival, estimate.map_from_base, self._last_odometry[1].odom_from_base))
         self._display.show(stamp, scan, estimate, localizer)
         if self._schedule.is_due("memory"):
@@ -311,7 +314,8 @@ class LocalizerNode(LiveNode):
         self.health.note("poses")
 
     def _judge(self, estimate: PoseEstimate) -> None:
-        if estimate.lost_probability >= _LOST and not estimate.is_start:
+        self._whereabouts.follow(estimate)
+        if is_lost(estimate, self._config.verdict.known_place) and not estimate.is_start:
             self.faults.report(
                 "lost", "The scans do not fit the map where the car is taken to be: it may be lost."
             )
@@ -321,7 +325,9 @@ class LocalizerNode(LiveNode):
     def _remember(self) -> None:
         """Write the pose down, if it is known well."""
         localizer, estimate, odometry = self._localizer, self._estimate, self._last_odometry
-        if self._memory is None or localizer is None or estimate is None or not _is_known(estimate):
+        if self._memory is None or localizer is None or estimate is None:
+            return
+        if not is_place_known(estimate, self._config.verdict.known_place):
             return
         stamp, odom_from_base = None, IDENTITY
         if odometry is not None and self.health.silence("odometry") < 1.0:
@@ -338,6 +344,8 @@ class LocalizerNode(LiveNode):
             if self._localizer is not None:
                 self._localizer.reconfigure(config)
 
+        if config.verdict != self._config.verdict:
+            self._whereabouts = Whereabouts(config, self.inform)
         self._config = config
         self.worker.inbox.put("settings", work)
 
@@ -357,26 +365,23 @@ class LocalizerNode(LiveNode):
     def _switch_to(self, grid: OccupancyGrid, localizer: Localizer) -> None:
         is_first = self._localizer is None
         localizer.reconfigure(self._config)  # which may have changed while its table was built
-        rows, columns = grid.cells.shape
-        size = f"{columns * grid.resolution:.1f} × {rows * grid.resolution:.1f} m"
+        size = _size_in_words(grid)
         self.faults.end("no_map", f"The map has come, {size}.")
         if not is_first:
             self.faults.report(
                 "map", f"Another map has come, {size}; the car is located on it.", lasting=False
             )
         self._take_localizer(grid, localizer)
+        if is_first:
+            self._say_ready(grid)
+
+    def _say_ready(self, grid: OccupancyGrid) -> None:
+        self.inform(f"Ready: scans are laid on a map of {_size_in_words(grid)} as they come.")
 
 
-def _deviation(estimate: PoseEstimate) -> float:
-    return float(np.sqrt(np.trace(estimate.covariance[:2, :2])))
-
-
-def _is_known(estimate: PoseEstimate) -> bool:
-    return (
-        estimate.lost_probability < _LOST
-        and estimate.cluster_weight > 0.9
-        and _deviation(estimate) < _KNOWN_WITHIN
-    )
+def _size_in_words(grid: OccupancyGrid) -> str:
+    rows, columns = grid.cells.shape
+    return f"{columns * grid.resolution:.1f} × {rows * grid.resolution:.1f} m"
 
 
 def _is_same(grid: OccupancyGrid, known: OccupancyGrid) -> bool:

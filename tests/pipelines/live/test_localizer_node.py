@@ -34,6 +34,15 @@ def test_first_pose_comes_soon_and_is_right(stage: Stage) -> None:
     stage.witness.seconds_until_right(RIGHT_AGAIN)
 
 
+def test_the_log_says_when_it_is_ready_and_where_the_car_is_found(stage: Stage) -> None:
+    wait_for(lambda: "Found: the car is at x " in stage.log.read_text(), 6.0, stage.witness.said)
+    log = stage.log.read_text()
+    assert log.index("Ready: scans are laid on a map of ") < log.index("Found: the car is at x ")
+    wait_for(
+        lambda: stage.witness.figure("drive so far") in ("localized", "uncertain"), 6.0, stage.witness.said
+    )  # which of both depends on how far the car has come by now
+
+
 def test_every_scan_has_a_pose_and_every_odometry_message_too(stage: Stage) -> None:
     car, witness = stage.car, stage.witness
     scans, samples, poses, outputs = (

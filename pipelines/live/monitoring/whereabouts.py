@@ -1,0 +1,43 @@
+"""Whether the live car is found, for the log, and what its poses are worth so far, for the diagnostics."""
+
+from collections.abc import Callable
+from typing import Any
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.verdict.drive_judge import DriveJudge
+from racecar.localization.verdict.known_place import is_lost, is_place_known
+
+
+class Whereabouts:
+    """Judges the drive on one map."""
+
+    def __init__(self, config: LocalizationConfig, inform: Callable[[str], None]) -> None:
+        """``inform`` is given a sentence whenever the car is found, at first and after it was lost."""
+        self._config, self._inform = config, inform
+        self._judge = DriveJudge(config.verdict)
+        self._is_found = False
+
+    def follow(self, estimate: PoseEstimate) -> None:
+        """Take in the estimate of a scan."""
+        self._judge.follow(estimate)
+        known = self._config.verdict.known_place
+        if is_lost(estimate, known):
+            self._is_found = False
+            return
+        is_certain = estimate.lost_probability < self._config.tracking.found_below
+        if is_certain and not self._is_found and is_place_known(estimate, known):
+            self._is_found = True
+            x, y, yaw = estimate.map_from_base.tolist()
+            self._inform(f"Found: the car is at x {x:.2f} m, y {y:.2f} m, yaw {yaw:.2f} rad.")
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """The verdict on the drive so far, as `racecar localize` gives it at the end."""
+        quality = self._judge.quality
+        return {
+            "drive so far": quality.verdict.value,
+            "share of it with a known place": quality.known_share,
+            "log-odds that the map is the right one": quality.map_log_odds,
+            "doubt": next(iter(quality.reasons), "none"),
+        }
