@@ -112,7 +112,11 @@ class VerdictConfig(Settings):
         "found in, or one kidnapping, are forgiven",
     )
     lost_share: float = Field(
-        0.5, ge=0, lt=1, description="of the drive, below which it is lost. By judgement: most of it"
+        0.5,
+        ge=0,
+        lt=1,
+        description="of the drive, below which it is lost unless the map is the right one beyond doubt. By "
+        "judgement: most of it",
     )
     longest_scan: float = Field(
         1.0,

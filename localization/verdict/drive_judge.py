@@ -71,9 +71,12 @@ class DriveJudge:
         return self._lost_seconds > patience and self._fit.is_wrong
 
     def _verdict(self, known_share: float) -> DriveVerdict:
-        if self._fit.is_wrong or known_share < self._config.lost_share:
+        if self._fit.is_wrong:
             return DriveVerdict.LOST
-        is_known = self._fit.is_right and known_share >= self._config.localized_share
+        if not self._fit.is_right:
+            return DriveVerdict.LOST if known_share < self._config.lost_share else DriveVerdict.UNCERTAIN
+        # Scans that fit closely at a place that is in doubt are those of a map whose places look alike.
+        is_known = known_share >= self._config.localized_share
         return DriveVerdict.LOCALIZED if is_known else DriveVerdict.UNCERTAIN
 
     def _reasons(self, verdict: DriveVerdict) -> tuple[str, ...]:

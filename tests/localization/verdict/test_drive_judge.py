@@ -7,7 +7,7 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.verdict.config import VerdictConfig
 from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveVerdict
-from tests.localization.verdict.estimates import WRONG, estimate, straight_drive
+from tests.localization.verdict.estimates import RIGHT, WRONG, estimate, straight_drive
 
 LOCALIZED, UNCERTAIN, LOST = DriveVerdict
 
@@ -65,11 +65,17 @@ def test_a_stretch_on_which_the_car_is_lost_is_named_with_its_time() -> None:
     assert "at 20 to 23 s near x 20.0 m, y 0.0 m" in quality.summary
 
 
-@pytest.mark.parametrize(("seconds", "verdict"), [(1.0, LOCALIZED), (5.0, UNCERTAIN), (30.0, LOST)])
+@pytest.mark.parametrize(("seconds", "verdict"), [(1.0, LOCALIZED), (5.0, UNCERTAIN), (30.0, UNCERTAIN)])
 def test_how_much_of_the_drive_is_known_decides(seconds: float, verdict: DriveVerdict) -> None:
-    drive = [*straight_drive(20.0)]
     unsure = [estimate(20.0 + 0.1 * k, 20.0, weight=0.5) for k in range(round(10 * seconds))]
-    quality = judged(*drive, *unsure).quality
+    assert judged(*straight_drive(20.0), *unsure).quality.verdict == verdict
+
+
+@pytest.mark.parametrize(("seconds", "verdict"), [(3.0, UNCERTAIN), (12.0, LOST)])
+def test_so_it_does_where_the_map_may_be_the_right_one(seconds: float, verdict: DriveVerdict) -> None:
+    neither = 0.5 * (RIGHT + WRONG)
+    drive = [*straight_drive(10.0, agreement=neither), *lost_for(seconds, 10.0, neither)]
+    quality = judged(*drive).quality
     assert quality.verdict == verdict
     assert any("no place on the map fitted" in sentence for sentence in quality.reasons) == (verdict == LOST)
 
