@@ -42,12 +42,20 @@ def misled_steps(
     good = (matches.overlap > constraints.min_overlap) & (matches.residual < constraints.max_residual)
     off[both[good]] = between(matches.poses[good], steps[both[good]])
     residuals[both[good]] = matches.residual[good]
-    return are_misled(off, residuals, config)
+    turns = np.zeros(len(steps))
+    turns[both[good]] = np.abs(matches.poses[good, 2])
+    return are_misled(off, turns, residuals, config)
 
 
-def are_misled(off: Pose, residuals: NDArray[np.float64], config: MisledConfig) -> NDArray[np.bool_]:
+def are_misled(
+    off: Pose, turns: NDArray[np.float64], residuals: NDArray[np.float64], config: MisledConfig
+) -> NDArray[np.bool_]:
     """(S,) of steps in which the wheels were ``off`` (S, 3) from the match, and which ended with
-    ``residuals`` (S,), metres; NaN where nothing matched."""
+    ``residuals`` (S,), metres; NaN where nothing matched. ``turns`` (S,) are those of the matches, radians.
+
+    Scans fit worse in turns, where some wheels err most, so that steps are compared with others that turn
+    as much.
+    """
     is_known = ~np.isnan(residuals)
     misled = np.zeros(len(residuals), dtype=np.bool_)
     if np.count_nonzero(is_known) < config.min_steps:
@@ -55,15 +63,23 @@ def are_misled(off: Pose, residuals: NDArray[np.float64], config: MisledConfig) 
     are_contradicted = is_known & (_contradicted(off[:, 0], config) | _contradicted(off[:, 2], config))
     fit = np.nanmedian(_about(np.where(is_known, residuals, np.nan), config.window), axis=1)
     usual_fit = float(np.median(fit[is_known]))
-    usual_rate = float(np.mean(are_contradicted[is_known & (fit <= usual_fit)]))
+    turned = np.nansum(_about(turns, config.window), axis=1)
+    fit_well = is_known & (fit <= usual_fit)
     edges = np.quantile(fit[is_known], np.linspace(0.0, 1.0, config.classes + 1)[1:-1])
     of_class = np.searchsorted(edges, fit)
     for k in range(config.classes):
         members = is_known & (of_class == k) & (fit > config.bad_fit * usual_fit)
-        rate = float(np.mean(are_contradicted[members])) if members.any() else 0.0
-        if rate > max(config.min_rate, config.times_usual * usual_rate):
+        if not members.any():
+            continue
+        comparable = fit_well & (turned >= np.median(turned[members]))
+        usual_rate = _share(are_contradicted[comparable]) if comparable.any() else 1.0
+        if _share(are_contradicted[members]) > max(config.min_rate, config.times_usual * usual_rate):
             misled |= members & are_contradicted
     return misled
+
+
+def _share(are: NDArray[np.bool_]) -> float:
+    return float(np.mean(are))
 
 
 def _contradicted(off: NDArray[np.float64], config: MisledConfig) -> NDArray[np.bool_]:
