@@ -14,16 +14,8 @@ class SubmapConfig(Settings):
         default=2.0,
         gt=0.0,
         le=1000.0,
-        description="Metres of path from one submap to the next at most. By judgement: every place lies near "
-        "the middle of one.",
-    )
-    spacing_per_view: float = Field(
-        default=0.33,
-        gt=0.0,
-        le=10.0,
-        description="The same as a share of how far the laser sees, because one that sees 4 m far shows a "
-        "place again for a metre or two of path only, and two submaps must show it. By judgement: some 1.2 m "
-        "then.",
+        description="Metres of path from one submap to the next. By judgement: every place lies near the "
+        "middle of one.",
     )
     half_length: float = Field(
         default=3.0,
@@ -66,20 +58,18 @@ class CandidateSearchConfig(Settings):
         le=10.0,
         description="Radians searched likewise. By judgement: 4 degrees.",
     )
-    sigmas: float = Field(
-        default=4.0,
-        gt=0.0,
-        le=100.0,
-        description="Standard deviations of the steps in between searched besides. Maps of aces, fr079 and "
-        "intel made without loops were off by up to 6.5 of turn and 5.4 of place, for the errors of matches "
-        "in one place are alike; with what is searched without drift, 4 reach as far as any of them.",
-    )
-    min_drift: float = Field(
-        default=0.3,
+    drift_per_metre: float = Field(
+        default=0.04,
         ge=0.0,
-        le=100.0,
-        description="Metres of drift to reckon with below which two submaps are well connected already, "
-        "because matching keyframes bridges as much. By judgement.",
+        le=10.0,
+        description="Metres of drift to reckon with per metre driven. Chosen in a prototype on aces, "
+        "intel and fr079, where the loops needed are found with it.",
+    )
+    turn_per_metre: float = Field(
+        default=math.radians(0.06),
+        ge=0.0,
+        le=1.0,
+        description="Radians of drift to reckon with per metre driven: 0.06 degrees, likewise.",
     )
     unmatched_distance: float = Field(
         default=60.0,
@@ -99,6 +89,13 @@ class CandidateSearchConfig(Settings):
         gt=0.0,
         le=100.0,
         description="Radians likewise: 40 degrees, by judgement.",
+    )
+    min_drift_distance: float = Field(
+        default=15.0,
+        ge=0.0,
+        le=10000.0,
+        description="Metres of accumulated drift (as metres driven) below which two submaps are well "
+        "connected already. By judgement.",
     )
     slack: float = Field(
         default=2.0,
@@ -125,12 +122,11 @@ class SubmapSearchConfig(Settings):
     """The correlative search of one submap on another."""
 
     min_score: float = Field(
-        default=0.2,
+        default=0.5,
         gt=0.0,
         le=1.0,
-        description="Least mean likelihood of the points at a place that is accepted. By judgement: two "
-        "submaps of a laser that sees 4 m far share a third of what they show where their paths cross, and "
-        "what is no loop is refuted by what the scans look through.",
+        description="Least mean likelihood of the points at a place that is accepted. By judgement: half of "
+        "the walls are the same.",
     )
     ambiguous_share: float = Field(
         default=0.85,
@@ -160,7 +156,7 @@ class SubmapSearchConfig(Settings):
         "radius and the widest usual window. By judgement.",
     )
     points: int = Field(
-        default=200, ge=1, le=100000, description="Points that are searched with, for speed. By judgement."
+        default=500, ge=1, le=100000, description="Points that are searched with, for speed. By judgement."
     )
 
 
@@ -221,7 +217,7 @@ class SeeThroughVerificationConfig(Settings):
         "Chosen in a prototype on aces, intel and fr079.",
     )
     min_coverage: float = Field(
-        default=0.3,
+        default=0.4,
         ge=0.0,
         le=1.0,
         description="Of all points, the least share that does. By judgement: a little below the prototype's "
