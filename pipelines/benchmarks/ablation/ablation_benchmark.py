@@ -93,7 +93,7 @@ class KindFigures:
         return {
             "default": [asdict(each) for each in self.default],
             "without": {
-                name: {**found.as_dict(), "drives": [asdict(each) for each in self.without[name]]}
+                name: {**found.as_dict(), "figures": [asdict(each) for each in self.without[name]]}
                 for name, found in self.differences().items()
             },
         }

@@ -145,6 +145,8 @@ def test_the_command_tells_each_kind_and_all_together(
     written = json.loads(path.read_text())["ablation"]
     assert list(written) == ["noise, track", "racing, track"]
     assert written["racing, track"]["without"]["trust"]["effect"] == "pays"
+    assert written["racing, track"]["without"]["trust"]["drives"] == 3
+    assert written["racing, track"]["without"]["trust"]["figures"][1]["error_m"] == 0.021
     assert written["racing, track"]["default"][1]["error_m"] == 0.011
 
 
