@@ -327,7 +327,7 @@ class Mapper:
 
     def _optimize_finally(self) -> None:
         """Match all pairs of keyframes once more from where they are now, also with those of the first pass
-        through each place, and solve the whole graph."""
+        through each place, but not where scans mislead; and solve the whole graph."""
         state, config = self._state, self._config
         if len(state.keyframes) == 1:
             return

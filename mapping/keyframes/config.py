@@ -222,8 +222,8 @@ class ConstraintConfig(Settings):
         description="Share of points with a partner that a match must have to count. What few points tell is "
         "in the information of the match: on a simulated campus, where a third of the keyframes share less "
         "than 0.15, such matches err by as many of their standard deviations as the others, and down to 0.03 "
-        "take the mean error from 0.086 to 0.024 m (racecar benchmark worlds); where a race car's wheels know "
-        "no turns, 0.05 and less once led 4 degrees astray (test_gyroscope).",
+        "take the mean error from 0.086 to 0.024 m (racecar benchmark worlds). Where a race car's wheels "
+        "know no turns, 0.05 and less once led 4 degrees astray (test_gyroscope).",
     )
     max_residual: float = Field(
         default=0.04,
