@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes.config import ConstraintConfig
 from racecar.mapping.matching.match_information import match_information
-from racecar.mapping.matching.scan_matching import match, one_to_one
+from racecar.mapping.matching.scan_matching import Matches, match, one_to_one
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between
 
@@ -28,9 +28,7 @@ def constrain(
     """
     if len(pairs) == 0:
         return []
-    guesses = between(poses[pairs[:, 0]], poses[pairs[:, 1]])
-    matches = match(guesses, one_to_one(pairs), store, store, initial_distance=config.initial_distance)
-    good = (matches.overlap > config.min_overlap) & (matches.residual < config.max_residual)
+    matches, good = match_pairs(pairs, poses, store, config)
     return [
         Constraint(
             int(pairs[k, 0]),
@@ -41,3 +39,14 @@ def constrain(
         )
         for k in np.flatnonzero(good)
     ]
+
+
+def match_pairs(
+    pairs: NDArray[np.int64], poses: Pose, store: ScanStore, config: ConstraintConfig = _DEFAULT
+) -> tuple[Matches, NDArray[np.bool_]]:
+    """The matches of keyframe pairs (P, 2), from the poses (K, 3) of all keyframes, and (P,) whether each is
+    good enough to count."""
+    guesses = between(poses[pairs[:, 0]], poses[pairs[:, 1]])
+    matches = match(guesses, one_to_one(pairs), store, store, initial_distance=config.initial_distance)
+    good = (matches.overlap > config.min_overlap) & (matches.residual < config.max_residual)
+    return matches, good

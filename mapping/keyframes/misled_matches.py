@@ -11,13 +11,10 @@ from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes.config import ConstraintConfig, MisledConfig
-from racecar.mapping.matching.scan_matching import match, one_to_one
+from racecar.mapping.keyframes.constraints import match_pairs
 from racecar.mapping.matching.scan_store import ScanStore
+from racecar.mapping.odometry.calibration import SIGMA_PER_MEDIAN
 from racecar.maps.geometry.se2 import Pose, between
-
-_SIGMA_PER_MEDIAN = 1.4826
-"""Standard deviation of a Gaussian over the median of its absolute deviations, by definition of its
-quantiles."""
 
 
 def misled_steps(
@@ -36,10 +33,7 @@ def misled_steps(
     both = np.flatnonzero(store.is_kept[:-1] & store.is_kept[1:] & ~np.isnan(steps[:, 0]))
     if len(both) < config.min_steps:
         return np.zeros(len(steps), dtype=np.bool_)
-    pairs = np.column_stack([both, both + 1])
-    guesses = between(poses[both], poses[both + 1])
-    matches = match(guesses, one_to_one(pairs), store, store, initial_distance=constraints.initial_distance)
-    good = (matches.overlap > constraints.min_overlap) & (matches.residual < constraints.max_residual)
+    matches, good = match_pairs(np.column_stack([both, both + 1]), poses, store, constraints)
     off[both[good]] = between(matches.poses[good], steps[both[good]])
     residuals[both[good]] = matches.residual[good]
     turns = np.zeros(len(steps))
@@ -61,7 +55,7 @@ def are_misled(
     if np.count_nonzero(is_known) < config.min_steps:
         return misled
     are_contradicted = is_known & (_contradicted(off[:, 0], config) | _contradicted(off[:, 2], config))
-    fit = np.nanmedian(_about(np.where(is_known, residuals, np.nan), config.window), axis=1)
+    fit = np.nanmedian(_about(residuals, config.window), axis=1)
     usual_fit = float(np.median(fit[is_known]))
     turned = np.nansum(_about(turns, config.window), axis=1)
     fit_well = is_known & (fit <= usual_fit)
@@ -84,7 +78,7 @@ def _share(are: NDArray[np.bool_]) -> float:
 
 def _contradicted(off: NDArray[np.float64], config: MisledConfig) -> NDArray[np.bool_]:
     """(S,) whether matches and wheels drift apart about each step by more than single steps (S,) explain."""
-    sigma = max(_SIGMA_PER_MEDIAN * float(np.nanmedian(np.abs(off))), config.least_sigma)
+    sigma = max(SIGMA_PER_MEDIAN * float(np.nanmedian(np.abs(off))), config.least_sigma)
     drift = np.nansum(_about(off, config.window), axis=1)
     return np.asarray(np.abs(drift) > config.most_sigmas * sigma * np.sqrt(config.window))
 

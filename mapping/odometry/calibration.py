@@ -18,7 +18,7 @@ from racecar.maps.geometry.se2 import Pose, between, chained, wrap_angle
 
 _ITERATIONS = 20
 """Of reweighted least squares: more than enough, because the weights change little after the first few."""
-_SIGMA_PER_MEDIAN = 1.4826
+SIGMA_PER_MEDIAN = 1.4826
 """Standard deviation of a Gaussian over the median of its absolute deviations, by definition of its
 quantiles."""
 _SMALLEST = 1e-6
@@ -204,7 +204,7 @@ def _variances(residual: NDArray[np.float64], lengths: NDArray[np.int64]) -> tup
     """Of a match and of a step, such that they explain the spread of the residuals (M,) at each length."""
     at, counts = np.unique(lengths, return_counts=True)
     medians = np.array([np.median(np.abs(residual[lengths == length])) for length in at])
-    spread = (_SIGMA_PER_MEDIAN * medians) ** 2 + _SMALLEST**2
+    spread = (SIGMA_PER_MEDIAN * medians) ** 2 + _SMALLEST**2
     weight = np.sqrt(counts) / spread
     (of_match, per_step), _ = nnls(np.column_stack([np.ones(len(at)), at]) * weight[:, None], spread * weight)
     return float(of_match), float(per_step)
