@@ -88,6 +88,12 @@ def relation_errors(trajectory: Trajectory, relations: Relations) -> RelationErr
     )
 
 
+def missed_relations(found: Pose, true: Pose, first: NDArray[np.int64], second: NDArray[np.int64]) -> Pose:
+    """(R, 3) errors ``inverse(true) ∘ found`` of where poses ``second`` (R,) lie as seen from ``first`` (R,),
+    of those found (N, 3) and the true ones (N, 3)."""
+    return between(between(true[first], true[second]), between(found[first], found[second]))
+
+
 def _nearest(sorted_stamps: NDArray[np.int64], wanted: NDArray[np.int64]) -> NDArray[np.int64]:
     right = np.clip(np.searchsorted(sorted_stamps, wanted), 1, max(len(sorted_stamps) - 1, 1))
     right = np.minimum(right, len(sorted_stamps) - 1)

@@ -15,7 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from racecar.maps.errors import UserError
+from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
+
+REPORT_FILE = "report.json"
 
 _REPORTED_PACKAGES = ("racecar-slam", "numpy", "numba", "scipy", "gtsam", "kiss-icp", "rosbags", "evo")
 
@@ -121,3 +125,13 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not isfinite(value):
         return None
     return value
+
+
+def read_report(folder: Path) -> dict[str, Any]:
+    """The report in a run's folder; empty when there is none or it is damaged, as all else can be used
+    without."""
+    try:
+        contents = json.loads(read_text(folder / REPORT_FILE))
+    except (UserError, ValueError, RecursionError):
+        return {}
+    return contents if isinstance(contents, dict) else {}

@@ -23,14 +23,14 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.evaluation.wall_fit import WallFit
-from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.pictures.overlay import Moment, save_overlay
 from racecar.pipelines.runs.map_cautions import cautions_of_resolution, cautions_of_walls
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.view.recorder import Recorder
 
-LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", "report.json")
+LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", REPORT_FILE)
 
 _POOR_FIT = 0.5
 """Share of end points on walls below which a person should look twice."""
@@ -130,7 +130,7 @@ def save_localization(
     with report.stage("writing"):
         save_tum(run.trajectory, folder / "trajectory.tum")
         save_overlay(folder / "overlay.png", grid, run.trajectory, run.moments, title)
-    report.write(folder / "report.json")
+    report.write(folder / REPORT_FILE)
 
 
 def _start_from(start: Trajectory, stamp: int, localizer: Localizer, report: Report) -> None:

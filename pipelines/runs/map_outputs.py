@@ -8,6 +8,7 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.map_files import load_map, save_map
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.point_map import require_open3d, save_point_map
+from racecar.pipelines.files.report import REPORT_FILE
 from racecar.pipelines.files.session_file import SESSION_FILE, save_session
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.pictures.map_picture import save_map_picture
@@ -75,7 +76,6 @@ MAP_OUTPUTS = (
 )
 """In the order in which they are written: the picture shows the map as its files hold it."""
 
-REPORT_FILE = "report.json"
 MAP_FILES = (
     *(name for kind in MAP_OUTPUTS if not kind.only_on_request for name in kind.files),
     REPORT_FILE,

@@ -1,17 +1,14 @@
 """The drive that made a map, and whether a bag is its recording."""
 
-import json
 from os.path import realpath
 from pathlib import Path
 from typing import Any
 
-from racecar.maps.errors import UserError
 from racecar.maps.map_files import find_map
-from racecar.maps.text_files import read_text
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.files.report import read_report
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.runs.map_outputs import REPORT_FILE
 
 
 def has_mapping_drive(map_path: Path) -> bool:
@@ -36,11 +33,7 @@ def _trajectory_file(map_path: Path) -> Path:
 
 def _inputs(map_path: Path) -> dict[str, Any]:
     """What the map's report says it was made from; nothing where there is none, or it is damaged."""
-    try:
-        contents = json.loads(read_text(find_map(map_path).parent / REPORT_FILE))
-    except (UserError, ValueError, RecursionError):
-        return {}
-    inputs = contents.get("inputs") if isinstance(contents, dict) else None
+    inputs = read_report(find_map(map_path).parent).get("inputs")
     return inputs if isinstance(inputs, dict) else {}
 
 

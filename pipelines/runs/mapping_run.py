@@ -17,11 +17,11 @@ from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS, StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_moving_along, cautions_of_resolution
-from racecar.pipelines.runs.map_outputs import REPORT_FILE, WrittenMap, outputs_with
+from racecar.pipelines.runs.map_outputs import WrittenMap, outputs_with
 from racecar.pipelines.runs.progress import progress_bar
 
 _FIRST_TURNS, _ROUNDS = 5000, 3

@@ -1,6 +1,5 @@
 """A run's folder as something to look at: its recording where there is one, else its files."""
 
-import json
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from racecar.maps.geometry.se2 import compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.report import read_report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_arrays
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.view.record_file import read_record
@@ -28,7 +28,7 @@ _SAME_PLACE = 1e-6
 
 def load_run(folder: Path) -> Scene:
     """What a mapping or localization run left in a folder. Raises UserError when it left nothing."""
-    report = _read_report(folder)
+    report = read_report(folder)
     scene = _recorded_or_driven(folder, folder.absolute().name, _about(report))
     if scene.grid is None:
         scene.grid = _find_grid(folder, report)
@@ -101,15 +101,6 @@ def _sights_of_keyframes(arrays: Arrays, places: NDArray[np.float64], trajectory
         for distance, index, pose, seen in zip(distances, indices, base_from_laser, points, strict=True)
         if distance < _SAME_PLACE
     ]
-
-
-def _read_report(folder: Path) -> dict[str, Any]:
-    """The run's report.json; empty when there is none or it is damaged, as all else can be shown without."""
-    try:
-        contents = json.loads((folder / "report.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return contents if isinstance(contents, dict) else {}
 
 
 def _about(report: dict[str, Any]) -> str:

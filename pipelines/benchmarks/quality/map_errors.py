@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.evaluation.relations import missed_relations
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 _PLACES = 80
@@ -77,5 +78,5 @@ def _missed(
     found: Pose, true: Pose, first: NDArray[np.int64], second: NDArray[np.int64]
 ) -> NDArray[np.float64]:
     """(R,) metres between where a keyframe was seen from another one and where it is in the map."""
-    off = between(between(true[first], true[second]), between(found[first], found[second]))
+    off = missed_relations(found, true, first, second)
     return np.hypot(off[:, 0], off[:, 1])

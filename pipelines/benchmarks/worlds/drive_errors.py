@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.evaluation.relations import missed_relations
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 _REACH = 10.0
@@ -41,12 +42,12 @@ def drive_errors(found: Pose, true: Pose, generator: np.random.Generator) -> Dri
     """Of poses (N, 3), N at least 2, against the true ones (N, 3); relations are drawn."""
     along = lengths_along(true[:, :2])
     first, second = _relations(true, generator)
-    relations = np.hypot(*_missed(found, true, first, second)[:, :2].T)
+    relations = np.hypot(*missed_relations(found, true, first, second)[:, :2].T)
     reach = min(_DRIFT_PATH, float(along[-1]))
     begins = np.flatnonzero(along <= along[-1] - reach)
     ends = np.minimum(np.searchsorted(along, along[begins] + reach), len(along) - 1)
-    turned = np.abs(_missed(found, true, begins, ends)[:, 2])
-    from_start = _missed(found, true, np.zeros(len(true), dtype=np.int64), np.arange(len(true)))
+    turned = np.abs(missed_relations(found, true, begins, ends)[:, 2])
+    from_start = missed_relations(found, true, np.zeros(len(true), dtype=np.int64), np.arange(len(true)))
     return DriveErrors(
         path_m=float(along[-1]),
         relation_m=float(relations.mean()),
@@ -62,8 +63,3 @@ def _relations(true: Pose, generator: np.random.Generator) -> tuple[NDArray[np.i
     first = generator.integers(0, len(true), _RELATIONS)
     near = [tree.query_ball_point(place, _REACH) for place in true[first, :2]]
     return first, np.array([others[generator.integers(len(others))] for others in near], dtype=np.int64)
-
-
-def _missed(found: Pose, true: Pose, first: NDArray[np.int64], second: NDArray[np.int64]) -> Pose:
-    """(R, 3) ``inverse(true) ∘ found`` of relations."""
-    return between(between(true[first], true[second]), between(found[first], found[second]))
