@@ -293,8 +293,10 @@ class Mapper:
         """Note the newest keyframe for loop closure, now and when a later drive carries on the map."""
         state, steps = self._state, self._state.map_from_reference[-2:]
         distance = float(np.hypot(*(steps[-1, :2] - steps[0, :2])))
-        is_finished = state.loops.add_keyframe(distance, is_matched=is_tied) is not None
-        if is_finished and self._config.close_loops:
+        if state.loops.add_keyframe(distance, is_matched=is_tied) is None:
+            return
+        state.loops.learn_drift(state.map_from_keyframe, state.graph)
+        if self._config.close_loops:
             self._close_loops()
 
     def _close_loops(self) -> None:

@@ -76,6 +76,13 @@ class ConstraintList:
         """Some of them, in that order."""
         return ConstraintList.from_arrays({name: rows[indices] for name, rows in self.to_arrays().items()})
 
+    def since(self, start: int) -> "ConstraintList":
+        """Those from number ``start`` on, at a cost that does not grow with those before."""
+        later = ConstraintList()
+        later._ends, later._kinds = self._ends[2 * start :], self._kinds[start:]
+        later._poses, later._information = self._poses[3 * start :], self._information[6 * start :]
+        return later
+
     def copy(self) -> "ConstraintList":
         """The same in memory of its own."""
         return ConstraintList.from_arrays(self.to_arrays())

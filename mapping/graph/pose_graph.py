@@ -39,6 +39,10 @@ class PoseGraph:
         keyframes."""
         self.constraints.append(constraint)
 
+    def since(self, first: int) -> ConstraintList:
+        """The constraints of keyframes from ``first`` on with these and earlier ones."""
+        return self.constraints.since(self._start_of(first))
+
     def trim(self, is_kept: NDArray[np.bool_], first: int) -> None:
         """Of the constraints between two keyframes from ``first`` on whose scans are not kept, (K,), leave
         only loop closures and matches of neighbours. The constraints from there on are then sorted by their

@@ -1,5 +1,5 @@
-"""Candidates: the earlier submaps that may show the same place as one, by the drift accumulated in
-between."""
+"""Candidates: the earlier submaps that may show the same place as one, by how far the steps in between may
+err."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -33,12 +33,13 @@ def candidates(
     """The nearest of the first ``among`` submaps that lie within reach of one, one of each place."""
     if among == 0:
         return []
-    drift = graph.drift_from(np.array([query.index]))[0, :among]
     middles = map_from_keyframe[graph.middles(), :2]
+    drift, drifted_turn = (config.sigmas * each[:among] for each in graph.spreads_from(query.index, middles))
     apart = np.hypot(*(middles[:among] - middles[query.index]).T)
-    reach = np.minimum(config.base_reach + config.drift_per_metre * drift, config.max_reach)
-    turn = np.minimum(config.base_turn + config.turn_per_metre * drift, config.max_turn)
-    possible = (drift > config.min_drift_distance) & (apart < reach + config.slack)
+    reach = np.minimum(config.base_reach + drift, config.max_reach)
+    turn = np.minimum(config.base_turn + drifted_turn, config.max_turn)
+    share_keyframes = np.array([submap.last >= query.first for submap in graph.submaps[:among]])
+    possible = ~share_keyframes & (drift > config.min_drift) & (apart < reach + config.slack)
     chosen: list[Candidate] = []
     # A place seen in many passes needs one candidate, the nearest.
     for index in np.argsort(np.where(possible, apart, np.inf), kind="stable").tolist():

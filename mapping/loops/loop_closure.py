@@ -9,6 +9,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.graph.graph_edges import GraphEdges
+from racecar.mapping.graph.pose_graph import PoseGraph
+from racecar.mapping.graph.step_variances import step_variances
 from racecar.mapping.loops.candidate_search import candidates
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.loops.hypothesis import Hypothesis
@@ -42,6 +45,13 @@ class LoopCloser:
         """
         further_drift = 0.0 if is_matched else self.config.candidates.unmatched_distance
         return self.history.graph.add_keyframe(distance, self.config.submaps, further_drift)
+
+    def learn_drift(self, poses: Pose, graph: PoseGraph) -> None:
+        """Note how much the steps to the newest keyframes at ``poses`` (K, 3) may err, by the pose graph;
+        wanted when a submap was completed."""
+        known = self.history.graph.keyframes_with_variances
+        steps = GraphEdges.of(graph.since(known), poses)
+        self.history.graph.add_variances(step_variances(steps, known, len(poses)))
 
     def close(self, poses: Pose) -> list[Constraint]:
         """Seek the newest submap on the earlier ones, keyframes at ``poses`` (K, 3); returns the loop

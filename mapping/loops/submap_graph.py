@@ -14,6 +14,9 @@ from racecar.mapping.loops.submap import Submap
 
 _OF_A_CLOSURE = 0.1
 """Metres of accumulated drift that a loop closure leaves: next to none, because its submaps were matched."""
+_CLOSURE_VARIANCES = (0.03**2, 0.005**2)
+"""Square metres and radians that a loop closure leaves: by judgement, as much as half a cell of the map and
+some tenths of a degree, because its submaps were matched."""
 _SEARCHED = 2000
 """Keyframes at the end of the path in which the next submap begins, so that the search costs the same all
 day."""
@@ -33,6 +36,9 @@ class SubmapGraph:
     """(K,) the same, each step that no scan match confirms counted as many more metres."""
     edges: "array[float]" = field(default_factory=lambda: array("d"))
     """Submap, submap and metres of accumulated drift between them, flat: it is read at each new submap."""
+    variances: "array[float]" = field(default_factory=lambda: array("d"))
+    """(V, 2) square metres and square radians that the steps up to each keyframe may err, added up, flat;
+    known up to the newest submap."""
 
     def add_keyframe(
         self, distance: float, config: SubmapConfig, further_drift: float = 0.0
@@ -43,8 +49,10 @@ class SubmapGraph:
         self.path.append((self.path[-1] + distance) if self.path else 0.0)
         self.accumulated_drift.append(drifted + distance + further_drift)
         last = len(self.path) - 1
-        next_middle = (
-            self.path[self.submaps[-1].middle] + config.spacing if self.submaps else config.half_length
+        next_middle = (  # the first is all ahead, so that the start is recognized too
+            max(self.path[self.submaps[-1].middle] + config.spacing, config.half_length)
+            if self.submaps
+            else 0.0
         )
         if self.path[last] < next_middle + config.half_length:
             return None
@@ -68,6 +76,16 @@ class SubmapGraph:
         end = int(np.searchsorted(path, path[middle] + config.half_length, side="right"))
         return Submap(-1, first, middle, end - 1)
 
+    @property
+    def keyframes_with_variances(self) -> int:
+        """How many keyframes there are whose variances are known."""
+        return len(self.variances) // 2
+
+    def add_variances(self, of_steps: NDArray[np.float64]) -> None:
+        """How much the steps (N, 2) to the next keyframes may err: square metres, square radians."""
+        before = self.variances[-2:] or [0.0, 0.0]
+        self.variances.extend((np.cumsum(of_steps, axis=0) + before).ravel())
+
     def close(self, fixed: Submap, moving: Submap) -> None:
         """Connect two submaps by a loop closure."""
         self.edges.extend((fixed.index, moving.index, _OF_A_CLOSURE))
@@ -88,6 +106,31 @@ class SubmapGraph:
         distances: NDArray[np.float64] = dijkstra(graph, directed=False, indices=submaps, limit=most)
         return distances
 
+    def spreads_from(
+        self, submap: int, places: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(S,), (S,) standard deviations of where and how one submap lies as seen from each, in metres and
+        radians; the middles of all lie at ``places`` (S, 2).
+
+        The variances of the steps between add up, those of turns times the square of their distance: what is
+        seen from beyond a turn moves with it. Of several chains the surest counts.
+        """
+        edges = np.reshape(self.edges, (-1, 3))
+        first, second = edges[:, :2].astype(int).T
+        middles, accumulated = self.middles(), np.reshape(self.variances, (-1, 2))
+        variances = np.abs(accumulated[middles[second]] - accumulated[middles[first]])
+        variances[edges[:, 2] == _OF_A_CLOSURE] = _CLOSURE_VARIANCES
+        place, turn = variances.T
+        levers = 0.5 * (places[first] + places[second]) - places[submap]
+        place = place + turn * np.sum(levers**2, axis=1)
+
+        def spreads(variances: NDArray[np.float64]) -> NDArray[np.float64]:
+            graph = csr_array((variances, (first, second)), shape=(len(places), len(places)))
+            least: NDArray[np.float64] = dijkstra(graph, directed=False, indices=np.array([submap]))
+            return np.asarray(np.sqrt(least[0]), dtype=np.float64)
+
+        return spreads(place), spreads(turn)
+
     def are_near(self, first: NDArray[np.int64], second: NDArray[np.int64], most: float) -> NDArray[np.bool_]:
         """(P, Q) whether ``most`` metres of drift at most have accumulated between keyframes (P,) and
         (Q,)."""
@@ -98,7 +141,8 @@ class SubmapGraph:
 
     def copy(self) -> "SubmapGraph":
         """The same as it is now; it does not grow."""
-        return SubmapGraph(list(self.submaps), self.path[:], self.accumulated_drift[:], self.edges[:])
+        parts = self.path, self.accumulated_drift, self.edges, self.variances
+        return SubmapGraph(list(self.submaps), *(part[:] for part in parts))
 
     def followed_by(self, later: "SubmapGraph", drift: float) -> "SubmapGraph":
         """Both, the keyframes and submaps of the later one numbered after those of this one; nothing connects
@@ -111,9 +155,13 @@ class SubmapGraph:
         driven = self.path[-1] if self.path else 0.0
         drifted = self.accumulated_drift[-1] if self.accumulated_drift else 0.0
         edges = np.reshape(later.edges, (-1, 3)) + np.array([submaps, submaps, 0.0])
+        unknown = keyframes - self.keyframes_with_variances  # after the last submap of this one
+        erred = self.variances[-2:] or array("d", [0.0, 0.0])
+        later_erred = np.reshape(later.variances, (-1, 2)) + np.array(erred)
         return SubmapGraph(
             [*self.submaps, *moved],
             array("d", [*self.path, *(driven + metres for metres in later.path)]),
             array("d", [*self.accumulated_drift, *(drifted + drift + m for m in later.accumulated_drift)]),
             array("d", [*self.edges, *edges.ravel()]),
+            self.variances + unknown * erred + array("d", later_erred.ravel()),
         )

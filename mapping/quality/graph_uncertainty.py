@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
-from racecar.mapping.quality.graph_edges import GraphEdges
+from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.maps.geometry.se2 import Pose, adjoint, between
 
 _LOOSE = 0.5

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
-from racecar.mapping.quality.graph_edges import GraphEdges
 from racecar.mapping.quality.graph_uncertainty import spreads
 from racecar.mapping.quality.pass_agreement import PassAgreement, PlacePairs, agreement_of, near_pairs
 from racecar.mapping.quality.step_ties import StepTies

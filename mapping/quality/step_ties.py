@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.quality.graph_edges import GraphEdges
+from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.maps.geometry.se2 import Pose, adjoint, inverse
 
 _SAME_PASS = 40

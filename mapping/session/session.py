@@ -21,6 +21,8 @@ loops.submaps                 (S, 3) int32        first, middle and last keyfram
 loops.path                    (K,) float64        metres driven
 loops.doubt                   (K,) float64        accumulated drift, as metres driven that would drift as much
 loops.edges                   (E, 3) float64      submap, submap, accumulated drift between them, likewise
+loops.variances               (V, 2) float64      of the first V keyframes, what the steps to each may err
+                                                  in all: square metres, square radians
 loops.hypothesis_submaps      (H, 2) int32        fixed, moving; both of this session
 loops.hypothesis_poses        (H, 3) float64      middle of the moving one seen from that of the fixed one
 loops.hypothesis_information  (H, 3, 3) float64   in the tangent frame of the moving one

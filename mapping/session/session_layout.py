@@ -55,6 +55,7 @@ _SESSION: dict[str, _Numbers] = {
     "loops.path": _places("K"),
     "loops.doubt": _places("K"),
     "loops.edges": _places("E", 3),
+    "loops.variances": _Numbers(ArrayLayout("f", ("V", 2)), 0.0, _FARTHEST),
     "loops.hypothesis_submaps": _whole(0, _INT32, "H", 2),
     "loops.hypothesis_poses": _places("H", 3),
     "loops.hypothesis_information": _Numbers(
@@ -66,12 +67,15 @@ _SESSION: dict[str, _Numbers] = {
     "loops.log_counts": _whole(0, float(np.iinfo(np.int64).max), "L"),
 }
 """The arrays of a session by definition, as its module's documentation names them."""
+_ADDED_LATER = ("loops.variances",)
+"""Those that older files lack, because they were not kept then."""
 
 
 def check_session(arrays: Arrays) -> None:
     """Raises ValueError that names the array at fault."""
-    check_layout(arrays, {name: numbers.layout for name, numbers in _SESSION.items()})
-    for name, numbers in _SESSION.items():
+    expected = {name: each for name, each in _SESSION.items() if name in arrays or name not in _ADDED_LATER}
+    check_layout(arrays, {name: numbers.layout for name, numbers in expected.items()})
+    for name, numbers in expected.items():
         if numbers.layout.kinds != "U" and not _are_within(arrays, name, numbers.low, numbers.high):
             raise ValueError(f"{name} holds a number that cannot be")
     keyframes, submaps = len(arrays["map_from_keyframe"]), len(arrays["loops.submaps"])
@@ -87,6 +91,7 @@ def check_session(arrays: Arrays) -> None:
         "loops.submaps": (first <= middle) & (middle <= last) & (last < keyframes),
         "loops.hypothesis_submaps": arrays["loops.hypothesis_submaps"].astype(np.int64) < submaps,
         "loops.edges": _are_indices(arrays, "loops.edges", submaps),
+        "loops.variances": middle < len(arrays.get("loops.variances", arrays["loops.path"])),
     }
     for name, are in are_in_order.items():
         if not are.all():

@@ -38,7 +38,7 @@ _ANY_LOOP = {
     "verify_loops": False,
     "loops": {
         "search": {"min_score": 0.25, "ambiguous_share": 1.0, "near_share": 1.0},
-        "candidates": {"base_reach": 5.0, "base_turn": 0.6, "min_drift_distance": 5.0},
+        "candidates": {"base_reach": 5.0, "base_turn": 0.6, "min_drift": 0.1},
         "matching": {"max_residual": 0.2},
     },
 }

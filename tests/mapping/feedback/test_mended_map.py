@@ -18,7 +18,7 @@ from tests.maps.drives import drive, room
 
 COVERED = (11_000_000_000, 14_000_000_000)
 SLIP = np.array([0.5, -0.4, 0.2])
-MISSES_LOOPS = LoopClosureConfig(candidates=CandidateSearchConfig(min_drift_distance=1e4))
+MISSES_LOOPS = LoopClosureConfig(candidates=CandidateSearchConfig(min_drift=100.0))
 
 
 @cache

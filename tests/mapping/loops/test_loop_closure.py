@@ -23,6 +23,8 @@ RING = np.concatenate(
 """12 x 8 m about a block, with things along the walls that make each place unique."""
 
 STEP = 0.3
+STEP_VARIANCES = np.array([[0.012**2, 0.0015**2]])
+"""Square metres and radians: some 0.2 m and 1 degree on the way round the ring."""
 CONFIG = LoopClosureConfig()
 ALL = verifiers(CONFIG)
 
@@ -59,6 +61,7 @@ def closures(
     found = []
     for k in range(len(true)):
         step = IDENTITY if k == 0 else between(known[k - 1], known[k])
+        closer.history.graph.add_variances(STEP_VARIANCES)
         if closer.add_keyframe(float(np.hypot(step[0], step[1]))) is not None:
             found += closer.close(known[: k + 1])
     return found
@@ -155,6 +158,22 @@ def test_scans_that_are_looked_through_refute_a_loop() -> None:
     assert closures(RING, true, true, [SeeThroughVerifier(CONFIG.see_through)]) != []
 
 
+def test_what_lies_beyond_a_turn_may_be_farther_off() -> None:
+    """A chain of submaps 2 m apart that err 0.1 m and 0.01 rad each; the last sees the first across 20 m."""
+    graph = SubmapGraph()
+    for step in np.full(30, 1.0):
+        graph.add_keyframe(float(step), SubmapConfig(spacing=2.0, half_length=2.0))
+        graph.add_variances(np.array([[0.005, 0.5e-4]]))
+    count = len(graph.submaps)
+    along = np.column_stack([2.0 * np.arange(count), np.zeros(count)])
+    straight, turn = graph.spreads_from(count - 1, along)
+    back, _ = graph.spreads_from(count - 1, np.column_stack([np.abs(along[:, 0] - 10.0), along[:, 1]]))
+    np.testing.assert_allclose(turn, 0.01 * np.sqrt(np.arange(count)[::-1]))
+    assert straight[0] > back[0] > 0.1 * np.sqrt(count - 1)
+    graph.close(graph.submaps[0], graph.submaps[-1])
+    assert graph.spreads_from(count - 1, along)[0][0] < 0.3 * back[0]
+
+
 @settings(max_examples=25)
 @given(st.lists(st.floats(0.02, 0.9), min_size=40, max_size=120), st.floats(1.0, 4.0), st.floats(1.0, 5.0))
 def test_submaps_follow_each_other_at_even_distances(
@@ -171,7 +190,10 @@ def test_submaps_follow_each_other_at_even_distances(
     for submap in graph.submaps:
         reach = path[submap.middle] - path[submap.first], path[submap.last] - path[submap.middle]
         assert max(reach) <= half_length + 2 * longest
-        assert min(reach) >= half_length - 2 * longest
+        assert reach[0] >= min(half_length - 2 * longest, path[submap.middle] - path[0])
+        assert reach[1] >= half_length - 2 * longest
     middles = path[[submap.middle for submap in graph.submaps]]
-    assert (np.abs(np.diff(middles) - spacing) <= longest + 1e-9).all()
+    gaps = np.full(max(len(middles) - 1, 0), spacing)
+    gaps[:1] = max(spacing, half_length)  # after that of the start
+    assert (np.abs(np.diff(middles) - gaps) <= longest + 1e-9).all()
     assert len(middles) >= (path[-1] - 2 * half_length) / (spacing + longest) - 2

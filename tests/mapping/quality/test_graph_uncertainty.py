@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
-from racecar.mapping.quality.graph_edges import GraphEdges
+from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.quality.graph_uncertainty import spreads
 from racecar.maps.geometry.se2 import between
 

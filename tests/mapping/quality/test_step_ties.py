@@ -3,7 +3,7 @@
 import numpy as np
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList, Kind
-from racecar.mapping.quality.graph_edges import GraphEdges
+from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.quality.step_ties import StepTies
 from racecar.maps.geometry.se2 import between
 

@@ -56,6 +56,7 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
     steps = between(known[:-1], known[1:])
     for step in [IDENTITY, *steps]:
         loops.graph.add_keyframe(float(np.hypot(step[0], step[1])), CONFIG.submaps)
+        loops.graph.add_variances(np.array([[0.01**2, 0.001**2]]))
     constraints = [
         Constraint(k, k + 1, step, np.diag([1e4, 1e4, 1e5]), "scan_matching") for k, step in enumerate(steps)
     ]
