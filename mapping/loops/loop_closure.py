@@ -8,6 +8,8 @@ no verifier leaves it open any more.
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.graph.pose_graph import PoseGraph
@@ -24,6 +26,10 @@ from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose
 
+_FAR = 0.95
+"""Of the ranges in a submap, the share below how far the laser sees, since few stray returns lie beyond. By
+judgement."""
+
 
 @dataclass(eq=False)
 class LoopCloser:
@@ -37,6 +43,7 @@ class LoopCloser:
 
     def __post_init__(self) -> None:
         self._search = SubmapSearch(self.store, self.config, self.history.count)
+        self._viewed = -1, np.inf
 
     def add_keyframe(self, distance: float, *, is_matched: bool = True) -> Submap | None:
         """Note a keyframe ``distance`` metres after the last; returns the submap that it completes.
@@ -44,7 +51,7 @@ class LoopCloser:
         ``is_matched`` says whether scan matching connects it to the keyframes before.
         """
         further_drift = 0.0 if is_matched else self.config.candidates.unmatched_distance
-        return self.history.graph.add_keyframe(distance, self.config.submaps, further_drift)
+        return self.history.graph.add_keyframe(distance, self.config.submaps, further_drift, self._view())
 
     def learn_drift(self, poses: Pose, graph: PoseGraph) -> None:
         """Note how much the steps to the newest keyframes at ``poses`` (K, 3) may err, by the pose graph;
@@ -95,6 +102,15 @@ class LoopCloser:
     def forget_pyramids(self) -> None:
         """Forget what `LoopHistory.to_arrays` does not hold, so that another goes on from it exactly."""
         self._search.forget_pyramids()
+
+    def _view(self) -> float:
+        """How far the laser saw in the newest submap, metres."""
+        newest = len(self.history.submaps) - 1
+        if newest != self._viewed[0]:
+            clouds = [self.store.points_of(int(k)) for k in self.history.submaps[newest].keyframes]
+            ranges = np.hypot(*np.concatenate(clouds).T)
+            self._viewed = newest, float(np.quantile(ranges, _FAR)) if len(ranges) else np.inf
+        return self._viewed[1]
 
     def _confirmed(self, newest: Submap, poses: Pose) -> list[Hypothesis]:
         """Of the hypotheses near a submap along the path, those that no verifier leaves open any more."""

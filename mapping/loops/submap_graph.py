@@ -41,18 +41,17 @@ class SubmapGraph:
     known up to the newest submap."""
 
     def add_keyframe(
-        self, distance: float, config: SubmapConfig, further_drift: float = 0.0
+        self, distance: float, config: SubmapConfig, further_drift: float = 0.0, view: float = np.inf
     ) -> Submap | None:
-        """Add a keyframe ``distance`` metres after the last, since when ``further_drift`` metres have
-        accumulated besides; returns the submap that it completes."""
+        """Add a keyframe of a laser that sees ``view`` metres far, ``distance`` metres after the last, since
+        when ``further_drift`` metres have accumulated besides; returns the submap that it completes."""
         drifted = self.accumulated_drift[-1] if self.accumulated_drift else 0.0
         self.path.append((self.path[-1] + distance) if self.path else 0.0)
         self.accumulated_drift.append(drifted + distance + further_drift)
         last = len(self.path) - 1
+        spacing = min(config.spacing, config.spacing_per_view * view)
         next_middle = (  # the first is all ahead, so that the start is recognized too
-            max(self.path[self.submaps[-1].middle] + config.spacing, config.half_length)
-            if self.submaps
-            else 0.0
+            max(self.path[self.submaps[-1].middle] + spacing, config.half_length) if self.submaps else 0.0
         )
         if self.path[last] < next_middle + config.half_length:
             return None

@@ -158,6 +158,17 @@ def test_scans_that_are_looked_through_refute_a_loop() -> None:
     assert closures(RING, true, true, [SeeThroughVerifier(CONFIG.see_through)]) != []
 
 
+def test_a_laser_that_sees_less_far_makes_more_submaps() -> None:
+    true = laps(AROUND, 0.9)
+    counts = []
+    for sight in (3.0, 30.0):
+        closer = LoopCloser(store_of(RING, true, sight), CONFIG, ALL)
+        for distance in np.hypot(*np.diff(true[:, :2], axis=0, prepend=true[:1, :2]).T):
+            closer.add_keyframe(float(distance))
+        counts.append(len(closer.history.submaps))
+    assert counts[0] > 1.6 * counts[1]
+
+
 def test_what_lies_beyond_a_turn_may_be_farther_off() -> None:
     """A chain of submaps 2 m apart that err 0.1 m and 0.01 rad each; the last sees the first across 20 m."""
     graph = SubmapGraph()
