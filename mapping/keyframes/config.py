@@ -305,12 +305,13 @@ class RevisitConfig(Settings):
         description="Keyframes of earlier passes near a place, from which on it is known well enough. By "
         "judgement: as many as one pass leaves there.",
     )
-    max_drift: float = Field(
-        default=20.0,
+    max_spread: float = Field(
+        default=0.1,
         gt=0.0,
         le=1000.0,
-        description="Metres of accumulated drift between two passes, up to which loop closures tie them "
-        "surely; beyond, they may only seem to meet. By judgement.",
+        description="Metres of standard deviation between two passes, up to which matches and loop closures "
+        "tie them surely; beyond, they may only seem to meet. By judgement: a little more than where loops "
+        "are sought.",
     )
     min_coverage: float = Field(
         default=0.6,

@@ -51,7 +51,7 @@ def _pairs_with_known(
     the most alike of these."""
     is_kept = loops.store.is_kept.copy()
     kept = np.flatnonzero(is_kept)
-    is_sure = loops.history.graph.are_near(candidates, kept, config.max_drift)
+    is_sure = loops.history.graph.are_near(candidates, kept, map_from_keyframe, config.max_spread)
     places = map_from_keyframe[kept]
     tree = cKDTree(places[:, :2])
     pairs = []

@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import dijkstra
 from racecar.mapping.graph.coarse_graph import Groups
 from racecar.mapping.loops.config import SubmapConfig
 from racecar.mapping.loops.submap import Submap
+from racecar.maps.geometry.se2 import Pose
 
 _OF_A_CLOSURE = 0.1
 """Metres of accumulated drift that a loop closure leaves: next to none, because its submaps were matched."""
@@ -97,14 +98,6 @@ class SubmapGraph:
         """The submap that each keyframe moves with."""
         return Groups(self.middles(), np.array(self.accumulated_drift))
 
-    def drift_from(self, submaps: NDArray[np.int64], most: float = np.inf) -> NDArray[np.float64]:
-        """(Q, S) accumulated drift in metres from some submaps (Q,) to each, infinite beyond ``most``."""
-        n = len(self.submaps)
-        edges = np.reshape(self.edges, (-1, 3))
-        graph = csr_array((edges[:, 2], (edges[:, 0].astype(int), edges[:, 1].astype(int))), shape=(n, n))
-        distances: NDArray[np.float64] = dijkstra(graph, directed=False, indices=submaps, limit=most)
-        return distances
-
     def spreads_from(
         self, submap: int, places: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -130,12 +123,15 @@ class SubmapGraph:
 
         return spreads(place), spreads(turn)
 
-    def are_near(self, first: NDArray[np.int64], second: NDArray[np.int64], most: float) -> NDArray[np.bool_]:
-        """(P, Q) whether ``most`` metres of drift at most have accumulated between keyframes (P,) and
-        (Q,)."""
-        group = self.groups().nearest()
+    def are_near(
+        self, first: NDArray[np.int64], second: NDArray[np.int64], poses: Pose, most: float
+    ) -> NDArray[np.bool_]:
+        """(P, Q) whether keyframes (P,) and (Q,), of all at ``poses`` (K, 3), lie as seen from each other
+        with a standard deviation of ``most`` metres at most."""
+        group, places = self.groups().nearest(), poses[self.middles(), :2]
         submaps, which = np.unique(group[first], return_inverse=True)
-        is_near: NDArray[np.bool_] = self.drift_from(submaps, most) <= most
+        spread = np.array([self.spreads_from(submap, places)[0] for submap in submaps.tolist()])
+        is_near: NDArray[np.bool_] = spread <= most
         return is_near[np.ix_(which, group[second])]
 
     def copy(self) -> "SubmapGraph":

@@ -16,6 +16,8 @@ RING = np.concatenate(
 )
 """16 x 12 m about a block, with things along the walls."""
 PER_LAP = 120
+VARIANCES_PER_METRE = np.array([0.03**2, 0.002**2])
+"""Square metres and radians that the path may err: some 0.2 m in a lap."""
 
 HALL = np.concatenate([box(-10, -5, 10, 5), box(-7, -0.05, 0, 0.05)])
 """20 x 10 m, with a thin wall along part of its middle."""
@@ -34,6 +36,7 @@ def driven(walls: np.ndarray, poses: Pose) -> LoopCloser:
     loops = LoopCloser(store_of(walls, poses), LoopClosureConfig(), [])
     for distance in np.hypot(*np.diff(poses[:, :2], axis=0, prepend=poses[:1, :2]).T):
         loops.add_keyframe(float(distance))
+        loops.history.graph.add_variances(distance * VARIANCES_PER_METRE[None])
     return loops
 
 
