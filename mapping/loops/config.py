@@ -262,6 +262,13 @@ class ConsistentSupportConfig(Settings):
         description="Metres of search window for each of which one supporter is needed, at least one: the "
         "wider the window, the more look-alikes lie in it. By judgement.",
     )
+    reach_per_metre_off: float = Field(
+        default=3.0,
+        gt=0.0,
+        le=1000.0,
+        description="Metres of window that a place counts as found in per metre that it lies off where the map "
+        "has it, because fewer look-alikes lie nearer. By judgement.",
+    )
 
 
 class LoopClosureConfig(Settings):

@@ -24,7 +24,7 @@ from racecar.mapping.loops.submap_search import SubmapSearch
 from racecar.mapping.loops.verifier import LoopVerifier
 from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.matching.scan_store import ScanStore
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, between
 
 _FAR = 0.95
 """Of the ranges in a submap, the share below how far the laser sees, since few stray returns lie beyond. By
@@ -81,7 +81,12 @@ class LoopCloser:
         """The hypothesis that a submap lies within a window where it fits a fixed one; None when it fits
         nowhere, or in more than one place, or a verifier refutes it."""
         found = self._search.find(fixed, moving, poses, window)
-        return None if found is None else self.match(fixed, moving, poses, found, window.reach)
+        if found is None:
+            return None
+        expected = between(poses[fixed.middle], poses[moving.middle])
+        support = self.config.consistent_support
+        off = float(np.hypot(*(found - expected)[:2])) * support.reach_per_metre_off
+        return self.match(fixed, moving, poses, found, min(window.reach, off))
 
     def match(
         self, fixed: Submap, moving: Submap, poses: Pose, guess: Pose, reach: float
