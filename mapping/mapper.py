@@ -222,7 +222,7 @@ class Mapper:
             state.clouds.add(index, state.reckoning.cloud)
         state.reckoning.start_keyframe(step, prepared, scan.laser, is_tied=is_tied and index > 0)
         self._learn_and_optimize(index)
-        self._grow_submaps(is_tied=is_tied)
+        self._grow_submaps()
         self._trim(index)
 
     def _place(self, index: int, guesses: MotionGuesses, gap: Gap) -> tuple[Pose, GuessSource, Placement]:
@@ -289,11 +289,11 @@ class Mapper:
                 first = index + 1 - schedule.window
                 state.map_from_keyframe = state.graph.optimize_since(state.map_from_keyframe, first)
 
-    def _grow_submaps(self, *, is_tied: bool) -> None:
+    def _grow_submaps(self) -> None:
         """Note the newest keyframe for loop closure, now and when a later drive carries on the map."""
         state, steps = self._state, self._state.map_from_reference[-2:]
         distance = float(np.hypot(*(steps[-1, :2] - steps[0, :2])))
-        if state.loops.add_keyframe(distance, is_matched=is_tied) is None:
+        if state.loops.add_keyframe(distance) is None:
             return
         state.loops.learn_drift(state.map_from_keyframe, state.graph)
         if self._config.close_loops:

@@ -21,7 +21,7 @@ class Groups:
     middles: NDArray[np.int64]
     """(M,) the keyframes in the middle of the submaps, ascending; at least one."""
     accumulated_drift: NDArray[np.float64]
-    """(K,) metres driven up to each keyframe, a step that no scan match confirms counted as many more."""
+    """(K,) how much the path up to each keyframe may have drifted, in any unit that adds up."""
 
     def nearest(self) -> NDArray[np.int64]:
         """(K,) the group of each keyframe."""
@@ -47,7 +47,7 @@ class Groups:
         before, after = np.maximum(following - 1, 0), np.minimum(following, len(self.middles) - 1)
         drift = self.accumulated_drift
         start, end = drift[self.middles[before]], drift[self.middles[after]]
-        share = (drift - start) / np.maximum(end - start, 1e-9)
+        share = (drift - start) / np.maximum(end - start, 1e-12)
         return before, after, np.clip(share, 0.0, 1.0)
 
 

@@ -81,13 +81,6 @@ class CandidateSearchConfig(Settings):
         description="Metres of drift to reckon with below which two submaps are well connected already, "
         "because matching keyframes bridges as much. By judgement.",
     )
-    unmatched_distance: float = Field(
-        default=60.0,
-        ge=0.0,
-        le=10000.0,
-        description="Metres driven that would drift as much as a keyframe step that no scan match confirms. "
-        "By judgement.",
-    )
     max_reach: float = Field(
         default=20.0,
         gt=0.0,
@@ -266,8 +259,8 @@ class ConsistentSupportConfig(Settings):
         default=3.0,
         gt=0.0,
         le=1000.0,
-        description="Metres of window that a place counts as found in per metre that it lies off where the map "
-        "has it, because fewer look-alikes lie nearer. By judgement.",
+        description="Metres of window that a place counts as found in per metre that it lies off where the "
+        "map has it, because fewer look-alikes lie nearer. By judgement.",
     )
 
 

@@ -21,7 +21,7 @@ class Hypothesis:
     information: NDArray[np.float64]
     """(3, 3) in the tangent frame of the moving one."""
     reach: float
-    """Metres that were searched to find it."""
+    """Metres that count as searched to find it: fewer than the window where it lies near its middle."""
     accepted: bool = False
 
     def as_constraint(self) -> Constraint:

@@ -45,13 +45,9 @@ class LoopCloser:
         self._search = SubmapSearch(self.store, self.config, self.history.count)
         self._viewed = -1, np.inf
 
-    def add_keyframe(self, distance: float, *, is_matched: bool = True) -> Submap | None:
-        """Note a keyframe ``distance`` metres after the last; returns the submap that it completes.
-
-        ``is_matched`` says whether scan matching connects it to the keyframes before.
-        """
-        further_drift = 0.0 if is_matched else self.config.candidates.unmatched_distance
-        return self.history.graph.add_keyframe(distance, self.config.submaps, further_drift, self._view())
+    def add_keyframe(self, distance: float) -> Submap | None:
+        """Note a keyframe ``distance`` metres after the last; returns the submap that it completes."""
+        return self.history.graph.add_keyframe(distance, self.config.submaps, self._view())
 
     def learn_drift(self, poses: Pose, graph: PoseGraph) -> None:
         """Note how much the steps to the newest keyframes at ``poses`` (K, 3) may err, by the pose graph;

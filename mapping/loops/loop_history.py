@@ -14,10 +14,6 @@ from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.submap import Submap
 from racecar.mapping.loops.submap_graph import SubmapGraph
 
-_PER_METRE = (0.02**2, 0.002**2)
-"""Square metres and radians that a metre driven may err in sessions written before that was kept: measured on
-aces, fr079 and intel, where it is between half and twice as much."""
-
 
 @dataclass(eq=False)
 class LoopHistory:
@@ -71,9 +67,9 @@ class LoopHistory:
         hypotheses = [replace(each) for each in self.hypotheses]
         return LoopHistory(self.graph.copy(), hypotheses, dict(self.log))
 
-    def followed_by(self, later: "LoopHistory", drift: float) -> "LoopHistory":
+    def followed_by(self, later: "LoopHistory") -> "LoopHistory":
         """The submaps of both, see `SubmapGraph.followed_by`, and neither's hypotheses."""
-        return LoopHistory(self.graph.followed_by(later.graph, drift))
+        return LoopHistory(self.graph.followed_by(later.graph))
 
     def to_arrays(self) -> Arrays:
         """The whole state, by the names that `Session` documents."""
@@ -83,8 +79,7 @@ class LoopHistory:
         return {
             "submaps": np.array(submaps, dtype=np.int32).reshape(-1, 3),
             "path": np.array(graph.path),
-            "doubt": np.array(graph.accumulated_drift),
-            "edges": np.array(graph.edges).reshape(-1, 3),
+            "edges": np.array(graph.edges, dtype=np.int32).reshape(-1, 3),
             "variances": np.array(graph.variances).reshape(-1, 2),
             "hypothesis_submaps": np.array(ends, dtype=np.int32).reshape(-1, 2),
             "hypothesis_poses": np.array([h.fixed_from_moving for h in found]).reshape(-1, 3),
@@ -99,10 +94,8 @@ class LoopHistory:
     def from_arrays(cls, arrays: Arrays) -> "LoopHistory":
         """What `to_arrays` wrote. Raises KeyError when an array is missing."""
         submaps = [Submap(k, *row) for k, row in enumerate(arrays["submaps"].tolist())]
-        path, drift, edges = (
-            array("d", arrays[name].ravel().tolist()) for name in ("path", "doubt", "edges")
-        )
-        variances = array("d", arrays.get("variances", np.outer(drift, _PER_METRE)).ravel().tolist())
+        path, variances = (array("d", arrays[name].ravel().tolist()) for name in ("path", "variances"))
+        edges = array("l", arrays["edges"].ravel().tolist())
         hypotheses = [
             Hypothesis(submaps[fixed], submaps[moving], pose, information, reach, accepted)
             for (fixed, moving), pose, information, reach, accepted in zip(
@@ -115,4 +108,4 @@ class LoopHistory:
             )
         ]
         log = dict(zip(arrays["log_names"].tolist(), arrays["log_counts"].tolist(), strict=True))
-        return cls(SubmapGraph(submaps, path, drift, edges, variances), hypotheses, log)
+        return cls(SubmapGraph(submaps, path, edges, variances), hypotheses, log)

@@ -1,4 +1,4 @@
-"""The graph of submaps: how much drift may have accumulated between any two of them."""
+"""The graph of submaps: how far any of them may have drifted from any other."""
 
 from array import array
 from dataclasses import dataclass, field
@@ -13,11 +13,11 @@ from racecar.mapping.loops.config import SubmapConfig
 from racecar.mapping.loops.submap import Submap
 from racecar.maps.geometry.se2 import Pose
 
-_OF_A_CLOSURE = 0.1
-"""Metres of accumulated drift that a loop closure leaves: next to none, because its submaps were matched."""
 _CLOSURE_VARIANCES = (0.03**2, 0.005**2)
 """Square metres and radians that a loop closure leaves: by judgement, as much as half a cell of the map and
 some tenths of a degree, because its submaps were matched."""
+_BETWEEN_DRIVES = (100.0, 10.0)
+"""The same between two drives: so much that no loop is sought that wide, because nothing is known of it."""
 _SEARCHED = 2000
 """Keyframes at the end of the path in which the next submap begins, so that the search costs the same all
 day."""
@@ -25,30 +25,22 @@ day."""
 
 @dataclass(eq=False)
 class SubmapGraph:
-    """Submaps along the path, connected to their neighbours and by loop closures.
-
-    Drift is counted in the metres driven that would accumulate as much of it.
-    """
+    """Submaps along the path, connected to their neighbours and by loop closures."""
 
     submaps: list[Submap] = field(default_factory=list)
     path: "array[float]" = field(default_factory=lambda: array("d"))
     """(K,) metres driven up to each keyframe."""
-    accumulated_drift: "array[float]" = field(default_factory=lambda: array("d"))
-    """(K,) the same, each step that no scan match confirms counted as many more metres."""
-    edges: "array[float]" = field(default_factory=lambda: array("d"))
-    """Submap, submap and metres of accumulated drift between them, flat: it is read at each new submap."""
+    edges: "array[int]" = field(default_factory=lambda: array("l"))
+    """(E, 3) submap, submap, and whether a loop closure connects them, flat: it is read at each new
+    submap."""
     variances: "array[float]" = field(default_factory=lambda: array("d"))
     """(V, 2) square metres and square radians that the steps up to each keyframe may err, added up, flat;
     known up to the newest submap."""
 
-    def add_keyframe(
-        self, distance: float, config: SubmapConfig, further_drift: float = 0.0, view: float = np.inf
-    ) -> Submap | None:
-        """Add a keyframe of a laser that sees ``view`` metres far, ``distance`` metres after the last, since
-        when ``further_drift`` metres have accumulated besides; returns the submap that it completes."""
-        drifted = self.accumulated_drift[-1] if self.accumulated_drift else 0.0
+    def add_keyframe(self, distance: float, config: SubmapConfig, view: float = np.inf) -> Submap | None:
+        """Add a keyframe ``distance`` metres after the last, of a laser that sees ``view`` metres far;
+        returns the submap that it completes."""
         self.path.append((self.path[-1] + distance) if self.path else 0.0)
-        self.accumulated_drift.append(drifted + distance + further_drift)
         last = len(self.path) - 1
         spacing = min(config.spacing, config.spacing_per_view * view)
         next_middle = (  # the first is all ahead, so that the start is recognized too
@@ -62,9 +54,7 @@ class SubmapGraph:
         first = int(np.searchsorted(path, self.path[middle] - config.half_length)) + offset
         submap = Submap(len(self.submaps), first, middle, last)
         if self.submaps:
-            before = self.submaps[-1]
-            since = self.accumulated_drift[middle] - self.accumulated_drift[before.middle]
-            self.edges.extend((before.index, submap.index, since))
+            self.edges.extend((submap.index - 1, submap.index, 0))
         self.submaps.append(submap)
         return submap
 
@@ -88,7 +78,7 @@ class SubmapGraph:
 
     def close(self, fixed: Submap, moving: Submap) -> None:
         """Connect two submaps by a loop closure."""
-        self.edges.extend((fixed.index, moving.index, _OF_A_CLOSURE))
+        self.edges.extend((fixed.index, moving.index, 1))
 
     def middles(self) -> NDArray[np.int64]:
         """(S,) the middle keyframe of each submap."""
@@ -96,7 +86,9 @@ class SubmapGraph:
 
     def groups(self) -> Groups:
         """The submap that each keyframe moves with."""
-        return Groups(self.middles(), np.array(self.accumulated_drift))
+        drifted = np.reshape(self.variances, (-1, 2))[:, 0]
+        after_the_last = len(self.path) - len(drifted)
+        return Groups(self.middles(), np.pad(drifted, (0, after_the_last), mode="edge"))
 
     def spreads_from(
         self, submap: int, places: NDArray[np.float64]
@@ -107,11 +99,10 @@ class SubmapGraph:
         The variances of the steps between add up, those of turns times the square of their distance: what is
         seen from beyond a turn moves with it. Of several chains the surest counts.
         """
-        edges = np.reshape(self.edges, (-1, 3))
-        first, second = edges[:, :2].astype(int).T
+        first, second, is_closure = np.reshape(self.edges, (-1, 3)).T
         middles, accumulated = self.middles(), np.reshape(self.variances, (-1, 2))
         variances = np.abs(accumulated[middles[second]] - accumulated[middles[first]])
-        variances[edges[:, 2] == _OF_A_CLOSURE] = _CLOSURE_VARIANCES
+        variances[is_closure == 1] = _CLOSURE_VARIANCES
         place, turn = variances.T
         levers = 0.5 * (places[first] + places[second]) - places[submap]
         place = place + turn * np.sum(levers**2, axis=1)
@@ -136,27 +127,24 @@ class SubmapGraph:
 
     def copy(self) -> "SubmapGraph":
         """The same as it is now; it does not grow."""
-        parts = self.path, self.accumulated_drift, self.edges, self.variances
-        return SubmapGraph(list(self.submaps), *(part[:] for part in parts))
+        return SubmapGraph(list(self.submaps), self.path[:], self.edges[:], self.variances[:])
 
-    def followed_by(self, later: "SubmapGraph", drift: float) -> "SubmapGraph":
+    def followed_by(self, later: "SubmapGraph") -> "SubmapGraph":
         """Both, the keyframes and submaps of the later one numbered after those of this one; nothing connects
-        them yet. Over the gap between the two ``drift`` metres have accumulated."""
+        them yet."""
         keyframes, submaps = len(self.path), len(self.submaps)
         moved = [
             Submap(submaps + s.index, keyframes + s.first, keyframes + s.middle, keyframes + s.last)
             for s in later.submaps
         ]
         driven = self.path[-1] if self.path else 0.0
-        drifted = self.accumulated_drift[-1] if self.accumulated_drift else 0.0
-        edges = np.reshape(later.edges, (-1, 3)) + np.array([submaps, submaps, 0.0])
+        edges = np.reshape(later.edges, (-1, 3)) + np.array([submaps, submaps, 0])
         unknown = keyframes - self.keyframes_with_variances  # after the last submap of this one
         erred = self.variances[-2:] or array("d", [0.0, 0.0])
-        later_erred = np.reshape(later.variances, (-1, 2)) + np.array(erred)
+        later_erred = np.reshape(later.variances, (-1, 2)) + np.array(erred) + _BETWEEN_DRIVES
         return SubmapGraph(
             [*self.submaps, *moved],
             array("d", [*self.path, *(driven + metres for metres in later.path)]),
-            array("d", [*self.accumulated_drift, *(drifted + drift + m for m in later.accumulated_drift)]),
-            array("d", [*self.edges, *edges.ravel()]),
+            array("l", [*self.edges, *edges.ravel().tolist()]),
             self.variances + unknown * erred + array("d", later_erred.ravel()),
         )

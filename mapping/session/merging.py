@@ -35,8 +35,7 @@ def merge(
     Loops between them are closed as ``loops`` does within a drive. Raises UserError when the later one is not
     recognized anywhere on the earlier one.
     """
-    drift = loops.config.candidates.unmatched_distance
-    merged = _side_by_side(earlier, later, drift)
+    merged = _side_by_side(earlier, later)
     first, known = len(earlier.keyframes), len(earlier.loops.submaps)
     loops = replace(loops, store=merged.keyframes, history=merged.loops)
     recognized = recognize(loops, known, merged.map_from_keyframe, recognition)
@@ -49,7 +48,7 @@ def merge(
     return _close_loops(merged, first, known, recognized, loops, graph, keyframes)
 
 
-def _side_by_side(earlier: Session, later: Session, drift: float) -> Session:
+def _side_by_side(earlier: Session, later: Session) -> Session:
     """Both as one session, without a constraint between them and each in its own frame."""
     first = len(earlier.keyframes)
     keyframes = ScanStore(first + len(later.keyframes), later.keyframes.config)
@@ -65,7 +64,7 @@ def _side_by_side(earlier: Session, later: Session, drift: float) -> Session:
         np.concatenate([earlier.keyframe_from_base, later.keyframe_from_base]),
         np.concatenate([earlier.map_from_keyframe, later.map_from_keyframe]),
         ConstraintList([*earlier.constraints, *shifted]),
-        earlier.loops.followed_by(later.loops, drift),
+        earlier.loops.followed_by(later.loops),
     )
 
 

@@ -19,14 +19,13 @@ constraints.information       (C, 3, 3) float64   in the tangent frame of the se
 constraints.kinds             (C,) int8           0 odometry, 1 scan matching, 2 loop closure
 loops.submaps                 (S, 3) int32        first, middle and last keyframe
 loops.path                    (K,) float64        metres driven
-loops.doubt                   (K,) float64        accumulated drift, as metres driven that would drift as much
-loops.edges                   (E, 3) float64      submap, submap, accumulated drift between them, likewise
+loops.edges                   (E, 3) int32        submap, submap, 1 when a loop closure connects them
 loops.variances               (V, 2) float64      of the first V keyframes, what the steps to each may err
                                                   in all: square metres, square radians
 loops.hypothesis_submaps      (H, 2) int32        fixed, moving; both of this session
 loops.hypothesis_poses        (H, 3) float64      middle of the moving one seen from that of the fixed one
 loops.hypothesis_information  (H, 3, 3) float64   in the tangent frame of the moving one
-loops.hypothesis_reaches      (H,) float64        metres that were searched to find it
+loops.hypothesis_reaches      (H,) float64        metres that count as searched to find it
 loops.hypothesis_accepted     (H,) bool           is it a loop closure?
 loops.log_names               (L,) text           what loop closure counted
 loops.log_counts              (L,) int64          how often

@@ -8,7 +8,6 @@ minutes later, in a kernel that reads beyond an array or a solver that does not 
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from racecar.mapping.arrays import ArrayLayout, Arrays, check_layout
 from racecar.mapping.graph.constraint import KINDS
@@ -53,8 +52,7 @@ _SESSION: dict[str, _Numbers] = {
     "constraints.kinds": _whole(0, len(KINDS) - 1, "C"),
     "loops.submaps": _whole(0, _INT32, "S", 3),
     "loops.path": _places("K"),
-    "loops.doubt": _places("K"),
-    "loops.edges": _places("E", 3),
+    "loops.edges": _whole(0, _INT32, "E", 3),
     "loops.variances": _Numbers(ArrayLayout("f", ("V", 2)), 0.0, _FARTHEST),
     "loops.hypothesis_submaps": _whole(0, _INT32, "H", 2),
     "loops.hypothesis_poses": _places("H", 3),
@@ -67,15 +65,12 @@ _SESSION: dict[str, _Numbers] = {
     "loops.log_counts": _whole(0, float(np.iinfo(np.int64).max), "L"),
 }
 """The arrays of a session by definition, as its module's documentation names them."""
-_ADDED_LATER = ("loops.variances",)
-"""Those that older files lack, because they were not kept then."""
 
 
 def check_session(arrays: Arrays) -> None:
     """Raises ValueError that names the array at fault."""
-    expected = {name: each for name, each in _SESSION.items() if name in arrays or name not in _ADDED_LATER}
-    check_layout(arrays, {name: numbers.layout for name, numbers in expected.items()})
-    for name, numbers in expected.items():
+    check_layout(arrays, {name: numbers.layout for name, numbers in _SESSION.items()})
+    for name, numbers in _SESSION.items():
         if numbers.layout.kinds != "U" and not _are_within(arrays, name, numbers.low, numbers.high):
             raise ValueError(f"{name} holds a number that cannot be")
     keyframes, submaps = len(arrays["map_from_keyframe"]), len(arrays["loops.submaps"])
@@ -90,8 +85,8 @@ def check_session(arrays: Arrays) -> None:
         "constraints.keyframes": arrays["constraints.keyframes"].astype(np.int64) < keyframes,
         "loops.submaps": (first <= middle) & (middle <= last) & (last < keyframes),
         "loops.hypothesis_submaps": arrays["loops.hypothesis_submaps"].astype(np.int64) < submaps,
-        "loops.edges": _are_indices(arrays, "loops.edges", submaps),
-        "loops.variances": middle < len(arrays.get("loops.variances", arrays["loops.path"])),
+        "loops.edges": arrays["loops.edges"][:, :2].astype(np.int64) < submaps,
+        "loops.variances": middle < len(arrays["loops.variances"]),
     }
     for name, are in are_in_order.items():
         if not are.all():
@@ -101,9 +96,3 @@ def check_session(arrays: Arrays) -> None:
 def _are_within(arrays: Arrays, name: str, low: float, high: float) -> bool:
     numbers = arrays[name].astype(np.float64)
     return bool(np.all((numbers >= low) & (numbers <= high)))
-
-
-def _are_indices(arrays: Arrays, name: str, count: int) -> NDArray[np.bool_]:
-    submaps = arrays[name][:, :2].astype(np.float64)
-    are: NDArray[np.bool_] = (submaps >= 0) & (submaps < count) & (submaps == np.rint(submaps))
-    return are

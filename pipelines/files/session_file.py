@@ -18,7 +18,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.whole_files import write_atomically
 
 SESSION_FILE = "session.npz"
-VERSION = 1
+VERSION = 2
 
 Format = Literal["racecar session", "racecar checkpoint"]
 
