@@ -14,16 +14,8 @@ class SubmapConfig(Settings):
         default=2.0,
         gt=0.0,
         le=1000.0,
-        description="Metres of path from one submap to the next at most. By judgement: every place lies near "
-        "the middle of one.",
-    )
-    spacing_per_view: float = Field(
-        default=0.33,
-        gt=0.0,
-        le=10.0,
-        description="The same as a share of how far the laser sees, because one that sees 4 m far shows a "
-        "place again for a metre or two of path only, and two submaps must show it. By judgement: some 1.2 m "
-        "then.",
+        description="Metres of path from one submap to the next. By judgement: every place lies near the "
+        "middle of one.",
     )
     half_length: float = Field(
         default=3.0,
@@ -118,12 +110,11 @@ class SubmapSearchConfig(Settings):
     """The correlative search of one submap on another."""
 
     min_score: float = Field(
-        default=0.2,
+        default=0.5,
         gt=0.0,
         le=1.0,
-        description="Least mean likelihood of the points at a place that is accepted. By judgement: two "
-        "submaps of a laser that sees 4 m far share a third of what they show where their paths cross, and "
-        "what is no loop is refuted by what the scans look through.",
+        description="Least mean likelihood of the points at a place that is accepted. By judgement: half of "
+        "the walls are the same.",
     )
     ambiguous_share: float = Field(
         default=0.85,
@@ -153,7 +144,7 @@ class SubmapSearchConfig(Settings):
         "radius and the widest usual window. By judgement.",
     )
     points: int = Field(
-        default=200, ge=1, le=100000, description="Points that are searched with, for speed. By judgement."
+        default=500, ge=1, le=100000, description="Points that are searched with, for speed. By judgement."
     )
 
 
@@ -214,7 +205,7 @@ class SeeThroughVerificationConfig(Settings):
         "Chosen in a prototype on aces, intel and fr079.",
     )
     min_coverage: float = Field(
-        default=0.3,
+        default=0.4,
         ge=0.0,
         le=1.0,
         description="Of all points, the least share that does. By judgement: a little below the prototype's "

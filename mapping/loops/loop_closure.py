@@ -26,10 +26,6 @@ from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between
 
-_FAR = 0.95
-"""Of the ranges in a submap, the share below how far the laser sees, since few stray returns lie beyond. By
-judgement."""
-
 
 @dataclass(eq=False)
 class LoopCloser:
@@ -43,11 +39,10 @@ class LoopCloser:
 
     def __post_init__(self) -> None:
         self._search = SubmapSearch(self.store, self.config, self.history.count)
-        self._viewed = -1, np.inf
 
     def add_keyframe(self, distance: float) -> Submap | None:
         """Note a keyframe ``distance`` metres after the last; returns the submap that it completes."""
-        return self.history.graph.add_keyframe(distance, self.config.submaps, self._view())
+        return self.history.graph.add_keyframe(distance, self.config.submaps)
 
     def learn_drift(self, poses: Pose, graph: PoseGraph) -> None:
         """Note how much the steps to the newest keyframes at ``poses`` (K, 3) may err, by the pose graph;
@@ -103,15 +98,6 @@ class LoopCloser:
     def forget_pyramids(self) -> None:
         """Forget what `LoopHistory.to_arrays` does not hold, so that another goes on from it exactly."""
         self._search.forget_pyramids()
-
-    def _view(self) -> float:
-        """How far the laser saw in the newest submap, metres."""
-        newest = len(self.history.submaps) - 1
-        if newest != self._viewed[0]:
-            clouds = [self.store.points_of(int(k)) for k in self.history.submaps[newest].keyframes]
-            ranges = np.hypot(*np.concatenate(clouds).T)
-            self._viewed = newest, float(np.quantile(ranges, _FAR)) if len(ranges) else np.inf
-        return self._viewed[1]
 
     def _confirmed(self, newest: Submap, poses: Pose) -> list[Hypothesis]:
         """Of the hypotheses near a submap along the path, those that no verifier leaves open any more."""

@@ -37,14 +37,14 @@ class SubmapGraph:
     """(V, 2) square metres and square radians that the steps up to each keyframe may err, added up, flat;
     known up to the newest submap."""
 
-    def add_keyframe(self, distance: float, config: SubmapConfig, view: float = np.inf) -> Submap | None:
-        """Add a keyframe ``distance`` metres after the last, of a laser that sees ``view`` metres far;
-        returns the submap that it completes."""
+    def add_keyframe(self, distance: float, config: SubmapConfig) -> Submap | None:
+        """Add a keyframe ``distance`` metres after the last; returns the submap that it completes."""
         self.path.append((self.path[-1] + distance) if self.path else 0.0)
         last = len(self.path) - 1
-        spacing = min(config.spacing, config.spacing_per_view * view)
         next_middle = (  # the first is all ahead, so that the start is recognized too
-            max(self.path[self.submaps[-1].middle] + spacing, config.half_length) if self.submaps else 0.0
+            max(self.path[self.submaps[-1].middle] + config.spacing, config.half_length)
+            if self.submaps
+            else 0.0
         )
         if self.path[last] < next_middle + config.half_length:
             return None
