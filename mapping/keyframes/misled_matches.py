@@ -55,7 +55,8 @@ def are_misled(
     if np.count_nonzero(is_known) < config.min_steps:
         return misled
     are_contradicted = is_known & (_contradicted(off[:, 0], config) | _contradicted(off[:, 2], config))
-    fit = np.nanmedian(_about(residuals, config.window), axis=1)
+    fit = np.full_like(residuals, np.nan)
+    fit[is_known] = np.nanmedian(_about(residuals, config.window)[is_known], axis=1)
     usual_fit = float(np.median(fit[is_known]))
     turned = np.nansum(_about(turns, config.window), axis=1)
     fit_well = is_known & (fit <= usual_fit)
