@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 import yaml
@@ -28,7 +28,10 @@ from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
 from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
 
-MODES = ("trinary", "scale", "raw")
+Mode = Literal["trinary", "scale", "raw"]
+MODES: tuple[Mode, ...] = get_args(Mode)
+_IMAGE_ENDS: dict[Mode, str] = {"trinary": ".pgm", "scale": "_image.png", "raw": ".pgm"}
+"""Of an image, after the name of its YAML file; not ``.png``, since ``map.png`` is the picture with the path."""
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
 OCCUPIED_THRESHOLD = 0.65
 BLACK, GREY, WHITE = 0, 205, 254
@@ -83,19 +86,26 @@ def load_map(path: str | Path) -> OccupancyGrid:
     return OccupancyGrid(_read_cells(header, yaml_path), header.resolution, header.origin)
 
 
-def save_map(grid: OccupancyGrid, yaml_path: str | Path) -> None:
-    """Write a trinary PGM image and then the YAML file that names it, each beside and renamed.
+def save_map(
+    grid: OccupancyGrid,
+    yaml_path: str | Path,
+    *,
+    mode: Mode = "trinary",
+    occupied_threshold: float = OCCUPIED_THRESHOLD,
+    free_threshold: float = FREE_THRESHOLD,
+) -> None:
+    """Write an image and then the YAML file that names it, each beside and renamed.
 
-    Cells between free and occupied become unknown, as with map_saver; trinary grids come back exactly.
+    Cells from one probability on are occupied, up to the other free. Between them they become unknown in
+    ``trinary`` mode, as with map_saver, and keep their percent in ``scale``, whose image is a PNG since only
+    transparent pixels are unknown there. ``raw`` keeps every cell as it is. What was written is read as such.
     """
     yaml_path = Path(yaml_path)
-    image_path = yaml_path.with_suffix(".pgm")
-    pixels = np.full(grid.cells.shape, GREY, dtype=np.uint8)
-    pixels[(grid.cells >= FREE) & (grid.cells <= 100 * FREE_THRESHOLD)] = WHITE
-    pixels[grid.cells >= 100 * OCCUPIED_THRESHOLD] = BLACK
+    image = image_of(grid, mode, occupied_threshold, free_threshold)
+    image_path = yaml_path.with_name(yaml_path.stem + _IMAGE_ENDS[mode])
     header = {
         "image": image_path.name,
-        "mode": "trinary",
+        "mode": mode,
         "resolution": float(grid.resolution),
         "origin": [float(value) for value in grid.map_from_grid],
         "negate": 0,
@@ -103,9 +113,29 @@ def save_map(grid: OccupancyGrid, yaml_path: str | Path) -> None:
         "free_thresh": FREE_THRESHOLD,
     }
     with write_atomically(image_path) as beside:
-        Image.fromarray(pixels[::-1]).save(beside, format="PPM")
+        image.save(beside, format="PNG" if mode == "scale" else "PPM")
     with write_atomically(yaml_path) as beside:
         beside.write_text(yaml.safe_dump(header, sort_keys=False, default_flow_style=None), encoding="utf-8")
+
+
+def image_of(
+    grid: OccupancyGrid, mode: Mode, occupied_threshold: float, free_threshold: float
+) -> Image.Image:
+    """The image that `save_map` writes, its top row the farthest along y."""
+    cells = grid.cells[::-1]
+    if mode == "raw":
+        return Image.fromarray(np.where(cells == UNKNOWN, 255, cells).astype(np.uint8))
+    is_unknown = cells == UNKNOWN
+    is_free = ~is_unknown & (cells <= 100 * free_threshold)
+    is_occupied = cells >= 100 * occupied_threshold
+    if mode == "trinary":
+        return Image.fromarray(np.select([is_free, is_occupied], [WHITE, BLACK], GREY).astype(np.uint8))
+    percent = np.arange(OCCUPIED + 1) / OCCUPIED
+    shade = np.rint(255 * (1.0 - FREE_THRESHOLD - percent * (OCCUPIED_THRESHOLD - FREE_THRESHOLD)))
+    grey = np.select([is_free, is_occupied], [WHITE, BLACK], shade[np.maximum(cells, 0)])
+    return Image.merge(
+        "LA", [Image.fromarray(band.astype(np.uint8)) for band in (grey, np.where(is_unknown, 0, 255))]
+    )
 
 
 def _read_header(yaml_path: Path) -> _Header:

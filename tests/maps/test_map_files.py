@@ -279,6 +279,30 @@ def test_graded_cells_are_saved_as_map_saver_does(tmp_path: Path) -> None:
     np.testing.assert_array_equal(load_map(tmp_path).cells, [[0, -1, -1, 100]])
 
 
+GRADED = np.array([[-1, *range(50)], [-1, *range(51, 101)]], dtype=np.int8)
+
+
+def test_scale_keeps_every_percent_between_the_thresholds_and_what_is_unknown(tmp_path: Path) -> None:
+    grid = OccupancyGrid(GRADED, 0.05, np.array([1.0, 2.0, 0.0]))
+    save_map(grid, tmp_path / "map.yaml", mode="scale", occupied_threshold=0.9, free_threshold=0.1)
+    expected = np.where(GRADED >= 90, 100, np.where((GRADED >= 0) & (GRADED <= 10), 0, GRADED))
+    np.testing.assert_array_equal(load_map(tmp_path).cells, expected)
+    assert (tmp_path / "map_image.png").exists()
+
+
+def test_raw_keeps_every_cell(tmp_path: Path) -> None:
+    save_map(OccupancyGrid(GRADED, 0.05, np.zeros(3)), tmp_path / "map.yaml", mode="raw")
+    np.testing.assert_array_equal(load_map(tmp_path).cells, GRADED)
+    assert "mode: raw" in (tmp_path / "map.yaml").read_text()
+
+
+def test_chosen_thresholds_hold_and_unknown_cells_stay_unknown(tmp_path: Path) -> None:
+    cells = np.array([[-1, 5, 30, 31, 39, 40, 90]], dtype=np.int8)
+    grid = OccupancyGrid(cells, 0.05, np.zeros(3))
+    save_map(grid, tmp_path / "map.yaml", occupied_threshold=0.4, free_threshold=0.3)
+    np.testing.assert_array_equal(load_map(tmp_path).cells, [[-1, 0, 0, -1, -1, 100, 100]])
+
+
 def test_saving_where_nothing_can_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(UserError, match="Cannot write"):
