@@ -11,8 +11,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.feedback.missed_loops import missed_loops
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.mapping.grid.despeckling import despeckled
-from racecar.mapping.grid.rendering import Rays, looks_until_free, pack_rays, rays_of, render, returns_of
+from racecar.mapping.grid.rendering import Rays, looks_until_free, pack_rays, rays_of
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
 from racecar.mapping.keyframes.final_optimization import matched_again
 from racecar.mapping.keyframes.gap import Gap, gap_after
@@ -24,10 +23,11 @@ from racecar.mapping.odometry.lag import OdometryLag
 from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
+from racecar.mapping.session.drawing import draw_map
 from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState, Snapshot
-from racecar.mapping.state.result import MappingResult, finished_map_of, result_of
+from racecar.mapping.state.result import MappingResult, finished_map_of, result_of, sights_of
 from racecar.mapping.state.scan_poses import place_all_scans
 from racecar.mapping.state.trimming import trim_known_keyframes, trim_scans
 from racecar.maps.errors import UserError
@@ -182,14 +182,20 @@ class Mapper:
         map_from_laser = place_all_scans(state, session)
         report(0.8)
         with state.timed("rendering"):
-            returns = returns_of(session.rays, session.map_from_keyframe)
-            held = list(state.held_rays)
-            poses = np.concatenate([session.map_from_keyframe, map_from_laser[held]])
-            rays = [*session.rays, *state.held_rays.values()]
-            grid = render(rays, poses, config.resolution, config.rendering)
-            grid = despeckled(grid, returns, config.despeckling)
+            drawn = draw_map(
+                sights_of(state, session, map_from_laser),
+                session.keyframes,
+                config.resolution,
+                config.rendering,
+                config.despeckling,
+                keep_frame=earlier is not None,
+            )
+        if drawn.drawn_from_map is not None:
+            session = session.moved(drawn.drawn_from_map)
+            map_from_laser = compose(drawn.drawn_from_map, map_from_laser)
+            quality = self._judge(session)  # its sentences name places
         report(1.0)
-        return result_of(state, session, map_from_laser, grid, returns, quality)
+        return result_of(state, session, map_from_laser, drawn, quality)
 
     def _hold(self, scan: Scan, points: NDArray[np.float64]) -> None:
         """Keep the rays of a scan between keyframes, where these alone are too few to show free space."""

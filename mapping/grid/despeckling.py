@@ -28,7 +28,8 @@ def despeckled(
     blobs[~occupied] = 0
     looks = np.zeros(count + 1, dtype=np.int64)
     for points in returns:
-        rows, columns = grid.cell_of(points).T
+        cells = grid.cell_of(points)
+        rows, columns = cells[grid.contains(cells)].T  # a cropped grid has not all of them
         looks[np.unique(blobs[rows, columns])] += 1
     sizes = [max(s.stop - s.start for s in box) * grid.resolution for box in find_objects(blobs, count)]
     many = min(config.min_keyframes, len(returns) // 2)

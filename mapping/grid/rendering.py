@@ -23,6 +23,8 @@ _ORIGIN = np.zeros((1, 2), dtype=np.int16)
 """Where the steps of rays begin by definition: the laser."""
 _STEP = np.float32(0.002)
 """Metres, finer than lasers measure; it is that coarse so that 16 bits reach farther than the longest ray."""
+Box = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Lower left and upper right (2,), metres in the map."""
 LONGEST_RAY = 65.5
 """Metres that an end may be away along an axis, since 16 bits reach 65.534 m."""
 _SURE = 20.0
@@ -114,15 +116,20 @@ def returns_of(rays: Sequence[Rays], map_from_laser: Pose) -> list[NDArray[np.fl
 
 
 def render(
-    rays: Sequence[Rays], map_from_laser: Pose, resolution: float, config: RenderingConfig
+    rays: Sequence[Rays],
+    map_from_laser: Pose,
+    resolution: float,
+    config: RenderingConfig,
+    box: Box | None = None,
 ) -> OccupancyGrid:
-    """The grid that rays (K) seen from poses (K, 3) draw, with cells of ``resolution`` metres."""
+    """The grid that rays (K) seen from poses (K, 3) draw, with cells of ``resolution`` metres: all that they
+    touch, with a margin, or what of it lies in a ``box``."""
     touched = [touched_by(ray, pose) for pose, ray in zip(map_from_laser, rays, strict=True)]
-    corners = np.array(
-        [points.min(axis=0) for points in touched] + [points.max(axis=0) for points in touched]
-    )
-    low = np.floor((corners.min(axis=0) - config.margin) / resolution) * resolution
-    columns, rows = np.ceil((corners.max(axis=0) + config.margin - low) / resolution).astype(np.int64)
+    low, high = seen_box(touched, config.margin)
+    if box is not None:
+        low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
+    low = np.floor(low / resolution) * resolution
+    columns, rows = np.ceil((high - low) / resolution).astype(np.int64)
     hits, passes = np.zeros((rows, columns), dtype=np.uint16), np.zeros((rows, columns), dtype=np.uint16)
     marks = np.full((rows, columns), -1, dtype=np.int32)
     for points in touched:  # in place, because a day's rays take hundreds of megabytes
@@ -130,6 +137,14 @@ def render(
         points /= resolution
     cast(touched, [ray.returns for ray in rays], 0, marks, hits, passes, config)
     return OccupancyGrid(occupancy(hits, passes, config), resolution, np.array([low[0], low[1], 0.0]))
+
+
+def seen_box(touched: Sequence[NDArray[np.float64]], margin: float) -> Box:
+    """What contains all that scans touched, at least one, with a margin in metres."""
+    corners = np.array(
+        [points.min(axis=0) for points in touched] + [points.max(axis=0) for points in touched]
+    )
+    return corners.min(axis=0) - margin, corners.max(axis=0) + margin
 
 
 def touched_by(rays: Rays, map_from_laser: Pose) -> NDArray[np.float64]:

@@ -33,13 +33,14 @@ loops.log_counts              (L,) int64          how often
 """
 
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, named, pack, part_of, unpack
 from racecar.mapping.graph.constraint import ConstraintList
-from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.grid.rendering import Rays, returns_of
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import ScanStore
@@ -73,6 +74,20 @@ class Session:
             self.constraints.copy(),
             self.loops.frozen(),
         )
+
+    def moved(self, new_from_map: Pose) -> "Session":
+        """The same in another frame; constraints and loops are seen from keyframes and stay."""
+        return replace(self, map_from_keyframe=compose(new_from_map, self.map_from_keyframe))
+
+    @property
+    def map_from_base(self) -> Pose:
+        """(K, 3) of the car at the keyframes."""
+        return compose(self.map_from_keyframe, self.keyframe_from_base)
+
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """(N, 2) metres in the map: the returns of all keyframes."""
+        return np.concatenate(returns_of(self.rays, self.map_from_keyframe)).astype(np.float32)
 
     def constraints_between_bases(self) -> ConstraintList:
         """The same constraints between the bases of the keyframes instead of the lasers."""

@@ -6,9 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import MapQuality
+from racecar.mapping.session.drawing import DrawnMap, Sights
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState
 from racecar.maps.geometry.se2 import Pose, compose
@@ -29,8 +31,8 @@ class MappingResult:
     trajectory: Trajectory
     """One pose of the base per scan."""
     grid: OccupancyGrid
-    points: NDArray[np.float32]
-    """(N, 2) metres in the map: the returns of all keyframes."""
+    rendering: RenderingConfig
+    """How the grid was drawn, and is to be written."""
     map_from_keyframe: Pose
     """(K, 3) of the base at every keyframe, those of earlier drives first."""
     keyframe_indices: NDArray[np.int64]
@@ -53,8 +55,7 @@ def result_of(
     state: MapperState,
     session: Session,
     map_from_laser: Pose,
-    grid: OccupancyGrid,
-    returns: list[NDArray[np.float64]],
+    drawn: DrawnMap,
     quality: MapQuality,
 ) -> MappingResult:
     """The result of a drive whose scans lie at (N, 3), among the keyframes of all drives in ``session``."""
@@ -62,15 +63,15 @@ def result_of(
     map_from_base = compose(map_from_laser, laser_from_base)
     return MappingResult(
         trajectory=Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),
-        grid=grid,
-        points=np.concatenate(returns).astype(np.float32),
-        map_from_keyframe=compose(session.map_from_keyframe, session.keyframe_from_base),
+        grid=drawn.grid,
+        rendering=state.config.rendering,
+        map_from_keyframe=session.map_from_base,
         keyframe_indices=np.array(state.drive.keyframe_scans, dtype=np.int64),
         constraints=list(session.constraints_between_bases()),
         session=session,
         seconds=dict(state.seconds),
         counts=_counts(state, session),
-        warnings=_warnings(state),
+        warnings=[*_warnings(state), *drawn.disregarded],
         quality=quality,
         clouds=state.clouds,
     )
@@ -79,6 +80,19 @@ def result_of(
 def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
     """What is to be judged, of a drive among the keyframes of all drives in ``session``."""
     return FinishedMap(session, _seconds_of_keyframes(state, session), state.reckoning.calibration.path_scale)
+
+
+def sights_of(state: MapperState, session: Session, map_from_laser: Pose) -> Sights:
+    """What all keyframes showed, and those of a drive's scans, at (N, 3), whose rays are still held."""
+    held = list(state.held_rays)
+    stamps = np.array(state.drive.stamps, dtype=np.int64)
+    seconds_of_held = (stamps[held] - stamps[0]) * 1e-9
+    return Sights(
+        rays=[*session.rays, *state.held_rays.values()],
+        map_from_laser=np.concatenate([session.map_from_keyframe, map_from_laser[held]]),
+        seconds=np.concatenate([_seconds_of_keyframes(state, session), seconds_of_held]),
+        keyframes=len(session.rays),
+    )
 
 
 def _seconds_of_keyframes(state: MapperState, session: Session) -> NDArray[np.float64]:

@@ -169,5 +169,5 @@ def test_around_a_car_that_stands_there_is_free_space(standing: int) -> None:
     assert result.counts["keyframes"] == 1
     free = (result.grid.cells >= 0) & (result.grid.cells <= 100 * FREE_THRESHOLD)
     assert free.sum() * result.grid.resolution**2 > 20.0
-    on_walls = result.grid.cells[tuple(result.grid.cell_of(result.points).T)] > 65
+    on_walls = result.grid.cells[tuple(result.grid.cell_of(result.session.points).T)] > 65
     assert on_walls.mean() > 0.98

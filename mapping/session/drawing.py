@@ -1,0 +1,159 @@
+"""The map that scans draw, as it is wanted: turned, cropped, shifted to its origin, with scans left out."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from racecar.mapping.grid.config import DespecklingConfig, RenderingConfig
+from racecar.mapping.grid.despeckling import despeckled
+from racecar.mapping.grid.rendering import Box, Rays, render, returns_of, seen_box, touched_by
+from racecar.mapping.matching.scan_store import ScanStore
+from racecar.mapping.session.wall_direction import wall_direction
+from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+
+_FRAME_IS_KEPT = (
+    "The map was carried on in the frame that it has, so it was neither turned nor given another origin: "
+    "render it again for that."
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Sights:
+    """What scans showed of the floor: keyframes first, then scans between them where these are few."""
+
+    rays: Sequence[Rays]
+    """(S)"""
+    map_from_laser: Pose
+    """(S, 3)"""
+    seconds: NDArray[np.float64]
+    """(S,) since the drive began; NaN where that is not known, as of earlier drives."""
+    keyframes: int
+    """How many of them are keyframes."""
+
+    def only(self, chosen: NDArray[np.bool_]) -> "Sights":
+        """Those of a choice (S,)."""
+        rays = [rays for rays, is_chosen in zip(self.rays, chosen.tolist(), strict=True) if is_chosen]
+        keyframes = int(np.sum(chosen[: self.keyframes]))
+        return Sights(rays, self.map_from_laser[chosen], self.seconds[chosen], keyframes)
+
+    def moved(self, new_from_map: Pose) -> "Sights":
+        """The same in another frame."""
+        return replace(self, map_from_laser=compose(new_from_map, self.map_from_laser))
+
+    @property
+    def path(self) -> NDArray[np.float64]:
+        """(K, 2) metres: where the laser was at the keyframes."""
+        return self.map_from_laser[: self.keyframes, :2]
+
+    @property
+    def of_keyframes(self) -> list[NDArray[np.float64]]:
+        """Per keyframe (N, 2) metres in the map: its returns."""
+        return returns_of(self.rays[: self.keyframes], self.map_from_laser[: self.keyframes])
+
+
+@dataclass(frozen=True, eq=False)
+class DrawnMap:
+    """A grid, and the frame in which it is drawn."""
+
+    grid: OccupancyGrid
+    drawn_from_map: Pose | None
+    """(3,) the frame of the scans seen from that of the grid; None where they are the same."""
+    disregarded: tuple[str, ...]
+    """Sentences on settings that could not be followed, or left nothing to draw."""
+
+
+def draw_map(
+    sights: Sights,
+    store: ScanStore,
+    resolution: float,
+    rendering: RenderingConfig,
+    despeckling: DespecklingConfig,
+    *,
+    keep_frame: bool = False,
+) -> DrawnMap:
+    """Draw scans, whose lines are in ``store``, with cells of ``resolution`` metres.
+
+    With ``keep_frame`` the map is neither turned nor shifted to another origin.
+    """
+    turn = 0.0 if keep_frame else _turn(sights, store, rendering)
+    if turn:
+        sights = sights.moved(np.array([0.0, 0.0, turn]))
+    shown, not_left_out = _without_left_out(sights, rendering)
+    box, not_cropped = _box(shown, rendering)
+    grid = render(shown.rays, shown.map_from_laser, resolution, rendering, box)
+    grid = despeckled(grid, shown.of_keyframes, despeckling)
+    if rendering.crop == "driven":
+        grid = _driven(grid, shown.path, rendering.driven_margin)
+    shift = np.zeros(2) if keep_frame else _shift(grid, rendering)
+    if shift.any():
+        grid = replace(grid, map_from_grid=grid.map_from_grid + np.append(shift, 0.0))
+    frame = np.append(shift, turn)
+    is_kept = keep_frame and (rendering.turn != 0.0 or rendering.origin is not None)
+    kept = [_FRAME_IS_KEPT] if is_kept else []
+    return DrawnMap(grid, frame if frame.any() else None, (*not_left_out, *not_cropped, *kept))
+
+
+def _turn(sights: Sights, store: ScanStore, rendering: RenderingConfig) -> float:
+    if rendering.turn != "walls":
+        return rendering.turn
+    direction = wall_direction(store, sights.map_from_laser[: sights.keyframes])
+    return 0.0 if direction is None else -direction
+
+
+def _without_left_out(sights: Sights, rendering: RenderingConfig) -> tuple[Sights, list[str]]:
+    """Those that are to be drawn; all, and a sentence, where none would be left."""
+    seconds = np.where(np.isnan(sights.seconds), -1.0, sights.seconds)
+    chosen = np.ones(len(seconds), dtype=np.bool_)
+    for begin, end in rendering.left_out:
+        chosen &= (seconds < begin) | (seconds > end)
+    if chosen.all():
+        return sights, []
+    if not any(rays.are_kept for rays in sights.only(chosen).rays):
+        return sights, [
+            f"The spans that are to be left out hold all scans, of {np.nanmin(sights.seconds):.0f} to "
+            f"{np.nanmax(sights.seconds):.0f} s; leave some in."
+        ]
+    return sights.only(chosen), []
+
+
+def _box(sights: Sights, rendering: RenderingConfig) -> tuple[Box | None, list[str]]:
+    """What is to be drawn; None for all, and a sentence where nothing would be."""
+    if rendering.crop is None:
+        return None, []
+    if rendering.crop == "driven":
+        margin = rendering.driven_margin
+        return (sights.path.min(axis=0) - margin, sights.path.max(axis=0) + margin), []
+    low, high = np.array(rendering.crop[:2]), np.array(rendering.crop[2:])
+    seen_low, seen_high = seen_box(
+        [touched_by(*each) for each in zip(sights.rays, sights.map_from_laser, strict=True)], 0.0
+    )
+    if np.any(low >= seen_high) or np.any(high <= seen_low):
+        return None, [
+            f"Nothing was seen in the box {_in_words(low, high)}, to which the map is to be cropped; what "
+            f"was seen lies in {_in_words(seen_low, seen_high)}."
+        ]
+    return (low, high), []
+
+
+def _in_words(low: NDArray[np.float64], high: NDArray[np.float64]) -> str:
+    return f"x {low[0]:.1f} to {high[0]:.1f} m, y {low[1]:.1f} to {high[1]:.1f} m"
+
+
+def _driven(grid: OccupancyGrid, path: NDArray[np.float64], margin: float) -> OccupancyGrid:
+    """The grid without what lies farther than a margin from a path (K, 2)."""
+    is_far = np.ones(grid.cells.shape, dtype=np.bool_)
+    rows, columns = grid.cell_of(path).T
+    is_far[rows, columns] = False
+    distances = distance_transform_edt(is_far, sampling=grid.resolution)
+    return replace(grid, cells=np.where(distances <= margin, grid.cells, UNKNOWN).astype(np.int8))
+
+
+def _shift(grid: OccupancyGrid, rendering: RenderingConfig) -> NDArray[np.float64]:
+    """(2,) metres by which the map is moved to have its origin where that is wanted."""
+    if rendering.origin is None:
+        return np.zeros(2)
+    return -grid.map_from_grid[:2] if rendering.origin == "corner" else -np.array(rendering.origin)
