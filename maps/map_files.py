@@ -31,7 +31,7 @@ from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
 Mode = Literal["trinary", "scale", "raw"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 _IMAGE_ENDS: dict[Mode, str] = {"trinary": ".pgm", "scale": "_image.png", "raw": ".pgm"}
-"""Of an image, after the name of its YAML file; not ``.png``, since ``map.png`` is the picture with the path."""
+"""Of an image, after the name of its YAML file; not ``.png``, since ``map.png`` shows the path as well."""
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
 OCCUPIED_THRESHOLD = 0.65
 BLACK, GREY, WHITE = 0, 205, 254

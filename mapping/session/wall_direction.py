@@ -14,8 +14,8 @@ _SMOOTHED = 9
 """Bins that a peak is the mean of: 2.25°, because normals of one straight wall scatter by about that."""
 _WITHIN = np.deg2rad([4.0, 2.0, 2.0, 2.0])
 """Radians around the last estimate whose median is the next one. As measured on aces, fr079, intel and
-session_A, it moves by less than 0.01° after these, and lies within 0.05° of the turn that makes the projections
-of all points on the axes sharpest."""
+session_A, it moves by less than 0.01° after these, and lies within 0.05° of the turn that makes the
+projections of all points on the axes sharpest."""
 
 
 def wall_direction(store: ScanStore, map_from_laser: Pose) -> float | None:

@@ -22,6 +22,13 @@ from racecar.pipelines.commands.options import (
     SeedOption,
     open_bag,
 )
+from racecar.pipelines.commands.rendering_options import (
+    DxfOption,
+    PlyOption,
+    PngOption,
+    SvgOption,
+    requested_files,
+)
 
 ContinueOption = Annotated[
     Path | None,
@@ -31,9 +38,6 @@ ContinueOption = Annotated[
         help="Carry on the map that an earlier run left in DIR; the new drive finds its place there.",
         show_default=False,
     ),
-]
-PlyOption = Annotated[
-    bool, typer.Option("--ply", help="Also write points.ply, the map as a cloud of points.")
 ]
 
 
@@ -49,6 +53,9 @@ def map(
     laser_pose: LaserPoseOption = None,
     continue_: ContinueOption = None,
     ply: PlyOption = False,
+    png: PngOption = False,
+    svg: SvgOption = False,
+    dxf: DxfOption = False,
     record: RecordOption = False,
     strict: Annotated[bool, typer.Option("--strict", help="Exit code 3 when the map is wrong.")] = False,
     seed: SeedOption = 0,
@@ -97,7 +104,7 @@ def map(
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.mapping_run import build_map, save_mapping
             from racecar.pipelines.view.mapping_record import record_mapping
-        requested = ["points.ply"] if ply else []
+        requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
         outputs_with(requested)  # what is missing for them is reported now, not after hours
         earlier = load_session(continue_) if continue_ else None
         with report.stage("self-calibration"):

@@ -34,7 +34,7 @@ def load_session(folder: Path) -> Session:
     path = folder / SESSION_FILE
     if not path.is_file():
         raise UserError(
-            f"There is no {SESSION_FILE} in {folder}, so no map to carry on; "
+            f"There is no {SESSION_FILE} in {folder}, so no map to carry on or to render; "
             "name a folder that `racecar map` has written."
         )
     arrays = load_arrays(path, "racecar session")

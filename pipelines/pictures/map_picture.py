@@ -33,6 +33,9 @@ _OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24
     bad=_UNKNOWN_COLOR
 )
 _LONG_SIDE_INCHES, _DOTS_PER_INCH = 11.0, 200
+_COMPRESSION = 3
+"""zlib's level. Measured on a map of 4 million cells: 0.5 s less than with the usual 6, in a file
+larger by a sixth."""
 _MOST_CELLS = 16_000_000
 """Of a grid that is drawn as it is, because a picture has a quarter as many dots and matplotlib takes some 30
 bytes for each cell."""
@@ -171,8 +174,25 @@ def save_figure(path: Path, figure: Figure, axes: Axes, dots_per_inch: int) -> N
     """Put the legend under the axes, where it covers nothing, and write the figure whole or not at all."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+    _lay_out(figure, dots_per_inch)
     with write_atomically(path) as partial:
-        figure.savefig(partial, dpi=dots_per_inch, metadata={"Software": None})
+        figure.savefig(
+            partial,
+            dpi=dots_per_inch,
+            metadata={"Software": None},
+            pil_kwargs={"compress_level": _COMPRESSION},
+        )
+
+
+def _lay_out(figure: Figure, dots_per_inch: int) -> None:
+    """Find where everything goes, once for all: matplotlib would draw a large grid for it, and again to be
+    seen."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        figure.set_dpi(dots_per_inch)
+        for _ in range(2):  # as matplotlib does; the second round knows the sizes of ticks
+            engine.execute(figure)
+        figure.set_layout_engine(None)
 
 
 def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

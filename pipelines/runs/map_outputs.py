@@ -1,26 +1,43 @@
 """The files that a mapping run writes: a new one is a module that writes it, and an entry of this list."""
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-from racecar.mapping.state.result import MappingResult
-from racecar.maps.map_files import load_map, save_map
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.grid.config import RenderingConfig
+from racecar.mapping.quality.map_quality import DoubtfulSegment
+from racecar.mapping.session.session import Session
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import image_of, load_map, save_map
+from racecar.maps.trajectory import Trajectory
+from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.point_map import require_open3d, save_point_map
 from racecar.pipelines.files.report import REPORT_FILE
 from racecar.pipelines.files.session_file import SESSION_FILE, save_session
 from racecar.pipelines.files.tum import save_tum
+from racecar.pipelines.files.wall_drawings import save_walls_dxf, save_walls_svg
 from racecar.pipelines.pictures.map_picture import save_map_picture
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class WrittenMap:
-    """What is written, and where to."""
+    """What is written, and where to; all of it lies in one frame."""
 
-    result: MappingResult
-    folder: Path
+    session: Session
+    grid: OccupancyGrid
+    rendering: RenderingConfig
+    """The settings by which the grid is written."""
+    trajectory: Trajectory | None
+    """None where it is not known."""
+    doubtful: Sequence[DoubtfulSegment]
+    """What of the path something speaks against."""
     title: str
+    folder: Path
 
 
 @dataclass(frozen=True)
@@ -37,41 +54,69 @@ class MapOutputKind:
     """Raises UserError when what is needed to write them is not installed."""
 
 
+def _write_map(map_: WrittenMap) -> None:
+    save_map(map_.grid, map_.folder / "map.yaml", **_pixels(map_.rendering))
+
+
+def _write_image(map_: WrittenMap) -> None:
+    with write_atomically(map_.folder / "map_image.png") as partial:
+        image_of(map_.grid, **_pixels(map_.rendering)).save(partial, format="PNG")
+
+
+def _pixels(rendering: RenderingConfig) -> dict[str, Any]:
+    return {name: getattr(rendering, name) for name in ("mode", "occupied_threshold", "free_threshold")}
+
+
+def _write_trajectory(map_: WrittenMap) -> None:
+    if map_.trajectory is not None:
+        save_tum(map_.trajectory, map_.folder / "trajectory.tum")
+
+
+def _write_graph(map_: WrittenMap) -> None:
+    constraints = list(map_.session.constraints_between_bases())
+    save_g2o(map_.session.map_from_base, constraints, map_.folder / "pose_graph.g2o")
+
+
 def _write_picture(map_: WrittenMap) -> None:
-    result = map_.result
+    keyframes = map_.session.map_from_base
     save_map_picture(
         map_.folder / "map.png",
         load_map(map_.folder),  # as whoever reads the files sees it
-        result.trajectory,
-        result.map_from_keyframe,
-        result.constraints,
+        map_.trajectory or Trajectory(np.arange(len(keyframes)), keyframes),
+        keyframes,
+        list(map_.session.constraints_between_bases()),
         map_.title,
-        result.quality.segments,
+        map_.doubtful,
     )
 
 
+def _write_points(map_: WrittenMap) -> None:
+    save_point_map(map_.session.points, map_.grid.resolution, map_.folder / "points.ply")
+
+
+def _walls(map_: WrittenMap) -> list[NDArray[np.float64]]:
+    from racecar.maps.grid.wall_lines import wall_lines  # few want it, and it takes a while to load
+
+    return wall_lines(load_map(map_.folder))
+
+
 MAP_OUTPUTS = (
-    MapOutputKind(("map.yaml", "map.pgm"), lambda map_: save_map(map_.result.grid, map_.folder / "map.yaml")),
-    MapOutputKind(
-        ("trajectory.tum",), lambda map_: save_tum(map_.result.trajectory, map_.folder / "trajectory.tum")
-    ),
-    MapOutputKind(
-        ("pose_graph.g2o",),
-        lambda map_: save_g2o(
-            map_.result.map_from_keyframe, map_.result.constraints, map_.folder / "pose_graph.g2o"
-        ),
-    ),
+    MapOutputKind(("map.yaml", "map.pgm"), _write_map),
+    MapOutputKind(("trajectory.tum",), _write_trajectory),
+    MapOutputKind(("pose_graph.g2o",), _write_graph),
     MapOutputKind(("map.png",), _write_picture),
+    MapOutputKind((SESSION_FILE,), lambda map_: save_session(map_.session, map_.folder / SESSION_FILE)),
+    MapOutputKind(("points.ply",), _write_points, only_on_request=True, require=require_open3d),
+    MapOutputKind(("map_image.png",), _write_image, only_on_request=True),
     MapOutputKind(
-        (SESSION_FILE,), lambda map_: save_session(map_.result.session, map_.folder / SESSION_FILE)
+        ("walls.svg",),
+        lambda map_: save_walls_svg(_walls(map_), map_.grid.resolution, map_.folder / "walls.svg"),
+        only_on_request=True,
     ),
     MapOutputKind(
-        ("points.ply",),
-        lambda map_: save_point_map(
-            map_.result.points, map_.result.grid.resolution, map_.folder / "points.ply"
-        ),
+        ("walls.dxf",),
+        lambda map_: save_walls_dxf(_walls(map_), map_.folder / "walls.dxf"),
         only_on_request=True,
-        require=require_open3d,
     ),
 )
 """In the order in which they are written: the picture shows the map as its files hold it."""
@@ -93,3 +138,9 @@ def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:
         if kind.require is not None:
             kind.require()
     return chosen
+
+
+def write_outputs(map_: WrittenMap, requested: Collection[str] = ()) -> None:
+    """Write what every run writes, and the files that are ``requested`` too."""
+    for output in outputs_with(requested):
+        output.write(map_)

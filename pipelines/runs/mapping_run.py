@@ -21,7 +21,7 @@ from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS, StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_moving_along, cautions_of_resolution
-from racecar.pipelines.runs.map_outputs import WrittenMap, outputs_with
+from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
 from racecar.pipelines.runs.progress import progress_bar
 
 _FIRST_TURNS, _ROUNDS = 5000, 3
@@ -87,9 +87,17 @@ def save_mapping(
     result: MappingResult, report: Report, folder: Path, title: str, *, requested: Collection[str] = ()
 ) -> None:
     """Write every file of a mapping run into an existing folder, and those that were ``requested`` too."""
+    map_ = WrittenMap(
+        session=result.session,
+        grid=result.grid,
+        rendering=result.rendering,
+        trajectory=result.trajectory,
+        doubtful=result.quality.segments,
+        title=title,
+        folder=folder,
+    )
     with report.stage("writing"):
-        for output in outputs_with(requested):
-            output.write(WrittenMap(result, folder, title))
+        write_outputs(map_, requested)
     report.write(folder / REPORT_FILE)
 
 

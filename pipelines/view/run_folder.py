@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from racecar.mapping.arrays import Arrays
 from racecar.mapping.graph.constraint import KINDS
@@ -14,6 +13,7 @@ from racecar.maps.geometry.se2 import compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.keyframe_times import SAME_PLACE, scans_of_keyframes
 from racecar.pipelines.files.report import read_report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_arrays
 from racecar.pipelines.files.tum import load_tum
@@ -22,8 +22,6 @@ from racecar.pipelines.view.recorder import RECORD_FOLDER
 from racecar.pipelines.view.scene import Scene, Sight
 
 _LOOP_CLOSURE = KINDS.index("loop_closure")
-_SAME_PLACE = 1e-6
-"""Metres; the trajectory's file holds a nanometre."""
 
 
 def load_run(folder: Path) -> Scene:
@@ -56,7 +54,7 @@ def _recorded_or_driven(folder: Path, title: str, about: str) -> Scene:
 
 def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
     return np.array_equal(driven.stamps, recorded.stamps) and np.allclose(
-        driven.map_from_base[:, :2], recorded.map_from_base[:, :2], atol=_SAME_PLACE
+        driven.map_from_base[:, :2], recorded.map_from_base[:, :2], atol=SAME_PLACE
     )
 
 
@@ -88,18 +86,17 @@ def _sights_of_keyframes(arrays: Arrays, places: NDArray[np.float64], trajectory
 
     Keyframes of earlier drives have no time in this one and are left out.
     """
-    found = cKDTree(trajectory.map_from_base[:, :2]).query(places)
-    distances, indices = np.asarray(found[0]), np.asarray(found[1])
+    scans, are_known = scans_of_keyframes(places, trajectory)
     ends = np.cumsum(arrays["scans.counts"].astype(np.int64))
     points = np.split(arrays["scans.points"], ends[:-1])
     base_from_laser = inverse(arrays["keyframe_from_base"])
     return [
         Sight(
-            int(trajectory.stamps[index]),
+            int(trajectory.stamps[scan]),
             transform_points(pose, seen.astype(np.float64)).astype(np.float32),
         )
-        for distance, index, pose, seen in zip(distances, indices, base_from_laser, points, strict=True)
-        if distance < _SAME_PLACE
+        for scan, is_known, pose, seen in zip(scans, are_known, base_from_laser, points, strict=True)
+        if is_known
     ]
 
 

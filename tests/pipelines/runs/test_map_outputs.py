@@ -28,7 +28,8 @@ def test_an_output_is_one_entry_of_the_list(tmp_path: Path, monkeypatch: pytest.
         ("extra.txt",), lambda map_: (map_.folder / "extra.txt").touch(), only_on_request=True
     )
     monkeypatch.setattr(map_outputs, "MAP_OUTPUTS", (MapOutputKind(("title.txt",), write_title), extra))
-    result: Any = SimpleNamespace()
+    names = ("session", "grid", "rendering", "trajectory")
+    result: Any = SimpleNamespace(quality=SimpleNamespace(segments=()), **dict.fromkeys(names))
     save_mapping(result, Report("racecar map"), tmp_path, "a drive")
     assert {path.name for path in tmp_path.iterdir()} == {"title.txt", "report.json"}
     assert (tmp_path / "title.txt").read_text() == "a drive"

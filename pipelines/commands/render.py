@@ -1,0 +1,94 @@
+"""``racecar render``: the map of a run is drawn again, as it is wanted."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, QuietOption
+from racecar.pipelines.commands.rendering_options import (
+    CropOption,
+    DxfOption,
+    FreeOption,
+    LeaveOutOption,
+    ModeOption,
+    OccupiedOption,
+    OriginOption,
+    PlyOption,
+    PngOption,
+    ResolutionOption,
+    SvgOption,
+    TurnOption,
+    drawn_as,
+    requested_files,
+)
+
+RunArgument = Annotated[
+    Path,
+    typer.Argument(metavar="DIR", help="A folder that `racecar map` has written.", show_default=False),
+]
+
+
+def render(
+    run: RunArgument,
+    out: OutputFolderOption,
+    config: ConfigOption = None,
+    resolution: ResolutionOption = None,
+    turn: TurnOption = None,
+    crop: CropOption = None,
+    origin: OriginOption = None,
+    leave_out: LeaveOutOption = None,
+    mode: ModeOption = None,
+    occupied: OccupiedOption = None,
+    free: FreeOption = None,
+    ply: PlyOption = False,
+    png: PngOption = False,
+    svg: SvgOption = False,
+    dxf: DxfOption = False,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Draw the map of a run again, from its session.npz alone: straight, cropped, finer, as vectors.
+
+    The results are a run of their own, to localize on and to carry on; all of its files lie in one frame.
+
+    Example: racecar render runs/drive --out runs/straight --turn walls --crop driven --dxf
+    """
+    from rich.console import Console
+
+    from racecar.pipelines.commands.printed_warnings import print_warnings
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.report import Report
+
+    report = Report("racecar render")
+    settings = drawn_as(
+        load_config(config).mapping,
+        resolution=resolution,
+        turn=turn,
+        crop=crop,
+        origin=origin,
+        leave_out=leave_out,
+        mode=mode,
+        occupied=occupied,
+        free=free,
+    )
+    with output_folder(out) as folder:
+        with report.stage("loading"):
+            from racecar.pipelines.runs.map_outputs import outputs_with
+            from racecar.pipelines.runs.render_run import render_run, save_rendering
+        requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
+        outputs_with(requested)  # what is missing for them is reported at once
+        rendered = render_run(run, settings, report)
+        save_rendering(rendered, run, settings, report, folder, requested=requested)
+    if json is not None:
+        report.write(json)
+    if quiet:
+        return
+    figures = report.as_dict()
+    width, height = figures["result"]["map_metres"]
+    seconds = figures["stages"]["total"]["wall_seconds"]
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(f"Rendered a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s.")
+    print_warnings(report.warnings)
+    console.print(f"Look at {out / 'map.png'}.", markup=False)

@@ -1,0 +1,138 @@
+"""A map rendered again from its session: what ``racecar render`` does."""
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.grid.rendering import looks_until_free
+from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
+from racecar.mapping.session.session import Session
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import IDENTITY, compose
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.keyframe_times import seconds_of_keyframes
+from racecar.pipelines.files.report import REPORT_FILE, Report, read_report
+from racecar.pipelines.files.session_file import load_session
+from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
+
+_CARRIED_OVER = {
+    "inputs": None,
+    "counts": None,
+    "result": None,
+    "quality": ("verdict", "error_per_10_m", "error_of_whole_m"),
+}
+"""What of a mapping run's report holds of the same map rendered again, because it says what it was made of
+and what it is worth; but for sentences that name places in the frame it had."""
+
+
+@dataclass(frozen=True, eq=False)
+class RenderedRun:
+    """A run that is rendered again; all of it lies in the frame of its grid."""
+
+    session: Session
+    trajectory: Trajectory | None
+    """None where the run has none."""
+    drawn: DrawnMap
+
+
+def render_run(folder: Path, config: MappingConfig, report: Report) -> RenderedRun:
+    """Render what a mapping run left in a folder; warnings go into the report.
+
+    Raises UserError when there is nothing to be read, and when settings leave nothing to be drawn.
+    """
+    with report.stage("reading"):
+        session = load_session(folder)
+        trajectory, seconds = _times(folder, session, report)
+    if config.rendering.left_out and np.isnan(seconds).all():
+        raise UserError(
+            f"No times are known of the scans in {folder}, so that none can be left out: its trajectory.tum "
+            "is missing or of another map."
+        )
+    with report.stage("rendering"):
+        sights = Sights(session.rays, session.map_from_keyframe, seconds, len(session.rays))
+        drawn = draw_map(sights, session.keyframes, config.resolution, config.rendering, config.despeckling)
+    if drawn.disregarded:
+        raise UserError(drawn.disregarded[0])
+    if len(session.rays) < looks_until_free(config.rendering):
+        report.warn(
+            f"The map was made of {len(session.rays)} keyframes, too few to show free floor: map its bag "
+            "again, which uses the scans between them, too."
+        )
+    if (move := drawn.drawn_from_map) is not None:
+        session = session.moved(move)
+        if trajectory is not None:
+            trajectory = replace(trajectory, map_from_base=compose(move, trajectory.map_from_base))
+    return RenderedRun(session, trajectory, drawn)
+
+
+def save_rendering(
+    run: RenderedRun,
+    source: Path,
+    config: MappingConfig,
+    report: Report,
+    folder: Path,
+    *,
+    requested: Collection[str],
+) -> None:
+    """Write every file of a run that was rendered again from a ``source`` into an existing folder."""
+    grid = run.drawn.grid
+    move = IDENTITY if run.drawn.drawn_from_map is None else run.drawn.drawn_from_map
+    for section, values in _carried_over(source).items():
+        report.add(section, values)
+    report.add("inputs", {"rendered_from": source, "settings": config.model_dump()})
+    rows, columns = grid.cells.shape
+    report.add(
+        "result",
+        {
+            "map_metres": [columns * grid.resolution, rows * grid.resolution],
+            "frame_of_source": dict(zip(("x_m", "y_m", "yaw_rad"), move, strict=True)),
+        },
+    )
+    written = WrittenMap(
+        session=run.session,
+        grid=grid,
+        rendering=config.rendering,
+        trajectory=run.trajectory,
+        doubtful=(),
+        title=source.absolute().name,
+        folder=folder,
+    )
+    with report.stage("writing"):
+        write_outputs(written, requested)
+    report.write(folder / REPORT_FILE)
+
+
+def _times(folder: Path, session: Session, report: Report) -> tuple[Trajectory | None, NDArray[np.float64]]:
+    """The trajectory in a folder, if it is of the session there, and the times (K,) of the keyframes in
+    seconds since it began, NaN where they are not known."""
+    unknown = np.full(len(session.rays), np.nan)
+    path = folder / "trajectory.tum"
+    if not path.is_file():
+        report.warn(
+            f"{folder} holds no trajectory.tum, so that none is written, and the path that is drawn is the "
+            "keyframes'."
+        )
+        return None, unknown
+    trajectory = load_tum(path)
+    seconds = seconds_of_keyframes(session.map_from_base[:, :2], trajectory)
+    if np.isnan(seconds).all():
+        report.warn(f"{path} is not of the session beside it, so it was left aside.")
+        return None, unknown
+    return trajectory, seconds
+
+
+def _carried_over(source: Path) -> dict[str, dict[str, Any]]:
+    """What the report of a run says, as far as it holds on; nothing where there is none, or it is damaged."""
+    report = read_report(source)
+    carried = {}
+    for section, keys in _CARRIED_OVER.items():
+        values = report.get(section)
+        if isinstance(values, dict):
+            carried[section] = {key: value for key, value in values.items() if keys is None or key in keys}
+    return carried

@@ -1,0 +1,142 @@
+"""``racecar render``: a run drawn again is a run of its own, whose files lie in one frame."""
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from racecar.maps.geometry.se2 import between, compose
+from racecar.maps.map_files import load_map
+from racecar.pipelines.cli import run
+from racecar.pipelines.files.session_file import load_session
+from racecar.pipelines.files.tum import load_tum
+
+BYTES_OF_A_MAP = ("map.pgm", "map.yaml", "trajectory.tum", "pose_graph.g2o", "session.npz")
+
+
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a bag of a lap's quarter, and of its map in ``map``."""
+    folder = tmp_path_factory.mktemp("drive")
+    bag = folder / "drive.bag"
+    assert run(["simulate", "--map", "track", "--out", str(bag), "--duration", "8", "--quiet"]) == 0
+    assert run(["map", str(bag), "--out", str(folder / "map"), "--quiet"]) == 0
+    return folder
+
+
+def render(drive: Path, out: Path, *options: str) -> int:
+    return run(["render", str(drive / "map"), "--out", str(out), "--quiet", *options])
+
+
+def test_with_the_same_settings_the_same_bytes_come_out(drive: Path, tmp_path: Path) -> None:
+    assert render(drive, tmp_path) == 0
+    for name in BYTES_OF_A_MAP:
+        assert (tmp_path / name).read_bytes() == (drive / "map" / name).read_bytes(), name
+    assert (tmp_path / "map.png").stat().st_size > 10_000
+
+
+def test_all_files_of_a_turned_map_lie_in_one_frame(drive: Path, tmp_path: Path) -> None:
+    assert render(drive, tmp_path, "--turn", "0.4", "--origin", "corner", "--resolution", "0.1") == 0
+    before, after = load_tum(drive / "map/trajectory.tum"), load_tum(tmp_path / "trajectory.tum")
+    told = json.loads((tmp_path / "report.json").read_text())["result"]["frame_of_source"]
+    frame = np.array([told["x_m"], told["y_m"], told["yaw_rad"]])
+    assert frame[2] == 0.4
+    np.testing.assert_allclose(after.map_from_base, compose(frame, before.map_from_base), atol=1e-8)
+    session = load_session(tmp_path)
+    grid = load_map(tmp_path)
+    np.testing.assert_allclose(grid.map_from_grid, 0.0, atol=1e-12)
+    assert grid.resolution == 0.1
+    rows, columns = grid.cell_of(session.points).T
+    assert np.mean(grid.cells[rows, columns] == 100) > 0.9
+    vertices = [line.split() for line in (tmp_path / "pose_graph.g2o").read_text().splitlines()]
+    first = next(np.array(words[2:5], dtype=float) for words in vertices if words[:2] == ["VERTEX_SE2", "0"])
+    np.testing.assert_allclose(first, session.map_from_base[0], atol=1e-4)
+
+
+def test_a_turned_and_cropped_map_localizes_its_bag(drive: Path, tmp_path: Path) -> None:
+    assert render(drive, tmp_path / "straight", "--turn", "walls", "--crop", "driven") == 0
+    arguments = ["localize", str(drive / "drive.bag"), "--map", str(tmp_path / "straight")]
+    assert run([*arguments, "--out", str(tmp_path / "localized"), "--quiet"]) == 0
+    mapped = load_tum(tmp_path / "straight/trajectory.tum")
+    localized = load_tum(tmp_path / "localized/trajectory.tum")
+    off = between(mapped.poses_at(localized.stamps), localized.map_from_base)
+    assert np.hypot(off[:, 0], off[:, 1]).mean() < 0.05
+
+
+def test_a_rendered_map_is_carried_on_in_its_frame(drive: Path, tmp_path: Path) -> None:
+    straight, both = tmp_path / "straight", tmp_path / "both"
+    assert render(drive, straight, "--turn", "0.4") == 0
+    (tmp_path / "turn.yaml").write_text("mapping: {rendering: {turn: walls, crop: driven}}")
+    arguments = ["map", str(drive / "drive.bag"), "--continue", str(straight), "--out", str(both)]
+    assert run([*arguments, "--config", str(tmp_path / "turn.yaml"), "--quiet"]) == 0
+    here, there = load_tum(straight / "trajectory.tum"), load_tum(both / "trajectory.tum")
+    np.testing.assert_allclose(here.map_from_base[:, :2], there.map_from_base[:, :2], atol=0.1)
+    warnings = json.loads((both / "report.json").read_text())["warnings"]
+    assert any("carried on in the frame" in sentence for sentence in warnings)
+
+
+def test_map_takes_the_same_settings(drive: Path, tmp_path: Path) -> None:
+    (tmp_path / "drawn.yaml").write_text(
+        "mapping: {resolution: 0.1, rendering: {turn: 0.4, origin: corner, crop: driven, left_out: [[2, 3]]}}"
+    )
+    arguments = ["map", str(drive / "drive.bag"), "--out", str(tmp_path / "mapped"), "--quiet", "--dxf"]
+    assert run([*arguments, "--config", str(tmp_path / "drawn.yaml")]) == 0
+    flags = ["--resolution", "0.1", "--turn", "0.4", "--origin", "corner", "--crop", "driven"]
+    assert render(drive, tmp_path / "rendered", *flags, "--leave-out", "2 3", "--dxf") == 0
+    mapped, rendered = load_map(tmp_path / "mapped"), load_map(tmp_path / "rendered")
+    np.testing.assert_array_equal(mapped.cells, rendered.cells)
+    np.testing.assert_array_equal(mapped.map_from_grid, rendered.map_from_grid)
+    here, there = (load_tum(tmp_path / name / "trajectory.tum") for name in ("mapped", "rendered"))
+    np.testing.assert_allclose(here.map_from_base, there.map_from_base, atol=1e-8)
+    assert (tmp_path / "mapped/walls.dxf").exists()
+
+
+def test_every_kind_of_file_is_written(drive: Path, tmp_path: Path) -> None:
+    assert render(drive, tmp_path, "--png", "--svg", "--dxf", "--mode", "scale", "--occupied", "0.8") == 0
+    for name in ("map_image.png", "walls.svg", "walls.dxf"):
+        assert (tmp_path / name).stat().st_size > 0
+    graded = load_map(tmp_path).cells
+    assert np.any((graded > 20) & (graded < 80))
+
+
+def test_without_its_trajectory_a_run_is_rendered_and_that_is_told(drive: Path, tmp_path: Path) -> None:
+    alone = tmp_path / "alone" / "map"
+    alone.mkdir(parents=True)
+    shutil.copy(drive / "map/session.npz", alone)
+    assert render(alone.parent, tmp_path / "out") == 0
+    assert (tmp_path / "out/map.pgm").read_bytes() == (drive / "map/map.pgm").read_bytes()
+    assert not (tmp_path / "out/trajectory.tum").exists()
+    warnings = json.loads((tmp_path / "out/report.json").read_text())["warnings"]
+    assert "trajectory.tum" in warnings[0]
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--turn", "north"], "--turn cannot be used: it should be radians"),
+        (["--crop", "1 2 3"], "--crop cannot be used: it should be a box"),
+        (["--crop", "90 90 95 95"], "Nothing was seen in the box"),
+        (["--origin", "left"], "--origin cannot be used"),
+        (["--leave-out", "9 3"], "--leave-out cannot be used"),
+        (["--leave-out", "0 1000"], "hold all scans"),
+        (["--mode", "colour"], "--mode cannot be used"),
+        (["--free", "0.9"], "--free or --occupied cannot be used"),
+        (["--resolution", "50"], "--resolution cannot be used"),
+    ],
+)
+def test_a_mistake_is_one_sentence(
+    drive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], options: list[str], words: str
+) -> None:
+    capsys.readouterr()
+    assert render(drive, tmp_path / "out", *options) == 2
+    told = capsys.readouterr().err
+    assert words in told
+    assert told.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_folder_without_a_session_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["render", str(tmp_path), "--out", str(tmp_path / "out")]) == 2
+    assert "There is no session.npz" in capsys.readouterr().err
