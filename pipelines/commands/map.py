@@ -101,12 +101,14 @@ def map(
             from racecar.pipelines.files.session_file import load_session
             from racecar.pipelines.runs.calibration_run import calibrate
             from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
+            from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.mapping_run import build_map, save_mapping
             from racecar.pipelines.view.mapping_record import record_mapping
         requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
         outputs_with(requested)  # what is missing for them is reported now, not after hours
         earlier = load_session(continue_) if continue_ else None
+        edits = edits_of_new_map(out, continue_, report)
         with report.stage("self-calibration"):
             calibrate(reader, settings.self_calibration, quiet=quiet)
         checkpoint = Checkpoint(out, describe_run(reader, settings))
@@ -123,7 +125,8 @@ def map(
         if record:
             with report.stage("recording"):
                 record_mapping(reader, result, folder)
-        save_mapping(result, report, folder, title=bag.name, requested=requested)
+        save_mapping(result, report, folder, title=bag.name, requested=requested, edits=edits)
+    remove_old_masks(out, edits)
     checkpoint.remove()
     if json is not None:
         report.write(json)

@@ -28,6 +28,16 @@ RunArgument = Annotated[
     typer.Argument(metavar="DIR", help="A folder that `racecar map` has written.", show_default=False),
 ]
 
+EditsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--edits",
+        metavar="FILE",
+        help="Edits to draw over the map, in the frame of DIR; else those of edits.yaml in DIR.",
+        show_default=False,
+    ),
+]
+
 
 def render(
     run: RunArgument,
@@ -45,6 +55,7 @@ def render(
     png: PngOption = False,
     svg: SvgOption = False,
     dxf: DxfOption = False,
+    edits: EditsOption = None,
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
@@ -75,12 +86,17 @@ def render(
     )
     with output_folder(out) as folder:
         with report.stage("loading"):
+            from racecar.pipelines.files.edits_file import edits_beside, load_edits
+            from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits, remove_old_masks
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.render_run import render_run, save_rendering
         requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
         outputs_with(requested)  # what is missing for them is reported at once
-        rendered = render_run(run, settings, report)
+        drawn_over = edits_beside(run) if edits is None else load_edits(edits)
+        rendered = render_run(run, settings, drawn_over, report)
+        refuse_to_lose_edits(out, rendered.edits, run if edits is None else edits)
         save_rendering(rendered, run, settings, report, folder, requested=requested)
+    remove_old_masks(out, rendered.edits)
     if json is not None:
         report.write(json)
     if quiet:

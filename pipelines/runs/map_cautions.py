@@ -1,6 +1,10 @@
 """What to know of a map before its figures are believed."""
 
+from collections.abc import Sequence
+
 from racecar.mapping.moving_along.left_out import LeftOut
+from racecar.maps.grid.edits import Edit, covered
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.evaluation.wall_fit import ON_WALL, WallFit
 
 _COARSE = 0.25
@@ -36,6 +40,16 @@ def cautions_of_resolution(resolution: float) -> list[str]:
     return [
         f"The map's cells are {resolution:g} m wide, so that walls and poses are known no better than that; "
         "0.05 is usual."
+    ]
+
+
+def cautions_of_edits(grid: OccupancyGrid, edits: Sequence[Edit]) -> list[str]:
+    """For a map that is not cropped, over which edits were drawn."""
+    return [
+        f"Edit {n}, {edit.kind}, lies outside the map, so that it changes nothing; are its points in metres, "
+        "in the map's frame?"
+        for n, edit in enumerate(edits, start=1)
+        if not covered(grid, edit).any()
     ]
 
 

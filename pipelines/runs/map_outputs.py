@@ -1,7 +1,7 @@
 """The files that a mapping run writes: a new one is a module that writes it, and an entry of this list."""
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +11,13 @@ from numpy.typing import NDArray
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.mapping.session.session import Session
+from racecar.maps.grid.edits import edited
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import image_of, load_map, save_map
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
+from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits
+from racecar.pipelines.files.filter_masks import save_filter_masks
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.point_map import require_open3d, save_point_map
 from racecar.pipelines.files.report import REPORT_FILE
@@ -36,6 +39,8 @@ class WrittenMap:
     """None where it is not known."""
     doubtful: Sequence[DoubtfulSegment]
     """What of the path something speaks against."""
+    edits: MapEdits
+    """Those that are drawn over the grid; in this frame."""
     title: str
     folder: Path
 
@@ -45,7 +50,7 @@ class MapOutputKind:
     """Some files of a mapping run."""
 
     files: tuple[str, ...]
-    """Their names."""
+    """The names of those that every map has."""
     write: Callable[[WrittenMap], None]
     """Write them. Raises UserError when the place cannot be written to."""
     only_on_request: bool = False
@@ -56,6 +61,13 @@ class MapOutputKind:
 
 def _write_map(map_: WrittenMap) -> None:
     save_map(map_.grid, map_.folder / "map.yaml", **_pixels(map_.rendering))
+
+
+def _write_edits(map_: WrittenMap) -> None:
+    if map_.edits.edits:
+        with write_atomically(map_.folder / EDITS_FILE) as partial:
+            partial.write_text(map_.edits.text, encoding="utf-8")
+        save_filter_masks(map_.grid, map_.edits.edits, map_.folder)
 
 
 def _write_image(map_: WrittenMap) -> None:
@@ -102,6 +114,7 @@ def _walls(map_: WrittenMap) -> list[NDArray[np.float64]]:
 
 MAP_OUTPUTS = (
     MapOutputKind(("map.yaml", "map.pgm"), _write_map),
+    MapOutputKind((), _write_edits),
     MapOutputKind(("trajectory.tum",), _write_trajectory),
     MapOutputKind(("pose_graph.g2o",), _write_graph),
     MapOutputKind(("map.png",), _write_picture),
@@ -141,6 +154,7 @@ def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:
 
 
 def write_outputs(map_: WrittenMap, requested: Collection[str] = ()) -> None:
-    """Write what every run writes, and the files that are ``requested`` too."""
+    """Write what every run writes, and the files that are ``requested`` too, of a map with its edits."""
+    map_ = replace(map_, grid=edited(map_.grid, map_.edits.edits))
     for output in outputs_with(requested):
         output.write(map_)

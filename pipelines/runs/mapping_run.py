@@ -17,16 +17,23 @@ from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
+from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS, StopRequest, stop_request
-from racecar.pipelines.runs.map_cautions import cautions_of_moving_along, cautions_of_resolution
+from racecar.pipelines.runs.map_cautions import (
+    cautions_of_edits,
+    cautions_of_moving_along,
+    cautions_of_resolution,
+)
 from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
 from racecar.pipelines.runs.progress import progress_bar
 
 _FIRST_TURNS, _ROUNDS = 5000, 3
 """Messages in which turns are looked for, about a minute of driving as a car may stand for long at first; and
 how often it begins again at most, since the lag that is learned hardly changes after the second time."""
+
+_NO_EDITS = MapEdits()
 
 
 def build_map(
@@ -84,18 +91,31 @@ def build_map(
 
 
 def save_mapping(
-    result: MappingResult, report: Report, folder: Path, title: str, *, requested: Collection[str] = ()
+    result: MappingResult,
+    report: Report,
+    folder: Path,
+    title: str,
+    *,
+    requested: Collection[str] = (),
+    edits: MapEdits = _NO_EDITS,
 ) -> None:
-    """Write every file of a mapping run into an existing folder, and those that were ``requested`` too."""
+    """Write every file of a mapping run into an existing folder, and those that were ``requested`` too.
+
+    ``edits`` are in the frame of the map.
+    """
     map_ = WrittenMap(
         session=result.session,
         grid=result.grid,
         rendering=result.rendering,
         trajectory=result.trajectory,
         doubtful=result.quality.segments,
+        edits=edits,
         title=title,
         folder=folder,
     )
+    if map_.rendering.crop is None:
+        for sentence in cautions_of_edits(map_.grid, map_.edits.edits):
+            report.warn(sentence)
     with report.stage("writing"):
         write_outputs(map_, requested)
     report.write(folder / REPORT_FILE)

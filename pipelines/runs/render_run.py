@@ -15,10 +15,12 @@ from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.keyframe_times import seconds_of_keyframes
 from racecar.pipelines.files.report import REPORT_FILE, Report, read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.map_cautions import cautions_of_edits
 from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
 
 _CARRIED_OVER = {
@@ -39,10 +41,11 @@ class RenderedRun:
     trajectory: Trajectory | None
     """None where the run has none."""
     drawn: DrawnMap
+    edits: MapEdits
 
 
-def render_run(folder: Path, config: MappingConfig, report: Report) -> RenderedRun:
-    """Render what a mapping run left in a folder; warnings go into the report.
+def render_run(folder: Path, config: MappingConfig, edits: MapEdits, report: Report) -> RenderedRun:
+    """Render what a mapping run left in a folder, with ``edits`` in its frame; warnings go into the report.
 
     Raises UserError when there is nothing to be read, and when settings leave nothing to be drawn.
     """
@@ -68,7 +71,7 @@ def render_run(folder: Path, config: MappingConfig, report: Report) -> RenderedR
         session = session.moved(move)
         if trajectory is not None:
             trajectory = replace(trajectory, map_from_base=compose(move, trajectory.map_from_base))
-    return RenderedRun(session, trajectory, drawn)
+    return RenderedRun(session, trajectory, drawn, edits.moved(move))
 
 
 def save_rendering(
@@ -85,7 +88,9 @@ def save_rendering(
     move = IDENTITY if run.drawn.drawn_from_map is None else run.drawn.drawn_from_map
     for section, values in _carried_over(source).items():
         report.add(section, values)
-    report.add("inputs", {"rendered_from": source, "settings": config.model_dump()})
+    report.add(
+        "inputs", {"rendered_from": source, "settings": config.model_dump(), "edits": len(run.edits.edits)}
+    )
     rows, columns = grid.cells.shape
     report.add(
         "result",
@@ -100,9 +105,13 @@ def save_rendering(
         rendering=config.rendering,
         trajectory=run.trajectory,
         doubtful=(),
+        edits=run.edits,
         title=source.absolute().name,
         folder=folder,
     )
+    if written.rendering.crop is None:
+        for sentence in cautions_of_edits(written.grid, written.edits.edits):
+            report.warn(sentence)
     with report.stage("writing"):
         write_outputs(written, requested)
     report.write(folder / REPORT_FILE)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from racecar.maps.geometry.se2 import between, compose
 from racecar.maps.map_files import load_map
@@ -140,3 +141,88 @@ def test_a_mistake_is_one_sentence(
 def test_a_folder_without_a_session_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["render", str(tmp_path), "--out", str(tmp_path / "out")]) == 2
     assert "There is no session.npz" in capsys.readouterr().err
+
+
+EDITS = """# what people know better
+- unknown: [[3, -0.5], [4, -0.5], [4, 0.5], [3, 0.5]]
+- keepout: [[1, -0.5], [2, -0.5], [2, 0.5], [1, 0.5]]
+- speed: [[2, -0.5], [3, -0.5], [3, 0.5], [2, 0.5]]
+  limit: 0.5
+"""
+
+
+def with_edits(drive: Path, folder: Path) -> Path:
+    """A copy of the run, with edits beside its map."""
+    shutil.copytree(drive / "map", folder / "map")
+    (folder / "map/edits.yaml").write_text(EDITS)
+    return folder
+
+
+def value_at(folder: Path, name: str, x: float, y: float) -> int:
+    grid = load_map(folder / name)
+    row, column = grid.cell_of([[x, y]])[0]
+    return int(grid.cells[row, column])
+
+
+def test_edits_beside_the_map_are_drawn_and_go_along(drive: Path, tmp_path: Path) -> None:
+    source, out = with_edits(drive, tmp_path), tmp_path / "out"
+    assert render(source, out) == 0
+    assert value_at(out, "map.yaml", 3.5, 0.0) == -1
+    assert value_at(drive / "map", "map.yaml", 3.5, 0.0) == 0
+    assert (out / "edits.yaml").read_text() == EDITS
+    assert value_at(out, "keepout_mask.yaml", 1.5, 0.0) == 100
+    assert value_at(out, "keepout_mask.yaml", 2.5, 0.0) == 0
+    nodes = yaml.safe_load((out / "speed_filter.yaml").read_text())
+    filter_info = nodes["speed_costmap_filter_info_server"]["ros__parameters"]
+    assert filter_info["type"] == 2
+    assert filter_info["multiplier"] * value_at(out, "speed_mask.yaml", 2.5, 0.0) == pytest.approx(0.5)
+    assert value_at(out, "speed_mask.yaml", 1.5, 0.0) == 0
+    assert load_map(out / "speed_mask.yaml").cells.shape == load_map(out).cells.shape
+
+
+def test_edits_turn_with_the_map_and_are_drawn_again_from_there(drive: Path, tmp_path: Path) -> None:
+    source, out = with_edits(drive, tmp_path), tmp_path / "out"
+    assert render(source, out, "--turn", "0.4", "--origin", "-3 1") == 0
+    told = json.loads((out / "report.json").read_text())["result"]["frame_of_source"]
+    x, y, _ = compose([told["x_m"], told["y_m"], told["yaw_rad"]], [1.5, 0.0, 0.0])
+    assert value_at(out, "keepout_mask.yaml", x, y) == 100
+    assert render(source, out, "--turn", "0.6") == 0  # what was written by us is replaced
+    assert run(["render", str(out), "--out", str(tmp_path / "again"), "--quiet"]) == 0
+    assert (tmp_path / "again/map.pgm").read_bytes() == (out / "map.pgm").read_bytes()
+
+
+def test_no_edits_of_people_are_lost(drive: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source, out = with_edits(drive, tmp_path), tmp_path / "out"
+    out.mkdir()
+    (out / "edits.yaml").write_text("- wall: [[0, 0], [1, 1]]\n")
+    assert render(source, out) == 2
+    assert "holds other edits" in capsys.readouterr().err
+    assert (out / "edits.yaml").read_text() == "- wall: [[0, 0], [1, 1]]\n"
+    assert render(drive, tmp_path / "copy", "--edits", str(out / "edits.yaml")) == 0
+    assert value_at(tmp_path / "copy", "map.yaml", 0.5, 0.5) == 100
+
+
+def test_masks_of_edits_that_are_gone_go_too(drive: Path, tmp_path: Path) -> None:
+    source = with_edits(drive, tmp_path)
+    assert render(source, source / "map") == 0
+    assert (source / "map/keepout_mask.yaml").exists()
+    (source / "map/edits.yaml").write_text("- free: [[50, 50], [51, 50], [51, 51]]\n")
+    assert render(source, source / "map") == 0
+    assert not (source / "map/keepout_mask.yaml").exists()
+    assert value_at(source / "map", "map.yaml", 3.5, 0.0) == 0
+    warnings = json.loads((source / "map/report.json").read_text())["warnings"]
+    assert "Edit 1, free, lies outside the map" in warnings[0]
+
+
+def test_a_drive_that_carries_on_keeps_the_edits_and_one_that_does_not_tells(
+    drive: Path, tmp_path: Path
+) -> None:
+    source, both = with_edits(drive, tmp_path), tmp_path / "both"
+    arguments = ["map", str(drive / "drive.bag"), "--quiet", "--out"]
+    assert run([*arguments, str(both), "--continue", str(source / "map")]) == 0
+    assert (both / "edits.yaml").read_text() == EDITS
+    assert value_at(both, "map.yaml", 3.5, 0.0) == -1
+    assert run([*arguments, str(both)]) == 0
+    assert value_at(both, "map.yaml", 3.5, 0.0) == 0
+    assert not (both / "keepout_mask.yaml").exists()
+    assert "was not applied" in json.loads((both / "report.json").read_text())["warnings"][0]

@@ -4,9 +4,12 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
+from racecar.mapping.grid.config import RenderingConfig
 from racecar.maps.errors import UserError
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.cli import run
 from racecar.pipelines.files import point_map
 from racecar.pipelines.files.report import Report
@@ -28,8 +31,14 @@ def test_an_output_is_one_entry_of_the_list(tmp_path: Path, monkeypatch: pytest.
         ("extra.txt",), lambda map_: (map_.folder / "extra.txt").touch(), only_on_request=True
     )
     monkeypatch.setattr(map_outputs, "MAP_OUTPUTS", (MapOutputKind(("title.txt",), write_title), extra))
-    names = ("session", "grid", "rendering", "trajectory")
-    result: Any = SimpleNamespace(quality=SimpleNamespace(segments=()), **dict.fromkeys(names))
+    grid = OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 0.05, np.zeros(3))
+    result: Any = SimpleNamespace(
+        session=None,
+        grid=grid,
+        rendering=RenderingConfig(),
+        trajectory=None,
+        quality=SimpleNamespace(segments=()),
+    )
     save_mapping(result, Report("racecar map"), tmp_path, "a drive")
     assert {path.name for path in tmp_path.iterdir()} == {"title.txt", "report.json"}
     assert (tmp_path / "title.txt").read_text() == "a drive"

@@ -1,0 +1,57 @@
+"""Areas to keep out of and to slow down in, as nav2's costmap filters read them.
+
+Each filter has a mask, an image and a YAML file as of a map, and a file with the parameters of the two nodes
+that serve it: nav2_map_server's ``map_server`` and ``costmap_filter_info_server``. The latter's ``type`` is 0
+for keepout and 2 for speed in metres per second; a cell stands for ``base + multiplier * value``.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from racecar.maps.grid.edits import Edit, keepout_mask, speed_mask
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import save_map
+from racecar.maps.whole_files import write_atomically
+
+FILTERS = {"keepout": 0, "speed": 2}
+"""nav2's numbers for the types of filters, by definition of CostmapFilterInfo."""
+
+
+def filter_files(name: str) -> tuple[str, ...]:
+    """The files of a filter."""
+    return f"{name}_mask.yaml", f"{name}_mask.pgm", f"{name}_filter.yaml"
+
+
+def save_filter_masks(grid: OccupancyGrid, edits: Sequence[Edit], folder: Path) -> None:
+    """Write the masks that edits ask for, on the cells of a grid. Raises UserError when the place cannot be
+    written to."""
+    if any(edit.kind == "keepout" for edit in edits):
+        _save(keepout_mask(grid, edits), "keepout", 1.0, folder)
+    if any(edit.kind == "speed" for edit in edits):
+        _save(*_named(speed_mask(grid, edits)), folder)
+
+
+def _named(mask: tuple[OccupancyGrid, float]) -> tuple[OccupancyGrid, str, float]:
+    return mask[0], "speed", mask[1]
+
+
+def _save(mask: OccupancyGrid, name: str, multiplier: float, folder: Path) -> None:
+    mask_yaml, _, parameters_yaml = filter_files(name)
+    save_map(mask, folder / mask_yaml, mode="raw")  # each value as it is
+    topic = f"/{name}_filter_mask"
+    parameters: dict[str, dict[str, Any]] = {
+        f"{name}_filter_mask_server": {"yaml_filename": mask_yaml, "topic_name": topic, "frame_id": "map"},
+        f"{name}_costmap_filter_info_server": {
+            "type": FILTERS[name],
+            "filter_info_topic": f"/{name}_costmap_filter_info",
+            "mask_topic": topic,
+            "base": 0.0,
+            "multiplier": multiplier,
+        },
+    }
+    nodes = {node: {"ros__parameters": values} for node, values in parameters.items()}
+    with write_atomically(folder / parameters_yaml) as partial:
+        partial.write_text(yaml.safe_dump(nodes, sort_keys=False), encoding="utf-8")
