@@ -94,25 +94,9 @@ class SubmapGraph:
         self, submap: int, places: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(S,), (S,) standard deviations of where and how one submap lies as seen from each, in metres and
-        radians; the middles of all lie at ``places`` (S, 2).
-
-        The variances of the steps between add up, those of turns times the square of their distance: what is
-        seen from beyond a turn moves with it. Of several chains the surest counts.
-        """
-        first, second, is_closure = np.reshape(self.edges, (-1, 3)).T
-        middles, accumulated = self.middles(), np.reshape(self.variances, (-1, 2))
-        variances = np.abs(accumulated[middles[second]] - accumulated[middles[first]])
-        variances[is_closure == 1] = _CLOSURE_VARIANCES
-        place, turn = variances.T
-        levers = 0.5 * (places[first] + places[second]) - places[submap]
-        place = place + turn * np.sum(levers**2, axis=1)
-
-        def spreads(variances: NDArray[np.float64]) -> NDArray[np.float64]:
-            graph = csr_array((variances, (first, second)), shape=(len(places), len(places)))
-            least: NDArray[np.float64] = dijkstra(graph, directed=False, indices=np.array([submap]))
-            return np.asarray(np.sqrt(least[0]), dtype=np.float64)
-
-        return spreads(place), spreads(turn)
+        radians; the middles of all lie at ``places`` (S, 2)."""
+        place, turn = self._variances_seen_from(submap, places)
+        return self._along_chains(place, submap), self._along_chains(turn, submap)
 
     def are_near(
         self, first: NDArray[np.int64], second: NDArray[np.int64], poses: Pose, most: float
@@ -121,9 +105,37 @@ class SubmapGraph:
         with a standard deviation of ``most`` metres at most."""
         group, places = self.groups().nearest(), poses[self.middles(), :2]
         submaps, which = np.unique(group[first], return_inverse=True)
-        spread = np.array([self.spreads_from(submap, places)[0] for submap in submaps.tolist()])
-        is_near: NDArray[np.bool_] = spread <= most
+        seen_from = [self._variances_seen_from(submap, places)[0] for submap in submaps.tolist()]
+        spreads = [self._along_chains(*each, most) for each in zip(seen_from, submaps.tolist(), strict=True)]
+        is_near: NDArray[np.bool_] = np.array(spreads) <= most
         return is_near[np.ix_(which, group[second])]
+
+    def _variances_seen_from(
+        self, submap: int, places: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(E,), (E,) square metres and square radians that each edge may err: those of the steps in between
+        add up, those of turns times the square of their distance, for what is seen from beyond a turn moves
+        with it."""
+        first, second, is_closure = np.reshape(self.edges, (-1, 3)).T
+        middles, accumulated = self.middles(), np.reshape(self.variances, (-1, 2))
+        variances = np.abs(accumulated[middles[second]] - accumulated[middles[first]])
+        variances[is_closure == 1] = _CLOSURE_VARIANCES
+        place, turn = variances.T
+        levers = 0.5 * (places[first] + places[second]) - places[submap]
+        return place + turn * np.sum(levers**2, axis=1), turn
+
+    def _along_chains(
+        self, variances: NDArray[np.float64], submap: int, most: float = np.inf
+    ) -> NDArray[np.float64]:
+        """(S,) standard deviations from a submap to each, along the surest chain of edges that have variances
+        (E,); infinite beyond ``most``."""
+        count = len(self.submaps)
+        first, second, _ = np.reshape(self.edges, (-1, 3)).T
+        graph = csr_array((variances, (first, second)), shape=(count, count))
+        least: NDArray[np.float64] = dijkstra(
+            graph, directed=False, indices=np.array([submap]), limit=most**2
+        )
+        return np.asarray(np.sqrt(least[0]), dtype=np.float64)
 
     def copy(self) -> "SubmapGraph":
         """The same as it is now; it does not grow."""
