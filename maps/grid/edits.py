@@ -7,7 +7,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import Pose, inverse, transform_points
+from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
 EditKind = Literal["erase", "wall", "free", "unknown", "keepout", "speed"]
@@ -73,7 +73,7 @@ def covered(grid: OccupancyGrid, edit: Edit) -> NDArray[np.bool_]:
 
     shape = grid.cells.shape
     if edit.kind != "wall":
-        return np.asarray(polygon2mask(shape, _in_cells(grid, edit.points)), dtype=np.bool_)
+        return np.asarray(polygon2mask(shape, grid.raster_of(edit.points)), dtype=np.bool_)
     mask = np.zeros(shape, dtype=np.bool_)
     for start, end in zip(edit.points[:-1], edit.points[1:], strict=True):
         mask |= _passed(grid, start, end)
@@ -82,15 +82,9 @@ def covered(grid: OccupancyGrid, edit: Edit) -> NDArray[np.bool_]:
 
         outline = LineString(edit.points).buffer(edit.width / 2, cap_style="flat", join_style="mitre")
         rings = [outline.exterior, *outline.interiors]
-        inside, *holes = [polygon2mask(shape, _in_cells(grid, np.array(ring.coords))) for ring in rings]
+        inside, *holes = [polygon2mask(shape, grid.raster_of(np.array(ring.coords))) for ring in rings]
         mask |= inside & ~np.any(holes, axis=0)
     return mask
-
-
-def _in_cells(grid: OccupancyGrid, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N, 2) row and column of points, fractional and counted from the centre of the first cell."""
-    in_grid = transform_points(inverse(grid.map_from_grid), points)
-    return in_grid[:, ::-1] / grid.resolution - 0.5
 
 
 def _passed(grid: OccupancyGrid, start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.bool_]:

@@ -32,6 +32,12 @@ class OccupancyGrid:
         points_in_grid = transform_points(inverse(self.map_from_grid), points_in_map)
         return np.floor(points_in_grid[:, ::-1] / self.resolution).astype(np.int64)
 
+    def raster_of(self, points_in_map: ArrayLike) -> NDArray[np.float64]:
+        """(N, 2) row and column of points (N, 2), fractions and all; 0 is the middle of the first cell."""
+        points_in_grid = transform_points(inverse(self.map_from_grid), points_in_map)
+        raster: NDArray[np.float64] = points_in_grid[:, ::-1] / self.resolution - 0.5
+        return raster
+
     def center_of(self, cells: ArrayLike) -> NDArray[np.float64]:
         """(N, 2) centres in the map frame of cells (N, 2), row and column."""
         points_in_grid = (np.asarray(cells, dtype=np.float64)[:, ::-1] + 0.5) * self.resolution

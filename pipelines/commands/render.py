@@ -17,16 +17,12 @@ from racecar.pipelines.commands.rendering_options import (
     PlyOption,
     PngOption,
     ResolutionOption,
+    RunArgument,
     SvgOption,
     TurnOption,
     drawn_as,
     requested_files,
 )
-
-RunArgument = Annotated[
-    Path,
-    typer.Argument(metavar="DIR", help="A folder that `racecar map` has written.", show_default=False),
-]
 
 EditsOption = Annotated[
     Path | None,

@@ -1,5 +1,6 @@
 """The flags that say how a map is drawn, over the settings of a configuration."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -7,6 +8,10 @@ import typer
 if TYPE_CHECKING:
     from racecar.mapping.config import MappingConfig
 
+RunArgument = Annotated[
+    Path,
+    typer.Argument(metavar="DIR", help="A folder that `racecar map` has written.", show_default=False),
+]
 ResolutionOption = Annotated[
     float | None,
     typer.Option(

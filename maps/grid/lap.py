@@ -1,0 +1,48 @@
+"""A closed lap in the path of a car: from a place back to it, in the same direction."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from shapely import LineString, Polygon, node, polygonize
+
+from racecar.maps.geometry.se2 import Pose, wrap_angle
+from racecar.maps.grid.track_config import TrackConfig
+
+_STEP = 0.1
+"""Metres between points of the path that are compared, since a lap need not close to the centimetre."""
+
+
+def find_lap(map_from_base: Pose, config: TrackConfig) -> NDArray[np.float64] | None:
+    """(N, 2) metres in the map: the first lap among poses (K, 3) that closes well, in the direction in which
+    it was driven and without the first point at its end; None where there is none."""
+    path, headings = _evenly(map_from_base[:, :2])
+    if len(path) < 2:
+        return None
+    pairs = cKDTree(path).query_pairs(config.closing_distance, output_type="ndarray")
+    first, last = pairs.min(axis=1), pairs.max(axis=1)
+    is_lap = (last - first) * _STEP >= config.shortest_lap
+    is_lap &= np.abs(wrap_angle(headings[last] - headings[first])) <= config.closing_turn
+    first, last = first[is_lap], last[is_lap]
+    if len(first) == 0:
+        return None
+    soonest = last <= last.min() + int(config.closing_distance / _STEP)
+    gaps = np.hypot(*(path[last] - path[first]).T)
+    best = np.flatnonzero(soonest)[np.argmin(gaps[soonest])]
+    return path[first[best] : last[best]]
+
+
+def _evenly(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points (N, 2) that many metres apart along a path, and the directions (N,) there, in radians."""
+    steps = np.hypot(*np.diff(places, axis=0).T)
+    moves = np.append(True, steps > 0.0)
+    places, along = places[moves], np.append(0.0, np.cumsum(steps[steps > 0.0]))
+    at = np.arange(0.0, along[-1], _STEP)
+    path = np.column_stack([np.interp(at, along, axis) for axis in places.T])
+    ahead = np.gradient(path, axis=0) if len(path) > 1 else np.zeros_like(path)
+    return path, np.arctan2(ahead[:, 1], ahead[:, 0])
+
+
+def inside_of(lap: NDArray[np.float64]) -> Polygon:
+    """What a lap goes round; of one that crosses itself, as where a car spun, the largest part."""
+    loops = polygonize([node(LineString([*lap, lap[0]]))])
+    return max(loops.geoms, key=lambda loop: loop.area, default=Polygon())

@@ -1,0 +1,69 @@
+"""``racecar track``: the race track on the map of a run, for racing-line optimizers."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from racecar.pipelines.commands.options import JsonOption, QuietOption
+from racecar.pipelines.commands.rendering_options import RunArgument
+
+SpacingOption = Annotated[
+    float,
+    typer.Option(
+        "--spacing", metavar="M", min=0.02, max=10.0, help="Metres between points of the centre line."
+    ),
+]
+SmoothingOption = Annotated[
+    float,
+    typer.Option(
+        "--smoothing", metavar="M", min=0.0, max=10.0, help="Metres over which the centre line is smoothed."
+    ),
+]
+OutOption = Annotated[
+    Path | None,
+    typer.Option("--out", metavar="DIR", help="Folder for the results; DIR itself.", show_default=False),
+]
+
+
+def track(
+    run: RunArgument,
+    out: OutOption = None,
+    spacing: SpacingOption = 0.1,
+    smoothing: SmoothingOption = 0.5,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Find the race track on a map: its centre line, how far it is to both sides, and a picture of it.
+
+    The first closed lap that was driven says which way the track goes. Writes track.csv, as TUM's optimizer
+    reads it, and track.png.
+
+    Example: racecar track runs/drive
+    """
+    from rich.console import Console
+
+    from racecar.pipelines.commands.printed_warnings import print_warnings
+    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.report import Report
+
+    report = Report("racecar track")
+    place = run if out is None else out
+    with output_folder(place) as folder:
+        with report.stage("loading"):
+            from racecar.maps.grid.track_config import TrackConfig
+            from racecar.pipelines.runs.track_run import find_track, save_track
+        found = find_track(run, TrackConfig(spacing=spacing, smoothing=smoothing), report)
+        save_track(found, report, folder, title=run.absolute().name)
+    if json is not None:
+        report.write(json)
+    if quiet:
+        return
+    figures = report.as_dict()["track"]
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(
+        f"The track is {figures['length_m']:.1f} m long, and {figures['narrowest_m']:.2f} to "
+        f"{figures['widest_m']:.2f} m wide."
+    )
+    print_warnings(report.warnings)
+    console.print(f"Look at {place / 'track.png'}; {place / 'track.csv'} is for the optimizer.", markup=False)

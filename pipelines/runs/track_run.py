@@ -1,0 +1,90 @@
+"""The race track on the map of a run: what ``racecar track`` does."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from racecar.mapping.config import MappingConfig
+from racecar.maps.errors import UserError
+from racecar.maps.grid.centre_line import CentreLine, centre_line
+from racecar.maps.grid.edits import edited
+from racecar.maps.grid.lap import find_lap
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.track_config import TrackConfig
+from racecar.pipelines.files.edits_file import edits_beside
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.track_csv import save_track_csv
+from racecar.pipelines.pictures.track_picture import save_track_picture
+from racecar.pipelines.runs.render_run import render_run
+
+CELL = 0.02
+"""Metres of the cells on which a track is measured, whatever those of the map are, because a lane that coarse
+cells show is narrower or wider by as much."""
+_NARROW = 0.3
+"""Metres between both edges from which a track is worth a warning, since a small car is as wide."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredTrack:
+    """A track, on the grid on which it was measured."""
+
+    grid: OccupancyGrid
+    line: CentreLine
+
+
+def find_track(folder: Path, config: TrackConfig, report: Report) -> MeasuredTrack:
+    """The track on which the car of a mapping run drove. Warnings go into the report.
+
+    Raises UserError when there is no closed lap, or nothing that bounds it.
+    """
+    edits = edits_beside(folder)
+    run = render_run(folder, MappingConfig(resolution=CELL), edits, report)
+    driven = run.session.map_from_base if run.trajectory is None else run.trajectory.map_from_base
+    with report.stage("track"):
+        lap = find_lap(driven, config)
+        if lap is None:
+            raise UserError(
+                f"There is no closed lap in {folder}: the car comes back to no place in the direction in "
+                f"which it left, at most {config.closing_distance:g} m beside it; drive on past where you "
+                "began."
+            )
+        grid = edited(run.drawn.grid, run.edits.edits)
+        line = centre_line(grid, lap, run.session.points, config)
+    if line is None:
+        raise UserError(
+            f"Nothing bounds the track in {folder} on one side of the lap; draw a wall there in edits.yaml."
+        )
+    if not np.all(np.isfinite(line.left + line.right)):
+        raise UserError(f"A side of the track in {folder} is open; draw a wall there in edits.yaml.")
+    narrowest = int(np.argmin(line.left + line.right))
+    if (width := line.left[narrowest] + line.right[narrowest]) < _NARROW:
+        x, y = line.points[narrowest]
+        report.warn(
+            f"At ({x:.1f}, {y:.1f}) the track is only {width:.2f} m wide; if what stands there is gone, "
+            "erase it in edits.yaml."
+        )
+    if len(crossed := line.crossed) > 0:
+        x, y = line.points[crossed[0]]
+        report.warn(
+            f"Near ({x:.1f}, {y:.1f}) normals of the centre line cross, which optimizers refuse; smooth it "
+            f"more, with --smoothing {1.5 * config.smoothing:.2g}."
+        )
+    return MeasuredTrack(grid, line)
+
+
+def save_track(track: MeasuredTrack, report: Report, folder: Path, title: str) -> None:
+    """Write ``track.csv`` and ``track.png`` into an existing folder."""
+    widths = track.line.left + track.line.right
+    report.add(
+        "track",
+        {
+            "length_m": track.line.length,
+            "points": len(widths),
+            "narrowest_m": float(widths.min()),
+            "widest_m": float(widths.max()),
+        },
+    )
+    with report.stage("writing"):
+        save_track_csv(track.line, folder / "track.csv")
+        save_track_picture(folder / "track.png", track.grid, track.line, title)
