@@ -4,7 +4,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from racecar.localization.filter.config import ParticleFilterConfig, StartConfig, TemperingConfig
+from racecar.localization.filter.config import ParticleFilterConfig
 from racecar.localization.floor.config import FreeSpaceConfig, RangeTableConfig
 from racecar.localization.odometry.config import (
     MotionConfig,
@@ -178,8 +178,6 @@ class LocalizationConfig(Settings):
     odometry_calibration: OdometryCalibrationConfig = OdometryCalibrationConfig()
     turn_fusion: TurnFusionConfig = TurnFusionConfig()
     particle_filter: ParticleFilterConfig = ParticleFilterConfig()
-    start: StartConfig = StartConfig()
-    tempering: TemperingConfig = TemperingConfig()
     tracking: TrackingConfig = TrackingConfig()
     free_space: FreeSpaceConfig = FreeSpaceConfig()
     range_table: RangeTableConfig = RangeTableConfig()

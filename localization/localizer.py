@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.localization.filter.start_poses import draw_about, draw_anywhere, draw_start, draw_within
-from racecar.localization.filter.tempering import temper
+from racecar.localization.filter.start_poses import draw_about, draw_start, region_about
 from racecar.localization.floor.free_space import find_free_space
 from racecar.localization.floor.range_table.range_table import affordable_cells, build_range_table
+from racecar.localization.floor.region import ANYWHERE, Region
 from racecar.localization.floor.usable_map import refuse_unusable
 from racecar.localization.floor.walls import find_walls
 from racecar.localization.odometry.calibration import OdometryFaults
@@ -69,6 +69,8 @@ class Localizer:
         self._is_initialized = self._is_narrow = False
         self._hypothesis: PoseHypothesis | None = None
         self._rival: MovingRival | None = None
+        self._searched: Region | None = None
+        """Where the next scan is sought; None when it is expected about the particles."""
         self._segments = OdometrySegments(config.odometry_segments)
         self._trust = OdometryTrust(config.odometry_trust)
         self._walls = find_walls(grid)
@@ -78,7 +80,7 @@ class Localizer:
         self._last: PoseEstimate | None = None
         self._published: _Published | None = None
         self._travel_since_weighing = self._seconds_since_weighing = 0.0
-        self._scatter()
+        self._search_first(ANYWHERE)
 
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None = None) -> None:
         """Start anew about a pose (3,), spread by its covariance (3, 3) or else by the settings.
@@ -95,12 +97,12 @@ class Localizer:
         Raises UserError when the car cannot stand there, or a number is not finite.
         """
         with self._lock:
-            self._start_from(draw_within(radius, point_in_map, self._free_space, self._config, self._rng))
+            self._search_first(region_about(point_in_map, radius, self._free_space))
 
     def scatter(self) -> None:
         """Start anew from anywhere on the map."""
         with self._lock:
-            self._scatter()
+            self._search_first(ANYWHERE)
 
     def reconfigure(self, config: LocalizationConfig) -> None:
         """Take other settings from the next scan on; the estimate goes on from where it is.
@@ -189,8 +191,8 @@ class Localizer:
         self._free_space = find_free_space(self._walls.grid, affordable, config.free_space)
         refuse_unusable(self._walls, self._free_space, config.free_space)
         self._table = build_range_table(self._free_space, config.table_megabytes, config.range_table)
-        self._search = PlaceSearch(self._free_space, self._table, config.place_search)
-        shares_when_lost = self._search.shares_when_lost(config.lost_detector)
+        self._places = PlaceSearch(self._free_space, self._table, config.place_search)
+        shares_when_lost = self._places.shares_when_lost(config.lost_detector)
         self._lost = LostDetector(shares_when_lost, config.lost_detector)
 
     def _configure(self, config: LocalizationConfig) -> None:
@@ -205,9 +207,11 @@ class Localizer:
         """Whether a scan is older than the last one, but not because the clock was set back."""
         return 0 <= last - stamp < self._config.motion.restart_seconds * 1e9
 
-    def _scatter(self) -> None:
-        self._start_from(self._anywhere())
-        self._search_near, self._search_far = False, True
+    def _search_first(self, region: Region) -> None:
+        """Start anew from anywhere in a region, which is searched when the next scan comes."""
+        free_space = self._free_space.within(region)
+        self._start_from(free_space.draw_poses(self._config.scattered_particles, self._rng))
+        self._searched = region
 
     def _start_over(self, step: MotionStep) -> None:
         """Search where the odometry leads, and the whole map if the next scan does not fit there."""
@@ -216,14 +220,12 @@ class Localizer:
         self._start_from(draw_about(predicted, self._config.particles, self._config, self._rng))
         self._search_far = True
 
-    def _anywhere(self) -> Pose:
-        return draw_anywhere(self._free_space, self._config, self._rng)
-
     def _start_from(self, map_from_base: Pose) -> None:
         """Search among poses (N, 3) when the next scan comes."""
         self._filter = self._filter_of(map_from_base)
         self._cloud = self._filter.map_from_base, self._filter.weights
-        self._search_near, self._search_far = True, False
+        self._searched = None
+        self._search_far = False
         self._is_initialized = False
         self._hypothesis = None
         self._lost = self._lost.for_another_place()
@@ -252,7 +254,7 @@ class Localizer:
         if is_news:
             explained = self._explained(beams)
             log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, explained.beams)
-            self._filter.weigh(explained.evidence * log_likelihood, self._travel_since_weighing)
+            self._filter.weigh_next(explained.evidence * log_likelihood, self._travel_since_weighing)
         is_start = self._compare_hypotheses(beams, is_news, step.seconds, stamp)
         if is_news:
             self._travel_since_weighing = self._seconds_since_weighing = 0.0
@@ -322,18 +324,18 @@ class Localizer:
         self._is_initialized = True
         self._travel_since_weighing = self._seconds_since_weighing = 0.0
         tracking = self._config.tracking
-        if not self._search_near:
-            self._filter, _ = self._search_map(beams)
+        if self._searched is not None:
+            self._filter, _ = self._search(beams, self._searched)
             return
         if not self._search_far:
             share = tracking.first_scan_share
-            self._filter, _ = self._tempered(self._filter.map_from_base, beams, share)
+            self._filter, _ = self._narrowed(self._filter.map_from_base, beams, share)
             return
-        near, fit_near = self._tempered(self._filter.map_from_base, beams)
+        near, fit_near = self._narrowed(self._filter.map_from_base, beams)
         if self._agrees(near.moments()[0], beams):
             self._filter = near
             return
-        far, fit_far = self._search_map(beams)
+        far, fit_far = self._search(beams)
         if fit_far - fit_near > tracking.far_advantage * len(beams) / self._config.squash:
             near, far = far, near
         self._filter, self._hypothesis = near, self._hypothesis_of(far, stamp)
@@ -345,7 +347,7 @@ class Localizer:
         """Search for another place when the car seems lost; whether one that fitted better takes over now."""
         tracking, other = self._config.tracking, self._hypothesis
         if self._lost.probability >= tracking.search_from and (other is None or other.has_failed(stamp)):
-            found, _ = self._search_map(beams)
+            found, _ = self._search(beams)
             self._hypothesis = self._hypothesis_of(found, stamp)
             return False
         if other is None:
@@ -353,7 +355,7 @@ class Localizer:
         self._judge(other.lost, other.filter.moments()[0], beams, seconds)
         log_likelihood = self._sensor.log_likelihood(other.filter.map_from_base, beams)
         if is_news:
-            other.filter.weigh(log_likelihood, self._travel_since_weighing)
+            other.filter.weigh_next(log_likelihood, self._travel_since_weighing)
             other.filter.resample(self._config.particles, self._config.scattered_particles)
         fit = self._sensor.log_likelihood(self._filter.map_from_base, beams).max()
         other.compare(float(log_likelihood.max() - fit), seconds * other.lost.clarity, is_news)
@@ -365,25 +367,23 @@ class Localizer:
             return True
         return False
 
-    def _search_map(self, beams: Beams) -> tuple[ParticleFilter, float]:
-        found = self._search.find(beams, self._config.squash, self._config.scattered_particles, self._rng)
-        return self._tempered(found, beams)
+    def _search(self, beams: Beams, region: Region = ANYWHERE) -> tuple[ParticleFilter, float]:
+        """Where in a region a scan fits."""
+        count = self._config.scattered_particles
+        found = self._places.find(beams, self._config.squash, count, self._rng, region)
+        return self._narrowed(found, beams)
 
-    def _tempered(self, cloud: Pose, beams: Beams, share: float = 1.0) -> tuple[ParticleFilter, float]:
-        """Particles at the places of a cloud that fit a scan best, and the best one's log-likelihood.
+    def _narrowed(self, cloud: Pose, beams: Beams, share: float = 1.0) -> tuple[ParticleFilter, float]:
+        """Particles at the places of a cloud that fit a first scan, and the best one's log-likelihood.
 
         Of the scan's log-likelihood a share counts.
         """
-
-        def log_likelihood(map_from_base: Pose) -> NDArray[np.float64]:
-            return share * self._sensor.log_likelihood(map_from_base, beams)
-
+        log_likelihood = self._sensor.log_likelihood(cloud, beams)
+        filter = self._filter_of(cloud)
+        filter.weigh(share * log_likelihood)
         most = min(len(cloud), self._config.scattered_particles)
-        fewest = min(self._config.fewest_particles, most)
-        config, count_config = self._config.tempering, self._config.particle_filter.count
-        particles = temper(cloud, log_likelihood, fewest, most, config, count_config, self._rng)
-        best = float(self._sensor.log_likelihood(particles, beams).max())
-        return self._filter_of(particles), best
+        filter.resample(min(self._config.fewest_particles, most), most)
+        return filter, float(log_likelihood.max())
 
     def _estimate(self, beams: Beams, seconds: float, stamp: int, is_start: bool) -> PoseEstimate:
         map_from_base, covariance, weight = self._filter.moments()

@@ -1,4 +1,4 @@
-"""The settings of the particle filter, and of how a first cloud is drawn and narrowed."""
+"""The settings of the particle filter."""
 
 import math
 
@@ -54,46 +54,6 @@ class AdaptiveCountConfig(Settings):
         le=1,
         description="share of an even weight; lighter particles cover nothing, since they will hardly be "
         "drawn again",
-    )
-
-
-class TemperingConfig(Settings):
-    """How a wide cloud is narrowed to the places that explain a first scan (Del Moral et al., 2006)."""
-
-    effective_share: float = Field(
-        0.3,
-        gt=0,
-        le=0.9,
-        description="share of the particles that stay effective in a step of tempering; by judgement",
-    )
-    move: float = Field(
-        0.05,
-        gt=0,
-        le=10,
-        description="metres: standard deviation of the move that a particle tries at full likelihood, about "
-        "the width of a scan's likelihood; by judgement",
-    )
-    turn: float = Field(0.02, gt=0, le=10, description="radians, likewise; by judgement")
-    widest: float = Field(
-        4.0,
-        ge=1,
-        le=1000,
-        description="times by which moves are wider at most while the likelihood counts little; by judgement",
-    )
-    moves: int = Field(3, ge=1, le=1000, description="moves that a particle tries per step; by judgement")
-
-
-class StartConfig(Settings):
-    """How densely places are covered when the car may be at any of them."""
-
-    particles_per_square_metre: float = Field(
-        400.0,
-        gt=0,
-        le=100000,
-        description="so that some particles are within 0.2 m and 20 degrees of the car wherever it is",
-    )
-    most_particles: int = Field(
-        1_000_000, ge=10, le=100000000, description="limit on a large map, so that memory stays below 100 MB"
     )
 
 

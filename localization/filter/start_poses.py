@@ -1,10 +1,11 @@
-"""Where the particles are before any scan: about a pose, or anywhere."""
+"""Where the car may be before any scan."""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.free_space import FreeSpace
+from racecar.localization.floor.region import Region
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 
@@ -43,27 +44,21 @@ def draw_start(
     return np.resize(possible, drawn.shape)
 
 
-def draw_within(
-    radius: float,
-    point_in_map: NDArray[np.float64],
-    free_space: FreeSpace,
-    config: LocalizationConfig,
-    rng: np.random.Generator,
-) -> Pose:
-    """(N, 3) particles facing any way, no farther than a radius from a point (2,).
+def region_about(point_in_map: NDArray[np.float64], radius: float, free_space: FreeSpace) -> Region:
+    """What is no farther than a radius from a point (2,).
 
     Raises UserError when the car cannot stand there or these are not finite numbers.
     """
     point = np.asarray(point_in_map, dtype=np.float64)
     if point.shape != (2,) or not np.all(np.abs(point) < _BEYOND_ANY_MAP) or not 0 < radius < _BEYOND_ANY_MAP:
         raise UserError("The position is not two finite numbers and a radius; give them in metres.")
-    place = free_space.within(radius, point)
-    if place.cell_count == 0:
+    region = Region(point, radius)
+    if free_space.within(region).cell_count == 0:
         raise UserError(
             f"Within {radius:.2f} m of ({point[0]:.2f}, {point[1]:.2f}) is no free space of the map; "
             "give a place where the car can stand, or a larger radius."
         )
-    return draw_anywhere(place, config, rng)
+    return region
 
 
 def draw_about(map_from_base: Pose, count: int, config: LocalizationConfig, rng: np.random.Generator) -> Pose:
@@ -71,13 +66,6 @@ def draw_about(map_from_base: Pose, count: int, config: LocalizationConfig, rng:
     spread = [config.start_spread, config.start_spread, config.start_heading_spread]
     drawn: Pose = map_from_base + spread * rng.standard_normal((count, 3))
     return drawn
-
-
-def draw_anywhere(free_space: FreeSpace, config: LocalizationConfig, rng: np.random.Generator) -> Pose:
-    """(N, 3) particles over the whole map, as many as it takes for one to be near the car."""
-    area = free_space.cell_count * free_space.grid.resolution**2
-    wanted = min(int(area * config.start.particles_per_square_metre), config.start.most_particles)
-    return free_space.draw_poses(max(wanted, config.scattered_particles), rng)
 
 
 def _root_of(covariance: NDArray[np.float64]) -> NDArray[np.float64]:

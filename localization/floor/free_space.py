@@ -9,6 +9,7 @@ from scipy import ndimage
 
 from racecar.localization.floor.config import FreeSpaceConfig
 from racecar.localization.floor.patches import patch_sizes, spread, strips
+from racecar.localization.floor.region import Region
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, UNKNOWN, OccupancyGrid
@@ -52,14 +53,16 @@ class FreeSpace:
         inside[inside] = self.is_open[tuple(cells[inside].T)]
         return inside
 
-    def within(self, metres: float, point_in_map: NDArray[np.float64]) -> "FreeSpace":
-        """The part of it that is no farther than so many metres from a point (2,), in a straight line."""
-        row, column = self.grid.cell_of(point_in_map[None])[0]
+    def within(self, region: Region) -> "FreeSpace":
+        """The part of it that lies in a region."""
+        if np.isinf(region.radius):
+            return self
+        row, column = self.grid.cell_of(region.center[None])[0]
         columns = np.arange(self.is_open.shape[1])
         is_open = np.empty_like(self.is_open)
         for strip in strips(self.is_open.shape):
             rows = np.arange(strip.start, strip.stop)[:, None]
-            is_near = np.hypot(rows - row, columns - column) * self.grid.resolution <= metres
+            is_near = np.hypot(rows - row, columns - column) * self.grid.resolution <= region.radius
             is_open[strip] = self.is_open[strip] & is_near
         return replace(self, is_open=is_open)
 

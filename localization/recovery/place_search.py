@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.filter.tempering import likelihood_weights
 from racecar.localization.floor.free_space import FreeSpace
 from racecar.localization.floor.patches import strips
 from racecar.localization.floor.range_table.range_codes import RANGE_STEP, RangeCodes
 from racecar.localization.floor.range_table.range_table import RangeTable
+from racecar.localization.floor.region import ANYWHERE, Region
 from racecar.localization.numerics.two_threads import in_two_threads
 from racecar.localization.recovery.config import LostDetectorConfig, PlaceSearchConfig
 from racecar.localization.recovery.lost_detector import LIKENESS_QUANTILES
@@ -29,6 +29,11 @@ place."""
 _COMPARED_PLACES, _COMPARED_HEADINGS = 60, 80
 """Places that are taken for each other, and headings that are tried and compared at least; by judgement,
 since their 3540 pairs leave 35 for the rarest group of likeness."""
+_FEW = 1000
+"""Places that are all compared with many beams, since that takes no longer than to choose among them."""
+_REACH = 1.5
+"""Spacings beyond a region from which a place in it may be represented, since one stands for a square of that
+side and may be in any corner."""
 
 
 class PlaceSearch:
@@ -68,18 +73,23 @@ class PlaceSearch:
         groups = [shares[order[first:end]] for first, end in pairwise(edges)]
         return np.array([group.mean(axis=0) for group in groups])
 
-    def find(self, beams: Beams, squash: float, count: int, rng: np.random.Generator) -> Pose:
-        """(count, 3) poses of the base, spread over the places where a scan fits best."""
-        config, everywhere = self._config, np.arange(len(self._view_of_place))
+    def find(
+        self, beams: Beams, squash: float, count: int, rng: np.random.Generator, region: Region = ANYWHERE
+    ) -> Pose:
+        """(count, 3) poses of the base, spread over the places in a region where a scan fits best."""
+        config = self._config
+        places = np.flatnonzero(region.contains(self._map_from_place[:, :2], _REACH * self._spacing))
         rough_beams, fine_beams = beams.thinned(config.rough_beams), beams.thinned(config.beams)
-        roughly = self._scores(everywhere, config.rough_headings, rough_beams, squash).max(axis=1)
-        likely = int(np.ceil(config.likely_places * len(roughly)))
-        places = np.argpartition(roughly, len(roughly) - likely)[-likely:]
+        likely = max(int(np.ceil(config.likely_places * len(places))), _FEW)
+        if likely < len(places):
+            roughly = self._scores(places, config.rough_headings, rough_beams, squash).max(axis=1)
+            places = places[np.argpartition(roughly, len(roughly) - likely)[-likely:]]
         scores = self._scores(places, config.headings, fine_beams, squash)
         best_count = min(config.poses, scores.size)
         best = np.argpartition(scores.ravel(), scores.size - best_count)[-best_count:]
         best = best[np.argsort(scores.ravel()[best])[::-1]]
-        weights = likelihood_weights(scores.ravel()[best], 0.5)
+        weights = np.exp(0.5 * (scores.ravel()[best] - scores.ravel()[best[0]]))
+        weights /= weights.sum()
         chosen = np.concatenate([best, rng.choice(best, count - min(count, best_count), p=weights)])
         place, heading = np.divmod(chosen[:count], scores.shape[1])
         spacing = 2.0 * np.pi / scores.shape[1]

@@ -1,7 +1,7 @@
 """What each mechanism of the localizer is good for: the same drives and seeds with it and without."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
 from enum import Enum
 from functools import lru_cache
@@ -132,9 +132,7 @@ def _localized(
 ) -> DriveFigures:
     rng = np.random.default_rng(seed)
     with variant.replaced():
-        with nullcontext() if drive.start is None else _not_scattered():
-            whole = Localizer(drive.grid, variant.configured(settings), rng)
-        return drive.localized(whole)
+        return drive.localized(Localizer(drive.grid, variant.configured(settings), rng))
 
 
 @contextmanager
@@ -149,12 +147,4 @@ def _surveying_once() -> Iterator[None]:
             stack.enter_context(patch.object(localizer, name, remember(getattr(localizer, name))))
         shares_when_lost = remember(PlaceSearch.shares_when_lost)
         stack.enter_context(patch.object(PlaceSearch, "shares_when_lost", shares_when_lost))
-        yield
-
-
-@contextmanager
-def _not_scattered() -> Iterator[None]:
-    """A localizer made within the block is not scattered over its map, which takes as long as a drive and
-    is of no use before a known start."""
-    with patch.object(localizer, "draw_anywhere", lambda *_: np.zeros((1, 3))):
         yield

@@ -138,8 +138,6 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "adaptive count": _settings(fewest_particles=LocalizationConfig().particles),
         "clusters": _settings(particle_filter={"clusters": {"radius": 100.0, "half_angle": 3.14159}}),
         "resampling threshold": _settings(particle_filter={"resample_below": 1.0}),
-        "tempering": _settings(tempering={"effective_share": _NONE}),
-        "tempering moves": _settings(tempering={"move": _NONE, "turn": _NONE}),
     },
     "sensor": {
         "deskewing": _replaced(beams, "_LONGEST_SWEEP", 0.0),

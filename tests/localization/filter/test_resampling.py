@@ -5,7 +5,6 @@ from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
 from racecar.localization.filter.resampling_kernels import systematic_resample
-from racecar.localization.filter.tempering import effective_sample_size
 
 unnormalized = arrays(np.float64, st.integers(1, 60), elements=st.floats(0.0, 1.0)).filter(
     lambda weights: weights.sum() > 1e-6
@@ -21,17 +20,6 @@ def test_each_particle_is_taken_as_often_as_its_weight_says(
     taken = np.bincount(indices, minlength=len(weights))
     assert len(indices) == count
     assert np.all(np.abs(taken - weights * count) < 1.0 + 1e-6)
-
-
-@given(unnormalized)
-def test_effective_sample_size_lies_between_one_and_all(weights: NDArray[np.float64]) -> None:
-    size = effective_sample_size(weights / weights.sum())
-    assert 1.0 - 1e-9 <= size <= len(weights) + 1e-9
-
-
-def test_effective_sample_size_of_known_weights() -> None:
-    assert np.isclose(effective_sample_size(np.full(8, 1 / 8)), 8.0)
-    assert np.isclose(effective_sample_size(np.array([0.5, 0.5, 0.0])), 2.0)
 
 
 def test_the_expected_number_of_copies_is_exact() -> None:

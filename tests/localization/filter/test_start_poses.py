@@ -4,8 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.localization.config import LocalizationConfig
-from racecar.localization.filter.start_poses import draw_about, draw_anywhere, draw_start, draw_within
+from racecar.localization.filter.start_poses import draw_about, draw_start, region_about
 from racecar.localization.floor.free_space import FreeSpace
+from racecar.localization.floor.region import ANYWHERE
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose
 from tests.localization.floors import free_space_of
@@ -59,7 +60,8 @@ def test_a_covariance_may_say_nothing_of_an_axis() -> None:
 @given(st.floats(0.5, 9.5), st.floats(0.5, 7.5), st.floats(0.8, 20.0))
 def test_within_a_radius_it_may_be_anywhere(x: float, y: float, radius: float) -> None:
     point = on_map(x, y, 0.0)[:2]
-    drawn = draw_within(radius, point, free_space(), CONFIG, np.random.default_rng(0))
+    place = free_space().within(region_about(point, radius, free_space()))
+    drawn = place.draw_poses(2000, np.random.default_rng(0))
     assert np.hypot(*(drawn[:, :2] - point).T).max() < radius + 0.2
     assert np.all(free_space().contains(drawn[:, :2]))
 
@@ -67,14 +69,12 @@ def test_within_a_radius_it_may_be_anywhere(x: float, y: float, radius: float) -
 def test_where_no_car_can_stand_is_a_sentence() -> None:
     rng = np.random.default_rng(0)
     with pytest.raises(UserError, match="free space"):
-        draw_within(0.2, on_map(MIDDLE[0], MIDDLE[1], 0.0)[:2], free_space(), CONFIG, rng)
+        region_about(on_map(MIDDLE[0], MIDDLE[1], 0.0)[:2], 0.2, free_space())
     with pytest.raises(UserError, match="free space"):
         draw_start(on_map(MIDDLE[0], MIDDLE[1], 0.0), 1e-6 * np.eye(3), free_space(), CONFIG, rng)
 
 
-def test_anywhere_is_all_of_the_map_and_as_dense_as_it_takes() -> None:
-    drawn = draw_anywhere(free_space(), CONFIG, np.random.default_rng(0))
-    area = free_space().cell_count * 0.1**2
-    assert len(drawn) == pytest.approx(400 * area, abs=1)
+def test_anywhere_is_all_of_the_map() -> None:
+    drawn = free_space().within(ANYWHERE).draw_poses(50_000, np.random.default_rng(0))
     cells = np.unique(free_space().grid.cell_of(drawn[:, :2]), axis=0)
     assert len(cells) > 0.97 * free_space().cell_count
