@@ -82,26 +82,6 @@ class TrackingConfig(Settings):
         description="metres, likewise: known so well that the place may be held against the odometry; by "
         "judgement",
     )
-    search_from: float = Field(
-        0.7,
-        gt=0,
-        lt=1,
-        description="probability of being lost from which the map is searched; tried on recordings",
-    )
-    found_below: float = Field(
-        0.02,
-        gt=0,
-        lt=1,
-        description="probability of being lost below which no other place is considered; by judgement",
-    )
-    far_advantage: float = Field(
-        0.5,
-        ge=0,
-        le=100,
-        description="by how much more a beam's log-probability must be at a far place than at one near the "
-        "last, on average, for what has changed since the map was made costs nearly as much at the right "
-        "place; by judgement",
-    )
     first_scan_share: float = Field(
         0.25,
         gt=0,

@@ -67,7 +67,8 @@ class Localizer:
         self._rng = rng
         self._lock = Lock()
         self._is_initialized = self._is_narrow = False
-        self._hypothesis: PoseHypothesis | None = None
+        self._other: PoseHypothesis | None = None
+        """The second hypothesis."""
         self._rival: MovingRival | None = None
         self._searched: Region | None = None
         """Where the next scan is sought; None when it is expected about the particles."""
@@ -117,8 +118,8 @@ class Localizer:
             self._segments.config = config.odometry_segments
             self._trust.config = config.odometry_trust
             self._filter.config = config.particle_filter
-            if self._hypothesis is not None:
-                self._hypothesis.filter.config = config.particle_filter
+            if self._other is not None:
+                self._other.filter.config = config.particle_filter
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take in a sample of odometry; those out of order are left out."""
@@ -138,9 +139,11 @@ class Localizer:
             if self._is_initialized and step.is_over_gap:
                 self._start_over(step)
             beams = select_beams(scan, self._config.beams, self._motion.poses_in_sweep)
-            is_start = self._update(beams, step, scan.stamp) if len(beams) > 0 else not self._is_initialized
+            is_start = self._update(beams, step) if len(beams) > 0 else not self._is_initialized
             is_start = self._moves_on(scan, step) or is_start
             estimate = self._estimate(beams, step.seconds, scan.stamp, is_start)
+            if self._contest(beams, step.seconds, scan.stamp):
+                estimate = self._estimate(beams, 0.0, scan.stamp, is_start=True)
             self._filter.resample(*self._wanted_particles(estimate))
             self._judge_odometry(step, estimate)
             self._motion.follow(scan.stamp, estimate.map_from_base)
@@ -214,20 +217,18 @@ class Localizer:
         self._searched = region
 
     def _start_over(self, step: MotionStep) -> None:
-        """Search where the odometry leads, and the whole map if the next scan does not fit there."""
+        """Search where the odometry leads; if the scan does not fit there, the map is searched."""
         assert self._last is not None
         predicted = compose(self._last.map_from_base, step.base_from_next_base)
         self._start_from(draw_about(predicted, self._config.particles, self._config, self._rng))
-        self._search_far = True
 
     def _start_from(self, map_from_base: Pose) -> None:
         """Search among poses (N, 3) when the next scan comes."""
         self._filter = self._filter_of(map_from_base)
         self._cloud = self._filter.map_from_base, self._filter.weights
         self._searched = None
-        self._search_far = False
         self._is_initialized = False
-        self._hypothesis = None
+        self._other = None
         self._lost = self._lost.for_another_place()
         self._do_not_continue()
 
@@ -240,13 +241,13 @@ class Localizer:
         """Move the particles by what odometry measured, or what the car is taken to have done."""
         slip = self._config.slip
         self._filter.predict(step, self._motion.model, slip, self._trust.slip_scale(slip))
-        if self._hypothesis is not None:  # odometry has proven right only from a place that is in doubt now
-            self._hypothesis.filter.predict(step, self._motion.model, slip)
+        if self._other is not None:  # odometry has proven right only from a place that is in doubt now
+            self._other.filter.predict(step, self._motion.model, slip)
 
-    def _update(self, beams: Beams, step: MotionStep, stamp: int) -> bool:
+    def _update(self, beams: Beams, step: MotionStep) -> bool:
         """Take in a scan; whether the estimates to come do not continue those before."""
         if not self._is_initialized:
-            self._initialize(beams, stamp)
+            self._initialize(beams)
             return True
         self._travel_since_weighing += step.travel
         self._seconds_since_weighing += step.seconds
@@ -255,10 +256,13 @@ class Localizer:
             explained = self._explained(beams)
             log_likelihood = self._sensor.log_likelihood(self._filter.map_from_base, explained.beams)
             self._filter.weigh_next(explained.evidence * log_likelihood, self._travel_since_weighing)
-        is_start = self._compare_hypotheses(beams, is_news, step.seconds, stamp)
-        if is_news:
+            if self._other is not None:
+                other = self._other.filter
+                log_likelihood = self._sensor.log_likelihood(other.map_from_base, beams)
+                other.weigh_next(log_likelihood, self._travel_since_weighing)
+                other.resample(self._config.particles, self._config.scattered_particles)
             self._travel_since_weighing = self._seconds_since_weighing = 0.0
-        return is_start
+        return False
 
     def _moves_on(self, scan: Scan, step: MotionStep) -> bool:
         """Whether the odometry, which repeats one pose, hangs and the car goes on from elsewhere."""
@@ -319,71 +323,54 @@ class Localizer:
             self._filter.propose(*explained.better)
         return explained
 
-    def _initialize(self, beams: Beams, stamp: int) -> None:
+    def _initialize(self, beams: Beams) -> None:
         """Take in a first scan, for which the cloud is too thin to be weighed at once."""
         self._is_initialized = True
         self._travel_since_weighing = self._seconds_since_weighing = 0.0
-        tracking = self._config.tracking
         if self._searched is not None:
-            self._filter, _ = self._search(beams, self._searched)
-            return
-        if not self._search_far:
-            share = tracking.first_scan_share
-            self._filter, _ = self._narrowed(self._filter.map_from_base, beams, share)
-            return
-        near, fit_near = self._narrowed(self._filter.map_from_base, beams)
-        if self._agrees(near.moments()[0], beams):
-            self._filter = near
-            return
-        far, fit_far = self._search(beams)
-        if fit_far - fit_near > tracking.far_advantage * len(beams) / self._config.squash:
-            near, far = far, near
-        self._filter, self._hypothesis = near, self._hypothesis_of(far, stamp)
+            self._filter = self._search(beams, self._searched)
+        else:
+            share = self._config.tracking.first_scan_share
+            self._filter = self._narrowed(self._filter.map_from_base, beams, share)
 
-    def _hypothesis_of(self, cloud: ParticleFilter, stamp: int) -> PoseHypothesis:
-        return PoseHypothesis(cloud, self._lost.for_another_place(), stamp, self._config.hypothesis)
+    def _contest(self, beams: Beams, seconds: float, stamp: int) -> bool:
+        """Look for another place while the car seems lost; whether it has proven to be there.
 
-    def _compare_hypotheses(self, beams: Beams, is_news: bool, seconds: float, stamp: int) -> bool:
-        """Search for another place when the car seems lost; whether one that fitted better takes over now."""
-        tracking, other = self._config.tracking, self._hypothesis
-        if self._lost.probability >= tracking.search_from and (other is None or other.has_failed(stamp)):
-            found, _ = self._search(beams)
-            self._hypothesis = self._hypothesis_of(found, stamp)
+        Of two places the one wins that scans confirm first.
+        """
+        config, other = self._config.hypothesis, self._other
+        if len(beams) == 0:
             return False
+        if self._lost.probability >= config.search_from and (other is None or other.has_failed(stamp, config)):
+            other = PoseHypothesis(self._search(beams), self._lost.for_another_place(), stamp)
+        self._other = other
         if other is None:
             return False
         self._judge(other.lost, other.filter.moments()[0], beams, seconds)
-        log_likelihood = self._sensor.log_likelihood(other.filter.map_from_base, beams)
-        if is_news:
-            other.filter.weigh_next(log_likelihood, self._travel_since_weighing)
-            other.filter.resample(self._config.particles, self._config.scattered_particles)
-        fit = self._sensor.log_likelihood(self._filter.map_from_base, beams).max()
-        other.compare(float(log_likelihood.max() - fit), seconds * other.lost.clarity, is_news)
-        if self._lost.probability < tracking.found_below:
-            self._hypothesis = None
-        elif other.has_won:
-            self._filter, self._lost, self._hypothesis = other.filter, other.lost, None
+        if self._lost.probability < config.confirmed_below:
+            self._other = None
+        elif other.is_confirmed(config):
+            self._filter, self._lost, self._other = other.filter, other.lost, None
             self._do_not_continue()
             return True
         return False
 
-    def _search(self, beams: Beams, region: Region = ANYWHERE) -> tuple[ParticleFilter, float]:
+    def _search(self, beams: Beams, region: Region = ANYWHERE) -> ParticleFilter:
         """Where in a region a scan fits."""
         count = self._config.scattered_particles
         found = self._places.find(beams, self._config.squash, count, self._rng, region)
         return self._narrowed(found, beams)
 
-    def _narrowed(self, cloud: Pose, beams: Beams, share: float = 1.0) -> tuple[ParticleFilter, float]:
-        """Particles at the places of a cloud that fit a first scan, and the best one's log-likelihood.
+    def _narrowed(self, cloud: Pose, beams: Beams, share: float = 1.0) -> ParticleFilter:
+        """Particles at the places of a cloud that fit a first scan.
 
         Of the scan's log-likelihood a share counts.
         """
-        log_likelihood = self._sensor.log_likelihood(cloud, beams)
         filter = self._filter_of(cloud)
-        filter.weigh(share * log_likelihood)
+        filter.weigh(share * self._sensor.log_likelihood(cloud, beams))
         most = min(len(cloud), self._config.scattered_particles)
         filter.resample(min(self._config.fewest_particles, most), most)
-        return filter, float(log_likelihood.max())
+        return filter
 
     def _estimate(self, beams: Beams, seconds: float, stamp: int, is_start: bool) -> PoseEstimate:
         map_from_base, covariance, weight = self._filter.moments()
@@ -404,11 +391,6 @@ class Localizer:
             lost_probability=1.0 - (1.0 - self._lost.probability) * weight,
             agreement=agreement,
         )
-
-    def _agrees(self, map_from_base: Pose, beams: Beams) -> bool:
-        """Whether the car is rather at a pose (3,) than elsewhere, by one scan."""
-        shares = agreement_shares(map_from_base, beams, self._free_space, self._config.lost_detector)
-        return shares is not None and self._lost.evidence(shares) < 0.0
 
     def _judge(
         self, lost: LostDetector, map_from_base: Pose, beams: Beams, seconds: float

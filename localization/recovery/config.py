@@ -201,26 +201,20 @@ class MovingRivalConfig(Settings):
 
 
 class HypothesisConfig(Settings):
-    """When a second hypothesis of where the car is replaces the first."""
+    """When a second hypothesis of where the car is comes up, fails, or replaces the first."""
 
-    scans_per_second: float = Field(
-        0.2,
+    search_from: float = Field(
+        0.7,
         gt=0,
-        le=1000,
-        description="scans' log-likelihoods that count in a second: what disturbs one disturbs the next ones "
-        "too. By judgement; `racecar benchmark accuracy` shows how soon a kidnapped car is found",
+        lt=1,
+        description="probability of being lost from which the map is searched; tried on recordings",
     )
-    largest_rate: float = Field(
-        16.0, gt=0, le=1000, description="log-odds that a second may bring at most. By judgement"
-    )
-    standing_share: float = Field(
-        0.1,
-        ge=0,
-        le=1,
-        description="of that for a scan without motion, since it repeats the one before. By judgement",
-    )
-    winning_log_odds: float = Field(
-        10.0, gt=0, le=1000, description="over the first hypothesis that win: 20 000 to 1. By judgement"
+    confirmed_below: float = Field(
+        0.02,
+        gt=0,
+        le=0.5,
+        description="probability of being lost below which the car is taken to be there: the first "
+        "hypothesis that comes to this wins. By judgement",
     )
     trial_seconds: float = Field(
         1.0,
@@ -228,10 +222,4 @@ class HypothesisConfig(Settings):
         le=1000,
         description="that a hypothesis has before it may fail: as long as a lost car takes to be noticed "
         "(`racecar benchmark accuracy`)",
-    )
-    good_probability: float = Field(
-        0.02,
-        gt=0,
-        le=0.5,
-        description="of being lost, below which a hypothesis agrees well enough to win. By judgement",
     )

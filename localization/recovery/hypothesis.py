@@ -1,39 +1,26 @@
-"""A second hypothesis of where the car is, which has to prove itself while the car drives."""
+"""A hypothesis of where the car is. The first one is believed; a second one is found when that seems lost."""
 
-import numpy as np
+from dataclasses import dataclass
 
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.recovery.config import HypothesisConfig
 from racecar.localization.recovery.lost_detector import LostDetector
 
 
+@dataclass(eq=False)
 class PoseHypothesis:
-    """A second cloud of particles, and its odds against the first."""
+    """A cloud of particles, and the odds that the car is elsewhere."""
 
-    def __init__(
-        self, filter: ParticleFilter, lost: LostDetector, stamp: int, config: HypothesisConfig
-    ) -> None:
-        """The stamp (nanoseconds) is when the cloud's place was found; the detector judges that place."""
-        self.filter = filter
-        self.lost = lost
-        self._stamp = stamp
-        self._config = config
-        self._log_odds = 0.0
+    filter: ParticleFilter
+    lost: LostDetector
+    """Judges this cloud's place."""
+    stamp: int
+    """Nanoseconds: when the place was found."""
 
-    def compare(self, advantage: float, seconds: float, is_moving: bool) -> None:
-        """Take in by how much the log-likelihood of a scan is larger in this cloud than in the first."""
-        config = self._config
-        rate = float(np.clip(config.scans_per_second * advantage, -config.largest_rate, config.largest_rate))
-        weight = 1.0 if is_moving else config.standing_share
-        self._log_odds += rate * min(seconds, self.lost.longest_scan) * weight
+    def is_confirmed(self, config: HypothesisConfig) -> bool:
+        """Whether scans agree with the map so well that the car is there: no other place matters then."""
+        return self.lost.probability < config.confirmed_below
 
-    @property
-    def has_won(self) -> bool:
-        """Whether this cloud is to replace the first: more likely, and in good agreement with the map."""
-        is_likelier = self._log_odds >= self._config.winning_log_odds
-        return is_likelier and self.lost.probability < self._config.good_probability
-
-    def has_failed(self, stamp: int) -> bool:
+    def has_failed(self, stamp: int, config: HypothesisConfig) -> bool:
         """Whether it has had its trial, and is more probably wrong than right."""
-        seconds = (stamp - self._stamp) * 1e-9
-        return seconds >= self._config.trial_seconds and self.lost.probability >= 0.5
+        return (stamp - self.stamp) * 1e-9 >= config.trial_seconds and self.lost.probability >= 0.5

@@ -106,9 +106,6 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         ),
         "lost discount": _settings(lost_detector={"beams_per_second": 4000.0}),
         "lost clarity": _settings(lost_detector={"clarity_per_share": 0.0}),
-        "race discount": _settings(
-            hypothesis={"scans_per_second": 40.0, "largest_rate": 1000.0, "standing_share": 1.0}
-        ),
         "rival discount": _settings(moving_rival={"scans_per_second": 40.0, "largest_rate": 1000.0}),
     },
     "explanation": {
@@ -123,11 +120,10 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     "recovery": {
         "particle injection": _replaced(ParticleFilter, "inject", _nothing),
         "moving rival": _settings(moving_rival={"scans_per_second": _NONE}),
-        "lost detection": _settings(tracking={"search_from": 1.0 - _NONE}),
-        "hypothesis race": _settings(hypothesis={"winning_log_odds": _NONE, "good_probability": 0.5}),
+        "lost detection": _settings(hypothesis={"search_from": 1.0 - _NONE}),
+        "hypothesis race": _settings(hypothesis={"confirmed_below": 0.5}),
         "hypothesis trial": _settings(hypothesis={"trial_seconds": _NONE}),
         "restart after gaps": _settings(motion={"gap_seconds": 1000.0}),
-        "far start": _settings(tracking={"far_advantage": 100.0}),
         "learned shares": _settings(lost_detector={"learning_log_odds": 100.0}),
         "kind of map": _settings(
             lost_detector={"changed_map_probability": _NONE, "least_kind_probability": _NONE}
