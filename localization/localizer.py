@@ -341,7 +341,8 @@ class Localizer:
         config, other = self._config.hypothesis, self._other
         if len(beams) == 0:
             return False
-        if self._lost.probability >= config.search_from and (other is None or other.has_failed(stamp, config)):
+        is_lost = self._lost.probability >= config.search_from
+        if is_lost and (other is None or other.has_failed(stamp, config)):
             other = PoseHypothesis(self._search(beams), self._lost.for_another_place(), stamp)
         self._other = other
         if other is None:
@@ -370,6 +371,8 @@ class Localizer:
         filter.weigh(share * self._sensor.log_likelihood(cloud, beams))
         most = min(len(cloud), self._config.scattered_particles)
         filter.resample(min(self._config.fewest_particles, most), most)
+        distance, angle = self._config.tracking.first_scan_distance, self._config.tracking.first_scan_angle
+        filter.spread(np.array([distance, distance, angle]))
         return filter
 
     def _estimate(self, beams: Beams, seconds: float, stamp: int, is_start: bool) -> PoseEstimate:

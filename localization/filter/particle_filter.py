@@ -97,6 +97,10 @@ class ParticleFilter:
         most = min(max(config.evidence_per_travel * travel, config.least_evidence), config.most_evidence)
         self.weigh(log_likelihood, most)
 
+    def spread(self, deviations: Pose) -> None:
+        """Disturb all particles by deviations (3,) in metres and radians, so that copies of one differ."""
+        disturb_particles(self.map_from_base, 0, 1, deviations, random_seed(self._rng))
+
     def moments(self) -> tuple[Pose, NDArray[np.float64], float]:
         """Mean (3,), covariance (3, 3) and weight of the heaviest cluster."""
         clusters = self.config.clusters

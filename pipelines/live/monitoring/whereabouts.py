@@ -25,7 +25,7 @@ class Whereabouts:
         if is_lost(estimate, known):
             self._is_found = False
             return
-        is_certain = estimate.lost_probability < self._config.tracking.found_below
+        is_certain = estimate.lost_probability < self._config.hypothesis.confirmed_below
         if is_certain and not self._is_found and is_place_known(estimate, known):
             self._is_found = True
             x, y, yaw = estimate.map_from_base.tolist()

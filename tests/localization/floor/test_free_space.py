@@ -3,6 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from racecar.localization.floor.region import Region
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -103,7 +104,7 @@ def test_the_places_about_a_point_are_no_farther_than_said(point: np.ndarray, me
     grid = hall()
     free_space = free_space_of(grid)
     point_in_map = grid.center_of(np.array([point[::-1] / grid.resolution - 0.5]))[0]
-    near = free_space.within(metres, point_in_map)
+    near = free_space.within(Region(point_in_map, metres))
     away = np.hypot(*(grid.center_of(np.argwhere(near.is_open)) - point_in_map).T)
     assert away.max() <= metres + grid.resolution
     everywhere = np.hypot(*(grid.center_of(np.argwhere(free_space.is_open)) - point_in_map).T)
