@@ -11,9 +11,9 @@ from unittest.mock import patch
 import numpy as np
 from scipy.stats import t as student
 
-from racecar.localization import localizer
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
+from racecar.localization.recovery import surveyed_map
 from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.pipelines.benchmarks.ablation.ablation_drive import AblationDrive, DriveFigures
 from racecar.pipelines.benchmarks.ablation.mechanisms import Variant
@@ -144,7 +144,8 @@ def _surveying_once() -> Iterator[None]:
     remember = lru_cache(maxsize=_MAPS_REMEMBERED)
     with ExitStack() as stack:
         for name in ("find_walls", "find_free_space", "build_range_table", "PlaceSearch"):
-            stack.enter_context(patch.object(localizer, name, remember(getattr(localizer, name))))
+            by = remember(getattr(surveyed_map, name))
+            stack.enter_context(patch.object(surveyed_map, name, by))
         shares_when_lost = remember(PlaceSearch.shares_when_lost)
         stack.enter_context(patch.object(PlaceSearch, "shares_when_lost", shares_when_lost))
         yield

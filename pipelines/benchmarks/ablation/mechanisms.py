@@ -121,7 +121,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "particle injection": _replaced(ParticleFilter, "inject", _nothing),
         "moving rival": _settings(moving_rival={"scans_per_second": _NONE}),
         "lost detection": _settings(hypothesis={"search_from": 1.0 - _NONE}),
-        "hypothesis race": _settings(hypothesis={"confirmed_below": 0.5}),
+        "confirmation": _settings(hypothesis={"confirmed_below": 0.5}),
         "hypothesis trial": _settings(hypothesis={"trial_seconds": _NONE}),
         "restart after gaps": _settings(motion={"gap_seconds": 1000.0}),
         "learned shares": _settings(lost_detector={"learning_log_odds": 100.0}),

@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.localization.recovery.hypothesis import PoseHypothesis
 from racecar.localization.recovery.lost_detector import LostDetector, agreement_shares
 from racecar.localization.recovery.place_search import PlaceSearch
+from racecar.localization.recovery.pose_hypothesis import PoseHypothesis
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.grid.ray_casting import cast_ray_fan
@@ -20,6 +20,10 @@ WHEN_LOST = np.tile([0.1, 0.15, 0.4, 0.35], (12, 1))
 
 def hypothesis_of(lost: LostDetector, stamp: int = 0) -> PoseHypothesis:
     return PoseHypothesis(ParticleFilter(np.zeros((10, 3)), np.random.default_rng(0)), lost, stamp)
+
+
+def is_confirmed(hypothesis: PoseHypothesis) -> bool:
+    return hypothesis.lost.probability < RULES.confirmed_below
 
 
 def judged(shares: np.ndarray) -> LostDetector:
@@ -46,34 +50,34 @@ def driven(truth_from_place: Pose, seconds: float) -> PoseHypothesis:
 
 
 def test_a_hypothesis_at_the_true_place_is_confirmed_within_half_a_second() -> None:
-    assert driven(IDENTITY, 0.5).is_confirmed(RULES)
+    assert is_confirmed(driven(IDENTITY, 0.5))
 
 
 @pytest.mark.parametrize("seconds", [0.5, 2.0])
 @pytest.mark.parametrize("place", [WRONG_PLACE, np.array([0.0, 0.0, np.pi])])
 def test_a_hypothesis_at_a_wrong_place_is_not(place: Pose, seconds: float) -> None:
     hypothesis = driven(place, seconds)
-    assert not hypothesis.is_confirmed(RULES)
-    assert hypothesis.has_failed(2 * SECOND, RULES)
+    assert not is_confirmed(hypothesis)
+    assert hypothesis.has_failed(2 * SECOND, RULES.trial_seconds)
 
 
 @pytest.mark.parametrize("shares", [GOOD, BAD])
 def test_no_single_scan_decides(shares: np.ndarray) -> None:
     hypothesis = hypothesis_of(LostDetector(WHEN_LOST, LOST))
     hypothesis.lost.judge(shares, 1 / 40)
-    assert not hypothesis.is_confirmed(RULES)
+    assert not is_confirmed(hypothesis)
 
 
 def test_a_good_place_is_confirmed_and_a_bad_one_is_not() -> None:
-    assert hypothesis_of(judged(GOOD)).is_confirmed(RULES)
-    assert not hypothesis_of(judged(BAD)).is_confirmed(RULES)
+    assert is_confirmed(hypothesis_of(judged(GOOD)))
+    assert not is_confirmed(hypothesis_of(judged(BAD)))
 
 
 @pytest.mark.parametrize(("shares", "fails"), [(BAD, True), (GOOD, False)])
 def test_it_fails_only_after_its_trial(shares: np.ndarray, fails: bool) -> None:
     found = 5 * SECOND
     hypothesis = hypothesis_of(judged(shares), found)
-    assert not hypothesis.has_failed(found, RULES)
-    assert not hypothesis.has_failed(found + SECOND - 1, RULES)
-    assert hypothesis.has_failed(found + SECOND, RULES) == fails
-    assert hypothesis.has_failed(found + 60 * SECOND, RULES) == fails
+    assert not hypothesis.has_failed(found, RULES.trial_seconds)
+    assert not hypothesis.has_failed(found + SECOND - 1, RULES.trial_seconds)
+    assert hypothesis.has_failed(found + SECOND, RULES.trial_seconds) == fails
+    assert hypothesis.has_failed(found + 60 * SECOND, RULES.trial_seconds) == fails

@@ -1,0 +1,46 @@
+"""What is learned of odometry while the car's place is known: constant faults, and how far to trust it."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.odometry.motion_source import MotionSource
+from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.segments import OdometrySegments
+from racecar.localization.odometry.trust import OdometryTrust
+from racecar.localization.pose_estimate import PoseEstimate
+
+
+class OdometryLearning:
+    """Compares the path that odometry reports with that of the estimates."""
+
+    def __init__(self, source: MotionSource, config: LocalizationConfig) -> None:
+        """The source's odometry is corrected by what is learned."""
+        self._source = source
+        self._segments = OdometrySegments(config.odometry_segments)
+        self._trust = OdometryTrust(config.odometry_trust)
+        self._slip = config.slip
+
+    def reconfigure(self, config: LocalizationConfig) -> None:
+        """Take other settings from here on."""
+        self._segments.config = config.odometry_segments
+        self._trust.config = config.odometry_trust
+        self._slip = config.slip
+
+    @property
+    def slip_scale(self) -> NDArray[np.float64]:
+        """(2,) what share of the settings' slip this car's distances and turns deserve, 0 to 1."""
+        return self._trust.slip_scale(self._slip)
+
+    def start_anew(self) -> None:
+        """The estimates to come do not continue those before."""
+        self._segments.start_anew()
+
+    def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate, is_known: bool) -> None:
+        """Take in the estimate after a step, which counts where the place is known well."""
+        continues = is_known and not estimate.is_start
+        self._source.learn_turn(estimate.map_from_base if continues else None)
+        segment = self._segments.follow(step, lag, estimate if is_known else None)
+        if segment is not None:
+            self._trust.learn(segment, self._slip)
+            self._source.calibration.learn(segment, self._slip)

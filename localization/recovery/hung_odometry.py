@@ -1,0 +1,50 @@
+"""Noticing that odometry which repeats one pose hangs, while the car goes on."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.localization.odometry.motion_source import MotionSource
+from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.recovery.moving_rival import MovingRival
+from racecar.localization.recovery.perception import Perception
+from racecar.localization.sensor.beams import select_beams
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.sensing.scan import Scan
+
+
+class HungOdometry:
+    """Follows the car as if it moved, from when its odometry begins to repeat one pose."""
+
+    def __init__(self, source: MotionSource) -> None:
+        """Odometry that has proven to hang is left out from the source."""
+        self._source = source
+        self._rival: MovingRival | None = None
+
+    def follow(
+        self, scan: Scan, step: MotionStep, last: PoseEstimate | None, is_narrow: bool, perception: Perception
+    ) -> Pose | None:
+        """Where the car has gone (3,), once that is proven; the estimate of the last scan may be narrow."""
+        rival = self._rival
+        if last is None or step.is_over_gap or not self._source.repeats(scan.stamp):
+            rival = None  # in a gap the car may have been carried, whatever its odometry does
+        elif is_narrow and (rival is None or rival.has_failed):
+            rival = MovingRival(last, self._source.speed, perception.config.moving_rival)
+        self._rival = rival
+        if rival is None:
+            return None
+
+        def poses_in_sweep(stamps: NDArray[np.int64]) -> Pose:
+            return (stamps - scan.stamp)[:, None] * 1e-9 * rival.speed
+
+        beams = select_beams(scan, perception.config.beams, poses_in_sweep)
+        rival.follow(
+            step.seconds,
+            lambda pose, covariance: perception.aligned(pose, covariance, beams)[0],
+            lambda poses: perception.log_likelihood(poses, beams),
+        )
+        if not rival.has_won:
+            return None
+        self._rival = None
+        self._source.leave_out_odometry(scan.stamp, rival.speed)
+        return rival.map_from_base
