@@ -95,8 +95,9 @@ class SubmapGraph:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(S,), (S,) standard deviations of where and how one submap lies as seen from each, in metres and
         radians; the middles of all lie at ``places`` (S, 2)."""
-        place, turn = self._variances_seen_from(submap, places)
-        return self._along_chains(place, submap), self._along_chains(turn, submap)
+        place, turn = self._edge_variances()
+        seen_from = place + turn * self._squared_levers(submap, places)
+        return self._along_chains(seen_from, submap), self._along_chains(turn, submap)
 
     def are_near(
         self, first: NDArray[np.int64], second: NDArray[np.int64], poses: Pose, most: float
@@ -105,24 +106,28 @@ class SubmapGraph:
         with a standard deviation of ``most`` metres at most."""
         group, places = self.groups().nearest(), poses[self.middles(), :2]
         submaps, which = np.unique(group[first], return_inverse=True)
-        seen_from = [self._variances_seen_from(submap, places)[0] for submap in submaps.tolist()]
-        spreads = [self._along_chains(*each, most) for each in zip(seen_from, submaps.tolist(), strict=True)]
+        place, turn = self._edge_variances()
+        spreads = [
+            self._along_chains(place + turn * self._squared_levers(submap, places), submap, most)
+            for submap in submaps.tolist()
+        ]
         is_near: NDArray[np.bool_] = np.array(spreads) <= most
         return is_near[np.ix_(which, group[second])]
 
-    def _variances_seen_from(
-        self, submap: int, places: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """(E,), (E,) square metres and square radians that each edge may err: those of the steps in between
-        add up, those of turns times the square of their distance, for what is seen from beyond a turn moves
-        with it."""
+    def _edge_variances(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(E,), (E,) square metres of place and square radians of turn that each edge may err, by the steps
+        in between."""
         first, second, is_closure = np.reshape(self.edges, (-1, 3)).T
         middles, accumulated = self.middles(), np.reshape(self.variances, (-1, 2))
         variances = np.abs(accumulated[middles[second]] - accumulated[middles[first]])
         variances[is_closure == 1] = _CLOSURE_VARIANCES
-        place, turn = variances.T
+        return variances[:, 0], variances[:, 1]
+
+    def _squared_levers(self, submap: int, places: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(E,) square metres from a submap to each edge: what is seen from beyond a turn moves with it."""
+        first, second, _ = np.reshape(self.edges, (-1, 3)).T
         levers = 0.5 * (places[first] + places[second]) - places[submap]
-        return place + turn * np.sum(levers**2, axis=1), turn
+        return np.asarray(np.sum(levers**2, axis=1), dtype=np.float64)
 
     def _along_chains(
         self, variances: NDArray[np.float64], submap: int, most: float = np.inf
