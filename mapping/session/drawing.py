@@ -112,12 +112,13 @@ def _without_left_out(sights: Sights, rendering: RenderingConfig) -> tuple[Sight
         chosen &= (seconds < begin) | (seconds > end)
     if chosen.all():
         return sights, []
-    if not any(rays.are_kept for rays in sights.only(chosen).rays):
+    left = sights.only(chosen)
+    if not any(rays.are_kept for rays in left.rays):
         return sights, [
             f"The spans that are to be left out hold all scans, of {np.nanmin(sights.seconds):.0f} to "
             f"{np.nanmax(sights.seconds):.0f} s; leave some in."
         ]
-    return sights.only(chosen), []
+    return left, []
 
 
 def _box(sights: Sights, rendering: RenderingConfig) -> tuple[Box | None, list[str]]:

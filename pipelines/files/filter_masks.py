@@ -31,11 +31,8 @@ def save_filter_masks(grid: OccupancyGrid, edits: Sequence[Edit], folder: Path) 
     if any(edit.kind == "keepout" for edit in edits):
         _save(keepout_mask(grid, edits), "keepout", 1.0, folder)
     if any(edit.kind == "speed" for edit in edits):
-        _save(*_named(speed_mask(grid, edits)), folder)
-
-
-def _named(mask: tuple[OccupancyGrid, float]) -> tuple[OccupancyGrid, str, float]:
-    return mask[0], "speed", mask[1]
+        mask, metres_per_second = speed_mask(grid, edits)
+        _save(mask, "speed", metres_per_second, folder)
 
 
 def _save(mask: OccupancyGrid, name: str, multiplier: float, folder: Path) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -20,11 +21,12 @@ from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits
 from racecar.pipelines.files.filter_masks import save_filter_masks
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.point_map import require_open3d, save_point_map
-from racecar.pipelines.files.report import REPORT_FILE
+from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.session_file import SESSION_FILE, save_session
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.files.wall_drawings import save_walls_dxf, save_walls_svg
 from racecar.pipelines.pictures.map_picture import save_map_picture
+from racecar.pipelines.runs.map_cautions import cautions_of_edits
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +45,13 @@ class WrittenMap:
     """Those that are drawn over the grid; in this frame."""
     title: str
     folder: Path
+
+    @cached_property
+    def walls(self) -> list[NDArray[np.float64]]:
+        """Polylines (N, 2) in metres, of the map as its files hold it."""
+        from racecar.maps.grid.wall_lines import wall_lines  # few want it, and it takes a while to load
+
+        return wall_lines(load_map(self.folder))
 
 
 @dataclass(frozen=True)
@@ -106,12 +115,6 @@ def _write_points(map_: WrittenMap) -> None:
     save_point_map(map_.session.points, map_.grid.resolution, map_.folder / "points.ply")
 
 
-def _walls(map_: WrittenMap) -> list[NDArray[np.float64]]:
-    from racecar.maps.grid.wall_lines import wall_lines  # few want it, and it takes a while to load
-
-    return wall_lines(load_map(map_.folder))
-
-
 MAP_OUTPUTS = (
     MapOutputKind(("map.yaml", "map.pgm"), _write_map),
     MapOutputKind((), _write_edits),
@@ -123,12 +126,12 @@ MAP_OUTPUTS = (
     MapOutputKind(("map_image.png",), _write_image, only_on_request=True),
     MapOutputKind(
         ("walls.svg",),
-        lambda map_: save_walls_svg(_walls(map_), map_.grid.resolution, map_.folder / "walls.svg"),
+        lambda map_: save_walls_svg(map_.walls, map_.grid.resolution, map_.folder / "walls.svg"),
         only_on_request=True,
     ),
     MapOutputKind(
         ("walls.dxf",),
-        lambda map_: save_walls_dxf(_walls(map_), map_.folder / "walls.dxf"),
+        lambda map_: save_walls_dxf(map_.walls, map_.folder / "walls.dxf"),
         only_on_request=True,
     ),
 )
@@ -153,8 +156,14 @@ def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:
     return chosen
 
 
-def write_outputs(map_: WrittenMap, requested: Collection[str] = ()) -> None:
-    """Write what every run writes, and the files that are ``requested`` too, of a map with its edits."""
-    map_ = replace(map_, grid=edited(map_.grid, map_.edits.edits))
-    for output in outputs_with(requested):
-        output.write(map_)
+def write_outputs(map_: WrittenMap, report: Report, requested: Collection[str] = ()) -> None:
+    """Write what every run writes, and the files that are ``requested`` too, of a map with its edits; last
+    the report, with a warning of each edit that lies outside a map that is not cropped."""
+    if map_.rendering.crop is None:
+        for sentence in cautions_of_edits(map_.grid, map_.edits.edits):
+            report.warn(sentence)
+    with report.stage("writing"):
+        map_ = replace(map_, grid=edited(map_.grid, map_.edits.edits))
+        for output in outputs_with(requested):
+            output.write(map_)
+    report.write(map_.folder / REPORT_FILE)

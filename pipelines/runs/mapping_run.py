@@ -18,14 +18,10 @@ from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.edits_file import MapEdits
-from racecar.pipelines.files.report import REPORT_FILE, Report
+from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS, StopRequest, stop_request
-from racecar.pipelines.runs.map_cautions import (
-    cautions_of_edits,
-    cautions_of_moving_along,
-    cautions_of_resolution,
-)
+from racecar.pipelines.runs.map_cautions import cautions_of_moving_along, cautions_of_resolution
 from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
 from racecar.pipelines.runs.progress import progress_bar
 
@@ -113,12 +109,7 @@ def save_mapping(
         title=title,
         folder=folder,
     )
-    if map_.rendering.crop is None:
-        for sentence in cautions_of_edits(map_.grid, map_.edits.edits):
-            report.warn(sentence)
-    with report.stage("writing"):
-        write_outputs(map_, requested)
-    report.write(folder / REPORT_FILE)
+    write_outputs(map_, report, requested)
 
 
 def _resumed(

@@ -17,10 +17,9 @@ from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.keyframe_times import seconds_of_keyframes
-from racecar.pipelines.files.report import REPORT_FILE, Report, read_report
+from racecar.pipelines.files.report import Report, read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.runs.map_cautions import cautions_of_edits
 from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
 
 _CARRIED_OVER = {
@@ -109,12 +108,7 @@ def save_rendering(
         title=source.absolute().name,
         folder=folder,
     )
-    if written.rendering.crop is None:
-        for sentence in cautions_of_edits(written.grid, written.edits.edits):
-            report.warn(sentence)
-    with report.stage("writing"):
-        write_outputs(written, requested)
-    report.write(folder / REPORT_FILE)
+    write_outputs(written, report, requested)
 
 
 def _times(folder: Path, session: Session, report: Report) -> tuple[Trajectory | None, NDArray[np.float64]]:
