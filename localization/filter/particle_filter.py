@@ -76,7 +76,7 @@ class ParticleFilter:
 
         Wheels spin, cars bump and are pushed.
         """
-        self._disturb(self._first_injected(), deviations)
+        self._disturb(self._first_injected(), self.config.injection_interval, deviations)
 
     def propose(self, map_from_base: Pose, covariance: NDArray[np.float64]) -> None:
         """Let a few particles stand about another opinion (3,) of the place, with its covariance (3, 3).
@@ -85,7 +85,7 @@ class ParticleFilter:
         """
         first = self._first_injected()
         self.map_from_base[first :: self.config.injection_interval] = map_from_base
-        self._disturb(first, np.sqrt(np.diag(covariance)))
+        self._disturb(first, self.config.injection_interval, np.sqrt(np.diag(covariance)))
 
     def weigh(self, log_likelihood: NDArray[np.float64], most: float = inf) -> None:
         """Take in how well each particle (N,) explains a scan, which counts by ``most`` against any."""
@@ -99,7 +99,7 @@ class ParticleFilter:
 
     def spread(self, deviations: Pose) -> None:
         """Disturb all particles by deviations (3,) in metres and radians, so that copies of one differ."""
-        disturb_particles(self.map_from_base, 0, 1, deviations, random_seed(self._rng))
+        self._disturb(0, 1, deviations)
 
     def moments(self) -> tuple[Pose, NDArray[np.float64], float]:
         """Mean (3,), covariance (3, 3) and weight of the heaviest cluster."""
@@ -129,9 +129,8 @@ class ParticleFilter:
         """Number of the first of the few, drawn anew so that each particle has its turn."""
         return int(self.config.injection_interval * self._rng.random())
 
-    def _disturb(self, first: int, deviations: Pose) -> None:
-        seed = random_seed(self._rng)
-        disturb_particles(self.map_from_base, first, self.config.injection_interval, deviations, seed)
+    def _disturb(self, first: int, interval: int, deviations: Pose) -> None:
+        disturb_particles(self.map_from_base, first, interval, deviations, random_seed(self._rng))
 
     def _set_even_weights(self) -> None:
         self._log_weights = np.zeros(len(self))

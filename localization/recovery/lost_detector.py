@@ -58,11 +58,6 @@ class LostDetector:
         disagreeing = float(stopped + looking_through)
         return max(1.0 - self._config.clarity_per_share * disagreeing, self._config.least_clarity)
 
-    @property
-    def longest_scan(self) -> float:
-        """Seconds that one scan stands for at most."""
-        return self._config.longest_scan
-
     def for_another_place(self) -> "LostDetector":
         """One that knows what this has learned of the sensor, but nothing yet of the place."""
         other = copy(self)
