@@ -5,7 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
 
-.PHONY: install demo test slow fuzz clean
+.PHONY: install demo test docs slow fuzz clean
 
 install: .venv/installed
 
@@ -20,6 +20,9 @@ test: .venv/installed-dev
 	$(BIN)/lint-imports
 	$(BIN)/python tests/checks/unexplained_constants.py mapping localization
 	$(BIN)/pytest -n $(WORKERS) --no-loadscope-reorder
+
+docs: .venv/installed-docs
+	$(BIN)/mkdocs build --strict
 
 slow: .venv/installed-dev
 	$(BIN)/pytest -m slow
@@ -39,5 +42,9 @@ fuzz: .venv/installed-dev
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev,ros]'
 	touch $@
 
+.venv/installed-docs: .venv/installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[docs]'
+	touch $@
+
 clean:
-	rm -rf .venv demo fuzz
+	rm -rf .venv build/docs demo fuzz

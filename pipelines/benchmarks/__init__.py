@@ -1,1 +1,1 @@
-"""The tables of the README, measured."""
+"""The tables of the documentation, measured."""

@@ -1,4 +1,4 @@
-"""``racecar benchmark``: the tables of the README, measured."""
+"""``racecar benchmark``: the tables of the documentation, measured."""
 
 import sys
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from racecar.pipelines.files.config_file import Config
     from racecar.pipelines.files.report import Report
 
-benchmark = typer.Typer(help="Measure what the README states.")
+benchmark = typer.Typer(help="Measure what the documentation states.")
 
 
 @benchmark.callback()
 def _describe() -> None:
-    """Measure what the README states: accuracy, time and memory."""
+    """Measure what the documentation states: accuracy, time and memory."""
 
 
 @dataclass(frozen=True)

@@ -109,7 +109,8 @@ def localize(
 ) -> None:
     """Estimate where the car is on a map, as it drives. Ctrl-C ends it.
 
-    Topics, parameters and frames: see the README, or the commented files that `racecar live files` names.
+    Topics, parameters and frames: see docs/reference/topics.md, or the commented files that
+    `racecar live files` names.
 
     Example: racecar live localize --map runs/drive
 

@@ -62,7 +62,7 @@ def map(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Build a map from a bag, and write what the README lists: map.png, map.yaml, trajectory.tum and more.
+    """Build a map from a bag: map.png, map.yaml and map.pgm, trajectory.tum, report.json and more.
 
     Ctrl-C ends the reading and makes a map of what was read.
 

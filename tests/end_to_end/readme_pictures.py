@@ -1,4 +1,5 @@
-"""``python -m tests.end_to_end.readme_pictures docs`` makes the pictures of the README; needs Chromium."""
+"""``python -m tests.end_to_end.readme_pictures docs/pictures`` makes the pictures of README and docs; needs
+Chromium."""
 
 import os
 import subprocess
@@ -15,6 +16,8 @@ from tests.end_to_end.viewing import pixels_of, viewed
 _FIGURES = ("noise-sweep", "autograde")
 _WIDTH = 700
 """Pixels; enough to be read on a page."""
+_MAP_WIDTH, _MAP_COLOURS = 900, 64
+"""Pixels, and colours that keep the first picture of the README small."""
 _DRIVING_SECONDS = 20.0
 """Until some way lies behind the car."""
 
@@ -25,8 +28,17 @@ def main(folder: Path) -> None:
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as work:
         os.chdir(work)  # the viewer shows the names of files: short ones
+        show_map(folder)
         show_run(folder)
         show_experiments(folder)
+
+
+def show_map(folder: Path) -> None:
+    """The map that the demo makes."""
+    _racecar("demo", "--out", "demo")
+    picture = Image.open("demo/map/map.png").convert("RGB")
+    picture.thumbnail((_MAP_WIDTH, 10 * _MAP_WIDTH))
+    picture.quantize(_MAP_COLOURS).save(folder / "map.png", optimize=True)
 
 
 def show_run(folder: Path) -> None:

@@ -22,7 +22,7 @@ CONFIDENCE = 0.99
 """Of the interval that a difference lies in, since there are hundreds of them, of which one in a hundred is
 called clear by chance."""
 EQUAL_WITHIN = 0.1
-"""Share of the error by which two are taken for equal, by judgement, since the README's figures scatter by
+"""Share of the error by which two are taken for equal, by judgement, since the documented figures scatter by
 some hundredths."""
 _MAPS_REMEMBERED = 3
 """Maps whose range tables, up to 256 MB each, are kept, since few variants have another than the default."""

@@ -1,4 +1,4 @@
-"""How accurate the localizer is on simulated drives: every row of the README's table, measured."""
+"""How accurate the localizer is on simulated drives: every row of the documentation's table, measured."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass

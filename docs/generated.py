@@ -1,0 +1,106 @@
+"""What the pages of the reference take from the code when they are built, so that it is never out of date.
+
+mkdocs calls `on_page_markdown` with each page; lines such as ``<!-- generated: commands -->`` become tables.
+"""
+
+import re
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import typer
+from pydantic import BaseModel
+from pydantic.fields import FieldInfo
+
+from racecar.localization.config import LocalizationConfig
+from racecar.mapping.config import MappingConfig
+from racecar.pipelines.cli import app
+
+_MARKER = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
+_BOUNDS = {"ge": "≥", "gt": ">", "le": "≤", "lt": "<"}
+
+
+def on_page_markdown(markdown: str, **_: object) -> str:
+    """A page with its markers replaced."""
+    return _MARKER.sub(lambda found: "\n".join(_WRITERS[found[1]]()), markdown)
+
+
+def _commands() -> Iterator[str]:
+    yield from _command(typer.main.get_command(app), "racecar")
+
+
+def _command(command: Any, name: str) -> Iterator[str]:
+    """A command, and those below it; a group's own flags are none."""
+    below = getattr(command, "commands", {})
+    if not below:
+        yield f"\n### {name}\n\n{_in_code(command.help)}\n"
+        yield "| argument or flag | what it does | default |\n|---|---|---|"
+        for parameter in command.params:
+            names = ", ".join(f"`{each}`" for each in _names(parameter))
+            yield f"| {names} | {_cell(parameter.help or '')} | {_default(parameter)} |"
+    for each, child in below.items():
+        yield from _command(child, f"{name} {each}")
+
+
+def _names(parameter: Any) -> list[str]:
+    if parameter.param_type_name == "argument":
+        return [parameter.metavar or parameter.name.upper()]
+    value = "" if parameter.is_flag else f" {parameter.metavar or parameter.name.upper()}"
+    return [f"{option}{value}" for option in [*parameter.opts, *parameter.secondary_opts]]
+
+
+def _default(parameter: Any) -> str:
+    if parameter.required:
+        return "required"
+    value = getattr(parameter.default, "value", parameter.default)
+    return "" if value in (None, False, ()) or callable(value) else f"`{value}`"
+
+
+def _in_code(text: str) -> str:
+    """Examples stand out."""
+    return re.sub(r"(racecar [a-z].*|ros2 launch .*)$", r"`\1`", text, flags=re.MULTILINE)
+
+
+def _settings(config: type[BaseModel]) -> Iterator[str]:
+    yield from _section(config, "")
+
+
+def _section(config: type[BaseModel], prefix: str) -> Iterator[str]:
+    plain = {name: field for name, field in config.model_fields.items() if not _is_section(field)}
+    if prefix:
+        yield f"\n### {prefix}\n\n{_cell(config.__doc__ or '')}"
+    if plain:
+        yield "\n| setting | default | range | meaning |\n|---|---|---|---|"
+    for name, field in plain.items():
+        yield f"| `{name}` | {_value(field.default)} | {_range(field)} | {_cell(field.description or '')} |"
+    for name, field in config.model_fields.items():
+        if _is_section(field):
+            yield from _section(field.annotation, f"{prefix}.{name}" if prefix else name)
+
+
+def _is_section(field: FieldInfo) -> bool:
+    return isinstance(field.annotation, type) and issubclass(field.annotation, BaseModel)
+
+
+def _value(value: object) -> str:
+    if isinstance(value, bool):
+        return f"`{str(value).lower()}`"
+    if isinstance(value, float):
+        return f"`{value:.6g}`"
+    text = str(getattr(value, "value", value))
+    return f"`{text}`" if len(text) < 60 else "see the source"
+
+
+def _range(field: FieldInfo) -> str:
+    bounds = ((sign, getattr(each, kind, None)) for each in field.metadata for kind, sign in _BOUNDS.items())
+    return ", ".join(f"{sign} {bound:g}" for sign, bound in bounds if bound is not None)
+
+
+def _cell(text: str) -> str:
+    return " ".join(text.split()).replace("|", "\\|")
+
+
+_WRITERS: dict[str, Callable[[], Iterator[str]]] = {
+    "commands": _commands,
+    "mapping": lambda: _settings(MappingConfig),
+    "localization": lambda: _settings(LocalizationConfig),
+}

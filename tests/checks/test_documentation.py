@@ -1,0 +1,101 @@
+"""README and docs say what is so: their links lead somewhere, and their commands are understood."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer
+
+from racecar.pipelines.cli import app
+from tests.checks.documentation import (
+    PAGES,
+    REPOSITORY,
+    blocks,
+    broken_links,
+    complaint_about,
+    mentioned_commands,
+    missing_sources,
+    shown_commands,
+)
+
+every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(REPOSITORY)))
+
+
+def helps(command: Any, name: str = "racecar") -> dict[str, str]:
+    """What each command says of itself."""
+    children = getattr(command, "commands", {})
+    if not children:
+        return {name: command.help}
+    return {key: text for each in children for key, text in helps(children[each], f"{name} {each}").items()}
+
+
+@every_page
+def test_links_lead_somewhere(page: Path) -> None:
+    assert broken_links(page) == []
+    assert missing_sources(page) == []
+
+
+@every_page
+def test_commands_that_are_shown_are_understood(page: Path) -> None:
+    complaints = {command: complaint_about(command) for command in shown_commands(page)}
+    assert {command: said for command, said in complaints.items() if said} == {}
+
+
+@every_page
+def test_commands_within_sentences_have_the_flags_they_name(page: Path) -> None:
+    complaints = {command: complaint_about(command, is_whole=False) for command in mentioned_commands(page)}
+    assert {command: said for command, said in complaints.items() if said} == {}
+
+
+@every_page
+def test_python_that_is_shown_compiles(page: Path) -> None:
+    for block in blocks(page):
+        if block.language == "python":
+            compile(block.text, str(page), "exec")
+
+
+@pytest.mark.parametrize(("name", "text"), helps(typer.main.get_command(app)).items())
+def test_the_examples_of_a_command_are_understood(name: str, text: str) -> None:
+    sentences = [line.partition(": ")[2].strip() for line in text.splitlines()]
+    examples = [part for each in sentences for part in each.split(" && ") if part.startswith("racecar ")]
+    assert any(f"{example} ".startswith(f"{name} ") for example in examples) or name == "racecar live files"
+    assert {example: said for example in examples if (said := complaint_about(example))} == {}
+
+
+def test_the_readme_is_short_and_has_what_a_newcomer_types() -> None:
+    text = PAGES[0].read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 200
+    assert "make demo" in text
+    assert "make test" in text
+    assert sum(1 for _ in shown_commands(PAGES[0])) >= 8
+
+
+def test_each_page_of_the_docs_is_in_the_navigation_and_on_the_home_page() -> None:
+    navigation = (REPOSITORY / "mkdocs.yml").read_text(encoding="utf-8")
+    home = (REPOSITORY / "docs" / "index.md").read_text(encoding="utf-8")
+    for page in PAGES[1:]:
+        name = str(page.relative_to(REPOSITORY / "docs"))
+        assert f" {name}\n" in navigation
+        assert name == "index.md" or f"({name})" in home
+
+
+@pytest.mark.parametrize(
+    ("command", "complaint"),
+    [
+        ("racecar mapp drive.bag", "No such command"),
+        ("racecar map drive.bag --out run --crop driven", "--crop"),
+        ("racecar map drive.bag", "--out"),
+        ("racecar simulate --map building --out a.bag --noise much", "much"),
+    ],
+)
+def test_what_would_be_refused_is_noticed(command: str, complaint: str) -> None:
+    said = complaint_about(command)
+    assert said is not None
+    assert complaint in said
+
+
+def test_broken_links_are_noticed(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("# A page\n[a](other.md) [b](#a-page) [c](#b) [d](page.md#a-page) `mapping/nothing.py`\n")
+    assert broken_links(page) == ["other.md", "#b"]
+    assert missing_sources(page) == ["mapping/nothing.py"]
