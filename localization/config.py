@@ -135,7 +135,7 @@ class LocalizationConfig(Settings):
         0.3,
         ge=0,
         le=2,
-        description="standard deviation of the share by which wheels and steering deceive, until they "
+        description="standard deviation of the share by which wheels and steering are wrong, until they "
         "prove better; at 0 their timing is trusted, too",
     )
     drift_noise: float = Field(

@@ -164,8 +164,8 @@ class Mapper:
             raise UserError("There was no usable scan, so there is no map: check the topic of the scans.")
         if not self._state.keyframes.is_kept.any():
             raise UserError(
-                f"Not one beam of {len(self._state.drive)} scans met anything, so there is no map: see that "
-                "nothing covers the laser, that it works, and that range_min and range_max are right."
+                f"Not one beam of {len(self._state.drive)} scans met anything, so there is no map: make sure "
+                "that nothing covers the laser, that it works, and that range_min and range_max are right."
             )
         state, config, report = self._state, self._config, progress or (lambda share: None)
         with state.timed("optimization"):

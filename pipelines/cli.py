@@ -102,7 +102,7 @@ def _refuse_empty(arguments: list[str]) -> None:
             argument.partition("=") if argument.startswith("--") else (before, "=", argument)
         )
         if is_given and not value.strip():
-            raise UserError(f"What follows {name} is empty; give a value, and for the current folder a dot.")
+            raise UserError(f"The value after {name} is empty; give one (a dot is the current folder).")
         before = argument
 
 

@@ -12,9 +12,9 @@ class FreeSpaceConfig(Settings):
         1.0,
         ge=0,
         le=100,
-        description="square metres; a smaller patch of free cells is no place for a car. By judgement: some "
-        "five times the footprint of a car of 0.5 m by 0.3 m; scattered cells that a mapper leaves free are "
-        "smaller",
+        description="square metres; a smaller patch of free cells has no room for a car. By judgement: "
+        "some five times the footprint of a car of 0.5 m by 0.3 m; scattered cells that a mapper leaves "
+        "free are smaller",
     )
     unknown_reach: float = Field(
         0.8,

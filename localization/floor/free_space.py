@@ -100,9 +100,7 @@ def _open_floor(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) ->
     free = (grid.cells > UNKNOWN) & (grid.cells < OCCUPIED_FROM)
     patches, count = ndimage.label(free)
     if count == 0:
-        raise UserError(
-            "The map has no free cells, so there is no place for a car on it; check its thresholds."
-        )
+        raise UserError("The map has no free cells, so a car can stand nowhere on it; check its thresholds.")
     areas = patch_sizes(patches, count) * grid.resolution**2
     areas[0] = 0.0
     wanted = areas >= min(config.smallest_area, areas.max())

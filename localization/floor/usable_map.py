@@ -15,7 +15,7 @@ def refuse_unusable(walls: Walls, free_space: FreeSpace, config: FreeSpaceConfig
     occupied, known = np.count_nonzero(cells >= OCCUPIED_FROM), np.count_nonzero(cells > UNKNOWN)
     if occupied == 0:
         raise UserError(
-            "The map has no wall, so nothing on it tells where the car is: no pixel is as dark as its "
+            "The map has no wall, so nothing on it shows where the car is: no pixel is as dark as its "
             "occupied_thresh asks for; lower that, or save the image without transparency, which counts as "
             "brightness."
         )

@@ -73,9 +73,9 @@ class SpeedMemoryConfig(Settings):
         0.1,
         gt=0,
         le=10,
-        description="seconds, the time constant by which a car follows odometry made of what motor and servo "
-        "are told; measured by laying odometry beside matched scans: on session_A and localization_bag1 "
-        "turns and distances are 0.1 s early",
+        description="seconds, the time constant by which a car follows odometry made of the commands to "
+        "motor and servo; measured by laying odometry beside matched scans: on session_A and "
+        "localization_bag1 turns and distances are 0.1 s early",
     )
     grip: float = Field(
         4.0,

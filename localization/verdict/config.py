@@ -129,7 +129,7 @@ class VerdictConfig(Settings):
         0.5,
         ge=0,
         le=1000,
-        description="seconds of an unknown place that are worth a word, and between two that are one. By "
+        description="seconds of an unknown place that are reported, and between two that are one. By "
         "judgement",
     )
     most_segments: int = Field(
@@ -140,7 +140,7 @@ class VerdictConfig(Settings):
         gt=0,
         le=1e9,
         description="seconds of scans for which a car may be lost on a map that seems wrong, before the "
-        "search is given up. By judgement: a car that was carried elsewhere is found within a second or two "
+        "search stops. By judgement: a car that was carried elsewhere is found within a second or two "
         "(`racecar benchmark accuracy`), and some ten searches of the map fit into it",
     )
     patience_share: float = Field(

@@ -88,5 +88,7 @@ class DriveJudge:
         if verdict == DriveVerdict.LOST:
             return ("On most of the drive no place on the map fitted the scans, or several did.",)
         if not self._fit.is_right:
-            return ("Whether it is the right map or one that looks alike does not show; drive farther.",)
+            return (
+                "The drive does not show whether it is the right map or one that looks alike; drive farther.",
+            )
         return ()

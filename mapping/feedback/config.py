@@ -27,15 +27,15 @@ class FeedbackConfig(Settings):
         default=3,
         ge=0,
         le=100,
-        description="How often a map is mended and judged again at most, for the time it takes. By "
+        description="How often a map is corrected and judged again at most, for the time it takes. By "
         "judgement.",
     )
     reach: float = Field(
         default=3.0,
         gt=0.0,
         le=100.0,
-        description="Metres to each side within which a pass is sought on one that contradicts it. By "
-        "judgement: passes are compared where they lie within 4 m of each other.",
+        description="Metres to each side within which a pass is searched for on one that contradicts it. "
+        "By judgement: passes are compared where they lie within 4 m of each other.",
     )
     turn: float = Field(
         default=0.5,
@@ -45,11 +45,11 @@ class FeedbackConfig(Settings):
     )
     sought_at: tuple[float, ...] = Field(
         default=(-1.5, 0.0, 1.5),
-        description="Metres of path from the middle of a pass to the places from which it is sought, so that "
-        "they can support each other. By judgement.",
+        description="Metres of path from the middle of a pass to the places from which it is searched for, "
+        "so that they can support each other. By judgement.",
     )
     loops: LoopClosureConfig = Field(
         default=_LOOPS,
-        description="How passes are sought on each other: more leniently than during the drive, because the "
-        "map that a wrong loop leads to refutes it.",
+        description="How passes are searched for on each other: more leniently than during the drive, "
+        "because the map that a wrong loop leads to refutes it.",
     )

@@ -39,7 +39,10 @@ class SubmapConfig(Settings):
         "judgement.",
     )
     min_sample: int = Field(
-        default=50, ge=1, le=10000, description="Points below which a submap is not sought. By judgement."
+        default=50,
+        ge=1,
+        le=10000,
+        description="Points below which a submap is not searched for. By judgement.",
     )
 
 
@@ -96,7 +99,7 @@ class CandidateSearchConfig(Settings):
         default=4,
         ge=1,
         le=1000,
-        description="Submaps that a new one is sought on, for the time it takes. By judgement.",
+        description="Submaps on which a new one is searched for, for the time it takes. By judgement.",
     )
     candidate_spacing: float = Field(
         default=3.0,
@@ -175,8 +178,8 @@ class SubmapMatchingConfig(Settings):
         default=0.2,
         gt=0.0,
         le=100.0,
-        description="Metres within which partners are sought in the second match. By judgement: twice the "
-        "cell.",
+        description="Metres within which partners are searched for in the second match. By judgement: "
+        "twice the cell.",
     )
     independent_pairs: float = Field(
         default=20.0,

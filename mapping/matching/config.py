@@ -95,14 +95,14 @@ class PointToLineConfig(Settings):
         default=0.5,
         gt=0.0,
         le=5.0,
-        description="Metres within which partners of points are sought at first, where the caller does not "
-        "say. Prototype.",
+        description="Metres within which partners of points are searched for at first, where the caller "
+        "does not say. Prototype.",
     )
     final_distance: float = Field(
         default=0.15,
         gt=0.0,
         le=5.0,
-        description="Metres within which partners are sought in the end. Prototype.",
+        description="Metres within which partners are searched for in the end. Prototype.",
     )
     shrinkage: float = Field(
         default=0.7,
@@ -144,7 +144,7 @@ class PointToLineConfig(Settings):
         ge=3.0,
         le=1000.0,
         description="Points with a partner, summed over the scans of a match, below which the pose is left "
-        "as it is. By judgement: twice the three numbers sought.",
+        "as it is. By judgement: twice the three unknowns.",
     )
     usual_residual: float = Field(
         default=0.01,
@@ -169,8 +169,8 @@ class CorrelativeSearchConfig(Settings):
         default=0.1,
         gt=0.0,
         le=1.0,
-        description="Metres between the places that are tried. Prototype: point-to-line alignment mends the "
-        "rest.",
+        description="Metres between the places that are tried. Prototype: point-to-line alignment corrects "
+        "the rest.",
     )
     angle_step: float = Field(
         default=math.radians(0.75),

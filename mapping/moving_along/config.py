@@ -13,7 +13,7 @@ class MovingAlongConfig(Settings):
         default=10.0,
         gt=0.0,
         le=1000.0,
-        description="Seconds that are judged together. By judgement: as long as somebody carries a robot.",
+        description="Seconds that are judged together. By judgement: as long as someone carries a robot.",
     )
     reach: float = Field(
         default=5.0,
@@ -127,9 +127,9 @@ class MovingAlongConfig(Settings):
         default=0.3,
         gt=0.0,
         le=1.0,
-        description="Share of the ranges that changed in that second from which the laser moved nonetheless, "
-        "so that the scans tell its motion. By judgement: more than people who walk by, less than what a "
-        "carrier leaves of the view.",
+        description="Share of the ranges that changed in that second from which the laser moved "
+        "nonetheless, so that the scans show its motion. By judgement: more than people who walk by, less "
+        "than what a carrier leaves of the view.",
     )
     min_standing: int = Field(
         default=2,

@@ -185,8 +185,8 @@ class VelocityFilterConfig(Settings):
         gt=0.0,
         le=10000.0,
         description="Squared Mahalanobis distance between prediction and match beyond which the filter "
-        "begins anew. By judgement: by the chi-square distribution of three dimensions 16 is exceeded once "
-        "in a thousand times, but accelerations have heavier tails.",
+        "starts again. By judgement: by the chi-square distribution of three dimensions 16 is exceeded "
+        "once in a thousand times, but accelerations have heavier tails.",
     )
     trusted_after: float = Field(
         default=10.0,
@@ -273,8 +273,8 @@ class WheelCalibrationConfig(Settings):
         default=0.1,
         gt=0.0,
         le=10.0,
-        description="Metres of a span from which it tells of the path's scale. By judgement: some times "
-        "what a match errs by.",
+        description="Metres of a span from which it shows the path's scale. By judgement: some times what "
+        "a match errs by.",
     )
     spans_per_step: float = Field(
         default=8.0,
@@ -357,8 +357,8 @@ class DeadReckoningConfig(Settings):
         default=1.0,
         gt=0.0,
         le=100.0,
-        description="Metres by which scan odometry may miss a step between keyframes before it begins anew. "
-        "By judgement.",
+        description="Metres by which scan odometry may miss a step between keyframes before it starts "
+        "again. By judgement.",
     )
     lost_angle: float = Field(default=0.5, gt=0.0, le=100.0, description="The same in radians. By judgement.")
     unseen_turn: float = Field(
@@ -381,8 +381,8 @@ class DeadReckoningConfig(Settings):
         ge=0.0,
         le=100.0,
         description="Seconds for which a car without wheel odometry is thought to go on as before while no "
-        "beam meets anything; then it is sought where it was by then. By judgement: as long as a gap after "
-        "which it is sought.",
+        "beam meets anything; then it is searched for where it was by then. By judgement: as long as a gap "
+        "after which it is searched for.",
     )
     unknown_sigma: tuple[Positive, Positive, Positive] = Field(
         default=(1.0, 1.0, 1.5),

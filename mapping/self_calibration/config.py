@@ -77,7 +77,7 @@ class ScanTrackConfig(Settings):
         ge=0.0,
         le=1.0,
         description="Share of the ranges that may have changed while the laser stands. By judgement: "
-        "somebody walks by.",
+        "someone walks by.",
     )
     max_points: int = Field(
         default=400,
@@ -111,7 +111,8 @@ class SweepOrderConfig(Settings):
         default=60,
         ge=1,
         le=100_000,
-        description="Pairs by which sensors are told whose beams are as recorded. By judgement: a quarter.",
+        description="Pairs from which sensors whose beams are as recorded are recognized. By judgement: a "
+        "quarter.",
     )
     max_uses: int = Field(
         default=4, ge=1, le=1000, description="Pairs that one scan may be in. By judgement."
@@ -133,7 +134,8 @@ class SweepOrderConfig(Settings):
         default=8,
         ge=2,
         le=10_000,
-        description="Blocks below which nothing is told. By judgement: their spread is not known from fewer.",
+        description="Blocks below which nothing is decided. By judgement: their spread is not known from "
+        "fewer.",
     )
     resamplings: int = Field(default=200, ge=10, le=100_000, description="Of the bootstrap. By judgement.")
     min_sigmas_over_recorded: float = Field(
@@ -281,7 +283,8 @@ class TurnRatioConfig(Settings):
         default=6,
         ge=2,
         le=10_000,
-        description="Blocks below which nothing is told: their spread is not known from fewer. By judgement.",
+        description="Blocks below which nothing is decided: their spread is not known from fewer. By "
+        "judgement.",
     )
     resamplings: int = Field(default=100, ge=10, le=100_000, description="Of the bootstrap. By judgement.")
     right_factor: float = Field(
@@ -393,7 +396,7 @@ class MountConfig(Settings):
         ge=4,
         le=10_000,
         description="Windows with travel below which nothing is estimated. By judgement: three times the "
-        "numbers sought, with two equations each.",
+        "unknowns, with two equations each.",
     )
     min_certain_windows: int = Field(
         default=15,

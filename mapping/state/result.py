@@ -132,13 +132,13 @@ def _warnings(state: MapperState) -> list[str]:
     if state.reckoning.scans_left_out > 0:
         warnings.append(
             f"{state.reckoning.scans_left_out} scans of further lasers were left out: without wheel odometry "
-            "nothing tells the motion from one laser's scan to another's."
+            "nothing shows the motion from one laser's scan to another's."
         )
     if lag := state.reckoning.odometry_lag.nanoseconds:
         where = "behind" if lag > 0 else "ahead of"
         warnings.append(
             f"By their stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans: this was corrected, "
-            "and the map does not suffer from it. To mend it, let one clock stamp all messages (chrony, or "
+            "and the map does not suffer from it. To remedy it, stamp all messages by one clock (chrony, or "
             "drivers on one computer)."
         )
     return warnings

@@ -75,7 +75,7 @@ class FrozenOdometry:
         times = ", ".join(f"{(s.begin - start) * 1e-9:.1f} to {(s.end - start) * 1e-9:.1f}" for s in told)
         return (
             "The odometry repeated one pose, or heading, while the scans moved on: it was left out from "
-            f"{times} s after the first scan. See why its driver hung."
+            f"{times} s after the first scan. Find out why its driver hung."
         )
 
     def to_arrays(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:

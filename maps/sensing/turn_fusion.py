@@ -96,8 +96,8 @@ class TurnModel:
         if self.agrees_with_wheels:
             return "Correct angle_min, angle_max and angle_increment in the laser's driver."
         return (
-            "See that its driver reports radians per second about the axis that points up, or leave it out "
-            "with --no-imu."
+            "Make sure that its driver reports radians per second about the axis that points up, or leave "
+            "it out with --no-imu."
         )
 
     def _scales_by(self, plain: float) -> bool:

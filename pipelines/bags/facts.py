@@ -133,7 +133,7 @@ class ScanFacts:
                 Finding(
                     f"The scans have only {self.most_beams} beams, {apart:.0f}° apart: no wall is recognized "
                     "from one scan to the next, and the map is no better than the wheels.",
-                    "Let the driver publish all that the sensor measures, at least one beam per "
+                    "Make the driver publish all that the sensor measures, at least one beam per "
                     f"{np.degrees(_FARTHEST_APART):.0f}°.",
                     spoils_map=True,
                 )
@@ -142,8 +142,8 @@ class ScanFacts:
             findings.append(
                 Finding(
                     f"In {self.blank} of {self.spacing.count} scans no beam met anything, for up to "
-                    f"{self.longest_blank:.1f} s at a time: only wheels can tell the motion there.",
-                    "See that nothing covers the laser and that it keeps running.",
+                    f"{self.longest_blank:.1f} s at a time: only wheels can show the motion there.",
+                    "Make sure that nothing covers the laser and that it keeps running.",
                 )
             )
         if self.invalid > _INVALID_SHARE * self.beams:
@@ -151,15 +151,16 @@ class ScanFacts:
                 Finding(
                     f"{self.invalid / self.beams:.0%} of the beams hold no reading "
                     "(NaN, zero or below range_min).",
-                    "Clean the sensor's window, see that the car does not cover it, and look at range_min.",
+                    "Clean the sensor's window, make sure that the car does not cover it, and look at "
+                    "range_min.",
                 )
             )
         if self.farthest == 0.0:
             findings.append(
                 Finding(
                     "Not one beam met anything.",
-                    "See that nothing covers the laser, that it works, and that range_min and range_max "
-                    "are right.",
+                    "Make sure that nothing covers the laser, that it works, and that range_min and "
+                    "range_max are right.",
                     spoils_map=True,
                 )
             )
@@ -204,7 +205,7 @@ class OdometryFacts:
             findings.append(
                 Finding(
                     f"The odometry jumps {times(self.jumps)}, faster than any car.",
-                    "See that only one node publishes it and that it is not reset while driving.",
+                    "Make sure that only one node publishes it and that it is not reset while driving.",
                 )
             )
         if self.top_speed > _LONGEST_STEP * self.spacing.rate:
@@ -272,6 +273,6 @@ class YawRateFacts:
         return [
             Finding(
                 f"The yaw rate of the IMU is always {self.slowest:g}: its gyroscope is dead and not used.",
-                "See that its driver starts the gyroscope.",
+                "Make sure that its driver starts the gyroscope.",
             )
         ]

@@ -19,7 +19,7 @@ class Finding:
         return f"{self.what} {self.remedy}"
 
 
-ONE_CLOCK = "Let one clock stamp all messages (chrony, or drivers on one computer)."
+ONE_CLOCK = "Stamp all messages by one clock (chrony, or drivers on one computer)."
 """The remedy for clocks that differ."""
 
 
@@ -31,19 +31,19 @@ def times(count: int) -> str:
 _COUNTED = {
     "dropped_out_of_order": (
         "Messages dropped because their stamps are over a second out of order",
-        "See that one clock stamps all messages (chrony, or use_sim_time everywhere).",
+        "Stamp all messages by one clock (chrony, or use_sim_time everywhere).",
     ),
     "dropped_duplicates": (
-        "Messages dropped because they bear the stamp of another of their topic",
-        "See that only one driver publishes the topic; otherwise nothing is lost.",
+        "Messages dropped because another of their topic has the same stamp",
+        "Make sure that only one driver publishes the topic; otherwise nothing is lost.",
     ),
     "stamps_from_recording_time": (
-        "Stamps that were zero or absurd, for which the time of recording stands in",
-        "Let the driver stamp its messages; until then expect some jitter.",
+        "Stamps that were zero or absurd, replaced by the time of recording",
+        "Make the driver stamp its messages; until then expect some jitter.",
     ),
     "stamps_that_stood_still": (
-        "Stamps that stood still while messages came, for which the time of recording stands in",
-        "Restart the driver, or let it stamp each message when it is measured.",
+        "Stamps that stood still while messages came, replaced by the time of recording",
+        "Restart the driver, or make it stamp each message when it is measured.",
     ),
     "clock_jumps": (
         "Jumps of the stamps of a topic, because a clock was set; they are taken to go on as before",
@@ -59,7 +59,7 @@ _COUNTED = {
     ),
     "invalid_odometry": (
         "Odometry messages dropped because they hold no valid pose",
-        "Let the odometry node set the pose's quaternion (w = 1 for no rotation).",
+        "Make the odometry node set the pose's quaternion (w = 1 for no rotation).",
     ),
     "time_increments_ignored": (
         "Scans with a time_increment too long to be true, which is taken as zero",
@@ -67,7 +67,7 @@ _COUNTED = {
     ),
     "point_times_ignored": (
         "Clouds that time their points over a second away from their stamp, which is ignored",
-        "Let the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
+        "Make the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
     ),
     "changed_beam_counts": ("Times the number of beams changed", "No action is needed."),
     "scans_without_range_max": (
@@ -95,8 +95,9 @@ def counted_findings(counts: Counter[str]) -> list[Finding]:
     if lacking > 0.01 * counts["scans"] + 2:
         findings.append(
             Finding(
-                f"{lacking} of {counts['scans']} scans lack odometry of their time.",
-                "See that the odometry runs all the time and is stamped by the same clock as the scans.",
+                f"{lacking} of {counts['scans']} scans were taken while there was no odometry.",
+                "Make sure that the odometry runs all the time and is stamped by the same clock as the "
+                "scans.",
             )
         )
     return findings

@@ -102,7 +102,7 @@ class MotionSources:
             remedy = "No action is needed."
             if not are_poses:
                 what = f"The orientation in {name} is not a number, or zero"
-                remedy = "Let its node set the pose's quaternion (w = 1 for no rotation)."
+                remedy = "Make its node set the pose's quaternion (w = 1 for no rotation)."
             self._findings.append(Finding(f"{what}: the pose is integrated from the speeds.", remedy))
         return PoseSource.POSE if odom_topic is not None and source == PoseSource.STANDING else source
 
@@ -144,7 +144,7 @@ class MotionSources:
                     Finding(
                         f"The poses of {self.odometry.topic.name} never change, while {found} on "
                         f"{', '.join(found.topics)} moves: the latter is the odometry.",
-                        "See why the topic stands still.",
+                        "Find out why the topic stands still.",
                     )
                 )
             self.odometry_links = found
@@ -156,7 +156,7 @@ class MotionSources:
                 Finding(
                     f"The link {link} on {link.topic} never changes though the car moves: the motion is read "
                     f"from {' -> '.join(found.driving)}.",
-                    "See why the odometry stands still, if it should not.",
+                    "Find out why the odometry stands still, if it should not.",
                 )
                 for link in links.standing_odometry(found)
             ]

@@ -46,11 +46,11 @@ class OdometrySpikes:
             if self._of_second < 0.5 * self.count:
                 return []  # no track at all: whoever follows the motion says that it is none
             what = (
-                f"The odometry goes to and fro between two tracks, {times(self.count)}: two programs publish "
-                "it, of which the first is followed."
+                f"The odometry alternates between two tracks, {times(self.count)}: two programs publish it, "
+                "of which the first is followed."
             )
             return [Finding(what, "Let only one node publish it, such as the driver or a filter.")]
-        what = f"The odometry is elsewhere for a single sample, {times(self.count)}: these are left out."
+        what = f"The odometry jumps away for a single sample, {times(self.count)}: these are left out."
         return [Finding(what, "See what disturbs its node, and that only one publishes it.")]
 
 

@@ -111,7 +111,7 @@ class RepeatedScans:
             f"at {self._listed:.1f} s and for up to {self._longest:.1f} s at a time: they are left out, as "
             "they show nothing new."
         )
-        remedy = "See why the laser's driver, or whatever hands its scans on, repeats itself."
+        remedy = "Find out why the laser's driver, or whatever relays its scans, repeats itself."
         is_most = self._stuck_seconds > _MOST * (self._last - self._first) * 1e-9
         return [Finding(what, remedy, spoils_map=is_most)]
 

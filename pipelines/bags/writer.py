@@ -64,7 +64,7 @@ class BagWriter:
     def __init__(self, path: str | Path) -> None:
         path = Path(path)
         if path.suffix in (".mcap", ".db3"):
-            raise UserError(f"{path} cannot be written as a lone file: name a .bag file, or a folder.")
+            raise UserError(f"{path} cannot be written as a single file: name a .bag file, or a folder.")
         self._path = path
         self._is_ros1 = path.suffix == ".bag"
         self._types = ros1_types() if self._is_ros1 else ros2_types()

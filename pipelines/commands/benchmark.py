@@ -64,7 +64,7 @@ def slam(
             "--data",
             metavar="DIR",
             help="Folder of the logs, or one that has them in slam_benchmark: each a bag with a .relations "
-            "file of the same name. When not given: $RACECAR_DATA, else ../shared/data beside the project.",
+            "file of the same name. Default: $RACECAR_DATA, else ../shared/data beside the project.",
             show_default=False,
         ),
     ] = None,
@@ -222,7 +222,7 @@ def quality(
     faults: Annotated[
         int,
         typer.Option(
-            "--faults", min=0, max=40, metavar="N", help="Further maps of each drive, with a fault each."
+            "--faults", min=0, max=40, metavar="N", help="Further maps of each drive, each with one fault."
         ),
     ] = 4,
     bags: Annotated[
@@ -324,8 +324,8 @@ def accuracy(
         typer.Option(
             "--only",
             metavar="NAME",
-            help="Of the ablation, only this mechanism, group or kind of drive; may be repeated. A long run "
-            "can so be made in parts.",
+            help="Of the ablation, only this mechanism, group or kind of drive; may be repeated. A long "
+            "run can be made in parts this way.",
             show_default=False,
         ),
     ] = None,
@@ -335,8 +335,8 @@ def accuracy(
             "--seconds",
             min=2.0,
             metavar="SECONDS",
-            help="Of the ablation: length of its simulated drives, 30 when not given, and of what is taken "
-            "of the beginning of a recording, all when not given.",
+            help="Of the ablation: length of its simulated drives (default: 30), and of the part of a "
+            "recording that is used (default: all).",
             show_default=False,
         ),
     ] = None,
@@ -345,8 +345,7 @@ def accuracy(
         typer.Option(
             "--data",
             metavar="DIR",
-            help="Folder of the recordings. When not given: $RACECAR_DATA, else ../shared/data beside the "
-            "project.",
+            help="Folder of the recordings. Default: $RACECAR_DATA, else ../shared/data beside the project.",
             show_default=False,
         ),
     ] = None,
@@ -425,7 +424,7 @@ def live(
     ] = 60.0,
     speed: Annotated[
         float,
-        typer.Option("--speed", min=0.1, max=20.0, metavar="FACTOR", help="Play so many times as fast."),
+        typer.Option("--speed", min=0.1, max=20.0, metavar="FACTOR", help="Playback speed; 1 is real time."),
     ] = 1.0,
     recorded: Annotated[
         bool,

@@ -1,4 +1,4 @@
-"""``racecar check``: what is in a bag and what is wrong with it."""
+"""``racecar check``: what is in a bag, and its problems."""
 
 from typing import TYPE_CHECKING, Annotated
 
@@ -38,7 +38,7 @@ def check(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Show what is in a bag and what is wrong with it, before hours are spent on it.
+    """Show what is in a bag, and its problems, before you map it.
 
     Example: racecar check drive.bag
 
@@ -89,7 +89,7 @@ def _topics_table(result: "BagCheck") -> "Table":
 def _facts_table(result: "BagCheck") -> "Table":
     from rich.table import Table
 
-    table = Table("", "", title="What is in it", title_justify="left", show_header=False)
+    table = Table("", "", title="Contents", title_justify="left", show_header=False)
     for name, value in _facts_in_words(result):
         table.add_row(name, value)
     return table
@@ -133,7 +133,7 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
             f"{odometry['path_length_m']:.1f} m, turned {odometry['turned_deg']:.0f}°, "
             f"up to {odometry['top_speed_m_s']:.1f} m/s",
         ),
-        ("scans in its time", f"{odometry['scans_covered_share']:.1%}"),
+        ("scans covered by it", f"{odometry['scans_covered_share']:.1%}"),
     ]
 
 
@@ -141,7 +141,7 @@ def _findings_table(result: "BagCheck") -> "Table | str":
     from rich.table import Table
 
     if not result.findings:
-        return "Nothing is wrong with it."
+        return "No problems found."
     table = Table(
         "what is wrong", "what to do about it", title="Findings", title_justify="left", show_lines=True
     )

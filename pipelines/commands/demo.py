@@ -10,7 +10,7 @@ from racecar.pipelines.commands.options import JsonOption, QuietOption, SeedOpti
 
 def demo(
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder for the results; made when missing.")
+        Path, typer.Option("--out", metavar="DIR", help="Folder for the results; created if missing.")
     ] = Path("demo"),
     seed: SeedOption = 0,
     json: JsonOption = None,

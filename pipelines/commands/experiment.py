@@ -29,14 +29,18 @@ if TYPE_CHECKING:
     from racecar.pipelines.experiments.recording import BagRecording
 
 QuickOption = Annotated[
-    bool, typer.Option("--quick", help="Few repetitions: to see that all works, not to conclude from.")
+    bool,
+    typer.Option(
+        "--quick", help="Few repetitions: enough to see that everything works, not to draw conclusions."
+    ),
 ]
 SchedulerOption = Annotated[
     str | None,
     typer.Option(
         "--scheduler",
         metavar="ADDRESS",
-        help="Run on a dask cluster, such as tcp://192.168.0.5:8786; on all cores here when not given.",
+        help="Run on a dask cluster, such as tcp://192.168.0.5:8786; by default on all cores of this "
+        "machine.",
         show_default=False,
     ),
 ]
@@ -52,7 +56,7 @@ InitialPoseOption = Annotated[
     typer.Option(
         "--initial-pose",
         metavar="X Y YAW",
-        help="Where the recording starts, metres and radians of the map; when not given, as the map's "
+        help="Where the recording starts, metres and radians of the map; by default, as the map's "
         "trajectory.tum says if the recording made the map.",
         show_default=False,
     ),

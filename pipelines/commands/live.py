@@ -26,7 +26,7 @@ ViewPortOption = Annotated[
         metavar="N",
         min=1,
         max=65535,
-        help="Port of the page; a free one when not given.",
+        help="Port of the page; by default a free one.",
         show_default=False,
     ),
 ]
@@ -55,7 +55,7 @@ def _page(is_wanted: bool, title: str, port: int | None) -> "Iterator[LiveView |
         yield None
         return
     if find_spec("rerun") is None:
-        raise UserError("--view takes rerun, which needs Python 3.11 or newer: pip install rerun-sdk.")
+        raise UserError("--view needs rerun, which needs Python 3.11 or newer: pip install rerun-sdk.")
 
     from rich.console import Console
 
@@ -74,8 +74,8 @@ def localize(
         typer.Option(
             "--map",
             metavar="MAP",
-            help="A map's YAML file, a folder with map.yaml, or a shipped map: building, track. "
-            "When not given, the node waits for a map on /map.",
+            help="A map's YAML file, a folder with map.yaml, or a shipped map: building, track. Without "
+            "it, the node waits for a map on /map.",
             show_default=False,
         ),
     ] = None,
@@ -89,14 +89,14 @@ def localize(
         ),
     ] = None,
     anywhere: Annotated[
-        bool, typer.Option("--global", help="Search the whole map, also where a pose is remembered.")
+        bool, typer.Option("--global", help="Search the whole map, even if a pose is remembered.")
     ] = False,
     memory: Annotated[
         Path | None,
         typer.Option(
             "--memory",
             metavar="DIR",
-            help="Folder where the pose is remembered over a restart; ~/.local/state/racecar when not given.",
+            help="Folder where the pose is remembered over a restart; default: ~/.local/state/racecar.",
             show_default=False,
         ),
     ] = None,
@@ -176,7 +176,7 @@ def map(
     """Build a map while the car drives. Ctrl-C ends the drive and saves the map; so does the service save_map
     in between.
 
-    A drive whose node was killed in the last hour is carried on when the same command is given again.
+    If the node was killed within the last hour, the same command goes on with that drive.
 
     Example: racecar live map --out runs/drive
     """

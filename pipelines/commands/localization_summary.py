@@ -33,7 +33,7 @@ def print_localization(report: Report, quality: DriveQuality, folder: Path) -> N
     if abs(fault) > _WORTH_MENDING and quality.verdict == DriveVerdict.LOCALIZED:
         console.print(
             f"Odometry reports distances {abs(fault):.0%} too {'short' if fault > 0.0 else 'long'}; the "
-            "localizer makes up for it, but the gain from motor to speed is worth mending."
+            "localizer corrects that. To remedy it, change the gain from motor to speed."
         )
     print_warnings(report.warnings)
     console.print(

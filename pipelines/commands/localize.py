@@ -61,7 +61,7 @@ def localize(
     Without --initial-pose and --global the bag that made the map starts where it was then, by the map's
     report.json and trajectory.tum; any other starts anywhere.
 
-    When the map turns out to be of another place, the search is given up.
+    When the map turns out to be of another place, the search stops.
 
     Example: racecar localize drive.bag --map runs/drive --out runs/localized
     """

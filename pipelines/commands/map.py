@@ -64,9 +64,9 @@ def map(
 ) -> None:
     """Build a map from a bag: map.png, map.yaml and map.pgm, trajectory.tum, report.json and more.
 
-    Ctrl-C ends the reading and makes a map of what was read.
+    Ctrl-C stops the reading and makes a map of what was read so far.
 
-    A run that was killed goes on where it was, when it is started again.
+    A run that was killed goes on where it was when the same command is given again.
 
     Example: racecar map drive.bag --out runs/drive
 

@@ -27,7 +27,7 @@ BagArgument = Annotated[
     Path,
     typer.Argument(
         metavar="BAG",
-        help="A ROS 1 .bag, a ROS 2 bag folder, or a lone .db3 or .mcap file.",
+        help="A ROS 1 .bag, a ROS 2 bag folder, or a single .db3 or .mcap file.",
         show_default=False,
     ),
 ]
@@ -36,7 +36,7 @@ OutputFolderOption = Annotated[
     typer.Option(
         "--out",
         metavar="DIR",
-        help="Folder for the results; made when missing, other files in it stay.",
+        help="Folder for the results; created if missing; other files in it are kept.",
         show_default=False,
     ),
 ]
@@ -58,21 +58,29 @@ ScanTopicOption = Annotated[
     typer.Option(
         "--scan-topic",
         metavar="TOPIC",
-        help="Topic of the scans, found by type; give it once for each laser to use several.",
+        help="Topic of the scans; by default found by type. Repeat it to use several lasers.",
         show_default=False,
     ),
 ]
 OdomTopicOption = Annotated[
     str | None,
     typer.Option(
-        "--odom-topic", metavar="TOPIC", help="Topic of the odometry; found by type.", show_default=False
+        "--odom-topic",
+        metavar="TOPIC",
+        help="Topic of the odometry; by default found by type.",
+        show_default=False,
     ),
 ]
-NoOdomOption = Annotated[bool, typer.Option("--no-odom", help="Leave the bag's odometry aside.")]
-NoImuOption = Annotated[bool, typer.Option("--no-imu", help="Leave the bag's IMU aside.")]
+NoOdomOption = Annotated[bool, typer.Option("--no-odom", help="Ignore the bag's odometry.")]
+NoImuOption = Annotated[bool, typer.Option("--no-imu", help="Ignore the bag's IMU.")]
 ImuTopicOption = Annotated[
     str | None,
-    typer.Option("--imu-topic", metavar="TOPIC", help="Topic of the IMU; found by type.", show_default=False),
+    typer.Option(
+        "--imu-topic",
+        metavar="TOPIC",
+        help="Topic of the IMU; by default found by type.",
+        show_default=False,
+    ),
 ]
 
 
@@ -108,11 +116,11 @@ def parse_laser_pose(text: str) -> tuple[float, ...]:
         numbers = ()
     if len(numbers) not in (3, 4) or not all(abs(number) < _FARTHEST for number in numbers):
         raise UserError(
-            f"{_LASER_POSE} {text!r} is no place: give X Y YAW in metres and radians, and ROLL, 3.1416, if "
-            "the laser hangs upside down."
+            f"{_LASER_POSE} {text!r} is not a place: give X Y YAW in metres and radians, and ROLL, 3.1416, "
+            "if the laser hangs upside down."
         )
     if (slip := slip_in(numbers)) is not None:
-        raise UserError(f"{_LASER_POSE} {text!r} is no place: {slip}.")
+        raise UserError(f"{_LASER_POSE} {text!r} is not a place: {slip}.")
     return numbers
 
 
@@ -122,7 +130,7 @@ LaserPoseOption = Annotated[
         _LASER_POSE,
         metavar="X Y YAW [ROLL]",
         help="The laser's place on the car in metres and radians; a laser that hangs upside down has the "
-        "roll 3.1416. Taken from transforms, or from the motion, when not given.",
+        "roll 3.1416. By default it is taken from transforms, or from the motion.",
         show_default=False,
     ),
 ]

@@ -12,7 +12,7 @@ def play(
     bag: BagArgument,
     speed: Annotated[
         float,
-        typer.Option("--speed", metavar="X", min=0.01, max=1000.0, help="Times as fast as it was recorded."),
+        typer.Option("--speed", metavar="X", min=0.01, max=1000.0, help="Playback speed; 1 is as recorded."),
     ] = 1.0,
     topics: Annotated[
         list[str] | None,
@@ -35,7 +35,8 @@ def play(
             "--listeners",
             metavar="N",
             min=1,
-            help="Begin as soon as N nodes hear the scans; when not given, once nobody new has come for 3 s.",
+            help="Begin as soon as N nodes listen to the scans; by default, when no new one has appeared "
+            "for 3 s.",
             show_default=False,
         ),
     ] = None,
@@ -68,7 +69,7 @@ def play(
             if clock:
                 player.publish_clock()
             if not player.wait_for_listeners(wait, listeners):
-                console.print("Nobody listens to the scans yet; playing all the same.")
+                console.print("No node listens to the scans yet; playing anyway.")
             with progress_bar("Playing", player.message_count, quiet=quiet) as advance_to:
                 played = player.play(speed, advance_to)
         finally:

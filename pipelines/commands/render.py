@@ -29,7 +29,7 @@ EditsOption = Annotated[
     typer.Option(
         "--edits",
         metavar="FILE",
-        help="Edits to draw over the map, in the frame of DIR; else those of edits.yaml in DIR.",
+        help="Edits to draw over the map, in the frame of DIR; default: edits.yaml in DIR.",
         show_default=False,
     ),
 ]

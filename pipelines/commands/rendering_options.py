@@ -51,7 +51,7 @@ LeaveOutOption = Annotated[
     typer.Option(
         "--leave-out",
         metavar="'FROM TO'",
-        help="Leave out the scans between two times, in seconds since the first scan; may be given again.",
+        help="Leave out the scans between two times, in seconds since the first scan; may be repeated.",
         show_default=False,
     ),
 ]

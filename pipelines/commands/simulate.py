@@ -20,7 +20,9 @@ def simulate(
             show_default=False,
         ),
     ],
-    noise: Annotated[NoiseLevel, typer.Option("--noise", help="Of the wheel odometry.")] = NoiseLevel.SLIGHT,
+    noise: Annotated[
+        NoiseLevel, typer.Option("--noise", help="Noise of the wheel odometry.")
+    ] = NoiseLevel.SLIGHT,
     seed: SeedOption = 0,
     duration: Annotated[
         float | None,
@@ -29,7 +31,7 @@ def simulate(
             metavar="SECONDS",
             min=1.0,
             max=100_000.0,
-            help="How long to drive; until all of the map is seen when not given, two laps on a track.",
+            help="How long to drive; by default until the whole map is seen, or for two laps of a track.",
             show_default=False,
         ),
     ] = None,
@@ -37,7 +39,7 @@ def simulate(
         float, typer.Option("--speed", metavar="M/S", min=0.3, max=15.0, help="Top speed; bends are slower.")
     ] = 2.0,
     walkers: Annotated[
-        int, typer.Option("--walkers", metavar="N", min=0, max=100, help="Persons who walk about.")
+        int, typer.Option("--walkers", metavar="N", min=0, max=100, help="Number of people walking about.")
     ] = 0,
     slip: Annotated[
         float,
@@ -48,7 +50,7 @@ def simulate(
         typer.Option(
             "--laser",
             help="race: 270°, 30 m; short: 240°, 4 m, half of the beams empty; round: 360°, 12 m, 7 Hz; "
-            "outdoor: 180°, 80 m, much of it missed.",
+            "outdoor: 180°, 80 m, most distant returns missed.",
         ),
     ] = LaserKind.RACE,
     tilt: Annotated[
@@ -64,7 +66,10 @@ def simulate(
         typer.Option("--kerbs", metavar="M", min=0.0, max=1.0, help="Height of the campus' lawn."),
     ] = 0.0,
     posts: Annotated[
-        int, typer.Option("--posts", metavar="N", min=0, max=12, help="The robot's own, in the laser's view.")
+        int,
+        typer.Option(
+            "--posts", metavar="N", min=0, max=12, help="Number of the robot's own posts in the laser's view."
+        ),
     ] = 0,
     carried: Annotated[
         float,
@@ -73,11 +78,11 @@ def simulate(
             metavar="SECONDS",
             min=0.0,
             max=30.0,
-            help="So long of each 30 s the car is carried on, its wheels standing.",
+            help="For this long in each 30 s the car is carried, its wheels standing.",
         ),
     ] = 0.0,
     carrier: Annotated[
-        bool, typer.Option("--carrier", help="The laser sees the body of who carries the car.")
+        bool, typer.Option("--carrier", help="The laser sees the body of whoever carries the car.")
     ] = False,
     follower: Annotated[
         bool, typer.Option("--follower", help="A person walks 2 to 3 m behind the car.")
@@ -87,12 +92,18 @@ def simulate(
     ] = False,
     every: Annotated[
         float,
-        typer.Option("--every", metavar="SECONDS", min=0.0, max=60.0, help="Keep one scan in this time."),
+        typer.Option(
+            "--every", metavar="SECONDS", min=0.0, max=60.0, help="Keep only one scan per interval."
+        ),
     ] = 0.0,
     scan_gaps: Annotated[
         float,
         typer.Option(
-            "--scan-gaps", metavar="SECONDS", min=0.0, max=14.0, help="Keep no scans so long of each 15 s."
+            "--scan-gaps",
+            metavar="SECONDS",
+            min=0.0,
+            max=14.0,
+            help="Keep no scans for this long in each 15 s.",
         ),
     ] = 0.0,
     imu: Annotated[

@@ -22,7 +22,7 @@ SmoothingOption = Annotated[
 ]
 OutOption = Annotated[
     Path | None,
-    typer.Option("--out", metavar="DIR", help="Folder for the results; DIR itself.", show_default=False),
+    typer.Option("--out", metavar="DIR", help="Folder for the results; default: DIR.", show_default=False),
 ]
 
 

@@ -77,7 +77,7 @@ def relation_errors(trajectory: Trajectory, relations: Relations) -> RelationErr
     nearest = _nearest(trajectory.stamps, relations.stamps)
     found = np.all(np.abs(trajectory.stamps[nearest] - relations.stamps) <= _STAMP_TOLERANCE, axis=1)
     if not np.any(found):
-        raise UserError(f"None of the {len(relations)} relations lies in the time of the trajectory.")
+        raise UserError(f"None of the {len(relations)} relations overlaps the trajectory in time.")
     first, second = nearest[found].T
     estimated = between(trajectory.map_from_base[first], trajectory.map_from_base[second])
     error = between(relations.first_from_second[found], estimated)

@@ -80,10 +80,10 @@ class Autograde:
             f"written plainly as the course teaches it: {CourseSettings().particles} particles, "
             f"{CourseSettings().beams} beams, the course's sensor table, Gaussian motion noise. The "
             "deviation d is the mean distance from the true place over all scans.",
-            "The course's grade is max(0, 1 − max(0, d − d_ref)) with d in metres. It stops at 1: a "
-            "filter that is nearer to the truth than the reference gets what an equal one gets, and one "
-            "that is ten centimetres worse loses no more than a tenth. The second grade is d_ref / d: 1 "
-            f"is as good as the reference, 2 is twice as near to the truth. It is {grades}.",
+            "The course's grade is max(0, 1 − max(0, d − d_ref)) with d in metres. It stops at 1: a filter "
+            "that is nearer to the truth than the reference gets the same as an equal one, and one that is "
+            "ten centimetres worse loses no more than a tenth. The second grade is d_ref / d: 1 is as good "
+            f"as the reference, 2 is twice as near to the truth. It is {grades}.",
         ]
 
     def tables(self) -> list[FigureTable]:

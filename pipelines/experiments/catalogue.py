@@ -61,13 +61,13 @@ CATALOGUE = (
     ExperimentEntry(
         "motion-model",
         Uses.SETTINGS,
-        "A picture of what odometry noise makes of the particles.",
+        "A picture of what odometry noise does to the particles.",
         "--out runs/pictures",
     ),
     ExperimentEntry(
         "noise-sweep",
         Uses.SETTINGS | Uses.REPETITIONS,
-        "How much motion noise to assume: the car is put from (0, 0, 0) to (1, 1, 0).",
+        "How much motion noise to assume: the car is moved from (0, 0, 0) to (1, 1, 0).",
         "--out runs/noise",
     ),
     ExperimentEntry(
@@ -79,7 +79,7 @@ CATALOGUE = (
     ExperimentEntry(
         "autograde",
         Uses.SETTINGS | Uses.REPETITIONS,
-        "The deviation from the truth beside that of the course's filter, and the grades for it.",
+        "The deviation from the truth, compared with that of the course's filter, and the grades.",
         "--out runs/grades",
     ),
     ExperimentEntry(
@@ -91,7 +91,7 @@ CATALOGUE = (
     ExperimentEntry(
         "real-run",
         Uses.SETTINGS | Uses.RECORDING | Uses.END_POSE,
-        "What can be said of a drive without truth: scans on walls, particles, latency, the end pose.",
+        "What a drive without truth shows: scans on walls, particles, latency, the end pose.",
         "drive.bag --map runs/drive --end-pose '3.2 -0.5' --out runs/real",
     ),
 )

@@ -64,9 +64,9 @@ class Convergence:
             f"about a pose that is itself off by a draw from the same spread; {seeds} seeds. The extent of "
             "the cloud is its last particle less its first, in x and in y. It is small when both stay "
             f"below {SMALL:g} m until the end.",
-            "The extent is a hard measure: one particle out of thousands decides it. This library's "
-            "filter always tries a few particles away from the cloud, so as to find the car again when it "
-            "is lost, so the standard deviation is given beside it.",
+            "The extent is a hard measure: one particle out of thousands decides it. This library's filter "
+            "always tries a few particles away from the cloud, to find the car again when it is lost, so "
+            "the standard deviation is given as well.",
         ]
 
     def tables(self) -> list[FigureTable]:

@@ -33,9 +33,10 @@ def html_report(experiments: Mapping[str, Finished], settings: ExperimentSetting
     numbers = iter(range(1, 1000))
     sections = "\n".join(_section(name, finished, numbers) for name, finished in experiments.items())
     length = (
-        "This is a quick run: with few repetitions, to see that all works; draw no conclusions from it."
+        "This is a quick run with few repetitions: enough to see that everything works, not to draw "
+        "conclusions."
         if settings.quick
-        else "Runs of the same seed give the same figures, but for measured times."
+        else "Runs of the same seed give the same figures, except for measured times."
     )
     return f"""<!doctype html>
 <html lang="en">

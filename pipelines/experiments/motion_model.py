@@ -46,17 +46,16 @@ class MotionModelResult:
     clouds: Mapping[str, list[Pose]]
     path: Pose
     """(T, 3) by dead reckoning."""
-    title: str = "Motion model: what odometry noise makes of the particles"
+    title: str = "Motion model: what odometry noise does to the particles"
 
     def text(self) -> list[str]:
         return [
-            f"A car drives {_length():.1f} m: straight, a quarter turn to the left of {_RADIUS:g} m "
-            f"radius, and straight. {_PARTICLES} particles start in one point and follow its odometry; the "
-            "scans are empty, so nothing pulls them together. Without noise they stay in one point, "
-            "and a filter could never recover from an error of the odometry. With the noise in use the "
-            "cloud grows along the path and bends, as an error of the heading is one of the place later "
-            "on. The car's own model of speed and steering (Ackermann) puts the noise where such a car "
-            "errs."
+            f"A car drives {_length():.1f} m: straight, a quarter turn to the left of {_RADIUS:g} m radius, "
+            f"and straight. {_PARTICLES} particles start in one point and follow its odometry; the scans are "
+            "empty, so nothing pulls them together. Without noise they stay in one point, and a filter "
+            "could never recover from an error of the odometry. With the noise in use the cloud grows along "
+            "the path and bends, because an error in heading becomes one in place later on. The car's own "
+            "model of speed and steering (Ackermann) puts the noise where such a car errs."
         ]
 
     def tables(self) -> list[FigureTable]:

@@ -64,7 +64,7 @@ class NoiseSweep:
     seconds: NDArray[np.float64]
     """(S,) from the jump on, negative before it."""
     responses: Mapping[str, Mapping[float, list[StepResponse]]]
-    title: str = "Motion noise: how fast the estimate follows, and how calm it then is"
+    title: str = "Motion noise: how fast the estimate follows, and how much it then scatters"
 
     def best(self, name: str) -> float:
         """The least noise whose mean error after the jump is the smallest, but for what chance explains."""
@@ -76,12 +76,12 @@ class NoiseSweep:
     def text(self) -> list[str]:
         seeds = len(self.responses[OURS_NAME][NOISES[0]])
         return [
-            f"A car drives circles of 1 m radius in a room of 10 × 8 m. After {_JUMP_AFTER:g} s it is put "
-            "from (0, 0, 0) to (1, 1, 0) of its path, which its odometry does not notice. The estimate "
-            f"has to step after it. Each noise was tried with {seeds} seeds in both filters: this "
-            "library's, whose noise is per metre or radian of motion (all four noises of its motion model "
-            "alike, and no slip beside them), and the course's, whose noise is added by every update, 20 "
-            "times a second.",
+            f"A car drives circles of 1 m radius in a room of 10 × 8 m. After {_JUMP_AFTER:g} s it is moved "
+            "from (0, 0, 0) to (1, 1, 0) of its path, which its odometry does not notice. The estimate has "
+            f"to step after it. Each noise was tried with {seeds} seeds in both filters: this library's, "
+            "whose noise is per metre or radian of motion (all four noises of its motion model alike, and "
+            "no slip beside them), and the course's, whose noise is added by every update, 20 times a "
+            "second.",
             f"The filter has converged when the average over {_AVERAGED} scans stays within {_WITHIN:g} m of "
             "the car in x and in y until the end; an estimate that follows at once needs "
             f"{_FASTEST:g} s for that. The spread is the standard deviation of the estimate about the car's "
@@ -134,14 +134,15 @@ class NoiseSweep:
         speed = f"With {noise:g} the filter converges in {seconds:.2f} s and then spreads by {spread:.1f} cm."
         if max(means) - min(means) < _HARDLY:
             return (
-                f"For {_OWNERS[name]} filter the choice hardly matters. Its mean error after the jump "
-                f"counts the approach and the unrest afterwards alike; {span}. The least noise among the "
-                f"best is {noise:g}. {speed}"
+                f"For {_OWNERS[name]} filter the choice hardly matters. Its mean error after the jump counts "
+                f"both the approach and the scatter afterwards; {span}. The least noise among the best is "
+                f"{noise:g}. {speed}"
             )
         return (
             f"For {_OWNERS[name]} filter {noise:g} is the value to pick: the least noise whose mean error "
-            "after the jump, which counts the approach and the unrest afterwards alike, is the smallest "
-            f"but for two standard errors. There it is {_mean(runs, 'mean_error'):.3f} m; {span}. {speed}"
+            "after the jump, which counts both the approach and the scatter afterwards, is within two "
+            "standard errors of the smallest. There it is {_mean(runs, 'mean_error'):.3f} m; {span}. "
+            "{speed}"
         )
 
     def _traces(self, name: str) -> Picture:
@@ -197,8 +198,9 @@ class NoiseSweep:
             return finish(
                 figure,
                 "noise-sweep",
-                "Time to converge and spread of the estimate afterwards against the noise: mean and standard "
-                "deviation over the seeds. A noise with which any seed did not converge has no time.",
+                "Time to converge and spread of the estimate afterwards against the noise: mean and "
+                "standard deviation over the seeds. A noise with which some seed did not converge is shown "
+                "without a time.",
             )
 
 

@@ -72,16 +72,16 @@ class RealRun:
         what = (
             f"The recording is {self.recording}."
             if self.is_real
-            else f"No recording was given, so {self.recording} stands in for one; its truth is not used but "
-            "for the end pose."
+            else f"No recording was given, so {self.recording} stands in for one; its truth is used only for "
+            "the end pose."
         )
         share, length = np.nanmean(self.shares_on_wall), self._path_length()
         sentences = [
             f"{what} Over {len(self.run.stamps)} scans and {length:.1f} m of path, {share:.0%} of the "
-            f"scans' end points lie within {100 * ON_WALL:.0f} cm of a wall of the map. What is missing "
-            "are people and things that the map does not have, and errors of the pose. The effective "
-            "sample size falls when few particles explain a scan; the extent grows while the scans leave "
-            "the place open.",
+            f"scans' end points lie within {100 * ON_WALL:.0f} cm of a wall of the map. The rest are people "
+            "and things that the map does not have, and errors of the pose. The effective sample size "
+            "falls when few particles explain a scan; the extent grows while the scans leave the place "
+            "open.",
         ]
         if self.end_pose is not None:
             place, heading = self._end_errors()

@@ -145,7 +145,7 @@ def known_start(recording: Recording) -> Pose:
     start = recording.start()
     if start is None:
         raise UserError(
-            "Nothing tells where the car starts on the map, which convergence is measured from; "
-            "give --initial-pose X Y YAW."
+            "The start of the car on the map is not known, and convergence is measured from there; give "
+            "--initial-pose X Y YAW."
         )
     return start

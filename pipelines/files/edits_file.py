@@ -145,7 +145,7 @@ def _check_polygon(points: NDArray[np.float64], kind: EditKind, where: str) -> N
         raise UserError(
             f"{where}: the outline of {kind} crosses itself near ({x:.2f}, {y:.2f}); sort its corners."
         )
-    raise UserError(f"{where}: the outline of {kind} is no polygon ({reason.lower()}); sort its corners.")
+    raise UserError(f"{where}: the outline of {kind} is not a polygon ({reason.lower()}); sort its corners.")
 
 
 def _number(

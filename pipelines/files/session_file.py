@@ -34,8 +34,8 @@ def load_session(folder: Path) -> Session:
     path = folder / SESSION_FILE
     if not path.is_file():
         raise UserError(
-            f"There is no {SESSION_FILE} in {folder}, so no map to carry on or to render; "
-            "name a folder that `racecar map` has written."
+            f"There is no {SESSION_FILE} in {folder}, so there is no map to extend or to render; name a "
+            "folder that `racecar map` has written."
         )
     arrays = load_arrays(path, "racecar session")
     try:
@@ -105,4 +105,4 @@ def _check_header(stream: IO[bytes], size: int) -> None:
 
 
 def _damaged(path: Path) -> UserError:
-    return UserError(f"{path} is damaged or no file of racecar's; build the map again.")
+    return UserError(f"{path} is damaged or not a file of racecar; build the map again.")

@@ -41,7 +41,7 @@ def load_tum(path: Path) -> Trajectory:
         length = math.hypot(*line.numbers[3:])
         if not _SHORTEST <= length <= _LONGEST:
             raise UserError(
-                f"The quaternion in {line.place} is {length:.3g} long instead of 1, so it is no rotation; "
+                f"The quaternion in {line.place} is {length:.3g} long instead of 1, so it is not a rotation; "
                 f"the line should hold '{_LAYOUT}'."
             )
         stamps += line.stamps

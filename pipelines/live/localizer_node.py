@@ -125,7 +125,7 @@ class LocalizerNode(LiveNode):
         self._requests.start()
         if self._begin.grid is None:
             node.create_subscription(OccupancyGridMessage, "map", self._on_map, LATCHED)
-            self.faults.report("no_map", f"No map has come on {node.resolve_topic_name('map')} yet.")
+            self.faults.report("no_map", f"No map has arrived on {node.resolve_topic_name('map')} yet.")
         watch_settings(node, lambda: self._config, self._on_settings)
         super().start()
         if self._grid is not None:
@@ -366,17 +366,17 @@ class LocalizerNode(LiveNode):
         is_first = self._localizer is None
         localizer.reconfigure(self._config)  # which may have changed while its table was built
         size = _size_in_words(grid)
-        self.faults.end("no_map", f"The map has come, {size}.")
+        self.faults.end("no_map", f"The map has arrived, {size}.")
         if not is_first:
             self.faults.report(
-                "map", f"Another map has come, {size}; the car is located on it.", lasting=False
+                "map", f"Another map has arrived, {size}; the car is located on it.", lasting=False
             )
         self._take_localizer(grid, localizer)
         if is_first:
             self._say_ready(grid)
 
     def _say_ready(self, grid: OccupancyGrid) -> None:
-        self.inform(f"Ready: scans are laid on a map of {_size_in_words(grid)} as they come.")
+        self.inform(f"Ready: each scan is now laid on a map of {_size_in_words(grid)}.")
 
 
 def _size_in_words(grid: OccupancyGrid) -> str:

@@ -230,7 +230,7 @@ class MapperNode(LiveNode):
 
         def take() -> None:
             if self._pose is None:
-                taken.set_exception(UserError("there is none yet, as no scan has come."))
+                taken.set_exception(UserError("there is none yet, as no scan has arrived."))
             else:
                 taken.set_result(self._snapshot())
 

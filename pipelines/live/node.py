@@ -185,7 +185,7 @@ class LiveNode(ABC):
     def _on_odometry(self, message: Any) -> None:
         if self._transform_odometry is not None:
             self._transform_odometry = None
-            self.inform(f"Odometry comes on {self._topics['odometry'].name} now, and is taken from there.")
+            self.inform(f"Odometry arrives on {self._topics['odometry'].name} now, and is taken from there.")
         self._is_odometry_published = True
         self._take_odometry(message)
 
@@ -216,7 +216,7 @@ class LiveNode(ABC):
             self._dropped_reported = dropped
             self.faults.report(
                 "too_fast",
-                "Messages come faster than they can be worked on; the oldest are dropped.",
+                "Messages arrive faster than they can be processed; the oldest are dropped.",
                 lasting=False,
             )
 
@@ -225,8 +225,8 @@ class LiveNode(ABC):
         if odometry.hangs:
             self.faults.report(
                 "odometry_hangs",
-                "The odometry repeats one pose while the scans move on: it is left out until that changes. "
-                "See why its driver hangs.",
+                "The odometry repeats one pose while the scans move on: it is ignored until that changes. "
+                "Find out why its driver hangs.",
             )
         else:
             self.faults.end("odometry_hangs", "The odometry moves again.")
@@ -251,7 +251,7 @@ class LiveNode(ABC):
         if links is not None:
             self._transform_odometry = TransformOdometry(links)
             self.inform(
-                f"No odometry comes on {self._topics['odometry'].name}: it is taken from the transforms "
+                f"No odometry arrives on {self._topics['odometry'].name}: it is taken from the transforms "
                 f"{links} on {', '.join(links.topics)}."
             )
 
@@ -261,16 +261,17 @@ class LiveNode(ABC):
         if strange and silence > _SILENT_AFTER:
             self.faults.report(
                 f"no_{what}",
-                f"What is published on {name} is of a type that is not understood: {', '.join(strange)}.",
+                f"The messages on {name} are of a type that is not supported: {', '.join(strange)}.",
             )
         elif silence == float("inf"):
             self.faults.report(
-                f"no_{what}", f"Nothing has come on {name} yet; is the driver running and the name right?"
+                f"no_{what}",
+                f"Nothing has arrived on {name} yet: is the driver running, and is the name right?",
             )
         elif silence > _SILENT_AFTER:
-            self.faults.report(f"no_{what}", f"Nothing comes on {name} any more: {consequence}.")
+            self.faults.report(f"no_{what}", f"Nothing arrives on {name} any more: {consequence}.")
         else:
-            self.faults.end(f"no_{what}", f"Messages come on {name}.")
+            self.faults.end(f"no_{what}", f"Messages arrive on {name}.")
 
     def _report(self) -> None:
         latency = {f"latency {name} (ms)": value for name, value in self.health.latency_ms().items()}

@@ -64,14 +64,14 @@ class StartRequests:
             self._check_frame(message)
             point = np.array([message.point.x, message.point.y])
             self._known_localizer().set_position(point, self._clicked_radius)
-            self._inform(f"The car is sought about ({point[0]:.2f}, {point[1]:.2f}).")
+            self._inform(f"Searching for the car near ({point[0]:.2f}, {point[1]:.2f}).")
 
         self._worker.inbox.put("place", work)
 
     def _on_global(self, _request: Any, response: Any) -> Any:
         def work() -> None:
             self._known_localizer().scatter()
-            self._inform("The car is sought on the whole map.")
+            self._inform("Searching for the car on the whole map.")
 
         self._worker.inbox.put("place", work)
         return response
@@ -79,12 +79,12 @@ class StartRequests:
     def _start_from(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
         self._known_localizer().set_pose(map_from_base, covariance)
         x, y, yaw = map_from_base
-        self._inform(f"The car is sought about ({x:.2f}, {y:.2f}), heading {yaw:.2f} rad.")
+        self._inform(f"Searching for the car near ({x:.2f}, {y:.2f}), heading {yaw:.2f} rad.")
 
     def _known_localizer(self) -> Localizer:
         localizer = self._localizer()
         if localizer is None:
-            raise UserError("There is no map yet, so no place on it can be set.")
+            raise UserError("There is no map yet, so a place on it cannot be set.")
         return localizer
 
     def _check_frame(self, message: Any) -> None:

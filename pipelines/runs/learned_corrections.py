@@ -34,11 +34,12 @@ _NOT_TOLD = ("assumed identity", "base frame")
 """Sources of a laser's place that are no more than an assumption."""
 
 _REMEDIES = {
-    OdometryFault.STUCK: "See why its driver sends no motion, or name another topic with --odom-topic.",
-    OdometryFault.WITHOUT_DISTANCE: "Let its node integrate the speed of the wheels too, in metres; if the "
+    OdometryFault.STUCK: "Find out why its driver sends no motion, or name another topic with --odom-topic.",
+    OdometryFault.WITHOUT_DISTANCE: "Make its node integrate the speed of the wheels too, in metres; if the "
     "robot was carried, no action is needed.",
-    OdometryFault.WITHOUT_TURNS: "Let its node integrate steering angle or gyroscope, or record an IMU.",
-    OdometryFault.IMPOSSIBLE: "See that its node gives metres and radians, and that only one publishes it.",
+    OdometryFault.WITHOUT_TURNS: "Make its node integrate steering angle or gyroscope, or record an IMU.",
+    OdometryFault.IMPOSSIBLE: "Make sure that its node gives metres and radians, and that only one "
+    "publishes it.",
 }
 
 
@@ -153,7 +154,7 @@ class _Made:
         """Unless only its turns are missing, and a gyroscope has those."""
         what = f"The odometry on {self._known.odom_topic} {fault.value}"
         if gyro_has_turns:
-            self._find(f"{what}: turns are taken from the IMU.", "Let the odometry's node turn too.")
+            self._find(f"{what}: turns are taken from the IMU.", "Make the odometry's node turn too.")
             return
         self._leave_out(f"{what}: it is not used.", _REMEDIES[fault])
 
@@ -197,7 +198,8 @@ class _Made:
             self._leave_out(
                 f"The odometry on {self._known.odom_topic} goes as far as the scans, but not where its own "
                 "yaw looks: it is not used.",
-                "See that its node does not exchange x and y, or change the sign of one of them (REP 103).",
+                "Make sure that its node does not exchange x and y, or change the sign of one of them (REP "
+                "103).",
             )
         elif is_inverted and self._hangs_otherwise(learned):
             self._hang_otherwise()

@@ -249,8 +249,8 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
     if run.judge.is_hopeless:
         seconds = (run.estimates[-1].stamp - run.estimates[0].stamp) * 1e-9
         sentences.append(
-            f"The search was given up {seconds:.0f} s into the drive, because no place on the map fitted for "
-            "long; the rest of the bag was left aside. Name the map of the place, or give --initial-pose."
+            f"The search was stopped {seconds:.0f} s into the drive, because no place on the map fitted for "
+            "long; the rest of the bag was not read. Name the map of the place, or give --initial-pose."
         )
     if share < _POOR_FIT and run.quality.verdict != DriveVerdict.LOST:
         sentences.append(

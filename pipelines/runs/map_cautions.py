@@ -27,9 +27,9 @@ def cautions_of_moving_along(left_out: LeftOut) -> list[str]:
     sectors += f"; and {further} more" if further > 0 else ""
     return [
         f"{left_out.share:.0%} of the returns between {begin:.0f} and {end:.0f} s after the first scan move "
-        "along with the laser, as the robot's own parts, who carries it, or the floor that a tilted laser "
-        f"sees ({sectors}; 0° is where the laser looks): they were left out. Clear the laser's view, or "
-        "level it; if the robot was carried, no action is needed."
+        "along with the laser, such as the robot's own parts, whoever carries it, or the floor that a "
+        f"tilted laser sees ({sectors}; 0° is where the laser looks): they were left out. Clear the laser's "
+        "view, or level it; if the robot was carried, no action is needed."
     ]
 
 
@@ -38,8 +38,8 @@ def cautions_of_resolution(resolution: float) -> list[str]:
     if resolution <= _COARSE:
         return []
     return [
-        f"The map's cells are {resolution:g} m wide, so that walls and poses are known no better than that; "
-        "0.05 is usual."
+        f"The map's cells are {resolution:g} m wide, so walls and poses are known no better than that; 0.05 "
+        "is usual."
     ]
 
 

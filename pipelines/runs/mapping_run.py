@@ -118,7 +118,7 @@ def _resumed(
     try:
         resumed = checkpoint.resume(config) if checkpoint else None
     except UserError as error:
-        announce(f"The checkpoint is left aside and the run begins anew: {error}")
+        announce(f"The checkpoint is not used and the run starts from scratch: {error}")
         return None
     if checkpoint is not None and resumed is not None:
         announce(f"An earlier run was cut short: this one goes on from {checkpoint.path}.")

@@ -53,7 +53,7 @@ def render_run(folder: Path, config: MappingConfig, edits: MapEdits, report: Rep
         trajectory, seconds = _times(folder, session, report)
     if config.rendering.left_out and np.isnan(seconds).all():
         raise UserError(
-            f"No times are known of the scans in {folder}, so that none can be left out: its trajectory.tum "
+            f"The times of the scans in {folder} are not known, so none can be left out: its trajectory.tum "
             "is missing or of another map."
         )
     with report.stage("rendering"):
@@ -125,7 +125,7 @@ def _times(folder: Path, session: Session, report: Report) -> tuple[Trajectory |
     trajectory = load_tum(path)
     seconds = seconds_of_keyframes(session.map_from_base[:, :2], trajectory)
     if np.isnan(seconds).all():
-        report.warn(f"{path} is not of the session beside it, so it was left aside.")
+        report.warn(f"{path} is not of the session beside it, so it was not used.")
         return None, unknown
     return trajectory, seconds
 

@@ -45,8 +45,8 @@ def find_track(folder: Path, config: TrackConfig, report: Report) -> MeasuredTra
         lap = find_lap(driven, config)
         if lap is None:
             raise UserError(
-                f"There is no closed lap in {folder}: the car comes back to no place in the direction in "
-                f"which it left, at most {config.closing_distance:g} m beside it; drive on past where you "
+                f"There is no closed lap in {folder}: the car never returns to a place in the direction in "
+                f"which it left it, at most {config.closing_distance:g} m beside it; drive on past where you "
                 "began."
             )
         grid = edited(run.drawn.grid, run.edits.edits)

@@ -39,7 +39,7 @@ class SimulationConfig(BaseModel):
     start: tuple[float, float, float] | None = None
     """Pose in the map to start near; None: near the map's origin."""
     walkers: int = Field(0, ge=0, le=100)
-    """Persons who walk about."""
+    """Number of people walking about."""
     slip: float = Field(0.0, ge=0.0, lt=1.0)
     """Share by which the wheels run ahead at full acceleration and turns are overstated at the tyres' limit,
     on top of what the noise level brings."""

@@ -116,7 +116,7 @@ def test_a_live_node_runs_beside_packages_of_the_same_names(
         process = subprocess.Popen(node, env=environment, cwd=tmp_path, stdout=said, stderr=said)
     try:
         until = time.monotonic() + 120.0
-        while "Nothing has come on /scan yet" not in log.read_text():
+        while "Nothing has arrived on /scan yet" not in log.read_text():
             assert process.poll() is None, log.read_text()
             assert time.monotonic() < until, log.read_text()
             time.sleep(0.05)

@@ -75,7 +75,7 @@ def test_check_finds_nothing_wrong(racecar: Racecar, drive: tuple[Path, Trajecto
     done = racecar("check", drive[0], "--json", tmp_path / "check.json")
     assert done.returncode == 0, done.stderr
     scans = json.loads((tmp_path / "check.json").read_text())["scans"]
-    assert "Nothing is wrong with it." in done.stdout
+    assert "No problems found." in done.stdout
     assert scans["sweep_s"] == pytest.approx(0.1, abs=0.001)
 
 

@@ -58,7 +58,7 @@ def test_a_localization_run_is_recorded(localized: Path) -> None:
 def test_a_recording_is_a_bag_like_any_other(racecar: Racecar, localized: Path) -> None:
     done = racecar("check", localized / "record")
     assert done.returncode == 0, done.stderr
-    assert "Nothing is wrong" in done.stdout
+    assert "No problems found" in done.stdout
 
 
 def test_runs_become_rerun_recordings(

@@ -119,9 +119,9 @@ def test_figures_of_an_evaluation(tmp_path: Path, capsys: pytest.CaptureFixture[
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["map", "drive.bag", "--out", ""], "What follows --out is empty"),
-        (["map", "drive.bag", "--out="], "What follows --out is empty"),
-        (["check", " "], "What follows check is empty"),
+        (["map", "drive.bag", "--out", ""], "The value after --out is empty"),
+        (["map", "drive.bag", "--out="], "The value after --out is empty"),
+        (["check", " "], "The value after check is empty"),
     ],
 )
 def test_an_empty_argument_is_no_path(

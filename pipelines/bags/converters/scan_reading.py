@@ -144,7 +144,7 @@ def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angl
             steps[angles] = step
     beams = f"{count} beams from {message.angle_min:g} on, {message.angle_increment:g} apart,"
     what = (
-        f"The angles of the scans are no radians: {beams} go round more than once"
+        f"The angles of the scans are not radians: {beams} go round more than once"
         if _end_as_stated(message)
         else f"The angles of the scans contradict each other: {beams} do not end at {message.angle_max:g}"
     )
@@ -180,7 +180,7 @@ def _varying_counts(
         f"The scans have {counts.min()} to {counts.max()} beams, always {increment:g} apart by what they "
         f"state, but end at {angle_max:g}: they are read {Angles.SPREAD.value}."
     )
-    return Angles.SPREAD, [Finding(what, "Let the driver state the angle_increment of each scan.")]
+    return Angles.SPREAD, [Finding(what, "Make the driver state the angle_increment of each scan.")]
 
 
 def _agree(message: "sensor_msgs__msg__LaserScan") -> bool:
@@ -240,14 +240,14 @@ def _learn_unit(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[float,
     ranges = np.concatenate([message.ranges for message in sample])
     ranges = ranges[np.isfinite(ranges) & (ranges > 0.0)]
     median = float(np.median(ranges)) if len(ranges) else 0.0
-    what, remedy = f"Half of the ranges are above {median:g} m", "Let the driver give ranges in metres."
+    what, remedy = f"Half of the ranges are above {median:g} m", "Make the driver report ranges in metres."
     if _are_centimetres(sample, ranges, median):
-        return 1e-2, [Finding(f"{what}, which cannot be: they are read as centimetres.", remedy)]
+        return 1e-2, [Finding(f"{what}, which is impossible: they are read as centimetres.", remedy)]
     if median <= _ABSURD_RANGE:
         return 1.0, []
     if median > _FARTHEST:
         return 1.0, [Finding(f"{what}: they cannot be metres.", remedy, spoils_map=True)]
-    return 1e-3, [Finding(f"{what}, which cannot be: they are read as millimetres.", remedy)]
+    return 1e-3, [Finding(f"{what}, which is impossible: they are read as millimetres.", remedy)]
 
 
 def _are_centimetres(
@@ -305,7 +305,7 @@ def _learn_nearest_miss(
         Finding(
             f"{counts[spike] / len(ranges):.0%} of the ranges are exactly {value:g} m, "
             f"at {bearings} bearings: they are taken for misses.",
-            "Let the driver give inf, or set range_max to that, so that nobody takes misses for walls.",
+            "Make the driver report inf, or set range_max to that, so that nobody takes misses for walls.",
         )
     ]
 

@@ -70,13 +70,13 @@ class BagStore:
             notes.append(
                 (
                     f"Parts of the recording that {METADATA} does not name are read too: {names}.",
-                    "`ros2 bag reindex` mends it for other programs.",
+                    "`ros2 bag reindex` repairs it for other programs.",
                 )
             )
         if self._folder.others:
             names = ", ".join(file.name for file in self._folder.others)
             notes.append(
-                (f"{METADATA} does not name {names}: left aside.", "Give the file itself if it is meant.")
+                (f"{METADATA} does not name {names}: it is not read.", "Give the file itself if it is meant.")
             )
         for topic in self._all_topics:
             main = self.topics[topic.name]
@@ -84,8 +84,8 @@ class BagStore:
                 notes.append(
                     (
                         f"{topic.name} holds {main.message_type}, and {topic.message_count} messages of "
-                        f"{topic.message_type}, which are left aside.",
-                        "See that only one node publishes the topic.",
+                        f"{topic.message_type}, which are not read.",
+                        "Make sure that only one node publishes the topic.",
                     )
                 )
         return notes
@@ -128,7 +128,7 @@ class BagStore:
         try:
             part = file_format(unpacked.path)(unpacked.path)
         except UserError as error:
-            raise UserError(f"{file} is compressed, and what is in it is no rosbag, or damaged.") from error
+            raise UserError(f"{file} is compressed, and its content is damaged or not a rosbag.") from error
         self._parts.append(part)
         if not unpacked.is_whole and part.damage is None:
             part.damage = Damage(file.name, "is damaged", 0, 0)

@@ -9,7 +9,7 @@ from racecar.pipelines.benchmarks.live.node_benchmark import LiveFigures
 
 def live_table(figures: Sequence[LiveFigures], speed: float) -> Table:
     """The figures of each node on each drive, a column each."""
-    table = Table(title=f"Live, {speed:g} times as fast as it was driven", title_justify="left")
+    table = Table(title=f"Live, at {speed:g} times real speed", title_justify="left")
     table.add_column("")
     ordered = sorted(figures, key=lambda each: each.node)
     for each in ordered:

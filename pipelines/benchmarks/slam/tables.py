@@ -99,9 +99,7 @@ def growth_table(figures: GrowthFigures) -> Table:
         *(f"{milliseconds:.2f}" for milliseconds in figures.early_milliseconds_per_scan),
         *[""] * 3,
     )
-    table.add_row(
-        "memory that has come on top by then (MB)", *(f"{each:.0f}" for each in figures.megabytes), *[""] * 3
-    )
+    table.add_row("memory added by then (MB)", *(f"{each:.0f}" for each in figures.megabytes), *[""] * 3)
     return table
 
 

@@ -43,7 +43,7 @@ class LocalizerDisplay:
         self._node, self._map_frame, self._worker, self._view = node, map_frame, worker, view
         self._path = DrivenPath()
         particle_rate = declare_positive(
-            node, "particle_rate", 5.0, "times per second that particles are published, when anybody listens"
+            node, "particle_rate", 5.0, "times per second that particles are published, when anyone listens"
         )
         cloud_rate = declare_positive(
             node, "cloud_rate", 10.0, "times per second that the laid-over scan is published, likewise"

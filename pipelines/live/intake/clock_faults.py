@@ -34,8 +34,8 @@ class ClockFaults:
         if is_still:
             self._faults.report(
                 name,
-                f"The stamps of the {self._what} show no time: the messages count as of when they arrive. "
-                "Restart the driver, or let it stamp its messages.",
+                f"The stamps of the {self._what} show no time: the messages are taken as measured when they "
+                "arrive. Restart the driver, or make it stamp its messages.",
             )
         else:
             self._faults.end(name, f"The stamps of the {self._what} show the time again.")

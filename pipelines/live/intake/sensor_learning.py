@@ -20,7 +20,7 @@ _BATCH = 100
 _MOST = 20_000
 """Scans and samples after which what is known must do, as of bags."""
 
-_STAYS = " The map under way keeps its laser where it was: begin it anew (--anew) with that."
+_STAYS = " The map in progress keeps the old place of its laser: start a new one (--anew) with that."
 
 
 class SensorLearning:

@@ -213,7 +213,7 @@ class Sensors:
         if scan is not None and self._scan_counts["changed_beam_counts"] > beams_changed:
             self._faults.report(
                 "beams",
-                f"The scans' number of beams changed to {len(scan.ranges)}; they are taken as they come.",
+                f"The scans' number of beams changed to {len(scan.ranges)}; the scans are used all the same.",
                 lasting=False,
             )
         if scan is None or np.isnan(scan.ranges).all():
@@ -248,8 +248,8 @@ class Sensors:
         if self._spikes.is_spike(sample):
             self._faults.report(
                 "odometry_spikes",
-                "The odometry is elsewhere for single samples, which are left out; see that only one node "
-                "publishes it.",
+                "The odometry jumps away for single samples, which are left out; make sure that only one "
+                "node publishes it.",
                 lasting=False,
             )
             return None
@@ -269,7 +269,7 @@ class Sensors:
             self._faults.report(
                 "repeats",
                 "The scans repeat themselves to the last bit while the odometry moves: they are left out. "
-                "See why the laser's driver, or whatever hands its scans on, repeats itself.",
+                "Find out why the laser's driver, or whatever relays its scans, repeats itself.",
             )
         else:
             self._faults.end("repeats", "The scans show something new again.")

@@ -87,7 +87,7 @@ def test_the_command_prints_and_writes_json(tmp_path, capsys):
     assert run(["check", str(path), "--json", str(tmp_path / "check.json")]) == 0
     printed = capsys.readouterr().out
     assert "/scan" in printed
-    assert "Nothing is wrong" in printed
+    assert "No problems found" in printed
     content = json.loads((tmp_path / "check.json").read_text())
     assert content["scans"]["count"] == 200
     assert content["findings"] == []

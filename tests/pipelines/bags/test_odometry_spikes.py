@@ -28,7 +28,7 @@ def findings_and_path(path, away):
 @pytest.mark.parametrize("offset", [(3.0, 0.0, 0.0), (0.0, 0.0, 1.2)])
 def test_single_samples_are_left_out(tmp_path, offset):
     (what,), poses = findings_and_path(tmp_path, lambda index: np.array(offset) * (index % 40 == 20))
-    assert "elsewhere for a single sample, 5 times" in what
+    assert "jumps away for a single sample, 5 times" in what
     np.testing.assert_allclose(np.ptp(poses, axis=0), [0.02 * 199, 0.0, 0.0], atol=1e-9)
     assert len(poses) == 195
 

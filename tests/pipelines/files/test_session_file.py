@@ -62,11 +62,11 @@ def test_flipped_bits_are_found(tmp_path: Path) -> None:
 def test_other_files_of_numpy(tmp_path: Path) -> None:
     path = tmp_path / SESSION_FILE
     np.savez(path, poses=np.zeros(3))
-    with pytest.raises(UserError, match=r"no file of racecar's"):
+    with pytest.raises(UserError, match=r"not a file of racecar"):
         load_session(tmp_path)
     with path.open("wb") as file:
         np.save(file, np.zeros(3))
-    with pytest.raises(UserError, match=r"no file of racecar's"):
+    with pytest.raises(UserError, match=r"not a file of racecar"):
         load_session(tmp_path)
 
 

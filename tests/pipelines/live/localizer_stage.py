@@ -68,7 +68,7 @@ def localizer_stage(
                 60.0,
                 lambda: log.read_text(),
             )
-            wait_for(lambda: "The map has come" in log.read_text(), 20.0, lambda: log.read_text())
+            wait_for(lambda: "The map has arrived" in log.read_text(), 20.0, lambda: log.read_text())
             with car.driving():
                 stage.witness.odometry.clear()
                 yield stage

@@ -37,7 +37,7 @@ def test_first_pose_comes_soon_and_is_right(stage: Stage) -> None:
 def test_the_log_says_when_it_is_ready_and_where_the_car_is_found(stage: Stage) -> None:
     wait_for(lambda: "Found: the car is at x " in stage.log.read_text(), 6.0, stage.witness.said)
     log = stage.log.read_text()
-    assert log.index("Ready: scans are laid on a map of ") < log.index("Found: the car is at x ")
+    assert log.index("Ready: each scan is now laid on a map of ") < log.index("Found: the car is at x ")
     wait_for(
         lambda: stage.witness.figure("drive so far") in ("localized", "uncertain"), 6.0, stage.witness.said
     )  # which of both depends on how far the car has come by now
@@ -76,25 +76,25 @@ def truth_of(due: int) -> Pose:
 
 
 def test_scans_stop_for_five_seconds(stage: Stage) -> None:
-    before = len(stage.witness.warnings("Nothing comes on /scan any more"))
+    before = len(stage.witness.warnings("Nothing arrives on /scan any more"))
     stage.car.scans_on = False
-    stage.witness.await_diagnosis("Nothing comes on /scan any more")
+    stage.witness.await_diagnosis("Nothing arrives on /scan any more")
     time.sleep(3.0)
     assert time.monotonic() - stage.witness.odometry[-1].at < 0.2  # carried on by odometry
     stage.car.scans_on = True
     stage.witness.seconds_until_right(RIGHT_AGAIN)
-    assert len(stage.witness.warnings("Nothing comes on /scan any more")) == before + 1
-    wait_for(lambda: "Messages come on /scan." in stage.log.read_text(), 2.0, stage.witness.said)
+    assert len(stage.witness.warnings("Nothing arrives on /scan any more")) == before + 1
+    wait_for(lambda: "Messages arrive on /scan." in stage.log.read_text(), 2.0, stage.witness.said)
 
 
 def test_odometry_stops(stage: Stage) -> None:
-    before = len(stage.witness.warnings("Nothing comes on /odom any more"))
+    before = len(stage.witness.warnings("Nothing arrives on /odom any more"))
     stage.car.odometry_on = False
-    stage.witness.await_diagnosis("Nothing comes on /odom any more")
+    stage.witness.await_diagnosis("Nothing arrives on /odom any more")
     stage.witness.seconds_until_right(RIGHT_AGAIN)  # poses go on, at the rate of the scans
     stage.car.odometry_on = True
     stage.witness.seconds_until_right(RIGHT_AGAIN)
-    assert len(stage.witness.warnings("Nothing comes on /odom any more")) == before + 1
+    assert len(stage.witness.warnings("Nothing arrives on /odom any more")) == before + 1
 
 
 @pytest.mark.parametrize("seconds", [-10, 3600, -3590])
@@ -175,7 +175,7 @@ def test_a_clicked_point_and_a_global_search_find_the_car(stage: Stage) -> None:
     topic.publish(
         PointStamped(header=header(time_message(time.time_ns()), "map"), point=Point(x=float(x), y=float(y)))
     )
-    wait_for(lambda: "The car is sought about" in stage.log.read_text(), 2.0, stage.witness.said)
+    wait_for(lambda: "Searching for the car near" in stage.log.read_text(), 2.0, stage.witness.said)
     stage.witness.seconds_until_right(4.0)
     client = stage.node.create_client(Empty, "/reinitialize_global_localization")
     assert client.wait_for_service(5.0)
@@ -256,5 +256,5 @@ def test_a_map_of_another_size_is_taken_while_driving(stage: Stage) -> None:
     topic.publish(broken)
     stage.witness.await_diagnosis("do not make a map")
     topic.publish(map_message(wider))
-    stage.witness.await_diagnosis("Another map has come")
+    stage.witness.await_diagnosis("Another map has arrived")
     stage.witness.seconds_until_right(RIGHT_AGAIN)

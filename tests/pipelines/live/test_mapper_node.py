@@ -179,11 +179,11 @@ def test_bad_messages_are_lived_through(stage: Stage, fault: str) -> None:
 
 def test_scans_and_odometry_stop_and_come_again(stage: Stage) -> None:
     stage.car.scans_on = False
-    stage.witness.await_diagnosis("Nothing comes on /scan any more")
+    stage.witness.await_diagnosis("Nothing arrives on /scan any more")
     stage.car.scans_on = True
     stage.right_within(2.5)
     stage.car.odometry_on = False
-    stage.witness.await_diagnosis("Nothing comes on /odom any more")
+    stage.witness.await_diagnosis("Nothing arrives on /odom any more")
     stage.car.odometry_on = True
     stage.right_within(2.5)
 

@@ -40,7 +40,7 @@ def in_degrees(message: Any) -> None:
 
 EXPECTED = (
     "taken from the transforms robot1/odom -> robot1/base_footprint on /tf",
-    "The angles of the scans are no radians",
+    "The angles of the scans are not radians",
     "The stamps of the scans were 3.0 s ahead of those of the odometry",
 )
 

@@ -212,7 +212,7 @@ def test_another_recording_in_the_folder_is_left_aside_and_a_missing_part_told(w
     found, (loss, note) = messages(tmp_path)
     assert found == expected
     assert "drive_0.mcap is missing" in loss
-    assert "filtered.mcap: left aside" in note
+    assert "filtered.mcap: it is not read" in note
 
 
 def test_files_of_two_recorders_are_read_in_the_order_of_time(whole, tmp_path):
@@ -290,7 +290,7 @@ def test_several_connections_of_one_topic(whole, tmp_path):
     found, sentences = messages(bag, ["/scan"])
     assert found == expected
     assert sentences == [
-        f"/scan holds {LASER_SCAN}, and 3 messages of {ODOMETRY}, which are left aside.",
+        f"/scan holds {LASER_SCAN}, and 3 messages of {ODOMETRY}, which are not read.",
     ]
 
 
@@ -329,7 +329,7 @@ def test_a_decompression_bomb_does_not_go_off(whole, tmp_path, kind):
     if kind == "file":
         packed = tmp_path / "drive.mcap.zstd"
         packed.write_bytes(bomb)
-        with pytest.raises(UserError, match="no rosbag"):
+        with pytest.raises(UserError, match="not a rosbag"):
             BagStore(packed)
         return
     with Ros2Writer(tmp_path / "bag", version=8, storage_plugin=StoragePlugin.MCAP) as writer:

@@ -67,6 +67,6 @@ def test_a_laser_that_looks_backwards(moves_laser: bool) -> None:
     scans, odometry = scans_of(compose(DRIVE, BACKWARDS), SECONDS), odometry_of(DRIVE, SECONDS)
     learning, said = learn(scans, odometry, moves_laser=moves_laser)
     assert ["the parameter laser_pose" in sentence for sentence in said] == [True]
-    assert ("begin it anew" in said[0]) == (not moves_laser)
+    assert ("start a new one" in said[0]) == (not moves_laser)
     expected = BACKWARDS if moves_laser else IDENTITY
     np.testing.assert_allclose(learning.scan(scans[0]).base_from_laser, expected, atol=0.05)

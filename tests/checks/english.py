@@ -1,0 +1,122 @@
+"""The texts that users read, and phrases that no reader of English would write there."""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+REPOSITORY = Path(__file__).parents[2]
+ROOMS = ("maps", "mapping", "localization", "pipelines")
+PHRASES = (
+    # reports, says, shows or is known: what is not a person tells nothing
+    r"\b(nothing|nobody|scans|wheels|walls|motion|odometry) tells?\b",
+    r"\b(is|are|was|were) told\b",
+    r"\btold as\b",
+    r"\btells of\b",
+    r"\btells? the (way|motion|distance)\b",
+    r"\bthat is said\b|\bsaid of\b",
+    # distance, or path
+    r"\bno way is\b",
+    r"\b(how much|nothing|half) of the way\b",
+    r"\bthe way (proves|is longer)\b",
+    # is not a, cannot
+    r"\b(is|are) no (place|path|polygon|rotation|rosbag|radians|file of|place for)\b",
+    r"\bwhich cannot be\b",
+    # searched for, starts again, corrected, without effect
+    r"\bsought\b",
+    r"\b(begin|begins|began|begun) (it )?anew\b",
+    r"\bmend(s|ed|ing)?\b",
+    r"\bin vain\b",
+    r"\bleft aside\b|\b(leave|leaves) [\w' ]*\baside\b",
+    r"\b(carry|carries|carried) on the map\b|\bmap to carry on\b",
+    r"\bsearch (is|was) given up\b",
+    # people, someone, anyone
+    r"\bpersons\b",
+    r"\bsomebody\b|\banybody\b",
+    # by default, repeated, at this speed, for this long
+    r"\bwhen not given\b",
+    r"\bgiven again\.",
+    r"\bmade when missing\b",
+    r"\bso (long|many) of (each|the)\b",
+    r"\bso many times as\b",
+    r"\btimes as fast as it was\b",
+    # arrive
+    r"\b(comes?|has come|have come) on\b",
+    r"\bmap has come\b",
+    # one voice in what to do: make sure, find out, make it
+    r"(?-i:\bSee|[;:,] see) (that|why)\b",
+    r"\bLet (the|its|one|it)\b[\w' ]*\b(publish|give|integrate|stamp|state|set|turn)\b",
+    r"\bworth mending\b|\bworth a word\b",
+    # set phrases that are none
+    r"\bas they come\b",
+    r"\bbears? the stamp\b",
+    r"\bfor which [\w ]* stands in\b",
+    r"\bhands its scans on\b",
+    r"\bto and fro between\b",
+    r"\bin the midst of\b",
+    r"\bin (its|the) time\b(?! of|s)|\bodometry of their time\b",
+    r"\bis elsewhere for\b",
+    r"\ball works\b",
+    r"\b(is|it|car) put from\b|\bPut \d",
+    r"\btakes rerun\b",
+    r"\bone of both\b",
+    r"\bwithout the ado\b|\bby and by\b",
+    r"\b(is|are) lived with\b",
+    r"\bhours are spent\b",
+    r"\bhow calm\b|\bunrest\b",
+    r"\bdeceives?\b",
+    r"\bWhat is in it\b|\bwrong with it\b",
+    r"\bbut for measured\b|\bbut for two\b",
+)
+_ODD = re.compile("|".join(f"(?:{phrase})" for phrase in PHRASES), re.IGNORECASE)
+
+
+class Text(NamedTuple):
+    """A text that somebody may read."""
+
+    path: Path
+    line: int
+    words: str
+
+
+def odd_phrases(words: str) -> list[str]:
+    """The phrases in a text that should not be there."""
+    return [found[0] for found in _ODD.finditer(" ".join(words.split()))]
+
+
+def texts() -> Iterator[Text]:
+    """README and docs, files that are handed out, the strings of the code, and the help of commands."""
+    pages = [REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").rglob("*.md"))]
+    for page in [*pages, *sorted((REPOSITORY / "pipelines/live/share").iterdir())]:
+        for number, paragraph in _paragraphs(page.read_text(encoding="utf-8")):
+            yield Text(page, number, paragraph)
+    for room in ROOMS:
+        for path in sorted((REPOSITORY / room).rglob("*.py")):
+            yield from _strings(path, with_docstrings=path.parent.name == "commands")
+
+
+def _paragraphs(text: str) -> Iterator[tuple[int, str]]:
+    number = 1
+    for paragraph in text.split("\n\n"):
+        yield number, paragraph
+        number += paragraph.count("\n") + 2
+
+
+def _strings(path: Path, *, with_docstrings: bool) -> Iterator[Text]:
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    inside = {
+        id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr) for part in ast.walk(node)
+    }
+    remarks = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    for node in ast.walk(tree):
+        if id(node) in remarks and not (with_docstrings and isinstance(node, ast.Constant)):
+            continue
+        if isinstance(node, ast.JoinedStr):
+            yield Text(path, node.lineno, "".join(_part(part) for part in node.values))
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in inside:
+            yield Text(path, node.lineno, node.value)
+
+
+def _part(part: ast.expr) -> str:
+    return str(part.value) if isinstance(part, ast.Constant) else "…"
