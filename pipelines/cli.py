@@ -22,6 +22,7 @@ from racecar.pipelines.commands.options import join_laser_pose
 from racecar.pipelines.commands.play import play
 from racecar.pipelines.commands.render import render
 from racecar.pipelines.commands.simulate import simulate
+from racecar.pipelines.commands.studio import studio
 from racecar.pipelines.commands.terminal import leave_terminal, one_line, prepare_terminal
 from racecar.pipelines.commands.track import track
 from racecar.pipelines.commands.view import view
@@ -52,7 +53,7 @@ def _describe() -> None:
     """From a rosbag of a small car with a 2D LiDAR to a map, and from the map to the car's pose."""
 
 
-for _command in (map, render, track, localize, evaluate, simulate, check, view, demo):
+for _command in (map, render, track, localize, evaluate, simulate, check, view, studio, demo):
     app.command()(_command)
 app.command(cls=RosCommand)(play)
 app.add_typer(benchmark, name="benchmark")

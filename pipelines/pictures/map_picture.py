@@ -113,7 +113,7 @@ def draw_grid(
     A huge one is drawn no finer than it can be seen, and only in the ``window`` from one corner (2,) to the
     other (2,) when that is given.
     """
-    grid = _thinned(grid if window is None else _cropped(grid, *window))
+    grid = thinned(grid if window is None else _cropped(grid, *window))
     rows, columns = grid.cells.shape
     x, y, yaw = grid.map_from_grid
     axes.imshow(
@@ -131,12 +131,12 @@ def draw_grid(
 
 def known_cells(grid: OccupancyGrid) -> NDArray[np.int64]:
     """(N, 2) row and column of the cells that are known; of a huge grid some, evenly over it."""
-    step = _thinning(grid)
+    step = _thinning(grid, _MOST_CELLS)
     return step * np.argwhere(grid.cells[::step, ::step] != UNKNOWN)
 
 
-def _thinning(grid: OccupancyGrid) -> int:
-    return max(1, int(np.ceil(np.sqrt(grid.cells.size / _MOST_CELLS))))
+def _thinning(grid: OccupancyGrid, most_cells: int) -> int:
+    return max(1, int(np.ceil(np.sqrt(grid.cells.size / most_cells))))
 
 
 def _cropped(grid: OccupancyGrid, low: NDArray[np.float64], high: NDArray[np.float64]) -> OccupancyGrid:
@@ -150,9 +150,9 @@ def _cropped(grid: OccupancyGrid, low: NDArray[np.float64], high: NDArray[np.flo
     return OccupancyGrid(cells, grid.resolution, compose(grid.map_from_grid, moved))
 
 
-def _thinned(grid: OccupancyGrid) -> OccupancyGrid:
+def thinned(grid: OccupancyGrid, most_cells: int = _MOST_CELLS) -> OccupancyGrid:
     """With blocks of cells in place of a huge grid's; a block shows its most occupied cell."""
-    step = _thinning(grid)
+    step = _thinning(grid, most_cells)
     if step == 1:
         return grid
     rows, columns = (-(-size // step) for size in grid.cells.shape)

@@ -19,8 +19,8 @@ from racecar.pipelines.view.scene import ParticleCloud, Scene, Sight
 
 _MOST_SIGHTS = 4000
 """Of longer runs only every n-th scan is shown, so that a browser can hold them."""
-_YAW_VARIANCE, _X_VARIANCE, _Y_VARIANCE = 35, 0, 7
-"""Places in the covariance of six coordinates, row by row."""
+_PLANAR = np.array([0, 1, 5])
+"""Rows and columns of x, y and yaw in the covariance of six coordinates."""
 
 
 def read_record(path: Path, title: str, about: str) -> Scene:
@@ -31,7 +31,7 @@ def read_record(path: Path, title: str, about: str) -> Scene:
         if POSE_TOPIC not in topics:
             raise UserError(f"{path} holds no {POSE_TOPIC}; name a run that was written with --record.")
         grid: OccupancyGrid | None = None
-        stamps, poses, deviations = [], [], []
+        stamps, poses, covariances = [], [], []
         clouds = []
         for name, _, data in store.messages([MAP_TOPIC, POSE_TOPIC, PARTICLES_TOPIC]):
             message = decode(topics[name], data)
@@ -45,7 +45,7 @@ def read_record(path: Path, title: str, about: str) -> Scene:
             else:
                 stamps.append(stamp)
                 poses.append(_pose_of(message.pose.pose))
-                deviations.append(_deviations_of(message.pose.covariance))
+                covariances.append(_planar_covariance(message.pose.covariance))
     finally:
         store.close()
     trajectory = Trajectory(np.array(stamps, dtype=np.int64), np.array(poses).reshape(-1, 3))
@@ -56,7 +56,7 @@ def read_record(path: Path, title: str, about: str) -> Scene:
         grid,
         sights=_read_sights(path),
         clouds=clouds,
-        deviations=np.array(deviations).reshape(-1, 2),
+        covariances=np.array(covariances).reshape(-1, 3, 3),
     )
 
 
@@ -82,7 +82,7 @@ def _pose_of(pose: Any) -> Pose:
     return np.array([pose.position.x, pose.position.y, yaw])
 
 
-def _deviations_of(covariance: NDArray[np.float64]) -> tuple[float, float]:
-    """Metres and radians."""
-    place = covariance[_X_VARIANCE] + covariance[_Y_VARIANCE]
-    return float(np.sqrt(place)), float(np.sqrt(covariance[_YAW_VARIANCE]))
+def _planar_covariance(covariance: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(3, 3) of (36,)."""
+    planar: NDArray[np.float64] = np.asarray(covariance).reshape(6, 6)[np.ix_(_PLANAR, _PLANAR)]
+    return planar

@@ -19,7 +19,7 @@ from racecar.pipelines.files.session_file import SESSION_FILE, load_arrays
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.view.record_file import read_record
 from racecar.pipelines.view.recorder import RECORD_FOLDER
-from racecar.pipelines.view.scene import Scene, Sight
+from racecar.pipelines.view.scene import Doubt, Scene, Sight
 
 _LOOP_CLOSURE = KINDS.index("loop_closure")
 
@@ -32,6 +32,7 @@ def load_run(folder: Path) -> Scene:
         scene.grid = _find_grid(folder, report)
     if (folder / SESSION_FILE).is_file():
         _add_session(scene, load_arrays(folder / SESSION_FILE, "racecar session"))
+    scene.doubts = _doubts_of(report)
     return scene
 
 
@@ -100,6 +101,19 @@ def _sights_of_keyframes(arrays: Arrays, places: NDArray[np.float64], trajectory
     ]
 
 
+def _doubts_of(report: dict[str, Any]) -> list[Doubt]:
+    """What the verdict names, of a map or of a localization."""
+    segments = report.get("quality", {}).get("segments", [])
+    return [_doubt_of(segment) for segment in segments if {"x_m", "y_m"} <= segment.keys()]
+
+
+def _doubt_of(segment: dict[str, Any]) -> Doubt:
+    begin, end = segment.get("from_s"), segment.get("to_s")
+    seconds = None if begin is None or end is None else (float(begin), float(end))
+    why = segment.get("why") or f"The car's place was {'lost' if segment.get('lost') else 'not known'}."
+    return Doubt(why, np.array([segment["x_m"], segment["y_m"]], dtype=np.float64), seconds)
+
+
 def _about(report: dict[str, Any]) -> str:
     """What a person wants to know first, as Markdown."""
     lines = [f"## {report.get('command', 'A run')}"]
@@ -109,11 +123,11 @@ def _about(report: dict[str, Any]) -> str:
         ("map", inputs.get("map")),
         ("scans", counts.get("scans")),
         ("path", _metres(result.get("path_metres") or counts.get("path_metres"))),
+        ("verdict", report.get("quality", {}).get("verdict")),
         ("end points on walls", _share(report.get("accuracy", {}))),
     ):
         if value is not None:
             lines.append(f"- {label}: {value}")
-    lines += ["", "Drag the time line below to go through the drive."]
     lines += [f"\n**Warning:** {sentence}" for sentence in report.get("warnings", [])]
     return "\n".join(lines)
 

@@ -28,6 +28,18 @@ class ParticleCloud:
     """(N, 3)"""
 
 
+@dataclass(frozen=True, eq=False)
+class Doubt:
+    """A stretch of the drive that something speaks against."""
+
+    why: str
+    """A sentence for people."""
+    place: NDArray[np.float64]
+    """(2,) metres in the map, in its middle."""
+    seconds: tuple[float, float] | None
+    """Since the drive began; None in an earlier drive."""
+
+
 @dataclass(eq=False)
 class Scene:
     """A run; of what it did not leave there is nothing."""
@@ -43,5 +55,16 @@ class Scene:
     """(L, 2, 2) the places that each loop closure ties together."""
     sights: list[Sight] = field(default_factory=list)
     clouds: list[ParticleCloud] = field(default_factory=list)
-    deviations: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
-    """(S, 2) standard deviations of place (m) and heading (rad), a row for each pose of the trajectory."""
+    covariances: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3, 3)))
+    """(S, 3, 3) of x, y (m) and yaw (rad), one for each pose of the trajectory."""
+    doubts: list[Doubt] = field(default_factory=list)
+    """The weightiest first."""
+
+    @property
+    def deviations(self) -> NDArray[np.float64]:
+        """(S, 2) standard deviations of place (m) and heading (rad) of each pose of the trajectory."""
+        variances = np.diagonal(self.covariances, axis1=1, axis2=2)
+        deviations: NDArray[np.float64] = np.sqrt(
+            np.column_stack([variances[:, 0] + variances[:, 1], variances[:, 2]])
+        )
+        return deviations

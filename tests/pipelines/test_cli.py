@@ -8,7 +8,7 @@ import pytest
 from racecar.maps.errors import UserError
 from racecar.pipelines import cli
 
-COMMANDS = ("map", "localize", "evaluate", "simulate", "check", "demo")
+COMMANDS = ("map", "localize", "evaluate", "simulate", "check", "studio", "demo")
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -31,7 +31,7 @@ def whole_scene() -> Scene:
         PATH[None, [0, 19], :2],
         [Sight(int(stamp), np.ones((5, 2), dtype=np.float32)) for stamp in STAMPS],
         [ParticleCloud(int(stamp), np.tile(pose, (4, 1))) for stamp, pose in zip(STAMPS, PATH, strict=True)],
-        np.full((20, 2), 0.1),
+        np.tile(0.1 * np.eye(3), (20, 1, 1)),
     )
 
 

@@ -1,0 +1,209 @@
+"""The room in which a run is looked at."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import transform_points
+from racecar.pipelines.pictures.map_picture import known_cells
+from racecar.pipelines.studio.legend import Entry
+from racecar.pipelines.studio.look.path_colors import PathColoring, path_colors, path_entry
+from racecar.pipelines.studio.look.plots import add_plots
+from racecar.pipelines.studio.look.time_line import TimeLine
+from racecar.pipelines.studio.map_image import paint
+from racecar.pipelines.studio.outlines import car_outline, cross, ellipse
+from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, SCAN, SKY
+from racecar.pipelines.view.scene import Doubt, Scene
+
+_NEAR = 12.0
+"""Metres that are seen from bottom to top where a doubtful stretch is looked at."""
+_FRESH = 1_500_000_000
+"""Nanoseconds for which a scan or a cloud of particles is shown: keyframes come once a second or so."""
+_SIGMAS = 3.0
+_PARTICLE_LENGTH = 0.12
+"""Metres."""
+_MOST_NAMED = 12
+"""Doubtful stretches with a button of their own, so that the panel stays readable."""
+_MARKER = 0.6
+"""Metres: the cross over a doubtful place."""
+
+
+class LookRoom:
+    """A run on the page."""
+
+    takes_drags = False
+
+    def __init__(self, page: Page, scene: Scene) -> None:
+        self._page, self._scene = page, scene
+        stamps = scene.trajectory.stamps
+        self._start = int(stamps[0])
+        self._coloring = PathColoring.TIME
+        self._sight_stamps = np.array([sight.stamp for sight in scene.sights], dtype=np.int64)
+        self._cloud_stamps = np.array([cloud.stamp for cloud in scene.clouds], dtype=np.int64)
+        self._shown: int | None = None
+        self._build_panel()
+        low, high = _extent(scene)
+        page.view.show_whole(low, high)
+
+    def draw_all(self) -> None:
+        """Draw map, path and what was found about them."""
+        scene, layers = self._scene, self._page.layers
+        layers.clear_all()
+        if scene.grid is not None:
+            layers.image("map", paint(scene.grid, self._page.ground))
+        layers.segments("loops", scene.loops, LOOP, 2.0)
+        layers.dots("keyframes", scene.keyframes, SKY, 6.0)
+        places = [cross(doubt.place, _MARKER) for doubt in scene.doubts]
+        layers.segments("mark", np.array(places).reshape(-1, 2, 2), LOOP, 4.0)
+        self._draw_path()
+        self._shown = None
+
+    def step(self, seconds: float) -> None:
+        """Let the time line go on."""
+        self._time_line.pass_by(seconds)
+        scan = self._scan_at(self._time_line.now)
+        if scan != self._shown:
+            self._shown = scan
+            self._draw_moment(scan)
+
+    def click(self, place: NDArray[np.float64]) -> None:
+        """Go to the moment at which the car was nearest."""
+        path = self._scene.trajectory.map_from_base[:, :2]
+        nearest = int(np.argmin(np.linalg.norm(path - place, axis=1)))
+        self._time_line.go_to(self._seconds_of(nearest))
+
+    def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
+        """A drag moves the map here."""
+
+    def close(self) -> None:
+        """There is nothing to end."""
+
+    def _build_panel(self) -> None:
+        page, scene = self._page, self._scene
+        gui = page.gui
+        with page.folder("Time"):
+            last = self._seconds_of(len(scene.trajectory) - 1)
+            self._time_line = TimeLine(page, last, self._seconds_after)
+            self._moment = gui.add_markdown("")
+        with page.folder("Show"):
+            coloring = gui.add_dropdown(
+                "Path by", [each.value for each in PathColoring], initial_value=self._coloring.value
+            )
+            page.on_change(coloring, self._color_path)
+            for name, words, is_there in (
+                ("scan", "Scan", bool(scene.sights)),
+                ("keyframes", "Keyframes", len(scene.keyframes) > 0),
+                ("loops", "Loop closures", len(scene.loops) > 0),
+                ("particles", "Particles", bool(scene.clouds)),
+                ("ellipse", "Covariance (3 σ)", bool(np.any(scene.covariances))),
+            ):
+                if is_there:
+                    self._add_switch(name, words)
+        with page.folder("Doubtful stretches"):
+            self._list_doubts()
+        add_plots(page, scene)
+        with page.folder("About this run"):
+            gui.add_markdown(scene.about)
+
+    def _add_switch(self, name: str, words: str) -> None:
+        switch = self._page.gui.add_checkbox(words, True)
+        self._page.on_change(switch, lambda is_on: self._page.layers.show(name, is_wanted=is_on))
+
+    def _list_doubts(self) -> None:
+        gui, doubts = self._page.gui, self._scene.doubts
+        if not doubts:
+            gui.add_markdown("None was found.")
+        for number, doubt in enumerate(doubts[:_MOST_NAMED], start=1):
+            button = gui.add_button(f"Go to {number}", color="orange")
+            gui.add_markdown(doubt.why)
+            self._page.on_press(button, lambda doubt=doubt: self._go_to(doubt))  # type: ignore[misc]
+        if len(doubts) > _MOST_NAMED:
+            gui.add_markdown(f"And {len(doubts) - _MOST_NAMED} more, marked on the map.")
+
+    def _go_to(self, doubt: Doubt) -> None:
+        self._page.view.go_to(doubt.place, _NEAR)
+        if doubt.seconds is not None:
+            self._time_line.go_to(sum(doubt.seconds) / 2.0)
+
+    def _color_path(self, value: str) -> None:
+        self._coloring = PathColoring(value)
+        self._draw_path()
+
+    def _draw_path(self) -> None:
+        scene = self._scene
+        colors = path_colors(scene, self._coloring)
+        each = colors[1:] if isinstance(colors, np.ndarray) else colors
+        self._page.layers.line("path", scene.trajectory.map_from_base[:, :2], each, 3.0)
+        entries = [path_entry(self._coloring), Entry("car", [CAR])]
+        for is_there, words, color in (
+            (scene.sights, "scan", SCAN),
+            (len(scene.keyframes), "keyframe", SKY),
+            (len(scene.loops), "loop closure", LOOP),
+            (scene.clouds, "particle, with its heading", PARTICLE),
+            (scene.doubts, "doubtful place (cross)", LOOP),
+        ):
+            if is_there:
+                entries.append(Entry(words, [color]))
+        self._page.legend.show(entries)
+
+    def _draw_moment(self, scan: int) -> None:
+        scene, layers = self._scene, self._page.layers
+        stamp, pose = int(scene.trajectory.stamps[scan]), scene.trajectory.map_from_base[scan]
+        layers.line("car", car_outline(pose), CAR, 4.0)
+        sight = _latest(self._sight_stamps, stamp)
+        if sight is None:
+            layers.clear("scan")
+        else:
+            taken_from = scene.trajectory.map_from_base[self._scan_of(int(self._sight_stamps[sight]))]
+            points = scene.sights[sight].points_in_base.astype(np.float64)
+            layers.dots("scan", transform_points(taken_from, points), SCAN, 3.0)
+        cloud = _latest(self._cloud_stamps, stamp)
+        if cloud is None:
+            layers.clear("particles")
+        else:
+            layers.arrows("particles", scene.clouds[cloud].map_from_base, PARTICLE, _PARTICLE_LENGTH, 1.5)
+        if np.any(scene.covariances):
+            around = ellipse(pose[:2], scene.covariances[scan, :2, :2], _SIGMAS)
+            layers.line("ellipse", around, PARTICLE, 2.0)
+        self._moment.content = self._words(scan)
+
+    def _words(self, scan: int) -> str:
+        x, y, yaw = self._scene.trajectory.map_from_base[scan]
+        words = f"x {x:.2f} m, y {y:.2f} m, heading {np.degrees(yaw):.0f}°"
+        if np.any(self._scene.covariances):
+            place, heading = self._scene.deviations[scan]
+            words += f"; ± {100 * place:.1f} cm, ± {np.degrees(heading):.1f}°"
+        return words
+
+    def _scan_at(self, seconds: float) -> int:
+        return self._scan_of(self._start + round(seconds * 1e9))
+
+    def _scan_of(self, stamp: int) -> int:
+        stamps = self._scene.trajectory.stamps
+        return max(0, int(np.searchsorted(stamps, stamp, side="right")) - 1)
+
+    def _seconds_of(self, scan: int) -> float:
+        return float(self._scene.trajectory.stamps[scan] - self._start) * 1e-9
+
+    def _seconds_after(self, scans: int) -> float:
+        """So many scans after the one that is shown; a nanosecond more, as seconds are rounded."""
+        last = len(self._scene.trajectory) - 1
+        return self._seconds_of(min(max((self._shown or 0) + scans, 0), last)) + 1e-9
+
+
+def _latest(stamps: NDArray[np.int64], stamp: int) -> int | None:
+    """The last before a stamp, unless it is long past."""
+    index = int(np.searchsorted(stamps, stamp, side="right")) - 1
+    return index if index >= 0 and stamp - stamps[index] <= _FRESH else None
+
+
+def _extent(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What is known of the map, and the path."""
+    places = [scene.trajectory.map_from_base[:, :2]]
+    if scene.grid is not None:
+        known = known_cells(scene.grid)
+        if len(known):
+            corners = known[[*known.argmin(axis=0), *known.argmax(axis=0)]]
+            places.append(scene.grid.center_of(corners))
+    every = np.vstack(places)
+    return every.min(axis=0), every.max(axis=0)

@@ -1,0 +1,47 @@
+"""An occupancy grid as a picture for the page."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose, transform_points
+from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.pipelines.pictures.map_picture import thinned
+from racecar.pipelines.studio.palette import Ground
+
+_MOST_CELLS = 16_000_000
+"""Beyond which cells are drawn in blocks, because graphics cards take pictures of 4096 pixels a side at least
+and a browser keeps four bytes of each."""
+_CRISP_CELLS = 4_000_000
+"""Up to which a cell becomes four pixels, since the browser smooths between pixels and would blur cells."""
+
+
+class MapImage(NamedTuple):
+    """Pixels and where they lie."""
+
+    pixels: NDArray[np.uint8]
+    """(rows, columns, 3), row 0 at the bottom as in a grid."""
+    size: tuple[float, float]
+    """Metres, width and height."""
+    map_from_middle: Pose
+    """(3,) pose of the picture's middle."""
+
+
+def paint(grid: OccupancyGrid, ground: Ground) -> MapImage:
+    """What is free, occupied and unknown in a ground's colours; a huge grid no finer than can be shown."""
+    grid = thinned(grid, _MOST_CELLS)
+    pixels = _colors(ground)[grid.cells.astype(np.int64) - UNKNOWN]
+    rows, columns = grid.cells.shape
+    size = columns * grid.resolution, rows * grid.resolution
+    middle = transform_points(grid.map_from_grid, np.array([[size[0] / 2, size[1] / 2]]))[0]
+    if grid.cells.size <= _CRISP_CELLS:
+        pixels = pixels.repeat(2, axis=0).repeat(2, axis=1)
+    return MapImage(pixels, size, np.array([*middle, grid.map_from_grid[2]]))
+
+
+def _colors(ground: Ground) -> NDArray[np.uint8]:
+    """(102, 3): unknown, then from 0 to 100 percent occupied."""
+    share = np.linspace(0.0, 1.0, 101)[:, None]
+    known = (1.0 - share) * np.array(ground.free) + share * np.array(ground.occupied)
+    return np.vstack([ground.unknown, known]).astype(np.uint8)

@@ -1,0 +1,30 @@
+"""Outlines of what has a shape: the car's body, ellipses, crosses."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose, transform_points
+
+_BODY = np.array([[-0.1, -0.15], [0.4, -0.15], [0.5, 0.0], [0.4, 0.15], [-0.1, 0.15], [-0.1, -0.15]])
+"""Metres, about ``base_link``: the body of a car at a tenth of full size, its nose pointed."""
+
+
+def car_outline(map_from_base: Pose, scale: float = 1.0) -> NDArray[np.float64]:
+    """(6, 2) corners of a car at a pose (3,)."""
+    return transform_points(map_from_base, scale * _BODY)
+
+
+def ellipse(mean: NDArray[np.float64], covariance: NDArray[np.float64], sigmas: float) -> NDArray[np.float64]:
+    """(49, 2) points of the ellipse about a mean (2,) that covers so many standard deviations of (2, 2)."""
+    variances, axes = np.linalg.eigh(covariance)
+    angles = np.linspace(0.0, 2.0 * np.pi, 49)
+    circle = np.column_stack([np.cos(angles), np.sin(angles)])
+    points: NDArray[np.float64] = mean + sigmas * (circle * np.sqrt(np.maximum(variances, 0.0))) @ axes.T
+    return points
+
+
+def cross(place: NDArray[np.float64], size: float) -> NDArray[np.float64]:
+    """(2, 2, 2) two strokes through a place (2,)."""
+    arms = size * np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]]) / 2.0
+    strokes: NDArray[np.float64] = place + arms
+    return strokes

@@ -1,0 +1,190 @@
+"""The page: server, drawing, views and side panel; and the one thread that does the work.
+
+What is clicked becomes a request in a queue, which the worker takes between two frames. So no two threads
+ever touch a room, however many pages are open.
+"""
+
+import io
+import logging
+import queue
+import socket
+import threading
+import time
+from collections.abc import Callable
+from contextlib import redirect_stdout
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent, ViserServer
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.studio.layers import Layers
+from racecar.pipelines.studio.legend import Legend
+from racecar.pipelines.studio.palette import DARK, LIGHT, Ground
+from racecar.pipelines.studio.room import Room
+from racecar.pipelines.studio.top_view import TopView, point_under
+
+LOOPBACK = "127.0.0.1"
+FRAME = 0.05
+"""Seconds from frame to frame: 20 a second look smooth and leave the processor time for more."""
+_SLOWEST_FRAME = 0.25
+"""Seconds by which a frame goes on at most: a page that was held up does not leap."""
+_MOST_REQUESTS = 1000
+"""That wait; more come only from a page gone wild, and are dropped."""
+
+_log = logging.getLogger(__name__)
+
+Request = Callable[[], None]
+
+
+class Page:
+    """Serves this machine only, while it is open."""
+
+    def __init__(self, title: str, port: int) -> None:
+        """Port 0 takes a free one; of one that is in use the next is taken."""
+        self._requests: queue.Queue[Request] = queue.Queue(_MOST_REQUESTS)
+        self._room: Room | None = None
+        self._folders: list[GuiFolderHandle] = []
+        self._stop = threading.Event()
+        self.ground: Ground = LIGHT
+        with redirect_stdout(io.StringIO()):  # it announces itself, verbose or not
+            self.server = ViserServer(LOOPBACK, port or _free_port(), label=title, verbose=False)
+        self.gui = self.server.gui
+        self.gui.main_panel.dock_right()
+        self.layers = Layers(self.server)
+        self.view = TopView(self.server, self._take_drag)
+        self.legend = Legend(self.server)
+        self.server.scene.world_axes.visible = False
+        self.server.scene.on_click()(cast(Any, self._click))  # it may be a coroutine, its types do not say so
+        dark = self.gui.add_checkbox("Dark", False, order=1e6)
+        self.on_change(dark, self._paint_ground)
+        self._paint_ground(is_dark=False)
+
+    @property
+    def address(self) -> str:
+        """Where a browser of this machine finds the page."""
+        return f"http://{LOOPBACK}:{self.server.get_port()}"
+
+    def enter(self, make_room: Callable[[], Room]) -> None:
+        """Use the page for something else; called by the worker, or before it runs."""
+        if self._room is not None:
+            self._room.close()
+        self._room = None
+        for folder in self._folders:
+            folder.remove()
+        self._folders.clear()
+        self.layers.clear_all()
+        self.legend.show([])
+        room = make_room()
+        room.draw_all()
+        self._room = room
+
+    def folder(self, label: str, *, is_open: bool = True) -> GuiFolderHandle:
+        """A part of the side panel that is there while the room is."""
+        folder = self.gui.add_folder(label, expand_by_default=is_open)
+        self._folders.append(folder)
+        return folder
+
+    def request(self, request: Request) -> None:
+        """Have something done by the worker; from any thread."""
+        try:
+            self._requests.put_nowait(request)
+        except queue.Full:
+            _log.warning("The page asks for more than can be done; a request was dropped.")
+
+    def on_press(self, button: Any, action: Request) -> None:
+        """Have the worker do something when a button is pressed."""
+
+        async def press(_: GuiEvent[Any]) -> None:
+            self.request(action)
+
+        button.on_click(press)
+
+    def on_change(self, control: Any, action: Callable[[Any], None]) -> None:
+        """Have the worker do something with what a person sets a control to."""
+
+        async def change(event: GuiEvent[Any]) -> None:
+            if event.client is not None:  # not what the worker itself has set
+                value = control.value
+                self.request(lambda: action(value))
+
+        control.on_update(change)
+
+    def run(self) -> None:
+        """Do the work until `stop`."""
+        last = time.monotonic()
+        while not self._stop.is_set():
+            self._take_requests()
+            now = time.monotonic()
+            if self._room is not None:
+                self._survive(self._step, min(now - last, _SLOWEST_FRAME))
+            last = now
+            self._stop.wait(max(0.0, now + FRAME - time.monotonic()))
+
+    def stop(self) -> None:
+        """End `run`; from any thread."""
+        self._stop.set()
+
+    def close(self) -> None:
+        """Serve no longer."""
+        if self._room is not None:
+            self._room.close()
+        self.server.stop()
+
+    def tell(self, title: str, words: str, color: str = "blue") -> None:
+        """Show a message on all pages."""
+        for client in self.server.get_clients().values():
+            _notify(client, title, words, color)
+
+    def _step(self, seconds: float) -> None:
+        if self._room is not None:
+            with self.server.atomic():
+                self._room.step(seconds)
+
+    def _take_requests(self) -> None:
+        while not self._stop.is_set():
+            try:
+                request = self._requests.get_nowait()
+            except queue.Empty:
+                return
+            self._survive(request)
+
+    def _survive(self, action: Callable[..., None], *arguments: Any) -> None:
+        try:
+            action(*arguments)
+        except UserError as error:
+            self.tell("Not possible", str(error), "orange")
+        except Exception as error:
+            _log.exception("A request failed.")
+            self.tell("This is a fault in racecar", f"{type(error).__name__}: {error}", "red")
+
+    def _paint_ground(self, is_dark: bool) -> None:
+        self.ground = DARK if is_dark else LIGHT
+        self.gui.configure_theme(dark_mode=is_dark, show_logo=False, show_share_button=False)
+        self.server.scene.set_background_image(
+            np.full((1, 1, 3), self.ground.unknown, dtype=np.uint8), format="png"
+        )
+        if self._room is not None:
+            self._room.draw_all()
+
+    async def _click(self, event: SceneClickEvent) -> None:
+        place = point_under(event.client.camera, event.screen_pos)
+        self.request(lambda: None if self._room is None else self._room.click(place))
+
+    def _take_drag(self, phase: str, start: NDArray[np.float64], end: NDArray[np.float64]) -> bool:
+        room = self._room
+        if room is None or not room.takes_drags:
+            return False
+        self.request(lambda: room.drag(start, end, is_over=phase == "end"))
+        return True
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind((LOOPBACK, 0))
+        return int(probe.getsockname()[1])
+
+
+def _notify(client: ClientHandle, title: str, words: str, color: Any) -> None:
+    client.add_notification(title=title, body=words, color=color, auto_close_seconds=8.0)

@@ -1,0 +1,29 @@
+"""A room of the studio: what the page is used for at the moment."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+class Room(Protocol):
+    """All methods are called by the studio's worker, one after the other."""
+
+    def draw_all(self) -> None:
+        """Draw everything anew: the room was just entered, or the ground has another colour."""
+
+    def step(self, seconds: float) -> None:
+        """Go on by some seconds and draw what has changed."""
+
+    def click(self, place: NDArray[np.float64]) -> None:
+        """A place (2,) of the floor was clicked."""
+
+    def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
+        """The pointer was dragged from one place (2,) to another, while `takes_drags`."""
+
+    def close(self) -> None:
+        """The room is left."""
+
+    @property
+    def takes_drags(self) -> bool:
+        """Whether a drag means something here; else it moves the map. May be asked by any thread."""

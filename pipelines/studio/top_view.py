@@ -1,0 +1,129 @@
+"""Where each page looks from: straight down, north up, moved by dragging and zoomed by the wheel.
+
+A narrow angle from high above shows a plan and not a perspective. The page's own controls would tilt it.
+So a drag of the left button is taken by a glass over the floor, which moves the camera, and whatever else
+turned it is put right.
+"""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from viser import CameraHandle, ClientHandle, SceneNodeDragEvent, ViserServer
+
+from racecar.pipelines.studio.scale_bar import ScaleBar
+
+FIELD_OF_VIEW = math.radians(10.0)
+"""From the lower edge to the upper one."""
+_GLASS_HEIGHT, _GLASS_SIDE = 0.03, 1e5
+"""Metres: over all layers, and wider than any map."""
+_MARGIN = 1.08
+"""Of what is shown as a whole, over what has to be seen."""
+_LEAST_HEIGHT = 5.0
+"""Metres of the camera: the view is then 0.9 m high."""
+_ASPECT = 1.3
+"""Width over height of the map's part of a page of 1280 x 720 pixels, its side panel aside."""
+_TILTED = 1e-3
+"""Length of a direction's horizontal part from which a view counts as tilted."""
+
+Drag = Callable[[str, NDArray[np.float64], NDArray[np.float64]], bool]
+"""Phase ("start", "update", "end"), where it began and where it is (2,); whether it means something."""
+
+
+class TopView:
+    """The cameras of all pages."""
+
+    def __init__(self, server: ViserServer, take_drag: Drag) -> None:
+        """``take_drag`` is asked first; a drag that it does not take moves the map."""
+        self._server, self._take_drag = server, take_drag
+        self._bars: dict[int, ScaleBar] = {}
+        self._grabbed: dict[int, NDArray[np.float64]] = {}
+        self._middle, self._height = np.zeros(2), 100.0
+        glass = server.scene.add_image(
+            "/glass",
+            np.zeros((1, 1, 4), dtype=np.uint8),
+            _GLASS_SIDE,
+            _GLASS_SIDE,
+            format="png",
+            position=(0.0, 0.0, _GLASS_HEIGHT),
+        )
+        glass.on_drag("left")(self._drag)
+        server.on_client_connect(self._meet)
+        server.on_client_disconnect(self._part)
+
+    def show_whole(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+        """Show a rectangle from a corner (2,) to the other, on all pages and those to come."""
+        width, depth = high - low
+        tallest = max(depth, width / _ASPECT)
+        self._height = max(_LEAST_HEIGHT, _MARGIN * tallest / (2.0 * math.tan(FIELD_OF_VIEW / 2.0)))
+        self._middle = (low + high) / 2.0
+        camera = self._server.initial_camera
+        camera.fov, camera.up = FIELD_OF_VIEW, (0.0, 1.0, 0.0)
+        camera.near, camera.far = 1.0, 1e5
+        camera.look_at = (*self._middle, 0.0)
+        camera.position = (*self._middle, self._height)
+        for client in self._server.get_clients().values():
+            _look(client.camera, self._middle, self._height)
+
+    def go_to(self, place: NDArray[np.float64], across: float) -> None:
+        """Bring a place (2,) to the middle of all pages, at most ``across`` metres from bottom to top."""
+        wanted = across / (2.0 * math.tan(FIELD_OF_VIEW / 2.0))
+        for client in self._server.get_clients().values():
+            height = min(float(client.camera.position[2]), wanted)
+            _look(client.camera, place, max(height, _LEAST_HEIGHT))
+
+    def follow(self, place: NDArray[np.float64]) -> None:
+        """Bring a place (2,) to the middle without coming nearer."""
+        for client in self._server.get_clients().values():
+            _look(client.camera, place, float(client.camera.position[2]))
+
+    async def _meet(self, client: ClientHandle) -> None:
+        client.camera.min_orbit_distance = _LEAST_HEIGHT
+        bar = self._bars[client.client_id] = ScaleBar(client)
+        _look(client.camera, self._middle, self._height)  # it reports its own first view, which is tilted
+        client.camera.on_update(self._keep_upright)
+        bar.fit(client.camera)
+
+    async def _part(self, client: ClientHandle) -> None:
+        self._bars.pop(client.client_id, None)
+        self._grabbed.pop(client.client_id, None)
+
+    async def _keep_upright(self, camera: CameraHandle) -> None:
+        ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
+        sideways = math.hypot(ahead[0], ahead[1]) / max(float(np.linalg.norm(ahead)), 1e-9)
+        is_upside_down = ahead[2] > 0.0 or camera.up_direction[1] < 1.0 - _TILTED
+        if sideways > _TILTED or is_upside_down:
+            _look(camera, np.asarray(camera.look_at)[:2], float(np.linalg.norm(ahead)))
+        bar = self._bars.get(camera.client.client_id)
+        if bar is not None:
+            bar.fit(camera)
+
+    async def _drag(self, event: SceneNodeDragEvent[Any]) -> None:
+        """Move the map under the pointer, unless the drag means something else."""
+        if event.phase == "start":
+            self._grabbed[event.client_id] = np.array(event.start_position[:2])
+        start = self._grabbed.get(event.client_id)
+        if start is None:
+            return
+        camera = event.client.camera
+        here = point_under(camera, event.end_screen_pos)
+        if not self._take_drag(event.phase, start, here):
+            _look(camera, np.asarray(camera.position)[:2] + start - here, float(camera.position[2]))
+
+
+def point_under(camera: CameraHandle, screen: tuple[float, float]) -> NDArray[np.float64]:
+    """(2,) the place of the floor under a place of the page, 0 to 1 rightwards and downwards."""
+    height = 2.0 * float(camera.position[2]) * math.tan(camera.fov / 2.0)
+    aside = (screen[0] - 0.5) * height * camera.aspect
+    point: NDArray[np.float64] = camera.position[:2] + np.array([aside, (0.5 - screen[1]) * height])
+    return point
+
+
+def _look(camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:
+    """Straight down at a place (2,), north up."""
+    with camera.client.atomic():
+        camera.up_direction = (0.0, 1.0, 0.0)
+        camera.position = (*middle, height)
+        camera.look_at = (*middle, 0.0)

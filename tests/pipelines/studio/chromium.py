@@ -1,0 +1,142 @@
+"""A headless Chromium on a page of the studio that runs meanwhile."""
+
+import shutil
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.room import Room
+
+_FLAGS = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run", "--disable-sync"),
+    *("--disable-background-networking", "--disable-component-update"),
+    *("--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"),
+)
+"""WebGL runs on the processor, and the browser asks its maker for nothing."""
+WIDTH, HEIGHT = 960, 600
+"""Pixels, of which each costs a processor without graphics time."""
+_PATIENCE = 40.0
+"""Seconds: on a busy machine a page may take many to load."""
+
+
+class Opened:
+    """A page of the studio in a browser."""
+
+    def __init__(self, studio: Page, tab: Any) -> None:
+        self.studio, self.tab = studio, tab
+        self.requests: list[str] = []
+        tab.on("request", lambda request: self.requests.append(request.url))
+        tab.on("websocket", lambda socket: self.requests.append(socket.url))
+
+    def load(self) -> None:
+        """Open the studio's page, and wait until its map is to be seen."""
+        self.tab.goto(self.studio.address)
+        self.wait_for(lambda: np.any(self.pixels() < 60), "a wall on the map")
+
+    def wait_for(self, is_true: Callable[[], Any], what: str) -> None:
+        """Ask again and again; fails the test when the time is over."""
+        end = time.monotonic() + _PATIENCE
+        while time.monotonic() < end:
+            if is_true():
+                return
+            self.tab.wait_for_timeout(100)
+        pytest.fail(f"waited {_PATIENCE:.0f} s for {what}")
+
+    def pixels(self) -> NDArray[np.uint8]:
+        """(rows, columns, 3) of the part of the page where only the map is."""
+        clip = {"x": 300, "y": 20, "width": 320, "height": 560}
+        return np.asarray(Image.open(BytesIO(self.tab.screenshot(clip=clip))).convert("RGB"))
+
+    def screen_of(self, place: tuple[float, float]) -> tuple[float, float]:
+        """Where a place of the floor is on the screen, in pixels."""
+        camera = next(iter(self.studio.server.get_clients().values())).camera
+        height = 2.0 * camera.position[2] * np.tan(camera.fov / 2.0)
+        scale = HEIGHT / height
+        middle = camera.aspect * HEIGHT / 2.0, HEIGHT / 2.0
+        x, y = np.array(place) - camera.position[:2]
+        return float(middle[0] + scale * x), float(middle[1] - scale * y)
+
+    def click(self, place: tuple[float, float]) -> None:
+        """Click on a place of the floor."""
+        self.tab.mouse.click(*self.screen_of(place))
+
+    def drag(self, start: tuple[float, float], end: tuple[float, float]) -> None:
+        """Drag from one place of the floor to another."""
+        a, b = self.screen_of(start), self.screen_of(end)
+        self.tab.mouse.move(*a)
+        self.tab.mouse.down()
+        self.tab.mouse.move(*b, steps=8)
+        self.tab.wait_for_timeout(150)
+        self.tab.mouse.up()
+
+    def press(self, name: str) -> None:
+        """Press a button of the side panel."""
+        self.tab.get_by_role("button", name=name, exact=True).click()
+
+    def says(self, words: str) -> bool:
+        """Whether some words are to be read on the page."""
+        return words in self.tab.inner_text("body")
+
+    @property
+    def asked_hosts(self) -> set[str | None]:
+        """All that the page turned to."""
+        return {urlsplit(url.removeprefix("blob:")).hostname for url in self.requests}
+
+
+@contextmanager
+def browser() -> Iterator[Any]:
+    """A Chromium; skips the test where playwright or Chromium are missing."""
+    sync_api = pytest.importorskip("playwright.sync_api")
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if program is None:
+        pytest.skip("there is no Chromium; install it with: apt-get install chromium")
+    with sync_api.sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=program, args=_FLAGS)
+        try:
+            yield chromium
+        finally:
+            chromium.close()
+
+
+@contextmanager
+def running(make_room: Callable[[Page], Room]) -> Iterator[Page]:
+    """A studio with a room, whose worker runs in a thread meanwhile."""
+    studio = Page("racecar studio", 0)
+    worker = threading.Thread(target=studio.run)
+    try:
+        studio.enter(lambda: make_room(studio))
+        worker.start()
+        yield studio
+    finally:
+        studio.stop()
+        if worker.ident is not None:
+            worker.join()
+        studio.close()
+
+
+@contextmanager
+def opened(chromium: Any, studio: Page) -> Iterator[Opened]:
+    """The studio's page in a tab of its own."""
+    tab = chromium.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+    try:
+        page = Opened(studio, tab)
+        page.load()
+        yield page
+    finally:
+        tab.close()
+
+
+def keep_picture(page: Opened, path: Path) -> None:
+    """Write what is seen as PNG, for people who want to judge it."""
+    page.tab.screenshot(path=path)

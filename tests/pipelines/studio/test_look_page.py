@@ -1,0 +1,74 @@
+"""A run on the page, as a person sees and uses it in a browser."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.studio.look.look_room import LookRoom
+from racecar.pipelines.studio.page import LOOPBACK
+from racecar.pipelines.view.scene import Doubt, ParticleCloud, Scene, Sight
+from tests.pipelines.studio.chromium import opened, running
+
+SCANS = 41
+
+
+def a_run() -> Scene:
+    """A drive of 4 s and 4 m to the right through a room of 8 x 6 m."""
+    cells = np.full((120, 160), FREE, dtype=np.int8)
+    cells[:3], cells[-3:], cells[:, :3], cells[:, -3:] = OCCUPIED, OCCUPIED, OCCUPIED, OCCUPIED
+    stamps = 10**9 + np.arange(SCANS) * 10**8
+    poses = np.column_stack([np.linspace(2.0, 6.0, SCANS), np.full(SCANS, 3.0), np.zeros(SCANS)])
+    wall = np.column_stack([np.full(50, 1.0), np.linspace(-1.0, 1.0, 50)]).astype(np.float32)
+    return Scene(
+        "a run",
+        "It was made up.",
+        Trajectory(stamps, poses),
+        OccupancyGrid(cells, 0.05, np.zeros(3)),
+        sights=[Sight(int(stamp), wall) for stamp in stamps],
+        clouds=[ParticleCloud(int(stamp), pose[None]) for stamp, pose in zip(stamps, poses, strict=True)],
+        covariances=np.tile(np.diag([0.01, 0.01, 0.001]), (SCANS, 1, 1)),
+        doubts=[Doubt("Here it is doubtful.", np.array([5.0, 3.0]), (2.9, 3.1))],
+    )
+
+
+def test_a_run_is_gone_through_by_clicks(chromium: Any) -> None:
+    with running(lambda studio: LookRoom(studio, a_run())) as studio, opened(chromium, studio) as page:
+        assert page.says("x 2.00 m")
+        page.press("scan ▶")
+        page.wait_for(lambda: page.says("x 2.10 m"), "the next scan")
+        page.click((4.0, 3.5))
+        page.wait_for(lambda: page.says("x 4.00 m"), "the moment of the clicked place")
+        page.press("Go to 1")
+        page.wait_for(lambda: page.says("x 5.00 m"), "the doubtful stretch")
+        page.press("Play")
+        page.wait_for(lambda: page.says("x 6.00 m"), "the end of the drive")
+        assert page.asked_hosts == {LOOPBACK}
+
+
+def test_the_map_is_dragged_and_zoomed_and_stays_upright(chromium: Any) -> None:
+    with running(lambda studio: LookRoom(studio, a_run())) as studio, opened(chromium, studio) as page:
+        camera = next(iter(studio.server.get_clients().values())).camera
+        before = camera.position.copy()
+        page.drag((3.0, 4.0), (4.0, 3.5))
+        page.wait_for(lambda: np.allclose(camera.position[:2], before[:2] - [1.0, -0.5], atol=0.05), "a move")
+        page.tab.mouse.wheel(0, -300)
+        page.wait_for(lambda: camera.position[2] < 0.9 * before[2], "a nearer view")
+        page.tab.keyboard.down("ArrowUp")
+        page.tab.wait_for_timeout(300)
+        page.tab.keyboard.up("ArrowUp")
+        page.wait_for(
+            lambda: np.allclose(camera.look_at[:2], camera.position[:2], atol=0.01), "straight down again"
+        )
+
+
+@pytest.mark.slow
+def test_a_second_page_and_a_page_that_comes_back_show_the_same_moment(chromium: Any) -> None:
+    with running(lambda studio: LookRoom(studio, a_run())) as studio:
+        with opened(chromium, studio) as first, opened(chromium, studio) as second:
+            first.press("scan ▶")
+            second.wait_for(lambda: second.says("x 2.10 m"), "the same scan on both pages")
+        with opened(chromium, studio) as third:
+            assert third.says("x 2.10 m")
