@@ -22,7 +22,7 @@ def studio(
             metavar="N",
             min=0,
             max=65535,
-            help="Port of the page; a free one when not given.",
+            help="Port of the page. By default a free one.",
             show_default=False,
         ),
     ] = 0,

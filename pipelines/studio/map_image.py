@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 from racecar.pipelines.pictures.map_picture import thinned
-from racecar.pipelines.studio.palette import Ground
+from racecar.pipelines.studio.palette import Backdrop
 
 _MOST_CELLS = 16_000_000
 """Beyond which cells are drawn in blocks, because graphics cards take pictures of 4096 pixels a side at least
@@ -28,7 +28,7 @@ class MapImage(NamedTuple):
     """(3,) pose of the picture's middle."""
 
 
-def paint(grid: OccupancyGrid, ground: Ground) -> MapImage:
+def paint(grid: OccupancyGrid, ground: Backdrop) -> MapImage:
     """What is free, occupied and unknown in a ground's colours; a huge grid no finer than can be shown."""
     grid = thinned(grid, _MOST_CELLS)
     pixels = _colors(ground)[grid.cells.astype(np.int64) - UNKNOWN]
@@ -40,7 +40,7 @@ def paint(grid: OccupancyGrid, ground: Ground) -> MapImage:
     return MapImage(pixels, size, np.array([*middle, grid.map_from_grid[2]]))
 
 
-def _colors(ground: Ground) -> NDArray[np.uint8]:
+def _colors(ground: Backdrop) -> NDArray[np.uint8]:
     """(102, 3): unknown, then from 0 to 100 percent occupied."""
     share = np.linspace(0.0, 1.0, 101)[:, None]
     known = (1.0 - share) * np.array(ground.free) + share * np.array(ground.occupied)

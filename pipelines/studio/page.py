@@ -21,7 +21,7 @@ from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent, Vise
 from racecar.maps.errors import UserError
 from racecar.pipelines.studio.layers import Layers
 from racecar.pipelines.studio.legend import Legend
-from racecar.pipelines.studio.palette import DARK, LIGHT, Ground
+from racecar.pipelines.studio.palette import DARK, LIGHT, Backdrop
 from racecar.pipelines.studio.room import Room
 from racecar.pipelines.studio.top_view import TopView, point_under
 
@@ -47,7 +47,7 @@ class Page:
         self._room: Room | None = None
         self._folders: list[GuiFolderHandle] = []
         self._stop = threading.Event()
-        self.ground: Ground = LIGHT
+        self.ground: Backdrop = LIGHT
         with redirect_stdout(io.StringIO()):  # it announces itself, verbose or not
             self.server = ViserServer(LOOPBACK, port or _free_port(), label=title, verbose=False)
         self.gui = self.server.gui

@@ -15,7 +15,7 @@ PATH, LOOP, SCAN, PARTICLE, CAR, SKY, TRUTH = (
 
 
 @dataclass(frozen=True)
-class Ground:
+class Backdrop:
     """How a map is painted."""
 
     free: Color
@@ -24,9 +24,9 @@ class Ground:
     text: Color
 
 
-LIGHT = Ground((255, 255, 255), (27, 31, 36), (223, 227, 232), (27, 31, 36))
+LIGHT = Backdrop((255, 255, 255), (27, 31, 36), (223, 227, 232), (27, 31, 36))
 """As in map.png."""
-DARK = Ground((44, 49, 56), (236, 240, 244), (22, 25, 29), (236, 240, 244))
+DARK = Backdrop((44, 49, 56), (236, 240, 244), (22, 25, 29), (236, 240, 244))
 
 _DOUBT_STOPS = np.array([[0, 158, 115], [240, 228, 66], [213, 94, 0]])
 """From sure to doubtful: green, yellow and vermilion of the same palette."""

@@ -6,12 +6,12 @@ import pytest
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.pipelines.studio.map_image import paint
 from racecar.pipelines.studio.outlines import cross, ellipse
-from racecar.pipelines.studio.palette import DARK, LIGHT, Ground
+from racecar.pipelines.studio.palette import DARK, LIGHT, Backdrop
 from racecar.pipelines.studio.scale_bar import round_length
 
 
 @pytest.mark.parametrize("ground", [LIGHT, DARK])
-def test_cells_are_painted_in_the_colours_of_the_ground(ground: Ground) -> None:
+def test_cells_are_painted_in_the_colours_of_the_ground(ground: Backdrop) -> None:
     grid = OccupancyGrid(np.array([[FREE, OCCUPIED, UNKNOWN]], dtype=np.int8), 0.5, np.zeros(3))
     image = paint(grid, ground)
     colors = image.pixels[0, ::2]
