@@ -16,7 +16,6 @@ from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
 from racecar.mapping.keyframes.final_optimization import matched_again
 from racecar.mapping.keyframes.gap import Gap, gap_after
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
-from racecar.mapping.keyframes.misled_matches import misled_steps
 from racecar.mapping.keyframes.placement import KeyframePlacer, Placement
 from racecar.mapping.matching.scan_store import prepare_scan
 from racecar.mapping.odometry.lag import OdometryLag
@@ -260,9 +259,9 @@ class Mapper:
         return step, right, placed
 
     def _tie(self, index: int, step: Pose, placed: Placement) -> bool:
-        """Connect a new keyframe to those before, by scan matching unless it is lost, and by the wheels
-        unless the scans refute them; returns whether scan matching did so. With neither, the ``step`` (3,) to
-        where it was placed holds it."""
+        """Connect a new keyframe to those before, by scan matching unless it is lost, and by the wheels, as
+        loosely as the scans refute them; returns whether scan matching did so. With neither, the ``step``
+        (3,) to where it was placed holds it."""
         state, config = self._state, self._config.keyframes.constraints
         constraints: list[Constraint] = []
         if not placed.is_lost:
@@ -271,14 +270,16 @@ class Mapper:
                 constraints = constrain(pairs, state.map_from_keyframe, state.keyframes, config)
         is_tied = len(constraints) > 0
         wheel_step, gyro_step = state.reckoning.wheel_step(), state.reckoning.gyro_step()
-        if placed.odds_against_first > (self._config.keyframes.placement.refuted_odds if is_tied else 0.0):
-            wheel_step = None
-        if wheel_step is not None:
-            constraints.append(state.by_wheels(index, wheel_step, gyro_step))
+        limit = self._config.keyframes.placement.refuted_odds if is_tied else 0.0
+        is_refuted = placed.odds_against_first > limit
+        if wheel_step is not None and (is_tied or not is_refuted):
+            by_wheels = state.by_wheels(index, wheel_step, gyro_step)
+            constraints.append(by_wheels.loosened(state.map_from_keyframe) if is_refuted else by_wheels)
         elif not is_tied:
             constraints.append(state.by_motion(index, step, state.reckoning.worth(step)))
         state.wheel_steps.extend(pose_or_nan(wheel_step))
         state.gyro_steps.extend(gyro_step)
+        state.are_refuted.append(is_refuted)
         for constraint in constraints:
             state.graph.add(constraint)
         return is_tied
@@ -343,22 +344,19 @@ class Mapper:
         are_misled = np.zeros(len(state.keyframes) - 1, dtype=np.bool_)
         for _ in range(config.schedule.final_rounds):
             state.calibrate(0)
-            by_wheels, poses = state.all_by_wheels(), state.map_from_keyframe
-            newly = misled_steps(
-                by_wheels, poses, state.keyframes, config.keyframes.constraints, config.keyframes.misled
-            )
-            are_misled |= newly
-            state.graph = matched_again(
+            known = are_misled
+            state.graph, poses, are_misled = matched_again(
                 state.graph,
-                by_wheels,
-                poses,
+                state.all_by_wheels(),
+                np.array(state.are_refuted, dtype=np.bool_),
+                known,
+                state.map_from_keyframe,
                 state.keyframes,
                 config.keyframes,
-                are_misled,
                 with_first_pass=config.close_loops,
             )
             state.map_from_keyframe = state.graph.optimize_finally(poses)
-            if not newly.any():
+            if np.array_equal(are_misled, known):
                 break
 
     def _judge(self, session: Session) -> MapQuality:

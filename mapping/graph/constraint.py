@@ -2,13 +2,13 @@
 
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, between
 
 Kind = Literal["odometry", "scan_matching", "loop_closure"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
@@ -29,6 +29,11 @@ class Constraint:
     information: NDArray[np.float64]
     """(3, 3) in the tangent frame of the second pose, as gtsam's BetweenFactorPose2 has it."""
     kind: Kind
+
+    def loosened(self, poses: Pose) -> "Constraint":
+        """The same as loose as poses (K, 3) contradict it: by one standard deviation at most."""
+        missed = between(self.from_pose_to_pose, between(poses[self.from_keyframe], poses[self.to_keyframe]))
+        return replace(self, information=self.information / (1.0 + missed @ self.information @ missed))
 
 
 class ConstraintList:

@@ -28,7 +28,13 @@ def constrain(
     """
     if len(pairs) == 0:
         return []
-    matches, good = match_pairs(pairs, poses, store, config)
+    return constraints_of(pairs, *match_pairs(pairs, poses, store, config), store)
+
+
+def constraints_of(
+    pairs: NDArray[np.int64], matches: Matches, good: NDArray[np.bool_], store: ScanStore
+) -> list[Constraint]:
+    """Constraints of keyframe pairs (P, 2) by those of their matches that are ``good`` (P,)."""
     return [
         Constraint(
             int(pairs[k, 0]),

@@ -1,6 +1,6 @@
 """The final optimization of a drive: all pairs of keyframes matched once more, and the whole graph solved."""
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,43 +8,59 @@ from numpy.typing import NDArray
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.config import KeyframeConfig
-from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
+from racecar.mapping.keyframes.constraints import constrain, constraints_of, match_pairs, pairs_along_path
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
+from racecar.mapping.keyframes.misled_matches import MatchesAlongPath, laid_out_by_wheels
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose
 
 
 def matched_again(
     graph: PoseGraph,
-    by_wheels: Iterable[Constraint],
+    by_wheels: Sequence[Constraint],
+    are_refuted: NDArray[np.bool_],
+    are_misled: NDArray[np.bool_],
     poses: Pose,
     store: ScanStore,
     config: KeyframeConfig,
-    are_misled: NDArray[np.bool_],
     *,
     with_first_pass: bool,
-) -> PoseGraph:
+) -> tuple[PoseGraph, Pose, NDArray[np.bool_]]:
     """A graph whose scan matches begin at the poses (K, 3) of now, also, where asked for, with those of the
-    first pass through each place.
+    first pass through each place; the poses to solve it from; and (K - 1,) the steps in which scans misled,
+    among them those that are known already, ``are_misled`` (K - 1,).
 
-    What wheels measured is given anew; loop closures stay. Over steps in which matches ``are_misled``
-    (K - 1,) only the wheels tell. A keyframe that nothing ties now would be free to
-    go anywhere; what has held it so far still does. So do matches of scans that were trimmed and cannot be
-    matched any more.
+    Loop closures stay. What wheels measured is given anew; where they ``are_refuted`` (K - 1,), it counts
+    fully only if the scans are misled there. Of the matches over such steps those stay that the wheels do not
+    contradict: most over many steps are right, and better than a chain of wheels. A keyframe that nothing
+    ties now would be free to go anywhere; what has held it so far still does. So do matches of scans that
+    were trimmed and cannot be matched any more.
     """
     is_kept = store.is_kept
     pairs = pairs_along_path(range(len(is_kept)), config.constraints)
-    misled_before = np.concatenate([[0], np.cumsum(are_misled)])
-    pairs = pairs[is_kept[pairs].all(axis=1) & (misled_before[pairs[:, 0]] == misled_before[pairs[:, 1]])]
-    constraints = [*constrain(pairs, poses, store, config.constraints), *by_wheels]
+    pairs = pairs[is_kept[pairs].all(axis=1)]
+    found, good = match_pairs(pairs, poses, store, config.constraints)
+    matches = constraints_of(pairs, found, good, store)
+    along = MatchesAlongPath.of(matches, found.residual[good], by_wheels, len(is_kept))
+    newly = along.misled_steps(config.misled) & ~are_misled
+    are_misled = are_misled | newly
+    are_over = along.are_over(are_misled)
+    left_out = are_over & along.are_contradicted(~are_over, config.misled)
+    constraints = [match for match, is_out in zip(matches, left_out, strict=True) if not is_out]
     tied = {constraint.to_keyframe for constraint in constraints}
+    for c in by_wheels:
+        if are_misled[c.from_keyframe] or not are_refuted[c.from_keyframe]:
+            constraints.append(c)
+            tied.add(c.to_keyframe)
+        elif c.to_keyframe in tied:
+            constraints.append(c.loosened(poses))
     for c in graph.constraints:
         if c.kind == "loop_closure" or c.to_keyframe not in tied or _is_trimmed_match(c, is_kept):
             constraints.append(c)
     if with_first_pass:
         passes = pairs_with_first_pass(poses, is_kept, config.revisits)
         constraints += constrain(passes, poses, store, config.constraints)
-    return PoseGraph(graph.config, constraints)
+    return PoseGraph(graph.config, constraints), laid_out_by_wheels(poses, along, newly), are_misled
 
 
 def _is_trimmed_match(c: Constraint, is_kept: NDArray[np.bool_]) -> bool:

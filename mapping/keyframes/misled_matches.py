@@ -1,90 +1,183 @@
 """Where scan matches are misled, as by ground that comes into view on a slope and moves along.
 
-Wheels and scans contradict each other where either errs. Where wheels slip, the scans fit each other as well
-as anywhere else; where scans are misled, they fit worse. So a contradiction is blamed on the scans as far as
-contradictions are more frequent where scans fit that badly than where they fit well.
+Wheels and matches contradict each other where either errs. Where wheels slip, the matches still agree with
+each other: one over some steps is the chain of those over fewer, as far as they claim to be exact. Where
+scans are misled, such cycles stay open. So a stretch of steps that wheels and matches contradict each other
+about is blamed on the scans where few cycles over it are closed, the sooner the worse scans fit there.
 """
 
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.keyframes.config import ConstraintConfig, MisledConfig
-from racecar.mapping.keyframes.constraints import match_pairs
-from racecar.mapping.matching.scan_store import ScanStore
+from racecar.mapping.keyframes.config import MisledConfig
 from racecar.mapping.odometry.calibration import SIGMA_PER_MEDIAN
-from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.geometry.se2 import Pose, adjoint, between, chained, compose, inverse
 
 
-def misled_steps(
-    by_wheels: list[Constraint],
-    poses: Pose,
-    store: ScanStore,
-    constraints: ConstraintConfig,
-    config: MisledConfig,
-) -> NDArray[np.bool_]:
-    """(K - 1,) the steps between keyframes at (K, 3) in which scan matching is misled, by what the wheels
-    measured of some of them."""
-    steps = np.full((max(len(poses) - 1, 0), 3), np.nan)
-    for constraint in by_wheels:
-        steps[constraint.from_keyframe] = constraint.from_pose_to_pose
-    off, residuals = np.full_like(steps, np.nan), np.full(len(steps), np.nan)
-    both = np.flatnonzero(store.is_kept[:-1] & store.is_kept[1:] & ~np.isnan(steps[:, 0]))
-    if len(both) < config.min_steps:
-        return np.zeros(len(steps), dtype=np.bool_)
-    matches, good = match_pairs(np.column_stack([both, both + 1]), poses, store, constraints)
-    off[both[good]] = between(matches.poses[good], steps[both[good]])
-    residuals[both[good]] = matches.residual[good]
-    turns = np.zeros(len(steps))
-    turns[both[good]] = np.abs(matches.poses[good, 2])
-    return are_misled(off, turns, residuals, config)
+@dataclass(frozen=True, eq=False)
+class MatchesAlongPath:
+    """M matches of keyframes not far from each other, beside what the wheels measured."""
 
+    first: NDArray[np.int64]
+    """(M,) the earlier keyframe of each, and the step after it."""
+    end: NDArray[np.int64]
+    """(M,) the later one."""
+    motions: Pose
+    """(M, 3)"""
+    covariances: NDArray[np.float64]
+    """(M, 3, 3) in the tangent frame of the later one."""
+    residuals: NDArray[np.float64]
+    """(M,) of the scans, metres."""
+    steps: Pose
+    """(K - 1, 3) by the wheels; NaN where they tell nothing."""
 
-def are_misled(
-    off: Pose, turns: NDArray[np.float64], residuals: NDArray[np.float64], config: MisledConfig
-) -> NDArray[np.bool_]:
-    """(S,) of steps in which the wheels were ``off`` (S, 3) from the match, and which ended with
-    ``residuals`` (S,), metres; NaN where nothing matched. ``turns`` (S,) are those of the matches, radians.
+    @classmethod
+    def of(
+        cls,
+        matches: Sequence[Constraint],
+        residuals: NDArray[np.float64],
+        by_wheels: Sequence[Constraint],
+        keyframes: int,
+    ) -> "MatchesAlongPath":
+        """By constraints of both kinds between so many keyframes, and residuals (M,) of the scans."""
+        steps = np.full((keyframes - 1, 3), np.nan)
+        for constraint in by_wheels:
+            steps[constraint.from_keyframe] = constraint.from_pose_to_pose
+        ends = np.array([(c.from_keyframe, c.to_keyframe) for c in matches], dtype=np.int64).reshape(-1, 2)
+        motions = np.array([c.from_pose_to_pose for c in matches]).reshape(-1, 3)
+        covariances = np.linalg.inv(np.array([c.information for c in matches]).reshape(-1, 3, 3))
+        return cls(ends[:, 0], ends[:, 1], motions, covariances, residuals, steps)
 
-    Scans fit worse in turns, where some wheels err most, so that steps are compared with others that turn
-    as much.
-    """
-    is_known = ~np.isnan(residuals)
-    misled = np.zeros(len(residuals), dtype=np.bool_)
-    if np.count_nonzero(is_known) < config.min_steps:
+    def misled_steps(self, config: MisledConfig) -> NDArray[np.bool_]:
+        """(K - 1,) in which scan matching is misled."""
+        are_contradicted = self.are_contradicted(np.ones(len(self.first), dtype=np.bool_), config)
+        share, most = self._per_step(are_contradicted), config.min_contradicted * self._per_step()
+        closed, cycles = self._cycles(config)
+        worse = self._worse_fit()
+        misled = np.zeros(len(self.steps), dtype=np.bool_)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], share > most, [False]])))
+        for begin, end in edges.reshape(-1, 2):
+            presumed = config.presumed_closed
+            share = (closed[begin:end].sum() + presumed) / (cycles[begin:end].sum() + presumed)
+            bad_fit = max(np.median(worse[begin:end]) / config.usual_fit, 1.0)
+            misled[begin:end] = share < config.min_closed * bad_fit**4
         return misled
-    are_contradicted = is_known & (_contradicted(off[:, 0], config) | _contradicted(off[:, 2], config))
-    fit = np.full_like(residuals, np.nan)
-    fit[is_known] = np.nanmedian(_about(residuals, config.window)[is_known], axis=1)
-    usual_fit = float(np.median(fit[is_known]))
-    turned = np.nansum(_about(turns, config.window), axis=1)
-    fit_well = is_known & (fit <= usual_fit)
-    edges = np.quantile(fit[is_known], np.linspace(0.0, 1.0, config.classes + 1)[1:-1])
-    of_class = np.searchsorted(edges, fit)
-    for k in range(config.classes):
-        members = is_known & (of_class == k) & (fit > config.bad_fit * usual_fit)
-        if not members.any():
-            continue
-        comparable = fit_well & (turned >= np.median(turned[members]))
-        usual_rate = _share(are_contradicted[comparable]) if comparable.any() else 1.0
-        if _share(are_contradicted[members]) > max(config.min_rate, config.times_usual * usual_rate):
-            misled |= members & are_contradicted
-    return misled
+
+    def _worse_fit(self) -> NDArray[np.float64]:
+        """(K - 1,) by what factor scans fit worse over each step than over others with such a turn, since in
+        turns they fit worse anyway; 1 without a match."""
+        of_steps = np.flatnonzero(self.end - self.first == 1)
+        by_turn = of_steps[np.argsort(np.abs(self.motions[of_steps, 2]))]
+        worse = np.ones(len(self.steps))
+        if len(by_turn):
+            residuals = self.residuals[by_turn]
+            usual = median_filter(residuals, size=len(residuals) // 5 + 1, mode="nearest")
+            worse[self.first[by_turn]] = residuals / usual
+        return worse
+
+    def are_contradicted(self, usual: NDArray[np.bool_], config: MisledConfig) -> NDArray[np.bool_]:
+        """(M,) which of them the wheels contradict by more than the ``usual`` ones (M,)."""
+        chain = chained(np.nan_to_num(self.steps))
+        off = between(self.motions, between(chain[self.first], chain[self.end]))
+        off[self.are_over(np.isnan(self.steps[:, 0]))] = np.nan
+        contradicted = np.zeros(len(off), dtype=np.bool_)
+        for lag in np.unique(self.end - self.first):
+            those = self.end - self.first == lag
+            contradicted[those] = _stick_out(off[those], off[those & usual], config)
+        return contradicted
+
+    def are_over(self, steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(M,) which span any of some steps (K - 1,)."""
+        until = np.concatenate([[0], np.cumsum(steps)])
+        return np.asarray(until[self.end] > until[self.first])
+
+    def _per_step(self, which: NDArray[np.bool_] | bool = True) -> NDArray[np.float64]:
+        """(K - 1,) how many of some matches (M,) are over each step; none counts more for being over more."""
+        of_step = np.zeros(len(self.steps))
+        for lag in np.unique(self.end - self.first):
+            begin = np.zeros(len(self.steps) + 1 - lag)
+            begin[self.first[which & (self.end - self.first == lag)]] = 1.0
+            of_step += np.convolve(begin, np.full(lag, 1.0 / lag))
+        return of_step
+
+    def _cycles(self, config: MisledConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """(K - 1,) how many cycles over each step are closed, and how many there are, counted likewise."""
+        closed, cycles = np.zeros((2, len(self.steps)))
+        of_lag = {lag: self._over(lag) for lag in [1, *np.unique(self.end - self.first).tolist()]}
+        for lag in [lag for lag in of_lag if lag > 1]:
+            sigmas = _Motions.chained(_legs(lag, of_lag)).sigmas_off(of_lag[lag])
+            exist = ~np.isnan(sigmas)
+            usual = np.median(sigmas[exist]) if np.count_nonzero(exist) >= config.min_matches else 0.0
+            are_closed = sigmas < max(config.most_sigmas_open, config.times_usual * usual)
+            closed += np.convolve(are_closed, np.full(lag, 1.0 / lag))
+            cycles += np.convolve(exist, np.full(lag, 1.0 / lag))
+        return closed, cycles
+
+    def _over(self, lag: int) -> "_Motions":
+        """Over so many steps, by the keyframe from which on."""
+        those, keyframes = self.end - self.first == lag, len(self.steps) + 1
+        motions = _Motions(np.full((keyframes - lag, 3), np.nan), np.zeros((keyframes - lag, 3, 3)))
+        motions.poses[self.first[those]] = self.motions[those]
+        motions.covariances[self.first[those]] = self.covariances[those]
+        return motions
 
 
-def _share(are: NDArray[np.bool_]) -> float:
-    return float(np.mean(are))
+class _Motions(NamedTuple):
+    """N motions over the same number of steps, NaN where none was measured."""
+
+    poses: Pose
+    """(N, 3)"""
+    covariances: NDArray[np.float64]
+    """(N, 3, 3) in the tangent frame of their ends."""
+
+    @classmethod
+    def chained(cls, legs: "Sequence[_Motions]") -> "_Motions":
+        """One after the other; their errors are taken as independent."""
+        poses, covariances = legs[0]
+        for leg in legs[1:]:
+            moved = adjoint(inverse(leg.poses))
+            covariances = moved @ covariances @ moved.transpose(0, 2, 1) + leg.covariances
+            poses = compose(poses, leg.poses)
+        return cls(poses, covariances)
+
+    def sigmas_off(self, others: "_Motions") -> NDArray[np.float64]:
+        """(N,) Mahalanobis distances of what should be the same; NaN where either was not measured."""
+        off = between(self.poses, others.poses)
+        known = np.flatnonzero(~np.isnan(off[:, 0]))
+        information = np.linalg.inv(self.covariances[known] + others.covariances[known])
+        sigmas = np.full(len(off), np.nan)
+        sigmas[known] = np.sqrt(np.einsum("ni,nij,nj->n", off[known], information, off[known]))
+        return sigmas
 
 
-def _contradicted(off: NDArray[np.float64], config: MisledConfig) -> NDArray[np.bool_]:
-    """(S,) whether matches and wheels drift apart about each step by more than single steps (S,) explain."""
-    sigma = max(SIGMA_PER_MEDIAN * float(np.nanmedian(np.abs(off))), config.least_sigma)
-    drift = np.nansum(_about(off, config.window), axis=1)
-    return np.asarray(np.abs(drift) > config.most_sigmas * sigma * np.sqrt(config.window))
+def _legs(lag: int, of_lag: Mapping[int, _Motions]) -> list[_Motions]:
+    """The longest matches of which a chain over so many steps can be made, each by where the chain begins."""
+    legs, at, places = [], 0, len(of_lag[lag].poses)
+    while at < lag:
+        leg = max(shorter for shorter in of_lag if shorter < lag and shorter <= lag - at)
+        legs.append(_Motions(*(values[at : at + places] for values in of_lag[leg])))
+        at += leg
+    return legs
 
 
-def _about(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
-    """(S, window) the values (S,) about each."""
-    padded = np.pad(values, (window // 2, window - 1 - window // 2), constant_values=np.nan)
-    return sliding_window_view(padded, window)
+def laid_out_by_wheels(poses: Pose, along: MatchesAlongPath, where: NDArray[np.bool_]) -> Pose:
+    """The poses (K, 3) if the wheels are believed in some steps (K - 1,)."""
+    steps = between(poses[:-1], poses[1:])
+    believed = where & ~np.isnan(along.steps[:, 0])
+    steps[believed] = along.steps[believed]
+    return compose(poses[0], chained(steps))
+
+
+def _stick_out(errors: Pose, usual: Pose, config: MisledConfig) -> NDArray[np.bool_]:
+    """(N,) whether errors (N, 3) are larger than usual ones (U, 3) make likely; NaN are not."""
+    usual = usual[~np.isnan(usual[:, 0])]
+    if len(usual) < config.min_matches:
+        return np.zeros(len(errors), dtype=np.bool_)
+    sigma = np.maximum(SIGMA_PER_MEDIAN * np.median(np.abs(usual), axis=0), config.least_sigma)
+    return np.asarray((np.abs(errors) > config.most_sigmas * sigma).any(axis=1))

@@ -19,8 +19,8 @@ class FinishedMap:
     """(K,) of each keyframe since the drive began; NaN in earlier drives."""
     wheel_scale: float = 1.0
     """Length by the scans over length by the wheels, as it was learned; 1 where it was not."""
-    wheels_heard: float = 0.0
-    """Share of the drive's scans up to which wheels reported the motion, be they believed or not."""
+    overruled_wheels: float = 0.0
+    """Share of the drive's steps in which the scans refuted the wheels."""
 
     @property
     def poses(self) -> Pose:

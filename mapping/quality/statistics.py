@@ -55,7 +55,7 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
         "looked_through_by_passes": _quantile((places.looked_through - places.usual)[is_seen]),
         "wheels_against_map_m": _mean(wheels.metres),
         "bare_without_wheels": _share_bare(has_wheels, map_),
-        "overruled_wheels": _share_overruled(has_wheels, map_),
+        "overruled_wheels": map_.overruled_wheels,
     }
     return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels)
 
@@ -79,13 +79,6 @@ def _share_bare(has_wheels: NDArray[np.bool_], map_: FinishedMap) -> float:
     """Share of the steps of which neither wheels nor walls tell the length."""
     is_bare = weakest_hold(map_.session.keyframes) < _BARE
     return float(np.mean((is_bare & ~has_wheels)[1:]))
-
-
-def _share_overruled(has_wheels: NDArray[np.bool_], map_: FinishedMap) -> float:
-    """Share of the drive's steps on which the scans did not let the wheels count."""
-    is_own = ~np.isnan(map_.seconds)
-    is_own[0] = False
-    return max(map_.wheels_heard - _mean(has_wheels[is_own].astype(np.float64)), 0.0)
 
 
 def _mean(values: NDArray[np.float64]) -> float:

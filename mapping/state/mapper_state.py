@@ -45,7 +45,7 @@ class MapperState:
     rays: list[Rays] = field(default_factory=list)
     """(K) of the keyframes."""
     wheel_steps: "array[float]" = field(default_factory=lambda: array("d"))
-    """`measured_steps`, flat."""
+    """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not; flat."""
     gyro_steps: "array[float]" = field(default_factory=lambda: array("d"))
     """Of each of them the turn as the gyroscope measured it, NaN where it did not, and the seconds; flat."""
     known_since: int = 0
@@ -56,6 +56,8 @@ class MapperState:
     """Not saved; None where they were not asked for."""
     keyframe_lasers: "array[int]" = field(default_factory=lambda: array("B"))
     """Which laser took each keyframe, by number."""
+    are_refuted: "array[int]" = field(default_factory=lambda: array("B"))
+    """(K - 1,) whether the scans refuted each of `wheel_steps`."""
     held_rays: dict[int, Rays] = field(default_factory=dict)
     """By scan, of those between the first keyframes, while these are so few that even what all of them see is
     not free yet. Not saved, since there are more keyframes by then."""
@@ -105,8 +107,11 @@ class MapperState:
 
     @property
     def measured_steps(self) -> Pose:
-        """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not."""
-        return np.array(self.wheel_steps).reshape(-1, 3)
+        """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not
+        or the scans refuted them."""
+        steps = np.array(self.wheel_steps).reshape(-1, 3)
+        steps[np.array(self.are_refuted, dtype=np.bool_)] = np.nan
+        return steps
 
     def calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
@@ -147,11 +152,12 @@ class MapperState:
         return Constraint(index - 1, index, step, information, "odometry")
 
     def all_by_wheels(self) -> list[Constraint]:
-        """The same of every step that they measured."""
+        """The same of every step that they measured, also where scans refuted them."""
         gyro_steps = np.array(self.gyro_steps).reshape(-1, 2).tolist()
+        wheel_steps = np.array(self.wheel_steps).reshape(-1, 3)
         return [
             self.by_wheels(k + 1, step, (turn, seconds))
-            for k, (step, (turn, seconds)) in enumerate(zip(self.measured_steps, gyro_steps, strict=True))
+            for k, (step, (turn, seconds)) in enumerate(zip(wheel_steps, gyro_steps, strict=True))
             if not np.isnan(step[0])
         ]
 
@@ -171,14 +177,16 @@ class MapperState:
         that takes seconds after a long drive.
 
         The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
-        ``wheel_steps`` (K - 1, 3) as `measured_steps`; ``gyro_steps`` (K - 1, 2), the turn and the seconds;
-        ``known_since``; wall ``seconds`` (T,) of the ``stages`` (T,); ``keyframe_lasers`` (K,), which laser
-        took each keyframe.
+        ``wheel_steps`` (K - 1, 3); ``are_refuted`` (K - 1,); ``gyro_steps`` (K - 1, 2), the turn and the
+        seconds; ``known_since``; wall ``seconds`` (T,) of the ``stages`` (T,); ``keyframe_lasers`` (K,),
+        which laser took each keyframe.
         """
-        session, drive, wheel_steps = self.session().frozen(), self.drive.frozen(), self.measured_steps
+        session, drive = self.session().frozen(), self.drive.frozen()
         rest = {
             **named("reckoning", self.reckoning.to_arrays()),
+            "wheel_steps": np.array(self.wheel_steps).reshape(-1, 3),
             "gyro_steps": np.array(self.gyro_steps).reshape(-1, 2),
+            "are_refuted": np.array(self.are_refuted, dtype=np.bool_),
             "known_since": np.array(self.known_since),
             "keyframe_lasers": np.array(self.keyframe_lasers, dtype=np.int64),
             "stages": np.array(list(self.seconds), dtype=np.str_),
@@ -187,7 +195,6 @@ class MapperState:
         return lambda: {
             **session.to_arrays(),
             **named("drive", drive.to_arrays()),
-            "wheel_steps": wheel_steps,
             **rest,
         }
 
@@ -210,6 +217,9 @@ class MapperState:
             dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True)),
             keyframe_lasers=array(
                 "B", arrays.get("keyframe_lasers", np.zeros(len(session.keyframes))).astype(int).tolist()
+            ),
+            are_refuted=array(
+                "B", arrays.get("are_refuted", np.zeros(len(arrays["wheel_steps"]))).astype(int).tolist()
             ),
         )
 

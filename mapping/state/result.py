@@ -79,7 +79,12 @@ def result_of(
 
 def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
     """What is to be judged, of a drive among the keyframes of all drives in ``session``."""
-    return FinishedMap(session, _seconds_of_keyframes(state, session), state.reckoning.calibration.path_scale)
+    return FinishedMap(
+        session,
+        _seconds_of_keyframes(state, session),
+        state.reckoning.calibration.path_scale,
+        float(np.mean(state.are_refuted)) if state.are_refuted else 0.0,
+    )
 
 
 def sights_of(state: MapperState, session: Session, map_from_laser: Pose) -> Sights:

