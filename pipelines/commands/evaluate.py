@@ -31,7 +31,7 @@ def evaluate(
 ) -> None:
     """Measure a trajectory against true poses (absolute and relative error) or true relations.
 
-    Example: racecar evaluate runs/drive/trajectory.tum --reference ground_truth.tum
+    Example: racecar evaluate runs/drive/trajectory.tum --reference drive.ground_truth.tum
     """
     if (reference is None) == (relations is None):
         raise UserError("Name what to compare with: either --reference REF.tum or --relations FILE.")

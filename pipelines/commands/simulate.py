@@ -112,9 +112,11 @@ def simulate(
     ] = 0.0,
     quiet: QuietOption = False,
 ) -> None:
-    """Drive a car through a map and record /scan, /odom and /ground_truth; ground_truth.tum is put beside.
+    """Drive a car through a map and record /scan, /odom and /ground_truth.
 
-    Besides the shipped maps it knows places that are hard to map: twin_corridors, bare_corridor, long_track,
+    The true path is also written beside the bag, for drive.bag to drive.ground_truth.tum.
+
+    Besides the shipped maps there are places that are hard to map: twin_corridors, bare_corridor, long_track,
     and outdoors campus. Flags may be combined, as in --map campus --laser outdoor --hills 0.03 --kerbs 0.15.
 
     Example: racecar simulate --map building --out runs/drive.bag
@@ -124,7 +126,7 @@ def simulate(
     from racecar.pipelines.files.tum import save_tum
     from racecar.pipelines.runs.progress import progress_bar
     from racecar.pipelines.simulation.plans.catalogue import load_or_draw
-    from racecar.pipelines.simulation.simulator import Simulation, write_bag
+    from racecar.pipelines.simulation.simulator import Simulation, ground_truth_file, write_bag
     from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
     config = SimulationConfig(
@@ -150,7 +152,7 @@ def simulate(
     simulation = Simulation(load_or_draw(map), config)
     with progress_bar("Driving", quiet=quiet) as progress:
         write_bag(simulation, out, progress)
-    truth = out.absolute().parent / "ground_truth.tum"
+    truth = ground_truth_file(out)
     save_tum(simulation.ground_truth, truth)
     if not quiet:
         driven = abs(simulation.drive.speed).mean() * simulation.drive.seconds

@@ -19,7 +19,7 @@ from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.runs.localization_run import run_localization, save_localization
 from racecar.pipelines.runs.mapping_run import build_map, save_mapping
 from racecar.pipelines.runs.progress import progress_bar
-from racecar.pipelines.simulation.simulator import Simulation, write_bag
+from racecar.pipelines.simulation.simulator import Simulation, ground_truth_file, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 
@@ -70,10 +70,10 @@ def run_demo(
 
 
 def _drive(world: OccupancyGrid, settings: SimulationConfig, path: Path, *, quiet: bool) -> Trajectory:
-    simulation = Simulation(world, settings)
+    simulation, bag = Simulation(world, settings), path.with_suffix(".bag")
     with progress_bar("Simulating", quiet=quiet) as advance_to:
-        write_bag(simulation, path.with_suffix(".bag"), advance_to)
-    save_tum(simulation.ground_truth, path.with_suffix(".ground_truth.tum"))
+        write_bag(simulation, bag, advance_to)
+    save_tum(simulation.ground_truth, ground_truth_file(bag))
     return simulation.ground_truth
 
 

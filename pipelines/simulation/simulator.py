@@ -150,6 +150,12 @@ def _route_through(grid: OccupancyGrid, start: tuple[float, float, float] | None
     return plan_route(lattice, choose_start(grid, lattice, wanted))
 
 
+def ground_truth_file(bag: Path) -> Path:
+    """Where the true path of a simulated bag is written: beside it, named after it."""
+    folder, name = (bag.parent, bag.name) if bag.name else (bag.absolute().parent, bag.absolute().name)
+    return folder / f"{name.removesuffix('.bag')}.ground_truth.tum"
+
+
 def write_bag(simulation: Simulation, path: Path, progress: Callable[[float], None]) -> None:
     """Write ``/scan``, ``/odom``, ``/ground_truth`` and ``/tf_static``, and ``/imu`` of a car that has one;
     progress goes from 0 to 1.

@@ -21,7 +21,7 @@ def racecar_command() -> Racecar:
 
 @pytest.fixture(scope="session")
 def drive(racecar: Racecar, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with a short simulated drive in the building: drive.bag and ground_truth.tum."""
+    """A folder with a short simulated drive in the building: drive.bag and drive.ground_truth.tum."""
     folder = tmp_path_factory.mktemp("drive")
     done = racecar(
         *("simulate", "--map", "building", "--out", folder / "drive.bag"),

@@ -110,7 +110,7 @@ def test_trajectory_with_a_bad_line(
 ) -> None:
     bad = tmp_path / "bad.tum"
     bad.write_text(f"1.0 0 0 0 0 0 0 1\n{line}\n")
-    truth = drive / "ground_truth.tum"
+    truth = drive / "drive.ground_truth.tum"
     for arguments in (
         (bad, "--reference", truth),
         (truth, "--reference", bad),

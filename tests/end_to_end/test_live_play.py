@@ -69,7 +69,7 @@ def scans_in(bag: Path) -> int:
 
 
 def start_of(drive: Path) -> list[str]:
-    truth = load_tum(drive / "ground_truth.tum")
+    truth = load_tum(drive / "drive.ground_truth.tum")
     return ["--initial-pose", *(f"{value:.6f}" for value in truth.map_from_base[0])]
 
 

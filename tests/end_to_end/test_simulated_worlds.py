@@ -29,7 +29,7 @@ def drive(racecar: Racecar, tmp_path: Path) -> Drive:
         with BagReader(bag) as reader:
             messages = list(reader)
         scans = [message for message in messages if isinstance(message, Scan)]
-        truth = load_tum(tmp_path / "ground_truth.tum")
+        truth = load_tum(tmp_path / "drive.ground_truth.tum")
         assert [scan.stamp for scan in scans] == truth.stamps.tolist()
         odometry = [message for message in messages if isinstance(message, Odometry)]
         assert len(odometry) == pytest.approx(50 * seconds, abs=3)

@@ -39,7 +39,7 @@ def test_map_writes_every_file(built_map: Path) -> None:
 
 def test_map_trajectory_is_right(racecar: Racecar, drive: Path, built_map: Path, tmp_path: Path) -> None:
     done = racecar(
-        *("evaluate", built_map / "trajectory.tum", "--reference", drive / "ground_truth.tum"),
+        *("evaluate", built_map / "trajectory.tum", "--reference", drive / "drive.ground_truth.tum"),
         *("--json", tmp_path / "figures.json"),
     )
     assert done.returncode == 0, done.stderr

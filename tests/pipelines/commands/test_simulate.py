@@ -8,16 +8,30 @@ import pytest
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.simulation.simulator import ground_truth_file
 
 
 def test_it_writes_a_bag_and_the_true_path_beside_it(tmp_path: Path) -> None:
     bag = tmp_path / "runs" / "drive.bag"
     assert run(["simulate", "--map", "track", "--out", str(bag), "--duration", "2", "--quiet"]) == 0
-    assert sorted(path.name for path in bag.parent.iterdir()) == ["drive.bag", "ground_truth.tum"]
-    truth = load_tum(bag.parent / "ground_truth.tum")
+    assert sorted(path.name for path in bag.parent.iterdir()) == ["drive.bag", "drive.ground_truth.tum"]
+    truth = load_tum(bag.parent / "drive.ground_truth.tum")
     with BagReader(bag, odom_topic="/odom") as reader:
         assert len(truth) == sum(1 for message in reader if hasattr(message, "ranges"))
     assert np.linalg.norm(truth.map_from_base[0, :2]) < 0.3
+
+
+def test_two_drives_in_a_folder_keep_their_own_true_paths(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    truths = []
+    for name, map_ in (("a.bag", "track"), ("b.c", "building")):
+        bag = tmp_path / name
+        assert run(["simulate", "--map", map_, "--out", str(bag), "--duration", "1"]) == 0
+        truths.append(ground_truth_file(bag))
+        assert str(truths[-1]) in capsys.readouterr().out.replace("\n", "")
+    assert [path.name for path in truths] == ["a.ground_truth.tum", "b.c.ground_truth.tum"]
+    assert truths[0].read_text() != truths[1].read_text()
 
 
 @pytest.mark.parametrize("name", ["twin_corridors", "bare_corridor"])

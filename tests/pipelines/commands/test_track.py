@@ -18,6 +18,7 @@ from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.track_run import MeasuredTrack, save_track
+from racecar.pipelines.simulation.simulator import ground_truth_file
 
 
 def test_what_is_written(tmp_path: Path) -> None:
@@ -58,7 +59,7 @@ def test_the_shipped_track_is_found_as_it_was_drawn(tmp_path: Path) -> None:
     assert run(["track", str(out), "--json", str(tmp_path / "track.json"), "--quiet"]) == 0
     assert json.loads((tmp_path / "track.json").read_text())["warnings"] == []
     rows = np.loadtxt(out / "track.csv", comments="#", delimiter=",")
-    truth = load_tum(bag.with_name("ground_truth.tum"))
+    truth = load_tum(ground_truth_file(bag))
     aligned = compare(load_tum(out / "trajectory.tum"), truth).reference_from_map
     points = transform_points(aligned, rows[:, :2])
     assert LinearRing(points).is_simple
