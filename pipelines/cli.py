@@ -5,6 +5,8 @@ import logging
 import os
 import sys
 from contextlib import suppress
+from inspect import getdoc
+from typing import Annotated
 
 import typer
 
@@ -45,12 +47,28 @@ _MENDABLE_BY_USER = _NO_ROOM | {
     errno.ESTALE,
 }
 
-app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+app = typer.Typer(pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]})
+
+
+def _print_version(is_wanted: bool) -> None:
+    if is_wanted:
+        from racecar import __version__
+
+        print(f"racecar {__version__}")
+        raise typer.Exit
 
 
 @app.callback()
-def _describe() -> None:
-    """From a rosbag of a small car with a 2D LiDAR to a map, and from the map to the car's pose."""
+def _describe(
+    version: Annotated[
+        bool,
+        typer.Option("--version", help="Show the version and exit.", callback=_print_version, is_eager=True),
+    ] = False,
+) -> None:
+    """From a rosbag of a small car with a 2D LiDAR to a map, and from the map to the car's pose.
+
+    Exit codes: 0 done, 1 fault in racecar, 2 wrong input, 3 poor result (--strict), 130 interrupted.
+    """
 
 
 for _command in (map, render, track, localize, evaluate, simulate, check, view, studio, demo):
@@ -59,6 +77,19 @@ app.command(cls=RosCommand)(play)
 app.add_typer(benchmark, name="benchmark")
 app.add_typer(experiment, name="experiment")
 app.add_typer(live, name="live")
+
+
+def _unwrap_help(group: typer.Typer) -> None:
+    """Lines of help are as long as the terminal is wide, not as those of the source."""
+    for command in group.registered_commands:
+        text = command.help or getdoc(command.callback) or ""
+        command.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+    for child in group.registered_groups:
+        if child.typer_instance is not None:
+            _unwrap_help(child.typer_instance)
+
+
+_unwrap_help(app)
 
 
 def main() -> None:
@@ -86,6 +117,8 @@ def run(arguments: list[str]) -> int:
     except (Exception, SystemExit) as error:
         if _is_unread(error):
             return _UNREAD
+        if isinstance(error, SystemExit) and isinstance(error.code, int):
+            return error.code  # typer leaves so when it has helped the shell to complete a command
         if os.environ.get("RACECAR_DEBUG") == "1":
             raise
         return _explain(error)

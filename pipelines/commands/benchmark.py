@@ -356,7 +356,9 @@ def accuracy(
     """Localize simulated drives on the shipped maps: known, fast, with errors in the map, lost, carried away.
 
     Where there are recordings, these too, beside an exhaustive match of single scans.
+
     Example: racecar benchmark accuracy --seeds 2 --minutes 5
+
     Example: racecar benchmark accuracy --ablation --only 'changed map, track' --json changed.json
     """
     from racecar.maps.errors import UserError

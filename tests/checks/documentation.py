@@ -1,5 +1,6 @@
 """What README and docs claim that can be checked: links, paths, and commands of ``racecar``."""
 
+import logging
 import re
 import shlex
 from collections.abc import Iterator
@@ -18,6 +19,8 @@ _FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 _SPAN = re.compile(r"`([^`]+)`")
 _SOURCE = re.compile(r"(?:mapping|localization|maps|pipelines|tests|racecar)/[\w./]+")
+_ACTING = {"--help", "-h", "--version", "--install-completion", "--show-completion"}
+"""Flags that act as soon as they are parsed: one of them writes into the settings of the shell."""
 _SUBSHELL = re.compile(r"\$\((racecar [^)]*)\)")
 
 
@@ -87,17 +90,21 @@ def mentioned_commands(page: Path) -> Iterator[str]:
 def complaint_about(command: str, *, is_whole: bool = True) -> str | None:
     """Why the command line would refuse a command; one that is not whole may lack arguments."""
     words = join_laser_pose(shlex.split(command, comments=True))[1:]
+    log = logging.getLogger("racecar")
+    level = log.level  # which --quiet changes as soon as it is parsed
     try:
         _parse(typer.main.get_command(app), words, is_whole)
     except Exception as error:  # typer's usage errors, whose class moved between its releases
         if not hasattr(error, "format_message"):
             raise
         return str(error.format_message())
+    finally:
+        log.setLevel(level)
     return None
 
 
 def _parse(command: Any, words: list[str], is_whole: bool) -> None:
-    if "--help" in words:
+    if set(words) & _ACTING:
         return
     if hasattr(command, "commands"):
         if words or is_whole:

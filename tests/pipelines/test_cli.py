@@ -1,10 +1,12 @@
 import errno
+import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
+import racecar
 from racecar.maps.errors import UserError
 from racecar.pipelines import cli
 
@@ -21,6 +23,48 @@ def test_help_without_arguments(capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run([]) == 0
     shown = capsys.readouterr().out
     assert all(command in shown for command in COMMANDS)
+
+
+def test_its_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["--version"]) == 0
+    assert capsys.readouterr().out == f"racecar {racecar.__version__}\n"
+
+
+@pytest.mark.parametrize("command", [[], ["map"], ["live", "localize"], ["benchmark"]])
+def test_help_has_a_short_name(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run([*command, "-h"]) == 0
+    short = capsys.readouterr().out
+    assert cli.run([*command, "--help"]) == 0
+    assert capsys.readouterr().out == short
+
+
+def test_a_paragraph_of_help_is_one_line_until_the_terminal_wraps_it() -> None:
+    for group in (cli.app, *(child.typer_instance for child in cli.app.registered_groups)):
+        assert group is not None
+        for command in group.registered_commands:
+            assert command.help
+            assert not any("\n" in paragraph for paragraph in command.help.split("\n\n"))
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [("racecar loc", ["localize"]), ("racecar map --con", ["--config", "--continue"])],
+)
+def test_the_shell_can_complete_commands_and_flags(words: str, completed: list[str]) -> None:
+    environment = {
+        **os.environ,
+        "_RACECAR_COMPLETE": "complete_bash",
+        "COMP_WORDS": words,
+        "COMP_CWORD": str(len(words.split()) - 1),
+    }
+    command = [sys.executable, "-m", "racecar.pipelines.cli"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.split(), done.stderr) == (0, completed, "")
+
+
+def test_help_names_the_exit_codes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert cli.run(["-h"]) == 0
+    assert "Exit codes: 0 done" in capsys.readouterr().out
 
 
 def test_help_loads_nothing_heavy() -> None:
