@@ -24,7 +24,7 @@ def demo(
 
     from racecar.maps.map_files import load_map
     from racecar.pipelines.commands.tables import demo_table
-    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.outputs import output_folder, written_to
     from racecar.pipelines.files.report import Report
     from racecar.pipelines.runs.demo_run import run_demo
 
@@ -45,3 +45,4 @@ def demo(
         f"  {out / 'localized' / 'overlay.png'}  scans of the second drive laid over it", markup=False
     )
     console.print(f"  {out / 'report.json'}  all figures", markup=False)
+    console.print(f"Also in {out}: {', '.join(written_to(out))}.", markup=False)

@@ -23,6 +23,7 @@ from racecar.pipelines.commands.options import (
     SeedOption,
     parse_laser_pose,
 )
+from racecar.pipelines.commands.written_files import where_to_look
 from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, Uses
 
 if TYPE_CHECKING:
@@ -207,7 +208,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
         report.write(folder / "report.json")
     if flags.json is not None:
         report.write(flags.json)
-    page.print(f"Look at {flags.out / shown}.", markup=False, soft_wrap=True)
+    page.print(where_to_look(flags.out, shown), markup=False, soft_wrap=True)
 
 
 def _recording(flags: _Flags) -> "BagRecording | None":

@@ -187,6 +187,7 @@ def map(
     from rich.console import Console
 
     from racecar.mapping.warm_up import warm_up
+    from racecar.pipelines.commands.written_files import where_to_look
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import write_json
@@ -219,7 +220,7 @@ def map(
                 write_json(json, drive.summary())
         console.print("Optimizing the map; a second Ctrl-C abandons it.")
         drive.save()
-        console.print(f"The map is saved: {out / 'map.png'} shows it.", markup=False)
+        console.print(f"The map is saved. {where_to_look(out, 'map.png')}", markup=False)
 
 
 @live.command()

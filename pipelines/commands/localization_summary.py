@@ -6,6 +6,7 @@ from rich.console import Console
 
 from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
 from racecar.pipelines.commands.printed_warnings import print_warnings
+from racecar.pipelines.commands.written_files import where_to_look
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.localization_run import LOCALIZATION_FILES
 
@@ -36,8 +37,5 @@ def print_localization(report: Report, quality: DriveQuality, folder: Path) -> N
             "localizer corrects that. To remedy it, change the gain from motor to speed."
         )
     print_warnings(report.warnings)
-    console.print(
-        f"Look at {folder / LOCALIZATION_FILES[0]}; also in {folder}: {', '.join(LOCALIZATION_FILES[1:])}.",
-        markup=False,
-    )
+    console.print(where_to_look(folder, LOCALIZATION_FILES[0]), markup=False)
     console.print(quality.summary, markup=False)

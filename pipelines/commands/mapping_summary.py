@@ -6,8 +6,8 @@ from rich.console import Console
 
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.pipelines.commands.printed_warnings import print_warnings
+from racecar.pipelines.commands.written_files import where_to_look
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.map_outputs import MAP_FILES
 
 
 def print_mapping(report: Report, quality: MapQuality, folder: Path) -> None:
@@ -21,6 +21,5 @@ def print_mapping(report: Report, quality: MapQuality, folder: Path) -> None:
         f"into a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s."
     )
     print_warnings(report.warnings)
-    others = ", ".join(name for name in MAP_FILES if name != "map.png")
-    console.print(f"Look at {folder / 'map.png'}; also in {folder}: {others}.", markup=False)
+    console.print(where_to_look(folder, "map.png"), markup=False)
     console.print(quality.summary, markup=False)

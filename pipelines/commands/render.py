@@ -64,6 +64,7 @@ def render(
     from rich.console import Console
 
     from racecar.pipelines.commands.printed_warnings import print_warnings
+    from racecar.pipelines.commands.written_files import where_to_look
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
@@ -103,4 +104,4 @@ def render(
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"Rendered a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s.")
     print_warnings(report.warnings)
-    console.print(f"Look at {out / 'map.png'}.", markup=False)
+    console.print(where_to_look(out, "map.png"), markup=False)

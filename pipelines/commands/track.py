@@ -44,6 +44,7 @@ def track(
     from rich.console import Console
 
     from racecar.pipelines.commands.printed_warnings import print_warnings
+    from racecar.pipelines.commands.written_files import where_to_look
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
 
@@ -66,4 +67,4 @@ def track(
         f"{figures['widest_m']:.2f} m wide."
     )
     print_warnings(report.warnings)
-    console.print(f"Look at {place / 'track.png'}; {place / 'track.csv'} is for the optimizer.", markup=False)
+    console.print(where_to_look(place, "track.png"), markup=False)

@@ -8,6 +8,9 @@ from pathlib import Path
 from racecar.maps.errors import UserError
 from racecar.maps.whole_files import cannot_write, move_into_place, staging_folder
 
+_written: dict[Path, tuple[str, ...]] = {}
+"""What this process last wrote to each folder."""
+
 
 @contextmanager
 def output_folder(path: Path) -> Iterator[Path]:
@@ -21,7 +24,14 @@ def output_folder(path: Path) -> Iterator[Path]:
     home = next(folder for folder in [path, *path.absolute().parents] if folder.is_dir())
     with staging_folder(home, path) as staging:
         yield staging
+        names = sorted(f"{each.name}/" if each.is_dir() else each.name for each in staging.iterdir())
         _move_files(staging, path)
+        _written[path.absolute()] = tuple(names)
+
+
+def written_to(path: Path) -> tuple[str, ...]:
+    """The names of what this process last wrote to an output folder; those of folders end in a slash."""
+    return _written.get(path.absolute(), ())
 
 
 def _move_files(source: Path, destination: Path) -> None:

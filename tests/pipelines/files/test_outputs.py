@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.files.outputs import output_folder
+from racecar.pipelines.files.outputs import output_folder, written_to
 
 
 def names(folder: Path) -> list[str]:
@@ -60,3 +60,18 @@ def test_folder_that_cannot_be_written_is_refused_at_once() -> None:
     with pytest.raises(UserError, match="/proc/run"), output_folder(Path("/proc/run")):
         entered = True
     assert not entered
+
+
+def test_what_was_written_is_known_afterwards(tmp_path: Path) -> None:
+    target = tmp_path / "run"
+    assert written_to(target) == ()
+    with output_folder(target) as staging:
+        (staging / "record").mkdir()
+        (staging / "map.png").write_text("a")
+    (target / "notes.txt").write_text("mine")
+    assert written_to(target) == ("map.png", "record/")
+    with pytest.raises(KeyboardInterrupt), output_folder(target):
+        raise KeyboardInterrupt
+    with output_folder(target) as staging:
+        (staging / "report.json").write_text("b")
+    assert written_to(target) == ("report.json",)
