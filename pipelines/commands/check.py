@@ -47,6 +47,7 @@ def check(
     from rich.console import Console
 
     from racecar.pipelines.bags.check import check_bag
+    from racecar.pipelines.commands.tables import print_title
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.runs.progress import progress_bar
 
@@ -70,6 +71,7 @@ def check(
         write_json(json, result.as_dict())
     if not quiet:
         console = Console()
+        print_title(console, f"{result.path}, {result.size_mb:.1f} MB")
         for table in (_topics_table(result), _facts_table(result), _findings_table(result)):
             console.print(table)
     if strict and any(finding.spoils_map for finding in result.findings):
@@ -79,7 +81,7 @@ def check(
 def _topics_table(result: "BagCheck") -> "Table":
     from rich.table import Table
 
-    table = Table("topic", "type", title=f"{result.path}, {result.size_mb:.1f} MB", title_justify="left")
+    table = Table("topic", "type")
     table.add_column("messages", justify="right")
     for topic in result.topics:
         table.add_row(topic.name, topic.message_type, str(topic.message_count))

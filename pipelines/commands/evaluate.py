@@ -38,7 +38,7 @@ def evaluate(
 
     from rich.console import Console
 
-    from racecar.pipelines.commands.tables import relations_table, trajectory_table
+    from racecar.pipelines.commands.tables import print_title, relations_table, trajectory_table
     from racecar.pipelines.evaluation.evaluation import compare
     from racecar.pipelines.evaluation.relations import load_relations, relation_errors
     from racecar.pipelines.files.report import write_json
@@ -47,12 +47,14 @@ def evaluate(
     estimated = load_tum(trajectory)
     if reference is not None:
         errors = compare(estimated, load_tum(reference))
-        figures, table = errors.summary(), trajectory_table(f"{trajectory} against {reference}", errors)
+        figures, table = errors.summary(), trajectory_table(errors)
     else:
         assert relations is not None
         relation = relation_errors(estimated, load_relations(relations))
-        figures, table = relation.summary(), relations_table(f"{trajectory} against {relations}", relation)
+        figures, table = relation.summary(), relations_table(relation)
     if json is not None:
         write_json(json, {"trajectory": trajectory, "compared_with": reference or relations, **figures})
     if not quiet:
-        Console().print(table)
+        console = Console()
+        print_title(console, f"{trajectory} against {reference or relations}")
+        console.print(table)

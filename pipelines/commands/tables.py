@@ -1,16 +1,24 @@
 """Figures as tables for people."""
 
+from typing import TYPE_CHECKING
+
+from rich.console import Console
 from rich.table import Table
 
-from racecar.pipelines.evaluation.evaluation import TrajectoryErrors
-from racecar.pipelines.evaluation.relations import RelationErrors
+if TYPE_CHECKING:
+    from racecar.pipelines.evaluation.evaluation import TrajectoryErrors
+    from racecar.pipelines.evaluation.relations import RelationErrors
 
 
-def trajectory_table(title: str, errors: TrajectoryErrors) -> Table:
+def print_title(console: Console, title: str) -> None:
+    """The title of a table on a line of its own: one above its columns would break the path in it."""
+    console.print(title, style="italic", soft_wrap=True, markup=False, highlight=False)
+
+
+def trajectory_table(errors: "TrajectoryErrors") -> Table:
     """Absolute and relative errors of a trajectory, one line each."""
     figures = errors.summary()
     table = _table(
-        title,
         caption=f"{errors.matched} of {errors.total} poses compared ({errors.matched / errors.total:.1%})",
         columns=("mean", "median", "rmse", "std", "max"),
     )
@@ -26,11 +34,10 @@ def trajectory_table(title: str, errors: TrajectoryErrors) -> Table:
     return table
 
 
-def relations_table(title: str, errors: RelationErrors) -> Table:
+def relations_table(errors: "RelationErrors") -> Table:
     """Errors of the relative poses, as the SLAM benchmark states them."""
     figures = errors.summary()
     table = _table(
-        title,
         caption=f"{figures['lost']} of {figures['relations']} relations lost",
         columns=("mean", "std", "mean square"),
     )
@@ -41,7 +48,7 @@ def relations_table(title: str, errors: RelationErrors) -> Table:
     return table
 
 
-def demo_table(mapping: TrajectoryErrors, localization: TrajectoryErrors) -> Table:
+def demo_table(mapping: "TrajectoryErrors", localization: "TrajectoryErrors") -> Table:
     """Mean errors of both stages of the demo against the truth."""
     table = Table(title="Mean error against the truth", title_justify="left")
     for column in ("stage", "position (m)", "heading (°)", "poses"):
@@ -53,8 +60,8 @@ def demo_table(mapping: TrajectoryErrors, localization: TrajectoryErrors) -> Tab
     return table
 
 
-def _table(title: str, *, caption: str, columns: tuple[str, ...]) -> Table:
-    table = Table(title=title, caption=caption, title_justify="left", caption_justify="left")
+def _table(*, caption: str, columns: tuple[str, ...]) -> Table:
+    table = Table(caption=caption, caption_justify="left")
     table.add_column("error")
     for column in columns:
         table.add_column(column, justify="right")

@@ -160,6 +160,16 @@ def test_figures_of_an_evaluation(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert '"matched_share": 1.0' in (tmp_path / "figures.json").read_text()
 
 
+def test_the_title_of_a_table_does_not_break_a_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / f"{'a long name of a run ' * 4}.tum"
+    path.write_text("".join(f"{i * 0.025} {i * 0.1} 0 0 0 0 0 1\n" for i in range(50)))
+    monkeypatch.setenv("COLUMNS", "60")
+    assert cli.run(["evaluate", str(path), "--reference", str(path)]) == 0
+    assert f"{path} against {path}\n" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
