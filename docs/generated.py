@@ -52,7 +52,8 @@ def _default(parameter: Any) -> str:
     if parameter.required:
         return "required"
     value = getattr(parameter.default, "value", parameter.default)
-    return "" if value in (None, False, ()) or callable(value) else f"`{value}`"
+    is_none = value is None or isinstance(value, bool | tuple) or callable(value)
+    return "" if is_none else f"`{value}`"
 
 
 def _in_code(text: str) -> str:

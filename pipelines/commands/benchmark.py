@@ -145,7 +145,7 @@ def growth(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Map a long simulated drive through the building and tell whether a scan costs more towards its end.
+    """Map a long simulated drive through the building and report whether a scan costs more towards its end.
 
     Example: racecar benchmark growth --minutes 20
     """
@@ -240,7 +240,7 @@ def quality(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Make maps of known error, many of them wrong, and tell how often the verdict on them is right.
+    """Make maps of known error, many of them wrong, and count how often the verdict on them is right.
 
     Example: racecar benchmark quality --drives 1 --json quality.json
     """
@@ -280,7 +280,7 @@ def localizer(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Time the localizer with 4000 particles and 100 beams, beside bare memory loads and a plain filter.
+    """Time the localizer with 4000 particles and 100 beams, beside plain memory loads and a plain filter.
 
     On the shipped building and, where there are recordings, the basement's map.
     Example: racecar benchmark localizer --json localizer.json
@@ -355,7 +355,7 @@ def accuracy(
 ) -> None:
     """Localize simulated drives on the shipped maps: known, fast, with errors in the map, lost, carried away.
 
-    Where there are recordings, these too, beside an exhaustive match of single scans.
+    Where there are recordings, these too, compared with an exhaustive match of single scans.
 
     Example: racecar benchmark accuracy --seeds 2 --minutes 5
 
@@ -441,7 +441,7 @@ def live(
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Play drives to the ROS 2 nodes, and tell latency, CPU, memory and accuracy beside offline runs.
+    """Play drives to the ROS 2 nodes, and compare latency, CPU, memory and accuracy with offline runs.
 
     Example: racecar benchmark live --seconds 60
     """

@@ -57,7 +57,7 @@ def render(
 ) -> None:
     """Draw the map of a run again, from its session.npz alone: straight, cropped, finer, as vectors.
 
-    The results are a run of their own, to localize on and to carry on; all of its files lie in one frame.
+    The results are a run of their own, to localize on and to extend; all of its files are in one frame.
 
     Example: racecar render runs/drive --out runs/straight --turn walls --crop driven --dxf
     """

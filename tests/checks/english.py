@@ -13,7 +13,7 @@ PHRASES = (
     r"\b(nothing|nobody|scans|wheels|walls|motion|odometry) tells?\b",
     r"\b(is|are|was|were) told\b",
     r"\btold as\b",
-    r"\btells of\b",
+    r"\btells of\b|\band tells?\b",
     r"\btells? the (way|motion|distance)\b",
     r"\bthat is said\b|\bsaid of\b",
     # distance, or path
