@@ -5,16 +5,28 @@ from typing import Annotated
 
 import typer
 
-from racecar.pipelines.commands.options import QuietOption
+from racecar.pipelines.commands.options import ConfigOption, QuietOption
 
 
 def studio(
     target: Annotated[
-        Path,
+        Path | None,
         typer.Argument(
-            metavar="DIR", help="What `racecar map` or `racecar localize` has written.", show_default=False
+            metavar="DIR | MAP",
+            help="A folder that `racecar map` or `racecar localize` has written, to look at; or a map to "
+            "drive on. By default the shipped map of a building.",
+            show_default=False,
         ),
-    ],
+    ] = None,
+    map: Annotated[
+        Path | None,
+        typer.Option(
+            "--map",
+            metavar="MAP",
+            help="Drive on this map: a YAML file, a folder with map.yaml, or a shipped map: building, track.",
+            show_default=False,
+        ),
+    ] = None,
     port: Annotated[
         int,
         typer.Option(
@@ -27,14 +39,19 @@ def studio(
         ),
     ] = 0,
     browser: Annotated[bool, typer.Option(help="Open the page in the browser.")] = True,
+    config: ConfigOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Look at a run in the browser: map, path, scans, keyframes, loop closures and particles over time.
+    """Look at a run, or drive a simulated car by clicks, on a page in the browser.
 
-    Scans of every moment, and particles, are there when the run was made with --record. The page is served to
-    this machine only, and needs no network. Ctrl-C ends it.
+    A run: map, path, scans, keyframes, loop closures and particles over time; scans of every moment, and
+    particles, are there when it was made with --record. A map: the car drives to where one clicks, the
+    localizer follows it, or the mapper discovers the floor. The page is served to this machine only, and
+    needs no network. Ctrl-C ends it.
 
     Example: racecar studio runs/drive
+
+    To drive: racecar studio --map building
     """
     import signal
     import webbrowser
@@ -42,13 +59,24 @@ def studio(
 
     from rich.console import Console
 
-    from racecar.pipelines.studio.page import Page
-    from racecar.pipelines.studio.studio import room_for
+    from racecar.maps.errors import UserError
+    from racecar.pipelines.files.config_file import load_config
 
+    if target is not None and map is not None:
+        raise UserError("Give a run to look at or --map to drive on, and not both.")
+    settings = load_config(config)
     console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+
+    from racecar.pipelines.studio.page import Page
+    from racecar.pipelines.studio.studio import drive, look_or_drive
+
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with closing(Page("racecar studio", port)) as page, suppress(KeyboardInterrupt):
-        page.enter(room_for(page, target))
+        if target is not None:
+            make_room = look_or_drive(page, target, settings)
+        else:
+            make_room = drive(page, map or Path("building"), settings)
+        page.enter(make_room)
         console.print(f"Look at {page.address} (Ctrl-C ends).", markup=False)
         if browser:
             webbrowser.open(page.address)

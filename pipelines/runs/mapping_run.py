@@ -18,6 +18,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.edits_file import MapEdits
+from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS, StopRequest, stop_request
@@ -110,6 +111,23 @@ def save_mapping(
         folder=folder,
     )
     write_outputs(map_, report, requested)
+
+
+def finish_and_save(mapper: Mapper, report: Report, out: Path) -> MappingResult:
+    """Finish the map of a drive that was mapped while it went on, and write every file of it.
+
+    Raises UserError when there is no map or the folder cannot be written to.
+    """
+    with output_folder(out) as folder:
+        with report.stage("optimizing"):
+            result = mapper.finish()
+        report.add("counts", result.counts)
+        report.add("mapping_seconds", result.seconds)
+        report.add("quality", result.quality.as_dict())
+        for sentence in result.warnings:
+            report.warn(sentence)
+        save_mapping(result, report, folder, title=out.name)
+    return result
 
 
 def _resumed(

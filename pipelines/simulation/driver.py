@@ -19,7 +19,7 @@ from racecar.pipelines.simulation.path_smoothing import STEP, lengths_along, smo
 
 TICK = 0.005
 """Seconds between the poses of a drive."""
-_TICKS_PER_DECISION = 4
+TICKS_PER_DECISION = 4
 """So that the driver steers 50 times a second, as a controller on a car does."""
 _REVERSE_SPEED = 0.8
 """m/s."""
@@ -76,14 +76,27 @@ def drive_route(
     start = route.map_from_base[0]
     car = Car(*start)
     record = [(car.x, car.y, car.yaw, car.speed, car.turning_speed)]
-    for leg in _legs(route, rounds, grid, clearance, max_speed):
-        for speed, steering in _follow(car, leg):
-            for _ in range(_TICKS_PER_DECISION):
-                car.move(speed, steering, TICK)
-                record.append((car.x, car.y, car.yaw, car.speed, car.turning_speed))
-            if len(record) * TICK >= max_seconds:
-                return _as_drive(record)
+    for speed, steering in follow_route(car, route, grid, clearance, max_speed, rounds):
+        for _ in range(TICKS_PER_DECISION):
+            car.move(speed, steering, TICK)
+            record.append((car.x, car.y, car.yaw, car.speed, car.turning_speed))
+        if len(record) * TICK >= max_seconds:
+            return _as_drive(record)
     return _as_drive(record)
+
+
+def follow_route(
+    car: Car,
+    route: Route,
+    grid: OccupancyGrid,
+    clearance: NDArray[np.float32],
+    max_speed: float,
+    rounds: int = 1,
+) -> Iterator[tuple[float, float]]:
+    """Wanted speed (m/s) and steering (rad), each for the next `TICKS_PER_DECISION`, until the car has come
+    to the route's end; whoever asks moves the car in between."""
+    for leg in _legs(route, rounds, grid, clearance, max_speed):
+        yield from _follow(car, leg)
 
 
 def _as_drive(record: list[tuple[float, float, float, float, float]]) -> CarMotion:

@@ -48,6 +48,45 @@ _STEERING_OFFSET, _STEERING_SCALE = np.radians(0.5), 0.06
 whose gain and middle were set by eye. Half a degree makes 1.5° per metre."""
 
 
+class Wheels:
+    """The wheels of one drive, whose scales and bias stay as they are."""
+
+    def __init__(self, level: NoiseLevel, generator: np.random.Generator) -> None:
+        self._noise, self._generator = NOISE[level], generator
+        self._path_scale = 1.0 + self._noise.path_scale * generator.standard_normal()
+        self._turn_scale = 1.0 + self._noise.turn_scale * generator.standard_normal()
+        self._bias = self._noise.turn_per_metre * generator.standard_normal()
+
+    def measure(
+        self, steps: Pose, effort: NDArray[np.float64], slip: float, *, by_steering: bool = False
+    ) -> Pose:
+        """(N, 3) what they report of true motions (N, 3), made with an effort (N, 2); they ``slip`` on top of
+        what their level of noise brings."""
+        noise, generator = self._noise, self._generator
+        factors = 1.0 + (noise.slip + slip) * effort
+        distance = np.linalg.norm(steps[:, :2], axis=1)
+        walk = np.sqrt(distance)[:, None] * generator.standard_normal((len(steps), 2))
+        if by_steering:
+            steps = _steered(steps, generator)
+        path_factor, turn_factor = self._path_scale * factors[:, 0], self._turn_scale * factors[:, 1]
+        return np.column_stack(
+            [
+                steps[:, 0] * path_factor + noise.path_walk * walk[:, 0],
+                steps[:, 1] * path_factor,
+                steps[:, 2] * turn_factor + self._bias * distance + noise.turn_walk * walk[:, 1],
+            ]
+        )
+
+
+def efforts(speed: NDArray[np.float64], turning_speed: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(N, 2) shares, -1 to 1, of full acceleration and of the tyres' limit to the side, by which wheels slip,
+    in each period between speeds (N + 1,); braking is negative."""
+    acceleration = np.diff(np.abs(speed)) / (PERIOD_TICKS * TICK)
+    aside = np.abs(speed * turning_speed)[1:]
+    effort = np.column_stack([acceleration / MAX_ACCELERATION, aside / MAX_SIDE_ACCELERATION])
+    return np.clip(effort, -1.0, 1.0)
+
+
 def measure_odometry(
     drive: CarMotion,
     start_ns: int,
@@ -63,21 +102,10 @@ def measure_odometry(
     ``slip`` comes on top of the level's own. Turns are measured ``by_steering`` angle where asked for, and
     nothing in the last ``carried`` seconds of each 30.
     """
-    noise = NOISE[level]
-    steps, slips = _true_steps(drive), _slip_per_step(drive, noise.slip + slip)
-    path_factor = (1.0 + noise.path_scale * generator.standard_normal()) * (1.0 + slips[:, 0])
-    turn_factor = (1.0 + noise.turn_scale * generator.standard_normal()) * (1.0 + slips[:, 1])
-    bias = noise.turn_per_metre * generator.standard_normal()
-    distance = np.linalg.norm(steps[:, :2], axis=1)
-    walk = np.sqrt(distance)[:, None] * generator.standard_normal((len(steps), 2))
-    if by_steering:
-        steps = _steered(steps, generator)
-    measured = np.column_stack(
-        [
-            steps[:, 0] * path_factor + noise.path_walk * walk[:, 0],
-            steps[:, 1] * path_factor,
-            steps[:, 2] * turn_factor + bias * distance + noise.turn_walk * walk[:, 1],
-        ]
+    wheels = Wheels(level, generator)
+    speed, turning_speed = drive.speed[::PERIOD_TICKS], drive.turning_speed[::PERIOD_TICKS]
+    measured = wheels.measure(
+        _true_steps(drive), efforts(speed, turning_speed), slip, by_steering=by_steering
     )
     period = PERIOD_TICKS * TICK
     measured[is_carried(period * np.arange(len(measured)), carried)] = 0.0
@@ -112,12 +140,3 @@ def _steered(steps: Pose, generator: np.random.Generator) -> Pose:
         1
     ]
     return np.column_stack([steps[:, :2], distance * np.tan(angle) / WHEELBASE])
-
-
-def _slip_per_step(drive: CarMotion, slip: float) -> NDArray[np.float64]:
-    """(N, 2) by what share each period's distance and rotation are overstated; braking understates."""
-    speed, turning_speed = drive.speed[::PERIOD_TICKS], drive.turning_speed[::PERIOD_TICKS]
-    acceleration = np.diff(np.abs(speed)) / (PERIOD_TICKS * TICK)
-    aside = np.abs(speed * turning_speed)[1:]
-    effort = np.column_stack([acceleration / MAX_ACCELERATION, aside / MAX_SIDE_ACCELERATION])
-    return slip * np.clip(effort, -1.0, 1.0)

@@ -14,7 +14,7 @@ STEP = 0.001
 """Metres from layer to layer, so that the upper ones hide the lower ones and none seems to lie elsewhere."""
 ORDER = (
     *("map", "covered", "doubt", "path", "planned", "loops", "keyframes", "mark", "truth", "scan"),
-    *("particles", "ellipse", "car", "goal", "drag"),
+    *("course", "particles", "ellipse", "car", "goal", "drag"),
 )
 """The names of the layers, from the lowest to the highest."""
 _DOT = 0.002
@@ -67,6 +67,11 @@ class Layers:
         colors = np.asarray(color, dtype=np.uint8)
         if colors.ndim == 2:
             colors = np.repeat(colors[:, None], 2, axis=1)
+        handle = self._handles.get(name)
+        if handle is not None and np.array_equal(handle.colors, colors) and handle.thickness == width:
+            if not np.array_equal(handle.points, points):
+                handle.points = points
+            return
         self._handles[name] = self._scene.add_line_segments(
             f"/{name}",
             points,
@@ -79,7 +84,7 @@ class Layers:
     def line(
         self, name: str, points: NDArray[np.float64], color: Color | NDArray[np.uint8], width: float = 2.0
     ) -> None:
-        """A line through points (N, 2); its segments may have colours of their own (N - 1, 3)."""
+        """A line through points (N, 2); of one point there is none. Segments may have colours (N - 1, 3)."""
         self.segments(name, np.stack([points[:-1], points[1:]], axis=1), color, width)
 
     def dots(

@@ -21,9 +21,10 @@ from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent, Vise
 from racecar.maps.errors import UserError
 from racecar.pipelines.studio.layers import Layers
 from racecar.pipelines.studio.legend import Legend
+from racecar.pipelines.studio.pace import Pace
 from racecar.pipelines.studio.palette import DARK, LIGHT, Backdrop
 from racecar.pipelines.studio.room import Room
-from racecar.pipelines.studio.top_view import TopView, point_under
+from racecar.pipelines.studio.top_view import TopView, floor_point
 
 LOOPBACK = "127.0.0.1"
 FRAME = 0.05
@@ -53,6 +54,7 @@ class Page:
         self.gui = self.server.gui
         self.gui.main_panel.dock_right()
         self.layers = Layers(self.server)
+        self.pace = Pace(self.server)
         self.view = TopView(self.server, self._take_drag)
         self.legend = Legend(self.server)
         self.server.scene.world_axes.visible = False
@@ -138,9 +140,13 @@ class Page:
             _notify(client, title, words, color)
 
     def _step(self, seconds: float) -> None:
-        if self._room is not None:
+        if self._room is None:
+            return
+        self._room.step(seconds)
+        if self.pace.has_pages and self.pace.is_ready:
             with self.server.atomic():
-                self._room.step(seconds)
+                self._room.draw()
+            self.pace.note_frame()
 
     def _take_requests(self) -> None:
         while not self._stop.is_set():
@@ -169,7 +175,7 @@ class Page:
             self._room.draw_all()
 
     async def _click(self, event: SceneClickEvent) -> None:
-        place = point_under(event.client.camera, event.screen_pos)
+        place = floor_point(event.ray_origin, event.ray_direction)
         self.request(lambda: None if self._room is None else self._room.click(place))
 
     def _take_drag(self, phase: str, start: NDArray[np.float64], end: NDArray[np.float64]) -> bool:

@@ -13,7 +13,10 @@ class Room(Protocol):
         """Draw everything anew: the room was just entered, or the ground has another colour."""
 
     def step(self, seconds: float) -> None:
-        """Go on by some seconds and draw what has changed."""
+        """Go on by some seconds."""
+
+    def draw(self) -> None:
+        """Draw what has changed, as often as the pages can show it."""
 
     def click(self, place: NDArray[np.float64]) -> None:
         """A place (2,) of the floor was clicked."""

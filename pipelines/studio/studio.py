@@ -3,7 +3,9 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from racecar.maps.errors import UserError
+from racecar.maps.map_files import load_map
+from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.studio.drive.drive_room import DriveRoom
 from racecar.pipelines.studio.look.look_room import LookRoom
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.room import Room
@@ -13,11 +15,18 @@ _MARKS_OF_A_RUN = ("trajectory.tum", "record")
 """Files of a run's folder of which it has one at least."""
 
 
-def room_for(page: Page, target: Path) -> Callable[[], Room]:
-    """How to make the room for a run's folder. Raises UserError when it is none."""
-    if not any((target / mark).exists() for mark in _MARKS_OF_A_RUN):
-        raise UserError(
-            f"{target} is no run; name a folder that `racecar map` or `racecar localize` has written."
-        )
-    scene = load_run(target)
-    return lambda: LookRoom(page, scene)
+def look_or_drive(page: Page, target: Path, settings: Config) -> Callable[[], Room]:
+    """How to make the room for a run's folder, which is looked at, or for a map, on which one drives.
+
+    Raises UserError when it is neither.
+    """
+    if any((target / mark).exists() for mark in _MARKS_OF_A_RUN):
+        scene = load_run(target)
+        return lambda: LookRoom(page, scene)
+    return drive(page, target, settings)
+
+
+def drive(page: Page, map: Path, settings: Config) -> Callable[[], Room]:
+    """How to make the room in which one drives on a map. Raises UserError when it cannot be read."""
+    grid = load_map(map)
+    return lambda: DriveRoom(page, grid, settings.localization, settings.mapping)

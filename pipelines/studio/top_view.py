@@ -6,11 +6,12 @@ turned it is put right.
 """
 
 import math
+import time
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from viser import CameraHandle, ClientHandle, SceneNodeDragEvent, ViserServer
 
 from racecar.pipelines.studio.scale_bar import ScaleBar
@@ -25,6 +26,9 @@ _LEAST_HEIGHT = 5.0
 """Metres of the camera: the view is then 0.9 m high."""
 _ASPECT = 1.3
 """Width over height of the map's part of a page of 1280 x 720 pixels, its side panel aside."""
+_SETTLED_AFTER, _NUDGE = 1.0, 1.0005
+"""Seconds after which a page's panel stands where it stays, and the factor by which the camera then rises,
+which nobody sees."""
 _TILTED = 1e-3
 """Length of a direction's horizontal part from which a view counts as tilted."""
 
@@ -51,6 +55,7 @@ class TopView:
         )
         glass.on_drag("left")(self._drag)
         server.on_client_connect(self._meet)
+        server.on_client_connect(_learn_size)
         server.on_client_disconnect(self._part)
 
     def show_whole(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
@@ -107,18 +112,33 @@ class TopView:
         start = self._grabbed.get(event.client_id)
         if start is None:
             return
-        camera = event.client.camera
-        here = point_under(camera, event.end_screen_pos)
-        if not self._take_drag(event.phase, start, here):
+        if not self._take_drag(event.phase, start, np.array(event.end_position[:2])):
+            camera = event.client.camera
+            here = _point_under(camera, event.end_screen_pos)
             _look(camera, np.asarray(camera.position)[:2] + start - here, float(camera.position[2]))
 
 
-def point_under(camera: CameraHandle, screen: tuple[float, float]) -> NDArray[np.float64]:
+def floor_point(ray_origin: ArrayLike, ray_direction: ArrayLike) -> NDArray[np.float64]:
+    """(2,) where a ray (3,), (3,) from above meets the floor."""
+    origin, direction = np.asarray(ray_origin, dtype=np.float64), np.asarray(ray_direction, dtype=np.float64)
+    point: NDArray[np.float64] = origin[:2] - origin[2] / direction[2] * direction[:2]
+    return point
+
+
+def _point_under(camera: CameraHandle, screen: tuple[float, float]) -> NDArray[np.float64]:
     """(2,) the place of the floor under a place of the page, 0 to 1 rightwards and downwards."""
     height = 2.0 * float(camera.position[2]) * math.tan(camera.fov / 2.0)
     aside = (screen[0] - 0.5) * height * camera.aspect
     point: NDArray[np.float64] = camera.position[:2] + np.array([aside, (0.5 - screen[1]) * height])
     return point
+
+
+def _learn_size(client: ClientHandle) -> None:
+    """A page reports its size with its view, and first before its panel takes room: so the view is moved a
+    little once the page has settled."""
+    time.sleep(_SETTLED_AFTER)
+    camera = client.camera
+    _look(camera, np.asarray(camera.position)[:2], _NUDGE * float(camera.position[2]))
 
 
 def _look(camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:

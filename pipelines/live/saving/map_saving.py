@@ -11,10 +11,9 @@ from racecar.mapping.arrays import Arrays
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.errors import UserError
-from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
-from racecar.pipelines.runs.mapping_run import save_mapping
+from racecar.pipelines.runs.mapping_run import finish_and_save
 from racecar.pipelines.runs.other_process import in_fresh_process
 
 _RESUMED_WITHIN = 3600.0
@@ -40,15 +39,7 @@ class MapOutput:
         """
         report = Report("racecar live map")
         report.add("inputs", dict(self.run))
-        with output_folder(self.folder) as folder:
-            with report.stage("optimizing"):
-                result = mapper.finish()
-            report.add("counts", result.counts)
-            report.add("mapping_seconds", result.seconds)
-            report.add("quality", result.quality.as_dict())
-            for sentence in result.warnings:
-                report.warn(sentence)
-            save_mapping(result, report, folder, title=self.folder.name)
+        finish_and_save(mapper, report, self.folder)
 
     def save_snapshot(self, arrays: Arrays, messages: int, besides: Arrays) -> None:
         """The same from the arrays of a mapper that drives on; the work is done in a process of its own.

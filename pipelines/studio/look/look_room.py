@@ -61,6 +61,9 @@ class LookRoom:
     def step(self, seconds: float) -> None:
         """Let the time line go on."""
         self._time_line.pass_by(seconds)
+
+    def draw(self) -> None:
+        """Draw the moment, where it is another."""
         scan = self._scan_at(self._time_line.now)
         if scan != self._shown:
             self._shown = scan

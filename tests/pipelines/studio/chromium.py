@@ -26,7 +26,7 @@ _FLAGS = (
 """WebGL runs on the processor, and the browser asks its maker for nothing."""
 WIDTH, HEIGHT = 960, 600
 """Pixels, of which each costs a processor without graphics time."""
-_PATIENCE = 40.0
+_PATIENCE = 60.0
 """Seconds: on a busy machine a page may take many to load."""
 
 
@@ -40,9 +40,12 @@ class Opened:
         tab.on("websocket", lambda socket: self.requests.append(socket.url))
 
     def load(self) -> None:
-        """Open the studio's page, and wait until its map is to be seen."""
+        """Open the studio's page, and wait until it has drawn some frames."""
+        before = len(self.studio.server.get_clients())
         self.tab.goto(self.studio.address)
-        self.wait_for(lambda: np.any(self.pixels() < 60), "a wall on the map")
+        self.wait_for(lambda: len(self.studio.server.get_clients()) > before, "the page to connect")
+        frame = self.studio.pace.frame
+        self.wait_for(lambda: self.studio.pace.frame > frame + 3, "the page to draw")
 
     def wait_for(self, is_true: Callable[[], Any], what: str) -> None:
         """Ask again and again; fails the test when the time is over."""
@@ -61,11 +64,10 @@ class Opened:
     def screen_of(self, place: tuple[float, float]) -> tuple[float, float]:
         """Where a place of the floor is on the screen, in pixels."""
         camera = next(iter(self.studio.server.get_clients().values())).camera
-        height = 2.0 * camera.position[2] * np.tan(camera.fov / 2.0)
-        scale = HEIGHT / height
-        middle = camera.aspect * HEIGHT / 2.0, HEIGHT / 2.0
-        x, y = np.array(place) - camera.position[:2]
-        return float(middle[0] + scale * x), float(middle[1] - scale * y)
+        box = self.tab.locator("canvas").first.bounding_box()
+        scale = box["height"] / (2.0 * camera.position[2] * np.tan(camera.fov / 2.0))
+        x, y = scale * (np.array(place) - camera.position[:2])
+        return float(box["x"] + box["width"] / 2.0 + x), float(box["y"] + box["height"] / 2.0 - y)
 
     def click(self, place: tuple[float, float]) -> None:
         """Click on a place of the floor."""
@@ -130,6 +132,7 @@ def opened(chromium: Any, studio: Page) -> Iterator[Opened]:
     """The studio's page in a tab of its own."""
     tab = chromium.new_page(viewport={"width": WIDTH, "height": HEIGHT})
     try:
+        tab.set_default_timeout(1e3 * _PATIENCE)
         page = Opened(studio, tab)
         page.load()
         yield page

@@ -1,0 +1,48 @@
+"""The controls of the simulated world, and of driving by hand."""
+
+from collections.abc import Callable
+from typing import Any
+
+from racecar.pipelines.simulation.driven_simulation import Conditions
+from racecar.pipelines.simulation.simulator_config import NoiseLevel
+from racecar.pipelines.studio.page import Page
+
+_STEERINGS = {"◀": (0.8, 0.3), "▲": (1.0, 0.0), "▶": (0.8, -0.3), "▼": (-0.8, 0.0)}
+"""m/s and radians of each button: a walking pace, at which a car is steered by clicks."""
+_HELD_PER_SECOND = 5.0
+"""Times that a held button reports."""
+
+
+def add_hand_controls(page: Page, steer: Callable[[float, float], None], stop: Callable[[], None]) -> None:
+    """Buttons that drive while they are held."""
+    for label, (speed, steering) in _STEERINGS.items():
+        button = page.gui.add_button(label, hint="Hold to drive.")
+        _while_held(page, button, lambda speed=speed, steering=steering: steer(speed, steering))  # type: ignore[misc]
+    page.on_press(page.gui.add_button("Stop", color="red"), stop)
+
+
+def add_world_controls(page: Page, conditions: Conditions) -> None:
+    """What makes a drive hard; each holds from the moment it is set."""
+    gui = page.gui
+    noise = gui.add_dropdown(
+        "Wheel noise", [level.value for level in NoiseLevel], initial_value=conditions.noise.value
+    )
+    page.on_change(noise, lambda value: setattr(conditions, "noise", NoiseLevel(value)))
+    for field, label, most, step in (
+        ("slip", "Wheel slip", 0.5, 0.05),
+        ("walkers", "Walkers", 20, 1),
+        ("dropped_scans", "Scans dropped", 0.9, 0.1),
+        ("max_speed", "Speed (m/s)", 6.0, 0.5),
+    ):
+        least = step if field == "max_speed" else 0
+        slider = gui.add_slider(label, least, most, step, getattr(conditions, field))
+        page.on_change(slider, lambda value, field=field: setattr(conditions, field, value))  # type: ignore[misc]
+    blocked = gui.add_checkbox("Laser covered", False)
+    page.on_change(blocked, lambda value: setattr(conditions, "is_blocked", value))
+
+
+def _while_held(page: Page, button: Any, action: Callable[[], None]) -> None:
+    async def hold(_: object) -> None:
+        page.request(action)
+
+    button.on_hold(hold, callback_hz=_HELD_PER_SECOND)

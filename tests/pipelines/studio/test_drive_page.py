@@ -1,0 +1,90 @@
+"""A car that is driven on the page, by clicks in a browser."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from racecar.localization.config import LocalizationConfig
+from racecar.mapping.config import MappingConfig
+from racecar.maps.map_files import load_map
+from racecar.pipelines.studio.drive.drive_room import DriveRoom
+from racecar.pipelines.studio.page import LOOPBACK
+from tests.pipelines.simulation.test_driven_simulation import a_room
+from tests.pipelines.studio.chromium import Opened, opened, running
+
+GOAL = (6.0, 4.5)
+
+
+class Drive:
+    """A page and the room behind it."""
+
+    room: DriveRoom
+    page: Opened
+
+
+@pytest.fixture
+def drive(chromium: Any) -> Iterator[Drive]:
+    made = Drive()
+
+    def make(studio: Any) -> DriveRoom:
+        made.room = DriveRoom(studio, a_room(), LocalizationConfig(particles=500), MappingConfig())
+        return made.room
+
+    with running(make) as studio, opened(chromium, studio) as made.page:
+        yield made
+
+
+def choose(page: Opened, label: str, option: str) -> None:
+    """Choose from a list of the side panel."""
+    page.tab.get_by_label(label, exact=True).first.click()
+    page.tab.get_by_role("option", name=option, exact=True).click()
+
+
+def test_the_car_drives_to_a_clicked_goal_and_the_localizer_follows(drive: Drive) -> None:
+    room, page = drive.room, drive.page
+    page.click(GOAL)
+    page.wait_for(lambda: np.linalg.norm(room.truth[:2] - GOAL) < 0.3 and not room.is_underway, "arrival")
+    page.wait_for(lambda: room.localizer_error < 0.1, "the localizer to know its place")
+    assert page.asked_hosts == {LOOPBACK}
+
+
+@pytest.mark.slow
+def test_a_dragged_pose_makes_the_courses_filter_converge(drive: Drive) -> None:
+    room, page = drive.room, drive.page
+    page.tab.get_by_label("The course's filter, too").click()
+    page.wait_for(lambda: (room.course_error or 9.0) < 0.3, "the course's filter to run")
+    choose(page, "Tool", "Carry the car")
+    page.drag(GOAL, (6.0, 3.5))
+    page.wait_for(lambda: (room.course_error or 0.0) > 2.0, "the car to be carried")
+    np.testing.assert_allclose(room.truth, [*GOAL, -np.pi / 2], atol=0.1)
+    choose(page, "Tool", "Say where the car is")
+    page.drag(GOAL, (6.0, 3.5))
+    page.wait_for(lambda: (room.course_error or 9.0) < 0.3, "the filter to believe the dragged pose")
+
+
+@pytest.mark.slow
+def test_a_kidnapped_car_is_found_again(drive: Drive) -> None:
+    room, page = drive.room, drive.page
+    page.press("Kidnap the car")
+    page.press("Search the whole map")
+    page.wait_for(lambda: room.localizer_error < 0.2, "the car to be found")
+
+
+@pytest.mark.slow
+def test_a_floor_is_discovered_and_its_map_saved(
+    drive: Drive, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    room, page = drive.room, drive.page
+    monkeypatch.chdir(tmp_path)
+    page.tab.get_by_text("Discover the floor").click()
+    page.press("Discover this floor")
+    page.wait_for(lambda: page.says("keyframes"), "the mapper to begin")
+    page.click(GOAL)
+    page.wait_for(lambda: np.linalg.norm(room.truth[:2] - GOAL) < 0.3 and not room.is_underway, "arrival")
+    page.press("Save the map")
+    page.wait_for(lambda: page.says("Saved in"), "the map to be saved")
+    grid = load_map(tmp_path / "runs" / "discovered")
+    assert np.count_nonzero(grid.cells == 0) * grid.resolution**2 > 20.0
