@@ -27,7 +27,6 @@ from racecar.pipelines.commands.simulate import simulate
 from racecar.pipelines.commands.studio import studio
 from racecar.pipelines.commands.terminal import leave_terminal, one_line, prepare_terminal
 from racecar.pipelines.commands.track import track
-from racecar.pipelines.commands.view import view
 from racecar.pipelines.live.ros.arguments import ROS_ARGUMENTS, RosCommand
 from racecar.pipelines.runs.interrupts import end_like_ctrl_c
 
@@ -71,7 +70,7 @@ def _describe(
     """
 
 
-for _command in (map, render, track, localize, evaluate, simulate, check, view, studio, demo):
+for _command in (map, render, track, localize, evaluate, simulate, check, studio, demo):
     app.command()(_command)
 app.command(cls=RosCommand)(play)
 app.add_typer(benchmark, name="benchmark")

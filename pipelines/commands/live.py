@@ -46,17 +46,10 @@ def _state_folder() -> Path:
 
 @contextmanager
 def _page(is_wanted: bool, title: str, port: int | None) -> "Iterator[LiveView | None]":
-    """The page in the browser, if it is wanted. Raises UserError when it cannot be shown."""
-    from importlib.util import find_spec
-
-    from racecar.maps.errors import UserError
-
+    """The page in the browser, if it is wanted."""
     if not is_wanted:
         yield None
         return
-    if find_spec("rerun") is None:
-        raise UserError("--view needs rerun, which needs Python 3.11 or newer: pip install rerun-sdk.")
-
     from rich.console import Console
 
     from racecar.pipelines.live.display.browser_view import live_view

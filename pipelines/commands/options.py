@@ -143,7 +143,7 @@ RecordOption = Annotated[
     bool,
     typer.Option(
         "--record",
-        help="Also write the folder record: a ROS 2 bag (MCAP) for RViz, Foxglove and `racecar view`.",
+        help="Also write the folder record: a ROS 2 bag (MCAP) for RViz, Foxglove and `racecar studio`.",
     ),
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.", callback=_print_errors_only)]

@@ -66,7 +66,7 @@ class Page:
     @property
     def address(self) -> str:
         """Where a browser of this machine finds the page."""
-        return f"http://{LOOPBACK}:{self.server.get_port()}"
+        return f"http://{LOOPBACK}:{self.server.get_port()}/"
 
     def enter(self, make_room: Callable[[], Room]) -> None:
         """Use the page for something else; called by the worker, or before it runs."""

@@ -1,1 +1,1 @@
-"""A run in the browser, and the recording that it is shown from."""
+"""What a run recorded, and what there is to see of it."""

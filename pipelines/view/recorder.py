@@ -1,4 +1,4 @@
-"""What ``--record`` writes: a run as a ROS 2 bag (MCAP) that RViz, Foxglove and ``racecar view`` show."""
+"""What ``--record`` writes: a run as a ROS 2 bag (MCAP) that RViz, Foxglove and ``racecar studio`` show."""
 
 from pathlib import Path
 from types import TracebackType

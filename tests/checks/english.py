@@ -59,7 +59,6 @@ PHRASES = (
     r"\bis elsewhere for\b",
     r"\ball works\b",
     r"\b(is|it|car) put from\b|\bPut \d",
-    r"\btakes rerun\b",
     r"\bone of both\b",
     r"\bwithout the ado\b|\bby and by\b",
     r"\b(is|are) lived with\b",

@@ -134,7 +134,6 @@ def test_a_mistake_is_one_sentence(
 
 
 def test_the_page_is_served_to_this_machine_only(ros: dict[str, str], tmp_path: Path) -> None:
-    pytest.importorskip("rerun", reason="no rerun for this Python")
     log = tmp_path / "log"
     node = ["live", "localize", "--map", "building", "--global", "--no-memory", "--view"]
     before = listening_everywhere()

@@ -1,4 +1,4 @@
-"""``racecar map --record``, ``racecar localize --record`` and ``racecar view``, as a user runs them."""
+"""``racecar map --record``, ``racecar localize --record`` and ``racecar studio``, as a user runs them."""
 
 import socket
 from pathlib import Path
@@ -61,23 +61,13 @@ def test_a_recording_is_a_bag_like_any_other(racecar: Racecar, localized: Path) 
     assert "No problems found" in done.stdout
 
 
-def test_runs_become_rerun_recordings(
-    racecar: Racecar, mapped: Path, localized: Path, tmp_path: Path
-) -> None:
-    pytest.importorskip("rerun")
-    for run in (mapped, localized):
-        done = racecar("view", run, "--save", tmp_path / f"{run.name}.rrd")
-        assert done.returncode == 0, done.stderr
-        assert (tmp_path / f"{run.name}.rrd").stat().st_size > 100_000
-
-
 @pytest.mark.slow
-def test_a_browser_shows_map_particles_scan_and_path(localized: Path, tmp_path: Path) -> None:
+def test_a_browser_shows_map_car_scan_and_path(localized: Path, tmp_path: Path) -> None:
     with viewed(localized) as address, open_browser() as browser:
         browser.open(address)
         picture = tmp_path / "view.png"
         browser.wait_until(
-            lambda: pixels_of(browser, picture).complete, START_SECONDS, "map, path, scan and particles"
+            lambda: pixels_of(browser, picture).complete, START_SECONDS, "map, path, scan and car"
         )
 
 

@@ -1,4 +1,4 @@
-"""``racecar view`` running, and what of a run can be seen in the browser."""
+"""``racecar studio`` running, and what of a run can be seen in the browser."""
 
 import os
 import re
@@ -17,8 +17,8 @@ from tests.end_to_end.browser import Browser
 
 _COLORS = {
     "walls": (27, 31, 36),
-    "path": (0, 114, 178),
-    "particles": (204, 121, 167),
+    "path": (0, 158, 200),
+    "car": (0, 158, 115),
     "scan": (230, 159, 0),
 }
 _WITHIN = 40
@@ -33,7 +33,7 @@ class Seen:
 
     @property
     def complete(self) -> bool:
-        """Whether walls, path, scan and particles are all to be seen."""
+        """Whether walls, path, scan and car are all to be seen."""
         return min(self.counts.values()) > _FEWEST
 
 
@@ -51,14 +51,14 @@ def pixels_of(browser: Browser, path: Path) -> Seen:
 
 @contextmanager
 def viewed(run: Path) -> Iterator[str]:
-    """The address of a ``racecar view`` that runs meanwhile."""
-    command = [sys.executable, "-m", "racecar.pipelines.cli", "view", str(run), "--no-browser"]
+    """The address of a ``racecar studio`` that runs meanwhile."""
+    command = [sys.executable, "-m", "racecar.pipelines.cli", "studio", str(run), "--no-browser"]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     try:
         assert process.stdout is not None
         found = re.search(r"http://127\.0\.0\.1:\S+", process.stdout.readline())
-        assert found is not None, "racecar view did not start"
+        assert found is not None, "racecar studio did not start"
         yield found[0]
     finally:
         process.send_signal(signal.SIGINT)
