@@ -68,7 +68,9 @@ def test_a_dragged_pose_makes_the_courses_filter_converge(drive: Drive) -> None:
 @pytest.mark.slow
 def test_a_kidnapped_car_is_found_again(drive: Drive) -> None:
     room, page = drive.room, drive.page
+    start = room.truth
     page.press("Kidnap the car")
+    page.wait_for(lambda: not np.allclose(room.truth, start, atol=0.01), "the car to be carried off")
     page.press("Search the whole map")
     page.wait_for(lambda: room.localizer_error < 0.2, "the car to be found")
 
