@@ -23,6 +23,7 @@ from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, Mo
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.drawing import draw_map
+from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState, Snapshot
@@ -152,12 +153,12 @@ class Mapper:
         return compose(map_from_reference, inverse(self._state.reckoning.mounts.base_from_reference))
 
     def finish(
-        self, progress: Callable[[float], None] | None = None, earlier: Session | None = None
+        self, progress: Callable[[float], None] | None = None, earlier: EarlierMap | None = None
     ) -> MappingResult:
         """Optimize the keyframes, refine every scan and render the grid.
 
-        With an ``earlier`` session this drive carries on its map, and the result lies in its frame. Raises
-        UserError without any scan, and when the drive is not recognized anywhere on the earlier map.
+        With an ``earlier`` map this drive carries it on, and the result lies in its frame. Raises UserError
+        without any scan, and NotRecognizedError when the drive is not recognized on the earlier map.
         """
         if self.last_stamp is None:
             raise UserError("There was no usable scan, so there is no map: check the topic of the scans.")
@@ -174,7 +175,7 @@ class Mapper:
         if earlier is not None:
             with state.timed("merging"):
                 session = merge(
-                    earlier, session, state.loops, config.place_recognition, config.graph, config.keyframes
+                    earlier, session, config.loops, config.place_recognition, config.graph, config.keyframes
                 )
             quality = self._judge(session)
         report(0.3)

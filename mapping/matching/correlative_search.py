@@ -109,12 +109,7 @@ def search(
     best, or not at all.
     """
     cell, angle_step = fixed.config.cell, fixed.config.angle_step
-    half_turns = int(np.ceil(window.turn / angle_step))
-    turns = np.arange(-half_turns, half_turns + 1) * angle_step
-    cos, sin = np.cos(guess[2] + turns), np.sin(guess[2] + turns)
-    x, y = moving_points[:, 0], moving_points[:, 1]
-    rotated = np.stack([np.outer(cos, x) - np.outer(sin, y), np.outer(sin, x) + np.outer(cos, y)], axis=-1)
-    cells = fixed.cells_of(rotated + guess[:2])
+    turns, cells = _turned(fixed, moving_points, guess, window.turn)
     reach = max(int(np.ceil(window.reach / cell)), 1)
     full = _FULL * len(moving_points)
     score, a, dr, dc = branch_and_bound(
@@ -129,3 +124,36 @@ def search(
     least, about_best = int(runner_up_share * score), Exclusion(a, dr, dc, *apart)
     second, *_ = branch_and_bound(fixed.levels, cells, reach, least, about_best, True)
     return Fit(pose, score / full, max(second, 0) / score)
+
+
+def search_apart(
+    fixed: LikelihoodPyramid, moving_points: NDArray[np.float64], known: Pose, reach: float, min_score: float
+) -> Fit | None:
+    """The best place for ``moving_points`` (N, 2) clearly apart from a ``known`` one (3,), up to ``reach``
+    metres to each side of the fixed submap's origin and in any heading; None below ``min_score``.
+    """
+    cell, config = fixed.config.cell, fixed.config
+    heading = np.array([0.0, 0.0, known[2]])
+    turns, cells = _turned(fixed, moving_points, heading, np.pi)
+    apart = int(config.runner_up_distance / cell), int(config.runner_up_angle / config.angle_step)
+    column, row = np.rint(known[:2] / cell).astype(np.int64)
+    about_known = Exclusion(len(turns) // 2, int(row), int(column), *apart)
+    full = _FULL * len(moving_points)
+    steps = max(int(np.ceil(reach / cell)), 1)
+    score, a, dr, dc = branch_and_bound(fixed.levels, cells, steps, int(min_score * full), about_known, False)
+    if score < 0:
+        return None
+    return Fit(compose(np.array([dc * cell, dr * cell, known[2]]), [0.0, 0.0, turns[a]]), score / full)
+
+
+def _turned(
+    fixed: LikelihoodPyramid, points: NDArray[np.float64], guess: Pose, turn: float
+) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
+    """(A,) the turns that are tried about a guess (3,), and (A, N, 2) the cells of points (N, 2) at each."""
+    angle_step = fixed.config.angle_step
+    half_turns = int(np.ceil(turn / angle_step))
+    turns = np.arange(-half_turns, half_turns + 1, dtype=np.float64) * angle_step
+    cos, sin = np.cos(guess[2] + turns), np.sin(guess[2] + turns)
+    x, y = points[:, 0], points[:, 1]
+    rotated = np.stack([np.outer(cos, x) - np.outer(sin, y), np.outer(sin, x) + np.outer(cos, y)], axis=-1)
+    return turns, fixed.cells_of(rotated + guess[:2])

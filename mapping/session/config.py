@@ -8,8 +8,29 @@ from racecar.maps.settings import Settings
 
 
 class PlaceRecognitionConfig(Settings):
-    """How a drive is recognized on an earlier map of which it has no pose."""
+    """When a drive is recognized where it was found on an earlier map."""
 
+    metres_per_radian: float = Field(
+        default=2.0,
+        ge=0.0,
+        le=1000.0,
+        description="Metres that count as much as a radian between two submaps, in how alike their views "
+        "are. By judgement, as for pairs of scans.",
+    )
+    farthest: float = Field(
+        default=6.0,
+        gt=0.0,
+        le=1000.0,
+        description="Metres between the middles of two submaps that are matched. By judgement: as across a "
+        "hall, where both see the same walls.",
+    )
+    tried: int = Field(
+        default=4,
+        ge=1,
+        le=1000,
+        description="Submaps of the earlier map on which one of the drive is tried, the likeliest first. By "
+        "judgement.",
+    )
     place_spacing: float = Field(
         default=3.0,
         ge=0.0,
@@ -45,19 +66,12 @@ class PlaceRecognitionConfig(Settings):
         description="Points that are searched with. Measured when chosen, together with the least score: "
         "places are recognized in a third of the time.",
     )
-    min_score: float = Field(
-        default=0.5,
-        gt=0.0,
-        le=1.0,
-        description="Least mean likelihood of the points, because a car that comes the other way sees half "
-        "of the same walls; what fits by chance is refuted afterwards.",
-    )
     ambiguous_share: float = Field(
         default=0.85,
         gt=0.0,
         le=1.0,
-        description="Score of another place, as a share of the best, from which it is an alternative, and "
-        "within one window makes it ambiguous. As in loop closure.",
+        description="Score of another place, as a share of that where the drive was found, from which it is "
+        "a rival. As in loop closure.",
     )
     same_distance: float = Field(
         default=1.0,
@@ -72,11 +86,10 @@ class PlaceRecognitionConfig(Settings):
         description="Radians likewise: 10 degrees, by judgement.",
     )
     min_support: int = Field(
-        default=4,
+        default=2,
         ge=1,
         le=1000,
-        description="Submaps whose hypotheses must be consistent. By judgement: the 2 m from one to the "
-        "next make some 10 m of path.",
+        description="Submaps whose hypotheses must be consistent.",
     )
     clear_majority: int = Field(
         default=2,

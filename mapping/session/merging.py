@@ -10,42 +10,50 @@ from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.config import KeyframeConfig
 from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
+from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
+from racecar.mapping.loops.verifiers import verifiers
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.session.config import PlaceRecognitionConfig
+from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.place_recognition import recognize
 from racecar.mapping.session.session import Session
-from racecar.maps.errors import UserError
+from racecar.mapping.session.unrecognized import not_recognized
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 
 _KEYFRAMES = KeyframeConfig()
 
 
 def merge(
-    earlier: Session,
+    earlier: EarlierMap,
     later: Session,
-    loops: LoopCloser,
+    loops: LoopClosureConfig,
     recognition: PlaceRecognitionConfig,
     graph: PoseGraphConfig,
     keyframes: KeyframeConfig = _KEYFRAMES,
 ) -> Session:
     """Both sessions in the frame of the earlier one, whose keyframes come first.
 
-    Loops between them are closed as ``loops`` does within a drive. Raises UserError when the later one is not
-    recognized anywhere on the earlier one.
+    Loops between them are closed as within a drive, with all verifiers. Raises NotRecognizedError when the
+    later one is not recognized on the earlier one.
     """
-    merged = _side_by_side(earlier, later)
-    first, known = len(earlier.keyframes), len(earlier.loops.submaps)
-    loops = replace(loops, store=merged.keyframes, history=merged.loops)
-    recognized = recognize(loops, known, merged.map_from_keyframe, recognition)
-    if not recognized:
-        raise UserError(
-            "The drive was not recognized anywhere on the earlier map, so it cannot carry it on: map it on "
-            "its own, or record one that passes some 10 m of where an earlier drive went."
-        )
-    merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized)
-    return _close_loops(merged, first, known, recognized, loops, graph, keyframes)
+    merged = _side_by_side(earlier.session, later)
+    first, known = len(earlier.session.keyframes), len(earlier.session.loops.submaps)
+    closer = LoopCloser(merged.keyframes, loops, verifiers(loops), merged.loops)
+    recognized = recognize(
+        closer,
+        known,
+        first,
+        merged.map_from_keyframe,
+        earlier.find_places(later),
+        recognition,
+        is_given=earlier.is_start_given,
+    )
+    if not recognized.hypotheses:
+        raise not_recognized(recognized, closer)
+    merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized.hypotheses)
+    return _close_loops(merged, first, known, recognized.hypotheses, closer, graph, keyframes)
 
 
 def _side_by_side(earlier: Session, later: Session) -> Session:

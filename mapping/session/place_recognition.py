@@ -1,10 +1,13 @@
-"""Place recognition: where on an earlier map a drive lies, when no pose is known.
+"""Place recognition: does a drive lie on an earlier map where somebody found it?
 
-Each submap of the drive is searched for all over the earlier map, in any heading. A place is believed once
-the hypotheses of several submaps along the path are consistent, and nowhere else those of nearly as many are.
+Where the drive passed is found elsewhere, by whatever knows the earlier map; here it is verified as a loop
+closure is. Each submap of the drive is matched, from where it was found, with those of the earlier map that
+lie there. The place is believed once the hypotheses of several submaps are consistent, and nowhere else on
+the map those of nearly as many are.
 """
 
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -12,109 +15,119 @@ from racecar.mapping.loops.consistent_support import are_consistent
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap import Submap
-from racecar.mapping.matching.correlative_search import Fit, LikelihoodPyramid, Window, search
+from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.session.config import PlaceRecognitionConfig
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
+from racecar.mapping.session.rival_places import RivalPlaces
+from racecar.maps.geometry.se2 import Pose, between, compose, inverse
 
-_WORKERS = 2
-"""Threads, since the search is one kernel without the interpreter's lock and small machines have two
-cores."""
+
+@dataclass(eq=False)
+class Recognition:
+    """Whether a drive was recognized, and how far it got."""
+
+    poses: Pose
+    """(K, 3) of the keyframes, those of the earlier map first; both in unrelated frames."""
+    first: int
+    """The first keyframe of the drive."""
+    is_given: bool = False
+    """Whether somebody said where the drive begins."""
+    is_too_short: bool = False
+    """Whether the drive has too few submaps."""
+    hypotheses: list[Hypothesis] = field(default_factory=list)
+    """Consistent ones of where submaps of the drive lie; empty unless it was recognized."""
+    found: list[Hypothesis] = field(default_factory=list)
+    """All that were not refuted."""
+    rivals: list[Hypothesis] = field(default_factory=list)
+    """Elsewhere on the map, those that speak against it."""
+    last_known: int | None = None
+    """The last keyframe of which it was known where it might lie."""
+    last_place: Pose | None = None
+    """(3,) where on the earlier map."""
 
 
 def recognize(
-    loops: LoopCloser, earlier: int, poses: Pose, config: PlaceRecognitionConfig
-) -> list[Hypothesis]:
-    """Consistent hypotheses of where the submaps after the first ``earlier`` ones lie on these.
+    loops: LoopCloser,
+    earlier: int,
+    first: int,
+    poses: Pose,
+    places: Iterable[Pose | None],
+    config: PlaceRecognitionConfig,
+    *,
+    is_given: bool = False,
+) -> Recognition:
+    """Where the submaps after the first ``earlier`` ones lie on these.
 
-    The poses (K, 3) of both groups are in unrelated frames. Empty when the place was not recognized.
+    The drive's keyframes are those from ``first`` on, of all at ``poses`` (K, 3). For each of them in turn
+    ``places`` says where (3,) on the earlier map it may lie; None where that is not known. No more of them
+    are taken than are needed. Where somebody gave the place, ``is_given``, those that look alike elsewhere do
+    not speak against it.
     """
-    whole = [submap for submap in loops.history.submaps if loops.is_whole(submap)]
-    places = _places([submap for submap in whole if submap.index < earlier], poses, config)
-    pyramids = [
-        LikelihoodPyramid(
-            place.points(loops.store, poses, loops.config.submaps),
-            config.radius,
-            loops.store.config.correlative_search,
-        )
-        for place in places
-    ]
-    found: list[Hypothesis] = []
-    for moving in [submap for submap in whole if submap.index >= earlier]:
-        found += _seek(loops, moving, places, pyramids, poses, config)
-        consistent = _best_supported(loops, found, poses, config)
-        if consistent:
-            return consistent
+    known = [submap for submap in loops.history.submaps[:earlier] if loops.is_whole(submap)]
+    pending = [submap for submap in loops.history.submaps[earlier:] if loops.is_whole(submap)]
+    recognition = Recognition(poses, first, is_given, is_too_short=len(pending) < config.min_support)
+    rival_places = RivalPlaces(loops, known, poses, config)
+    for keyframe, place in enumerate(places, start=first):
+        if place is None:
+            continue
+        recognition.last_known, recognition.last_place = keyframe, place
+        passed = [submap for submap in pending if submap.last <= keyframe]
+        if not passed:
+            continue
+        pending = pending[len(passed) :]
+        moved = poses.copy()
+        moved[first:] = compose(compose(place, inverse(poses[keyframe])), poses[first:])
+        for submap in _recent(passed, keyframe, loops):
+            recognition.found += _verified(loops, submap, known, moved, config)
+        supported = _largest_group(loops, recognition.found, poses)
+        support = _support(supported)
+        if support < config.min_support:
+            continue
+        if not is_given:
+            recognition.rivals = rival_places.of(supported)
+        rival_support = _support(_largest_group(loops, recognition.rivals, poses))
+        if support >= config.clear_majority * rival_support:
+            recognition.hypotheses = supported
+            break
+    return recognition
+
+
+def _recent(submaps: list[Submap], keyframe: int, loops: LoopCloser) -> Iterator[Submap]:
+    """Those so near along the path that the drive may be taken as rigid from there to the keyframe."""
+    path, most = loops.history.graph.path, loops.config.consistent_support.max_spacing
+    return (submap for submap in submaps if path[keyframe] - path[submap.middle] < most)
+
+
+def _verified(
+    loops: LoopCloser, moving: Submap, known: list[Submap], poses: Pose, config: PlaceRecognitionConfig
+) -> list[Hypothesis]:
+    """The hypothesis of a submap on the nearest of the known ones on which it is not refuted, if any; the
+    keyframes of both lie at ``poses`` (K, 3), about."""
+    window = Window(loops.config.candidates.base_reach, loops.config.candidates.base_turn)
+    for fixed in _nearest(moving, known, poses, config):
+        hypothesis = loops.seek_on(fixed, moving, poses, window)
+        if hypothesis is not None:
+            return [hypothesis]
     return []
 
 
-def _places(submaps: list[Submap], poses: Pose, config: PlaceRecognitionConfig) -> list[Submap]:
-    """One submap of each place and heading."""
-    chosen: list[Submap] = []
-    for submap in submaps:
-        if not any(
-            _is_near(poses[other.middle], poses[submap.middle], config.place_spacing, config.place_turn)
-            for other in chosen
-        ):
-            chosen.append(submap)
-    return chosen
-
-
-def _seek(
-    loops: LoopCloser,
-    moving: Submap,
-    places: list[Submap],
-    pyramids: list[LikelihoodPyramid],
-    poses: Pose,
-    config: PlaceRecognitionConfig,
-) -> list[Hypothesis]:
-    """The hypotheses of one submap that were not refuted: the best, and all that score nearly as high."""
-    points = moving.sample(loops.store, poses, config.points, loops.config.submaps)
-    if points is None:
+def _nearest(
+    moving: Submap, known: list[Submap], poses: Pose, config: PlaceRecognitionConfig
+) -> list[Submap]:
+    """The nearest submaps that may show the same walls, by how far they lie away and are turned."""
+    if not known:
         return []
-    window = Window(config.reach, np.pi)
-
-    def fit(pyramid: LikelihoodPyramid) -> Fit | None:
-        return search(pyramid, points, IDENTITY, window, config.min_score, config.ambiguous_share)
-
-    with ThreadPoolExecutor(_WORKERS) as pool:
-        fits = [
-            (found, place)
-            for found, place in zip(pool.map(fit, pyramids), places, strict=True)
-            if found is not None and found.runner_up == 0.0
-        ]
-    fits.sort(key=lambda found: -found[0].score)
-    hypotheses: list[Hypothesis] = []
-    seen: list[Pose] = []
-    for found, place in fits:
-        map_from_moving = compose(poses[place.middle], found.pose)
-        is_known = any(
-            _is_near(other, map_from_moving, config.same_distance, config.same_turn) for other in seen
-        )
-        if found.score < config.ambiguous_share * fits[0][0].score or is_known:
-            continue
-        seen.append(map_from_moving)
-        hypothesis = loops.match(place, moving, poses, found.pose, config.reach)
-        if hypothesis is not None:
-            hypotheses.append(hypothesis)
-    return hypotheses
+    apart = between(poses[moving.middle], poses[[submap.middle for submap in known]])
+    distances = np.hypot(apart[:, 0], apart[:, 1])
+    order = np.argsort(distances + config.metres_per_radian * np.abs(apart[:, 2]), kind="stable")
+    return [known[k] for k in order.tolist() if distances[k] < config.farthest][: config.tried]
 
 
-def _best_supported(
-    loops: LoopCloser, found: list[Hypothesis], poses: Pose, config: PlaceRecognitionConfig
-) -> list[Hypothesis]:
-    """The consistent hypotheses of clearly most submaps; empty while there are none."""
-    graph, support_config = loops.history.graph, loops.config.consistent_support
-    groups = [
-        [g for g in found if g is h or are_consistent(g, h, graph, poses, support_config)] for h in found
-    ]
-    support = [len({h.moving.middle for h in group}) for group in groups]
-    if not support or max(support) < config.min_support:
-        return []
-    winner = groups[int(np.argmax(support))]
-    others = [n for n, group in zip(support, groups, strict=True) if not any(h in winner for h in group)]
-    return winner if max(support) >= config.clear_majority * max(others, default=0) else []
+def _largest_group(loops: LoopCloser, found: list[Hypothesis], poses: Pose) -> list[Hypothesis]:
+    """The consistent hypotheses of most submaps."""
+    graph, config = loops.history.graph, loops.config.consistent_support
+    groups = [[g for g in found if g is h or are_consistent(g, h, graph, poses, config)] for h in found]
+    return max(groups, key=_support, default=[])
 
 
-def _is_near(a: Pose, b: Pose, distance: float, turn: float) -> bool:
-    apart = between(a, b)
-    return bool(np.hypot(apart[0], apart[1]) < distance and abs(apart[2]) < turn)
+def _support(group: list[Hypothesis]) -> int:
+    return len({hypothesis.moving.middle for hypothesis in group})

@@ -39,6 +39,16 @@ ContinueOption = Annotated[
         show_default=False,
     ),
 ]
+InitialPoseOption = Annotated[
+    tuple[float, float, float] | None,
+    typer.Option(
+        "--initial-pose",
+        metavar="X Y YAW",
+        help="Where the drive starts on the map of --continue, in metres and radians; else all of it is "
+        "searched.",
+        show_default=False,
+    ),
+]
 
 
 def map(
@@ -52,6 +62,7 @@ def map(
     no_imu: NoImuOption = False,
     laser_pose: LaserPoseOption = None,
     continue_: ContinueOption = None,
+    initial_pose: InitialPoseOption = None,
     ply: PlyOption = False,
     png: PngOption = False,
     svg: SvgOption = False,
@@ -74,15 +85,19 @@ def map(
     """
     from rich.console import Console
 
+    from racecar.maps.errors import UserError
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
 
+    if initial_pose is not None and continue_ is None:
+        raise UserError("--initial-pose is a place on the map of --continue; give both, or neither.")
     report = Report("racecar map")
-    settings = load_config(config).mapping
+    loaded = load_config(config)
+    settings = loaded.mapping
     report.add("inputs", {"bag": bag, "config": config, "seed": seed, "settings": settings.model_dump()})
     if continue_ is not None:
-        report.add("inputs", {"continue": continue_})
+        report.add("inputs", {"continue": continue_, "initial_pose": initial_pose})
     with (
         output_folder(out) as folder,
         open_bag(
@@ -98,16 +113,16 @@ def map(
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
             from racecar.mapping.quality.map_quality import Verdict
             from racecar.pipelines.commands.mapping_summary import print_mapping
-            from racecar.pipelines.files.session_file import load_session
             from racecar.pipelines.runs.calibration_run import calibrate
             from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
             from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.mapping_run import build_map, save_mapping
+            from racecar.pipelines.runs.place_finding import earlier_map
             from racecar.pipelines.view.mapping_record import record_mapping
         requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
         outputs_with(requested)  # what is missing for them is reported now, not after hours
-        earlier = load_session(continue_) if continue_ else None
+        earlier = earlier_map(continue_, loaded, seed, initial_pose) if continue_ else None
         edits = edits_of_new_map(out, continue_, report)
         with report.stage("self-calibration"):
             calibrate(reader, settings.self_calibration, quiet=quiet)

@@ -9,7 +9,8 @@ import numpy as np
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.moving_along.moving_along import MovingAlong
-from racecar.mapping.session.session import Session
+from racecar.mapping.session.earlier_map import EarlierMap
+from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import WITHOUT_WHEELS, MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between
@@ -39,13 +40,13 @@ def build_map(
     report: Report,
     *,
     quiet: bool,
-    earlier: Session | None = None,
+    earlier: EarlierMap | None = None,
     checkpoint: Checkpoint | None = None,
     announce: Callable[[str], None] = lambda sentence: None,
 ) -> MappingResult:
     """Feed a bag through the mapper; figures and warnings go into the report.
 
-    With an ``earlier`` session its map is carried on. With a ``checkpoint`` the run goes on from it, which
+    With an ``earlier`` map that is carried on. With a ``checkpoint`` the run goes on from it, which
     is announced, and writes new ones on the way. Ctrl-C, or another request to end, ends the reading and what
     was read becomes the map; a second Ctrl-C raises KeyboardInterrupt. Raises UserError when the bag holds no
     usable scan, and when the drive is not recognized on the earlier map.
@@ -64,9 +65,11 @@ def build_map(
         try:
             reader.require_returns()
             result = start.mapper.finish(advance_to, earlier)
-        except UserError:
+        except UserError as error:
             if checkpoint is not None:
                 checkpoint.remove()  # to go on from it would end the same way
+            if earlier is not None and isinstance(error, NotRecognizedError):
+                raise UserError(f"{error}; {_remedy(earlier)}") from error
             raise
     report.add("inputs", reader.inputs)
     report.add("counts", {**result.counts, "messages": reader.counts})
@@ -128,6 +131,19 @@ def finish_and_save(mapper: Mapper, report: Report, out: Path) -> MappingResult:
             report.warn(sentence)
         save_mapping(result, report, folder, title=out.name)
     return result
+
+
+def _remedy(earlier: EarlierMap) -> str:
+    """What would help a drive to be recognized on a map."""
+    if earlier.is_start_given:
+        return (
+            "see that --initial-pose is where it begins, in the frame of the earlier map, or leave it out to "
+            "search all of that map."
+        )
+    return (
+        "if you know where on that map it begins, give --initial-pose X Y YAW; else record one that passes "
+        "some 10 m of where an earlier drive went, or map it on its own."
+    )
 
 
 def _resumed(

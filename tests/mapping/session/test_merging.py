@@ -1,4 +1,6 @@
-"""A drive finds its place on an earlier map from anywhere, or says that it does not."""
+"""A drive is joined to an earlier map where it was found, if it really lies there, or it is said why not."""
+
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -7,13 +9,12 @@ from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.config import LoopClosureConfig
-from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.loops.verifiers import verifiers
 from racecar.mapping.session.config import PlaceRecognitionConfig
+from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
-from racecar.maps.errors import UserError
+from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from tests.mapping.worlds import box, store_of
 
@@ -30,9 +31,27 @@ CONFIG = LoopClosureConfig()
 DEFAULT_GRAPH = PoseGraphConfig()
 
 
-def merged(earlier: Session, later: Session, graph: PoseGraphConfig = DEFAULT_GRAPH) -> Session:
-    loops = LoopCloser(later.keyframes, CONFIG, verifiers(CONFIG), later.loops)
-    return merge(earlier, later, loops, PlaceRecognitionConfig(), graph)
+ROUGHLY = np.array([0.15, -0.1, 0.02])
+"""By how much the place is wrong that is found."""
+
+
+def merged(
+    earlier: Session,
+    later: Session,
+    at: Pose,
+    graph: PoseGraphConfig = DEFAULT_GRAPH,
+    *,
+    is_start_given: bool = False,
+) -> Session:
+    """Both, when the later drive is found at (K, 3) on the earlier map."""
+
+    def find(session: Session) -> Iterator[Pose | None]:
+        assert session is later
+        for k, pose in enumerate(at):
+            yield None if k < 3 else compose(pose, ROUGHLY)
+
+    map_ = EarlierMap(earlier, find, is_start_given=is_start_given)
+    return merge(map_, later, CONFIG, PlaceRecognitionConfig(), graph)
 
 
 def path(start: float, metres: float) -> Pose:
@@ -71,7 +90,7 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
 def test_the_later_drive_lies_where_it_was() -> None:
     first, second = path(0.0, 34.0), path(11.0, 20.0)
     earlier = session(RING, first, IDENTITY, EARLIER_LASER)
-    joint = merged(earlier, session(RING, second, ELSEWHERE, LATER_LASER))
+    joint = merged(earlier, session(RING, second, ELSEWHERE, LATER_LASER), second)
     true = np.concatenate([first, second])
     assert np.abs(between(true, joint.map_from_keyframe)).max() < 0.01
     loops = [c for c in joint.constraints if c.kind == "loop_closure"]
@@ -84,7 +103,7 @@ def test_the_later_drive_lies_where_it_was() -> None:
 def test_constraints_lie_in_the_order_in_which_a_pose_graph_takes_them() -> None:
     first, second = path(0.0, 34.0), path(11.0, 20.0)
     earlier = session(RING, first, IDENTITY, IDENTITY)
-    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY))
+    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), second)
     local = [c for c in joint.constraints if c.kind != "loop_closure"]
     is_between = [c.from_keyframe < len(first) <= c.to_keyframe for c in local]
     assert len(local) - sum(is_between) == 2 * (len(first) - 1 + len(second) - 1)
@@ -98,14 +117,14 @@ def test_long_drives_are_merged_by_groups(one_by_one: int) -> None:
     config = PoseGraphConfig(most_solved_singly=one_by_one)
     first, second = path(0.0, 34.0), path(11.0, 20.0)
     earlier = session(RING, first, IDENTITY, IDENTITY)
-    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), config)
+    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), second, config)
     assert np.abs(between(np.concatenate([first, second]), joint.map_from_keyframe)).max() < 0.01
 
 
 def test_constraints_between_bases_know_the_place_of_either_laser() -> None:
     first, second = path(0.0, 34.0), path(11.0, 20.0)
     earlier = session(RING, first, IDENTITY, EARLIER_LASER)
-    joint = merged(earlier, session(RING, second, ELSEWHERE, LATER_LASER))
+    joint = merged(earlier, session(RING, second, ELSEWHERE, LATER_LASER), second)
     bases = compose(joint.map_from_keyframe, joint.keyframe_from_base)
     np.testing.assert_allclose(bases[-1], compose(second[-1], inverse(LATER_LASER)), atol=0.02)
     for c in joint.constraints_between_bases():
@@ -115,24 +134,51 @@ def test_constraints_between_bases_know_the_place_of_either_laser() -> None:
 
 def test_a_third_drive_carries_on_what_two_have_made() -> None:
     first, second, third = path(0.0, 16.0), path(4.0, 26.0), path(18.0, 14.0)
-    both = merged(session(RING, first, IDENTITY, IDENTITY), session(RING, second, ELSEWHERE, IDENTITY))
+    both = merged(
+        session(RING, first, IDENTITY, IDENTITY), session(RING, second, ELSEWHERE, IDENTITY), second
+    )
     read = Session.from_arrays(both.to_arrays())
-    joint = merged(read, session(RING, third, inverse(ELSEWHERE), IDENTITY))
+    joint = merged(read, session(RING, third, inverse(ELSEWHERE), IDENTITY), third)
     true = np.concatenate([first, second, third])
     assert np.abs(between(true, joint.map_from_keyframe)).max() < 0.02
 
 
+OTHER_RING = np.concatenate([box(-7, -5, 7, 5), box(-4.5, -2, 3.5, 1.5), box(0, -5, 1, -4)])
+
+
 @pytest.mark.parametrize(
-    ("walls", "metres"),
+    ("walls", "metres", "because"),
     [
-        (BARE_RING, 20.0),  # it may as well be half round
-        (RING, 9.0),  # too short to be sure
-        (np.concatenate([box(-7, -5, 7, 5), box(-4.5, -2, 3.5, 1.5), box(0, -5, 1, -4)]), 20.0),
+        (BARE_RING, 20.0, "as well as at"),  # it may as well be half round
+        (RING, 5.0, "too few to be sure"),
+        (OTHER_RING, 20.0, "contradict"),
     ],
 )
-def test_a_place_that_is_not_recognized_is_not_merged(walls: np.ndarray, metres: float) -> None:
+def test_a_place_that_is_not_recognized_is_not_merged(walls: np.ndarray, metres: float, because: str) -> None:
     earlier_walls = BARE_RING if walls is BARE_RING else RING
     earlier = session(earlier_walls, path(0.0, 34.0), IDENTITY, IDENTITY)
-    later = session(walls, path(11.0, metres), ELSEWHERE, IDENTITY)
-    with pytest.raises(UserError, match="not recognized anywhere"):
-        merged(earlier, later)
+    second = path(11.0, metres)
+    with pytest.raises(NotRecognizedError, match=f"not recognized on the earlier map: .*{because}"):
+        merged(earlier, session(walls, second, ELSEWHERE, IDENTITY), second)
+
+
+@pytest.mark.parametrize("off", [(3.0, 0.0, 0.0), (0.0, 0.0, np.pi), (-1.0, 1.0, 0.5)])
+def test_a_place_that_is_wrong_is_not_believed(off: tuple[float, float, float]) -> None:
+    earlier = session(RING, path(0.0, 34.0), IDENTITY, IDENTITY)
+    second = path(11.0, 20.0)
+    with pytest.raises(NotRecognizedError):
+        merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), compose(np.array(off), second))
+
+
+def test_a_drive_that_is_found_nowhere_says_so() -> None:
+    earlier = session(RING, path(0.0, 34.0), IDENTITY, IDENTITY)
+    with pytest.raises(NotRecognizedError, match="on all of its 20 m no place there fits"):
+        merged(earlier, session(RING, path(11.0, 20.0), ELSEWHERE, IDENTITY), np.zeros((0, 3)))
+
+
+def test_a_start_that_is_given_tells_places_apart_that_look_alike() -> None:
+    first, second = path(0.0, 34.0), path(11.0, 20.0)
+    earlier = session(BARE_RING, first, IDENTITY, IDENTITY)
+    later = session(BARE_RING, second, ELSEWHERE, IDENTITY)
+    joint = merged(earlier, later, second, is_start_given=True)
+    assert np.abs(between(np.concatenate([first, second]), joint.map_from_keyframe)).max() < 0.01

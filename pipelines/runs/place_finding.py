@@ -1,0 +1,120 @@
+"""Where on an earlier map a drive lies: the localizer seeks it there, keyframe by keyframe."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.localizer import Localizer
+from racecar.localization.verdict.known_place import is_place_known
+from racecar.localization.verdict.map_fit import MapFit
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.session.drawing import Sights, draw_map
+from racecar.mapping.session.earlier_map import EarlierMap
+from racecar.mapping.session.session import Session
+from racecar.maps.geometry.se2 import Pose, between, compose, inverse
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.files.session_file import load_session
+
+_METRES_PER_SECOND, _RADIANS_PER_SECOND, _LEAST_SECONDS = 1.0, 1.0, 0.1
+"""At which the keyframes are driven anew, because a session holds no times: walking pace, by judgement."""
+_BEYOND = 0.1
+"""Metres beyond its farthest return that a laser is taken to reach, by judgement, because a session does not
+hold its limit."""
+_FIRST_STAMP = 1_000_000_000
+"""Nanoseconds, since a stamp of nought counts as none."""
+
+
+def earlier_map(
+    folder: Path, config: Config, seed: int = 0, initial_pose: Sequence[float] | None = None
+) -> EarlierMap:
+    """The map that a run left in a folder, on which the localizer finds a drive; it begins at the
+    ``initial_pose`` (3,), or anywhere.
+
+    Raises UserError when there is none to be read.
+    """
+    session = load_session(folder)
+    start = None if initial_pose is None else np.array(initial_pose, dtype=np.float64)
+    search = LocalizerSearch(session, config.mapping, config.localization, seed, start)
+    return EarlierMap(session, search, is_start_given=start is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class LocalizerSearch:
+    """Finds a drive on the map of an earlier session."""
+
+    earlier: Session
+    mapping: MappingConfig
+    localization: LocalizationConfig
+    seed: int
+    initial_pose: Pose | None
+    """(3,) on the earlier map, where the drive begins; it is sought all over the map where that is not
+    known."""
+
+    def __call__(self, later: Session) -> Iterator[Pose | None]:
+        """Where (3,) on the earlier map each keyframe's laser lies, in turn; None where that is not known,
+        and from where on a place that was given is lost.
+
+        Raises UserError when the map has nothing to be found on, or the given pose does not lie on it.
+        """
+        localizer = Localizer(self._grid(), self.localization, np.random.default_rng(self.seed))
+        if self.initial_pose is not None:
+            localizer.set_pose(self.initial_pose)
+        verdict = self.localization.verdict
+        reach = _reach(later.rays)
+        base, fit, has_begun = later.map_from_base, MapFit(verdict.map_fit), False
+        for k, stamp in enumerate(_stamps(base)):
+            localizer.add_odometry(Odometry(int(stamp), base[k], np.zeros(3)))
+            if later.rays[k].returns == 0:
+                yield None
+                continue
+            laser_from_base = later.keyframe_from_base[k]
+            estimate = localizer.add_scan(_scan(later.rays[k], int(stamp), inverse(laser_from_base), reach))
+            if estimate.is_start and has_begun:
+                if self.initial_pose is not None:
+                    return
+                fit = MapFit(verdict.map_fit)
+            has_begun = True
+            fit.follow(estimate)
+            is_known = is_place_known(estimate, verdict.known_place) and fit.is_right
+            yield compose(estimate.map_from_base, inverse(laser_from_base)) if is_known else None
+
+    def _grid(self) -> OccupancyGrid:
+        """All that the earlier drives saw, whatever part of it somebody wants drawn."""
+        session, config = self.earlier, self.mapping
+        count = len(session.rays)
+        sights = Sights(session.rays, session.map_from_keyframe, np.full(count, np.nan), count)
+        rendering = config.rendering.model_copy(update={"crop": None, "left_out": ()})
+        return draw_map(
+            sights, session.keyframes, config.resolution, rendering, config.despeckling, keep_frame=True
+        ).grid
+
+
+def _stamps(base: Pose) -> NDArray[np.int64]:
+    """(K,) nanoseconds at which a car that drives steadily comes to poses (K, 3)."""
+    steps = between(base[:-1], base[1:])
+    metres, turn = np.hypot(steps[:, 0], steps[:, 1]), np.abs(steps[:, 2])
+    seconds = np.maximum(np.maximum(metres / _METRES_PER_SECOND, turn / _RADIANS_PER_SECOND), _LEAST_SECONDS)
+    return np.asarray(_FIRST_STAMP + 1e9 * np.cumsum(np.append(0.0, seconds)), dtype=np.int64)
+
+
+def _reach(rays: list[Rays]) -> float:
+    """Metres that the laser sees far, by its farthest return."""
+    farthest = [np.hypot(*each.ends[: each.returns].T).max() for each in rays if each.returns]
+    return max(farthest, default=0.0) + _BEYOND
+
+
+def _scan(rays: Rays, stamp: int, base_from_laser: Pose, reach: float) -> Scan:
+    """The scan whose rays are kept, one beam in each direction."""
+    ends = rays.ends.astype(np.float64)
+    bearings, ranges = np.arctan2(ends[:, 1], ends[:, 0]), np.hypot(ends[:, 0], ends[:, 1])
+    ranges[rays.returns :] = np.inf
+    bearings, first = np.unique(bearings, return_index=True)
+    return Scan(stamp, bearings, ranges[first], np.zeros(len(bearings)), base_from_laser, reach)
