@@ -89,7 +89,15 @@ class PlaceRecognitionConfig(Settings):
         default=2,
         ge=1,
         le=1000,
-        description="Submaps whose hypotheses must be consistent.",
+        description="Submaps whose hypotheses must be consistent. Measured on 42 pairs of recordings from "
+        "different buildings, never two were; drives of 10 m through a mapped room had so many.",
+    )
+    verified_share: float = Field(
+        default=0.5,
+        ge=0.0,
+        le=1.0,
+        description="Share of the submaps last tried that they must be, because in another building some "
+        "pass by chance, sooner or later. By judgement: most of the right ones pass.",
     )
     clear_majority: int = Field(
         default=2,

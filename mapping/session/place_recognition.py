@@ -6,7 +6,7 @@ lie there. The place is believed once the hypotheses of several submaps are cons
 the map those of nearly as many are.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -65,6 +65,7 @@ def recognize(
     known = [submap for submap in loops.history.submaps[:earlier] if loops.is_whole(submap)]
     pending = [submap for submap in loops.history.submaps[earlier:] if loops.is_whole(submap)]
     recognition = Recognition(poses, first, is_given, is_too_short=len(pending) < config.min_support)
+    tried: list[Submap] = []
     rival_places = RivalPlaces(loops, known, poses, config)
     for keyframe, place in enumerate(places, start=first):
         if place is None:
@@ -76,11 +77,13 @@ def recognize(
         pending = pending[len(passed) :]
         moved = poses.copy()
         moved[first:] = compose(compose(place, inverse(poses[keyframe])), poses[first:])
-        for submap in _recent(passed, keyframe, loops):
+        passed = _recent(passed, keyframe, loops)
+        for submap in passed:
             recognition.found += _verified(loops, submap, known, moved, config)
+        tried = _recent([*tried, *passed], keyframe, loops)
         supported = _largest_group(loops, recognition.found, poses)
         support = _support(supported)
-        if support < config.min_support:
+        if support < max(config.min_support, config.verified_share * len(tried)):
             continue
         if not is_given:
             recognition.rivals = rival_places.of(supported)
@@ -91,10 +94,10 @@ def recognize(
     return recognition
 
 
-def _recent(submaps: list[Submap], keyframe: int, loops: LoopCloser) -> Iterator[Submap]:
+def _recent(submaps: list[Submap], keyframe: int, loops: LoopCloser) -> list[Submap]:
     """Those so near along the path that the drive may be taken as rigid from there to the keyframe."""
     path, most = loops.history.graph.path, loops.config.consistent_support.max_spacing
-    return (submap for submap in submaps if path[keyframe] - path[submap.middle] < most)
+    return [submap for submap in submaps if path[keyframe] - path[submap.middle] < most]
 
 
 def _verified(
