@@ -78,6 +78,13 @@ def test_a_second_drive_carries_on_the_map(racecar: Racecar, tmp_path: Path) -> 
     poses = (tmp_path / "both" / "pose_graph.g2o").read_text().count("VERTEX_SE2")
     assert poses == counts["both"]["keyframes"]
 
+    wrong = ("--initial-pose", x + 1.0, y, yaw)
+    more = ("map", tmp_path / "second.bag", "--continue", tmp_path / "one")
+    done = racecar(*more, "--out", tmp_path / "wrong", *wrong)
+    assert done.returncode == 2
+    assert "see that --initial-pose is where it begins" in done.stderr
+    assert not (tmp_path / "wrong").exists()
+
     out = tmp_path / "neither"
     done = racecar("map", tmp_path / "elsewhere.bag", "--out", out, "--continue", tmp_path / "one")
     assert done.returncode == 2
@@ -85,6 +92,31 @@ def test_a_second_drive_carries_on_the_map(racecar: Racecar, tmp_path: Path) -> 
     assert done.stderr.strip().count("\n") == 0
     assert not out.exists()
     assert not (tmp_path / "neither.checkpoint.npz").exists()
+
+
+@pytest.mark.slow
+def test_a_short_drive_of_another_day_carries_on_a_map(
+    racecar: Racecar, recordings: Path, tmp_path: Path
+) -> None:
+    one, two = recordings / "racecar" / "session_A", recordings / "racecar" / "localization_bag1.bag"
+    other = recordings / "cartographer_runs" / "glc_ot_ez"
+    assert racecar("map", one, "--out", tmp_path / "one").returncode == 0
+    done = racecar("map", two, "--out", tmp_path / "both", "--continue", tmp_path / "one")
+    assert done.returncode == 0, done.stderr
+    done = racecar("map", other, "--out", tmp_path / "neither", "--continue", tmp_path / "one")
+    assert done.returncode == 2
+    assert "--initial-pose X Y YAW" in done.stderr
+    localized = ("localize", two, "--map", tmp_path / "one", "--out", tmp_path / "localized")
+    assert racecar(*localized, "--global").returncode == 0
+    found, by_localizer = (load_tum(tmp_path / each / "trajectory.tum") for each in ("both", "localized"))
+    apart = between(by_localizer.map_from_base[len(by_localizer) // 2 :], found.map_from_base[-1])
+    assert np.hypot(*apart[-1, :2]) < 0.10
+
+
+def test_a_start_needs_a_map(racecar: Racecar, drive: Path, tmp_path: Path) -> None:
+    done = racecar("map", drive / "drive.bag", "--out", tmp_path / "out", "--initial-pose", 0, 0, 0)
+    assert done.returncode == 2
+    assert "--continue" in done.stderr
 
 
 def test_nothing_to_carry_on(racecar: Racecar, drive: Path, tmp_path: Path) -> None:
