@@ -20,6 +20,7 @@ from racecar.pipelines.commands.experiment import experiment
 from racecar.pipelines.commands.live import live
 from racecar.pipelines.commands.localize import localize
 from racecar.pipelines.commands.map import map
+from racecar.pipelines.commands.merge import merge
 from racecar.pipelines.commands.options import join_laser_pose
 from racecar.pipelines.commands.play import play
 from racecar.pipelines.commands.render import render
@@ -70,7 +71,7 @@ def _describe(
     """
 
 
-for _command in (map, render, track, localize, evaluate, simulate, check, studio, demo):
+for _command in (map, merge, render, track, localize, evaluate, simulate, check, studio, demo):
     app.command()(_command)
 app.command(cls=RosCommand)(play)
 app.add_typer(benchmark, name="benchmark")

@@ -10,6 +10,7 @@
 """
 
 import zlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from math import isfinite
@@ -70,6 +71,15 @@ def edits_beside(folder: Path) -> MapEdits:
     """Those of the map in a folder; none where there is no file."""
     path = folder / EDITS_FILE
     return load_edits(path) if path.is_file() else MapEdits()
+
+
+def edits_together(parts: Sequence[MapEdits]) -> MapEdits:
+    """The edits of several maps that lie in one frame; those of a single one keep their comments."""
+    edited = [part for part in parts if part.edits]
+    if len(edited) == 1:
+        return edited[0]
+    edits = tuple(edit for part in edited for edit in part.edits)
+    return MapEdits(edits, _as_text(edits)) if edits else MapEdits()
 
 
 def is_made_by_us(text: str) -> bool:

@@ -1,0 +1,82 @@
+"""``racecar merge``: the maps of several drives become one."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from racecar.pipelines.commands.options import (
+    ConfigOption,
+    JsonOption,
+    OutputFolderOption,
+    QuietOption,
+    SeedOption,
+)
+from racecar.pipelines.commands.rendering_options import (
+    DxfOption,
+    PlyOption,
+    PngOption,
+    SvgOption,
+    requested_files,
+)
+
+RunsArgument = Annotated[
+    list[Path],
+    typer.Argument(metavar="DIR...", help="Folders that `racecar map` has written.", show_default=False),
+]
+
+
+def merge(
+    runs: RunsArgument,
+    out: OutputFolderOption,
+    config: ConfigOption = None,
+    ply: PlyOption = False,
+    png: PngOption = False,
+    svg: SvgOption = False,
+    dxf: DxfOption = False,
+    seed: SeedOption = 0,
+    json: JsonOption = None,
+    quiet: QuietOption = False,
+) -> None:
+    """Join the maps of several drives into one, in any order, from their session.npz alone.
+
+    The map lies in the frame of the longest drive. A drive that fits nowhere is left out and named.
+
+    Example: racecar merge runs/monday runs/tuesday --out runs/both
+    """
+    from rich.console import Console
+
+    from racecar.maps.errors import UserError
+    from racecar.pipelines.commands.printed_warnings import print_warnings
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.files.outputs import output_folder
+    from racecar.pipelines.files.report import Report
+
+    report = Report("racecar merge")
+    folders = list(dict.fromkeys(runs))
+    if len(folders) < 2:
+        raise UserError("There is nothing to merge: name two folders or more that `racecar map` has written.")
+    loaded = load_config(config)
+    report.add("inputs", {"runs": [str(folder) for folder in folders], "config": config, "seed": seed})
+    with output_folder(out) as folder:
+        with report.stage("loading"):
+            from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits, remove_old_masks
+            from racecar.pipelines.runs.map_outputs import outputs_with
+            from racecar.pipelines.runs.merge_run import draw_merged, merge_runs, save_merged
+        requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
+        outputs_with(requested)  # what is missing for them is reported at once
+        merged = draw_merged(merge_runs(folders, loaded, seed, report), loaded, report)
+        refuse_to_lose_edits(out, merged.edits, folders[0])
+        save_merged(merged, loaded, report, folder, requested=requested)
+    remove_old_masks(out, merged.edits)
+    if json is not None:
+        report.write(json)
+    if quiet:
+        return
+    figures = report.as_dict()
+    width, height = figures["result"]["map_metres"]
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(f"Merged {figures['counts']['sessions']} maps into one of {width:.0f} × {height:.0f} m.")
+    print_warnings(report.warnings)
+    console.print(f"Look at {out / 'map.png'}.", markup=False)
+    console.print(merged.quality.summary, markup=False)

@@ -1,0 +1,54 @@
+"""The sessions of several drives become one map, whatever their order."""
+
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import IDENTITY, between, compose
+from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.session_file import save_session
+from racecar.pipelines.runs.merge_run import draw_merged, merge_runs
+from tests.mapping.ring_drives import RING, path, session
+from tests.mapping.worlds import box
+
+FRAMES = {"whole": IDENTITY, "part": np.array([40.0, -25.0, 2.5]), "other": IDENTITY}
+PLACES = {"whole": path(0.0, 34.0), "part": path(11.0, 20.0), "other": path(0.0, 25.0)}
+OTHER_RING = np.concatenate([box(-9, -7, 9, 7), box(-4.6, -2, 3.5, 1.5), box(0, -7, 1, -4), box(6, 0, 7, 1)])
+
+
+@pytest.fixture
+def folders(tmp_path: Path) -> list[Path]:
+    for name, places in PLACES.items():
+        walls = OTHER_RING if name == "other" else RING
+        (tmp_path / name).mkdir()
+        save_session(session(walls, places, FRAMES[name], IDENTITY), tmp_path / name / "session.npz")
+    (tmp_path / "part" / "edits.yaml").write_text("- unknown: [[0, 0], [1, 0], [1, 1]]")
+    return [tmp_path / name for name in PLACES]
+
+
+def test_the_order_does_not_matter(folders: list[Path]) -> None:
+    results = []
+    for order in list(permutations(folders))[::3]:
+        report = Report("racecar merge")
+        run = merge_runs(order, Config(), 0, report)
+        assert [folder.name for folder in run.left_out] == ["other"]
+        assert "other was left out: the drive was not recognized" in report.warnings[0]
+        results.append(run.session.map_from_keyframe)
+    true = np.concatenate([PLACES["whole"], PLACES["part"]])
+    assert np.abs(between(true, results[0])).max() < 0.02
+    np.testing.assert_array_equal(results[0], results[1])
+    merged = draw_merged(run, Config(), report)
+    whole, part, _ = folders
+    np.testing.assert_allclose(compose(run.frames[part], FRAMES["part"]), run.frames[whole], atol=0.02)
+    moved = merged.edits.edits[0].points[0]
+    np.testing.assert_allclose(moved, run.frames[part][:2], atol=1e-3)
+
+
+def test_maps_of_other_places_are_not_merged(folders: list[Path]) -> None:
+    whole, _, other = folders
+    with pytest.raises(UserError, match=r"None of the maps could be joined to .*whole"):
+        merge_runs([other, whole], Config(), 0, Report("racecar merge"))
