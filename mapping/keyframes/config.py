@@ -33,7 +33,7 @@ class GuessConfig(Settings):
         gt=0.0,
         le=2.0,
         description="Metres between two guesses within which matching leads to the same place. By judgement: "
-        "less than the distance within which partners are sought in the end.",
+        "less than the distance within which partners are looked for in the end.",
     )
     same_guess_angle: float = Field(
         default=0.05,
@@ -156,20 +156,20 @@ class PlacementConfig(GuessConfig):
         ge=0.0,
         le=1.0,
         description="Share of points with a partner from the best guess, below which the keyframe is lost "
-        "and sought in wide windows. By judgement.",
+        "and searched for in wide windows. By judgement.",
     )
     searched_among: int = Field(
         default=20,
         ge=1,
         le=500,
-        description="Keyframes before a lost one, on which it is sought. By judgement: some 6 m of path.",
+        description="Keyframes before a lost one, among which it is placed. By judgement: some 6 m of path.",
     )
     search_reach: float = Field(
         default=1.5,
         gt=0.0,
         le=20.0,
-        description="Metres to each side that a lost keyframe is sought. On session_A the car was carried a "
-        "metre while nothing was recorded; the margin is by judgement.",
+        description="Metres to each side that a lost keyframe is searched for. On session_A the car was "
+        "carried a metre while nothing was recorded; the margin is by judgement.",
     )
     search_turn: float = Field(
         default=math.radians(45.0),
@@ -195,7 +195,7 @@ class PlacementConfig(GuessConfig):
         default=30,
         ge=1,
         le=1000,
-        description="Points of a scan below which it is not sought, for few fit anywhere. By judgement.",
+        description="Points of a scan below which there is no search, for few fit anywhere. By judgement.",
     )
 
 
@@ -212,8 +212,8 @@ class ConstraintConfig(Settings):
         default=0.3,
         gt=0.0,
         le=5.0,
-        description="Metres within which partners are sought at first: both keyframes have been placed. By "
-        "judgement.",
+        description="Metres within which partners are looked for at first: both keyframes have been placed. "
+        "By judgement.",
     )
     min_overlap: float = Field(
         default=0.06,
@@ -311,7 +311,7 @@ class RevisitConfig(Settings):
         le=1000.0,
         description="Metres of standard deviation between two passes, up to which matches and loop closures "
         "tie them surely; beyond, they may only seem to meet. By judgement: a little more than where loops "
-        "are sought.",
+        "are looked for.",
     )
     min_coverage: float = Field(
         default=0.6,
@@ -473,8 +473,8 @@ class ScanRefinementConfig(GuessConfig):
         default=0.3,
         gt=0.0,
         le=5.0,
-        description="Metres within which partners are sought at first. By judgement: between two keyframes "
-        "dead reckoning misses less.",
+        description="Metres within which partners are looked for at first. By judgement: between two "
+        "keyframes dead reckoning misses less.",
     )
     kernel_width: float = Field(
         default=0.08,

@@ -57,13 +57,12 @@ class MatchesAlongPath:
     def misled_steps(self, config: MisledConfig) -> NDArray[np.bool_]:
         """(K - 1,) in which scan matching is misled."""
         are_contradicted = self.are_contradicted(np.ones(len(self.first), dtype=np.bool_), config)
-        share, most = self._per_step(are_contradicted), config.min_contradicted * self._per_step()
+        is_doubted = self._per_step(are_contradicted) > config.min_contradicted * self._per_step()
         closed, cycles = self._cycles(config)
-        worse = self._worse_fit()
+        worse, presumed = self._worse_fit(), config.presumed_closed
         misled = np.zeros(len(self.steps), dtype=np.bool_)
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], share > most, [False]])))
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], is_doubted, [False]])))
         for begin, end in edges.reshape(-1, 2):
-            presumed = config.presumed_closed
             share = (closed[begin:end].sum() + presumed) / (cycles[begin:end].sum() + presumed)
             bad_fit = max(np.median(worse[begin:end]) / config.usual_fit, 1.0)
             misled[begin:end] = share < config.min_closed * bad_fit**4

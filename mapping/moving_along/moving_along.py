@@ -3,7 +3,7 @@
 A robot's own posts, the body of who carries it, and the floor that a tilted laser sees stay at one bearing
 and range while the robot moves; to scan matching they say that it stands. So each return is compared with
 scans before and after, by the motion that wheels measured or, where these stand, by scan odometry. What is
-at the same bearing and range there, although one of both scans looks through the place where the other one
+at the same bearing and range there, although one of the two scans looks through the place where the other one
 has it, moves along. Walls that are driven along keep their range too, but are where the motion puts them.
 """
 

@@ -134,8 +134,8 @@ class QualityConfig(Settings):
         default=1.25,
         gt=1.0,
         le=100.0,
-        description="Factor between lengths by scans and by wheels, from which one of both must be wrong. By "
-        "judgement: worn tyres and wrong settings make some per cent, scans that do not move make any.",
+        description="Factor between lengths by scans and by wheels, from which one of the two must be wrong. "
+        "By judgement: worn tyres and wrong settings make some per cent, scans that do not move make any.",
     )
     most_overruled: float = Field(
         default=0.5,

@@ -64,7 +64,7 @@ _MODEL = ErrorModel(
             usual=0.02,
             local=Power(0.0022, 2.4),
             whole=Power(0.0018, 3.0),
-            complaint="On {:.0%} of the steps neither wheels nor walls tell how far the car went.",
+            complaint="On {:.0%} of the steps neither wheels nor walls show how far the car went.",
         ),
     ),
 )
@@ -104,7 +104,9 @@ def _against_wheels(scale: float, overruled: float, config: QualityConfig) -> st
     """What is said where scans and wheels cannot both be right, by the ``scale`` between them and the share
     of steps on which the wheels were ``overruled``."""
     if max(scale, 1.0 / max(scale, 1e-9)) > config.most_wheel_scale:
-        return f"By its scans the car drove {scale:.2f} times as far as by its wheels: one of both is wrong."
+        return (
+            f"By its scans the car drove {scale:.2f} times as far as by its wheels: one of the two is wrong."
+        )
     if overruled > config.most_overruled:
         return f"On {overruled:.0%} of the steps scans and wheels contradict each other: one is wrong."
     return None

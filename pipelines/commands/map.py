@@ -35,7 +35,7 @@ ContinueOption = Annotated[
     typer.Option(
         "--continue",
         metavar="DIR",
-        help="Carry on the map that an earlier run left in DIR; the new drive finds its place there.",
+        help="Extend the map that an earlier run left in DIR; the new drive finds its place there.",
         show_default=False,
     ),
 ]
@@ -77,7 +77,7 @@ def map(
 
     Ctrl-C stops the reading and makes a map of what was read so far.
 
-    A run that was killed goes on where it was when the same command is given again.
+    A run that was killed goes on where it was when the same command is repeated.
 
     Example: racecar map drive.bag --out runs/drive
 

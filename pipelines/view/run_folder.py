@@ -44,7 +44,7 @@ def _recorded_or_driven(folder: Path, title: str, about: str) -> Scene:
         scene = read_record(folder / RECORD_FOLDER, title, about)
         if driven is None or _are_same(driven, scene.trajectory):
             return scene
-        about += "\n\nThe recording in this folder is of an earlier run, so it is left aside."
+        about += "\n\nThe recording in this folder is of an earlier run, so it is ignored."
     if driven is None:
         raise UserError(
             f"{folder} holds no run: there is no trajectory.tum; name a folder that `racecar map` or "

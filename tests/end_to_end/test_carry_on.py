@@ -154,5 +154,5 @@ def test_a_damaged_checkpoint_is_left_aside(racecar: Racecar, drive: Path, tmp_p
     (tmp_path / "out.checkpoint.npz").write_bytes(b"PK\x03\x04 cut")
     done = racecar("map", drive / "drive.bag", "--out", tmp_path / "out")
     assert done.returncode == 0, done.stderr
-    assert "begins anew" in done.stderr
+    assert "starts from scratch" in done.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["out"]

@@ -26,7 +26,7 @@ _FLAGS = (
 """WebGL runs on the processor, and the browser asks its maker for nothing."""
 WIDTH, HEIGHT = 960, 600
 """Pixels, of which each costs a processor without graphics time."""
-_PATIENCE = 60.0
+_PATIENCE = 120.0
 """Seconds: on a busy machine a page may take many to load."""
 
 
