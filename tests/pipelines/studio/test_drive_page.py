@@ -48,6 +48,7 @@ def send_to_goal(drive: Drive) -> None:
     drive.page.wait_for(lambda: drive.room.is_underway or drive.page.click(GOAL), "the car to set off")
 
 
+@pytest.mark.slow
 def test_the_car_drives_to_a_clicked_goal_and_the_localizer_follows(drive: Drive) -> None:
     room, page = drive.room, drive.page
     send_to_goal(drive)
