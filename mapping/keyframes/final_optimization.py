@@ -44,7 +44,7 @@ def matched_again(
     along = MatchesAlongPath.of(matches, found.residual[good], by_wheels, len(is_kept))
     newly = along.misled_steps(config.misled) & ~are_misled
     are_misled = are_misled | newly
-    are_over = along.are_over(are_misled)
+    are_over = along.spans.are_over(are_misled)
     left_out = are_over & along.are_contradicted(~are_over, config.misled)
     constraints = [match for match, is_out in zip(matches, left_out, strict=True) if not is_out]
     tied = {constraint.to_keyframe for constraint in constraints}

@@ -16,7 +16,7 @@ from scipy.ndimage import median_filter
 
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes.config import MisledConfig
-from racecar.mapping.odometry.calibration import SIGMA_PER_MEDIAN
+from racecar.mapping.odometry.calibration import SIGMA_PER_MEDIAN, MatchedSpans
 from racecar.maps.geometry.se2 import Pose, adjoint, between, chained, compose, inverse
 
 
@@ -24,14 +24,8 @@ from racecar.maps.geometry.se2 import Pose, adjoint, between, chained, compose, 
 class MatchesAlongPath:
     """M matches of keyframes not far from each other, beside what the wheels measured."""
 
-    first: NDArray[np.int64]
-    """(M,) the earlier keyframe of each, and the step after it."""
-    end: NDArray[np.int64]
-    """(M,) the later one."""
-    motions: Pose
-    """(M, 3)"""
-    covariances: NDArray[np.float64]
-    """(M, 3, 3) in the tangent frame of the later one."""
+    spans: MatchedSpans
+    """From each earlier keyframe, the step after it, to the later one; seen by the laser."""
     residuals: NDArray[np.float64]
     """(M,) of the scans, metres."""
     steps: Pose
@@ -51,12 +45,12 @@ class MatchesAlongPath:
             steps[constraint.from_keyframe] = constraint.from_pose_to_pose
         ends = np.array([(c.from_keyframe, c.to_keyframe) for c in matches], dtype=np.int64).reshape(-1, 2)
         motions = np.array([c.from_pose_to_pose for c in matches]).reshape(-1, 3)
-        covariances = np.linalg.inv(np.array([c.information for c in matches]).reshape(-1, 3, 3))
-        return cls(ends[:, 0], ends[:, 1], motions, covariances, residuals, steps)
+        information = np.array([c.information for c in matches]).reshape(-1, 3, 3)
+        return cls(MatchedSpans(ends[:, 0], ends[:, 1], motions, information), residuals, steps)
 
     def misled_steps(self, config: MisledConfig) -> NDArray[np.bool_]:
         """(K - 1,) in which scan matching is misled."""
-        are_contradicted = self.are_contradicted(np.ones(len(self.first), dtype=np.bool_), config)
+        are_contradicted = self.are_contradicted(np.ones(len(self.spans.first), dtype=np.bool_), config)
         is_doubted = self._per_step(are_contradicted) > config.min_contradicted * self._per_step()
         closed, cycles = self._cycles(config)
         worse, presumed = self._worse_fit(), config.presumed_closed
@@ -71,44 +65,39 @@ class MatchesAlongPath:
     def _worse_fit(self) -> NDArray[np.float64]:
         """(K - 1,) by what factor scans fit worse over each step than over others with such a turn, since in
         turns they fit worse anyway; 1 without a match."""
-        of_steps = np.flatnonzero(self.end - self.first == 1)
-        by_turn = of_steps[np.argsort(np.abs(self.motions[of_steps, 2]))]
+        of_steps = np.flatnonzero(self.spans.lengths == 1)
+        by_turn = of_steps[np.argsort(np.abs(self.spans.motions[of_steps, 2]))]
         worse = np.ones(len(self.steps))
         if len(by_turn):
             residuals = self.residuals[by_turn]
             usual = median_filter(residuals, size=len(residuals) // 5 + 1, mode="nearest")
-            worse[self.first[by_turn]] = residuals / usual
+            worse[self.spans.first[by_turn]] = residuals / usual
         return worse
 
     def are_contradicted(self, usual: NDArray[np.bool_], config: MisledConfig) -> NDArray[np.bool_]:
         """(M,) which of them the wheels contradict by more than the ``usual`` ones (M,)."""
         chain = chained(np.nan_to_num(self.steps))
-        off = between(self.motions, between(chain[self.first], chain[self.end]))
-        off[self.are_over(np.isnan(self.steps[:, 0]))] = np.nan
+        off = between(self.spans.motions, between(chain[self.spans.first], chain[self.spans.end]))
+        off[self.spans.are_over(np.isnan(self.steps[:, 0]))] = np.nan
         contradicted = np.zeros(len(off), dtype=np.bool_)
-        for lag in np.unique(self.end - self.first):
-            those = self.end - self.first == lag
+        for lag in np.unique(self.spans.lengths):
+            those = self.spans.lengths == lag
             contradicted[those] = _stick_out(off[those], off[those & usual], config)
         return contradicted
-
-    def are_over(self, steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(M,) which span any of some steps (K - 1,)."""
-        until = np.concatenate([[0], np.cumsum(steps)])
-        return np.asarray(until[self.end] > until[self.first])
 
     def _per_step(self, which: NDArray[np.bool_] | bool = True) -> NDArray[np.float64]:
         """(K - 1,) how many of some matches (M,) are over each step; none counts more for being over more."""
         of_step = np.zeros(len(self.steps))
-        for lag in np.unique(self.end - self.first):
+        for lag in np.unique(self.spans.lengths):
             begin = np.zeros(len(self.steps) + 1 - lag)
-            begin[self.first[which & (self.end - self.first == lag)]] = 1.0
+            begin[self.spans.first[which & (self.spans.lengths == lag)]] = 1.0
             of_step += np.convolve(begin, np.full(lag, 1.0 / lag))
         return of_step
 
     def _cycles(self, config: MisledConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(K - 1,) how many cycles over each step are closed, and how many there are, counted likewise."""
         closed, cycles = np.zeros((2, len(self.steps)))
-        of_lag = {lag: self._over(lag) for lag in [1, *np.unique(self.end - self.first).tolist()]}
+        of_lag = {lag: self._over(lag) for lag in [1, *np.unique(self.spans.lengths).tolist()]}
         for lag in [lag for lag in of_lag if lag > 1]:
             sigmas = _Motions.chained(_legs(lag, of_lag)).sigmas_off(of_lag[lag])
             exist = ~np.isnan(sigmas)
@@ -120,10 +109,10 @@ class MatchesAlongPath:
 
     def _over(self, lag: int) -> "_Motions":
         """Over so many steps, by the keyframe from which on."""
-        those, keyframes = self.end - self.first == lag, len(self.steps) + 1
+        those, keyframes = self.spans.lengths == lag, len(self.steps) + 1
         motions = _Motions(np.full((keyframes - lag, 3), np.nan), np.zeros((keyframes - lag, 3, 3)))
-        motions.poses[self.first[those]] = self.motions[those]
-        motions.covariances[self.first[those]] = self.covariances[those]
+        motions.poses[self.spans.first[those]] = self.spans.motions[those]
+        motions.covariances[self.spans.first[those]] = np.linalg.inv(self.spans.information[those])
         return motions
 
 

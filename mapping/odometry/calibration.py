@@ -89,8 +89,12 @@ class MatchedSpans:
 
     def within(self, is_known: NDArray[np.bool_]) -> "MatchedSpans":
         """Those of which all steps (N,) are known."""
-        unknown = np.concatenate([[0], np.cumsum(~is_known)])
-        return self.chosen(unknown[self.first] == unknown[self.end])
+        return self.chosen(~self.are_over(~is_known))
+
+    def are_over(self, steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(M,) which span any of some steps (N,)."""
+        until = np.concatenate([[0], np.cumsum(steps)])
+        return np.asarray(until[self.end] > until[self.first])
 
     def chosen(self, which: NDArray[np.bool_]) -> "MatchedSpans":
         """Some of them (M,)."""

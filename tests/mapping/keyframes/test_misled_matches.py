@@ -60,8 +60,8 @@ def test_matches_that_contradict_each_other_are_misled(seed: int, begin: int) ->
     misled = along.misled_steps(CONFIG)
     assert misled[there].mean() > 0.9
     assert misled.sum() < 40 + 2 * max(BACK)
-    left_out = along.are_contradicted(~along.are_over(misled), CONFIG)
-    err = np.abs(between(along.motions, between(TRUE[along.first], TRUE[along.end]))[:, 0])
+    left_out = along.are_contradicted(~along.spans.are_over(misled), CONFIG)
+    err = np.abs(between(along.spans.motions, between(TRUE[along.spans.first], TRUE[along.spans.end]))[:, 0])
     assert left_out[err > 0.1].mean() > 0.9
     assert left_out[err < 0.02].mean() < 0.1
 
@@ -70,7 +70,7 @@ def test_matches_that_contradict_each_other_are_misled(seed: int, begin: int) ->
 @given(st.integers(0, 1000), st.integers(20, 240))
 def test_wheels_that_slip_are_to_blame_themselves(seed: int, begin: int) -> None:
     along = drive(seed, NOWHERE, slice(begin, begin + 40))
-    everything = np.ones(len(along.first), dtype=np.bool_)
+    everything = np.ones(len(along.spans.first), dtype=np.bool_)
     assert along.are_contradicted(everything, CONFIG).mean() > 0.05
     assert not along.misled_steps(CONFIG).any()
 
@@ -78,7 +78,7 @@ def test_wheels_that_slip_are_to_blame_themselves(seed: int, begin: int) -> None
 def test_matches_that_fit_badly_are_to_blame_though_they_agree_with_each_other() -> None:
     along = drive(0, NOWHERE, slice(100, 140))
     residuals = along.residuals.copy()
-    residuals[(along.first >= 100) & (along.first < 140)] *= 1.5
+    residuals[(along.spans.first >= 100) & (along.spans.first < 140)] *= 1.5
     misled = replace(along, residuals=residuals).misled_steps(CONFIG)
     assert misled[100:140].mean() > 0.9
     assert misled.sum() < 40 + 2 * max(BACK)
@@ -88,15 +88,8 @@ def test_scans_that_were_trimmed_contradict_nothing() -> None:
     along = drive(0, NOWHERE, slice(100, 140))
     is_kept = np.ones(KEYFRAMES, dtype=np.bool_)
     is_kept[100:140:2] = False
-    left = is_kept[along.first] & is_kept[along.end]
-    fewer = replace(
-        along,
-        first=along.first[left],
-        end=along.end[left],
-        motions=along.motions[left],
-        covariances=along.covariances[left],
-        residuals=along.residuals[left],
-    )
+    left = is_kept[along.spans.first] & is_kept[along.spans.end]
+    fewer = replace(along, spans=along.spans.chosen(left), residuals=along.residuals[left])
     assert not fewer.misled_steps(CONFIG).any()
 
 
