@@ -349,7 +349,7 @@ class Mapper:
             state.graph, poses, are_misled = matched_again(
                 state.graph,
                 state.all_by_wheels(),
-                np.array(state.are_refuted, dtype=np.bool_),
+                state.refuted_steps,
                 known,
                 state.map_from_keyframe,
                 state.keyframes,

@@ -109,9 +109,18 @@ class MapperState:
     def measured_steps(self) -> Pose:
         """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not
         or the scans refuted them."""
-        steps = np.array(self.wheel_steps).reshape(-1, 3)
-        steps[np.array(self.are_refuted, dtype=np.bool_)] = np.nan
+        steps = self._all_wheel_steps
+        steps[self.refuted_steps] = np.nan
         return steps
+
+    @property
+    def refuted_steps(self) -> NDArray[np.bool_]:
+        """(K - 1,) in which the scans refuted the wheels."""
+        return np.array(self.are_refuted, dtype=np.bool_)
+
+    @property
+    def _all_wheel_steps(self) -> Pose:
+        return np.array(self.wheel_steps).reshape(-1, 3)
 
     def calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
@@ -154,10 +163,9 @@ class MapperState:
     def all_by_wheels(self) -> list[Constraint]:
         """The same of every step that they measured, also where scans refuted them."""
         gyro_steps = np.array(self.gyro_steps).reshape(-1, 2).tolist()
-        wheel_steps = np.array(self.wheel_steps).reshape(-1, 3)
         return [
             self.by_wheels(k + 1, step, (turn, seconds))
-            for k, (step, (turn, seconds)) in enumerate(zip(wheel_steps, gyro_steps, strict=True))
+            for k, (step, (turn, seconds)) in enumerate(zip(self._all_wheel_steps, gyro_steps, strict=True))
             if not np.isnan(step[0])
         ]
 
@@ -184,9 +192,9 @@ class MapperState:
         session, drive = self.session().frozen(), self.drive.frozen()
         rest = {
             **named("reckoning", self.reckoning.to_arrays()),
-            "wheel_steps": np.array(self.wheel_steps).reshape(-1, 3),
+            "wheel_steps": self._all_wheel_steps,
             "gyro_steps": np.array(self.gyro_steps).reshape(-1, 2),
-            "are_refuted": np.array(self.are_refuted, dtype=np.bool_),
+            "are_refuted": self.refuted_steps,
             "known_since": np.array(self.known_since),
             "keyframe_lasers": np.array(self.keyframe_lasers, dtype=np.int64),
             "stages": np.array(list(self.seconds), dtype=np.str_),
