@@ -83,8 +83,15 @@ class ScanEvidenceConfig(Settings):
         default=0.2,
         gt=0.0,
         le=1.0,
-        description="Share of the points that must be judged, or matched, for their word to count in full. "
-        "By judgement.",
+        description="Share of the points that must be judged for their word to count in full. By judgement.",
+    )
+    min_matched: float = Field(
+        default=0.03,
+        gt=0.0,
+        le=1.0,
+        description="Share of the points that must be matched for their fit to count in full. By judgement: "
+        "where the car drove on while scans were missing, little of what it saw before is seen again. With "
+        "0.2, one that drove 15 m of a bare corridor was put back to where it had been.",
     )
     unlike_share: float = Field(
         default=0.1,

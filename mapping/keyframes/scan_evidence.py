@@ -33,5 +33,5 @@ def scan_evidence(
     log_odds = np.log((agreement + config.unlike_share) / (1.0 - agreement + config.unlike_share))
     by_agreement = config.by_agreement * log_odds * np.minimum(1.0, judged / config.min_judged)
     by_fit = config.by_fit * (2.0 * on_lines - 1.0)
-    met = np.minimum(1.0, matches.overlap / config.min_judged)
+    met = np.minimum(1.0, matches.overlap / config.min_matched)
     return np.asarray(by_agreement + met * by_fit, dtype=np.float64)

@@ -14,6 +14,7 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.benchmarks.quality.input_faults import fewer_beams
 from racecar.pipelines.simulation.plans.catalogue import load_or_draw
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
@@ -105,9 +106,15 @@ def _plan(name: str) -> OccupancyGrid:
 
 
 def map_drive(
-    plan: str, *, close_loops: bool = True, every: int = 1, has_wheels: bool = True, **settings: object
+    plan: str,
+    *,
+    close_loops: bool = True,
+    every: int = 1,
+    beams_every: int = 1,
+    has_wheels: bool = True,
+    **settings: object,
 ) -> MappedDrive:
-    """Simulate with some settings of `SimulationConfig` and map every so many scans."""
+    """Simulate with some settings of `SimulationConfig`, and map every so many scans and beams."""
     grid = _plan(plan)
     simulation = Simulation(grid, SimulationConfig(**settings))
     mapper = Mapper(MappingConfig(close_loops=close_loops))
@@ -118,6 +125,6 @@ def map_drive(
                 mapper.add_odometry(message)
             continue
         if scans % every == 0:
-            mapper.add_scan(message)
+            mapper.add_scan(*fewer_beams([message], beams_every))
         scans += 1
     return MappedDrive(grid, mapper.finish(), simulation.ground_truth.map_from_base[:scans:every])
