@@ -100,12 +100,12 @@ class MatchedSpans:
         """Some of them (M,)."""
         return MatchedSpans(self.first[which], self.end[which], self.motions[which], self.information[which])
 
-    def observe(self, towards: NDArray[np.float64], sigma: float) -> NDArray[np.bool_]:
-        """(M,) whether each tells the distance in its direction (M, 2) to so many metres: along a bare
-        corridor a match says nothing but what it began with."""
-        spread = np.linalg.inv(self.information)[:, :2, :2]
-        variance: NDArray[np.float64] = np.einsum("mi,mij,mj->m", towards, spread, towards)
-        return variance < sigma**2
+    def variances_along(self, towards: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(M,) of the motions in directions (M, 3): along a bare corridor a match says nothing but what it
+        began with."""
+        spread = np.linalg.inv(self.information)
+        variances: NDArray[np.float64] = np.einsum("mi,mij,mj->m", towards, spread, towards)
+        return variances
 
 
 def calibrate(
@@ -127,13 +127,17 @@ def calibrate(
     chain = chained(fused(_corrected(steps, turn_per_metre, turn_scale, 1.0)))
     by_wheels = between(chain[spans.first], chain[spans.end])
     reach = np.hypot(by_wheels[:, 0], by_wheels[:, 1])
-    towards = by_wheels[:, :2] / np.maximum(reach, _SMALLEST)[:, None]
-    tell = (reach > config.min_reach) & spans.observe(towards, config.initial_sigma)
-    along = np.sum(spans.motions[:, :2] * towards, axis=1)
-    path = _fit_path(reach[tell], along[tell], by_wheels[tell, 0], spans.lengths[tell], config)
+    towards = np.column_stack(
+        [by_wheels[:, :2] / np.maximum(reach, _SMALLEST)[:, None], np.zeros(len(reach))]
+    )
+    along, told = np.sum(spans.motions * towards, axis=1), spans.variances_along(towards)
+    moved = reach > config.min_reach
+    path = _fit_path(
+        reach[moved], along[moved], by_wheels[moved, 0], told[moved], spans.lengths[moved], config
+    )
     scale = float(path.solution[0])
     error = between(by_wheels * [scale, scale, 1.0], spans.motions)
-    single = spans.lengths == 1
+    single, tell = spans.lengths == 1, moved & (told < config.initial_sigma**2)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
     driven = lengths[lengths > config.min_reach]
     return WheelCalibration(
@@ -162,13 +166,15 @@ def _fit_turns(steps: Pose, spans: MatchedSpans, config: WheelCalibrationConfig)
     design = np.column_stack([driven, turned, np.ones_like(driven)])
     observed = turned + wrap_angle(spans.motions[:, 2] - turned)
     spread = np.array([config.turn_per_metre_sigma, config.scale_sigma, config.bias_turn_sigma])
-    return _fit(design, observed, spans.lengths, np.array([0.0, 1.0, 0.0]), spread, config)
+    told = spans.variances_along(np.array([[0.0, 0.0, 1.0]]))
+    return _fit(design, observed, told, spans.lengths, np.array([0.0, 1.0, 0.0]), spread, config)
 
 
 def _fit_path(
     reach: NDArray[np.float64],
     along: NDArray[np.float64],
     forward: NDArray[np.float64],
+    told: NDArray[np.float64],
     lengths: NDArray[np.int64],
     config: WheelCalibrationConfig,
 ) -> _SpanFit:
@@ -177,40 +183,65 @@ def _fit_path(
         return _SpanFit(np.array([1.0, 0.0]), config.initial_sigma)
     design = np.column_stack([reach, np.sign(forward)])
     spread = np.array([config.scale_sigma, config.bias_distance_sigma])
-    return _fit(design, along, lengths, np.array([1.0, 0.0]), spread, config)
+    return _fit(design, along, told, lengths, np.array([1.0, 0.0]), spread, config)
 
 
 def _fit(
     design: NDArray[np.float64],
     observed: NDArray[np.float64],
+    told: NDArray[np.float64],
     lengths: NDArray[np.int64],
     expected: NDArray[np.float64],
     spread: NDArray[np.float64],
     config: WheelCalibrationConfig,
 ) -> _SpanFit:
-    """Least squares with Cauchy weights and a prior. The variance of a residual is that of a match, and that
-    of a step as often as a span is long."""
+    """Least squares with Cauchy weights and a prior. The variance of a residual is what the match tells of
+    itself, (M,), what all matches err by, and what a step does, as often as a span is long. Since each step
+    takes part in many spans, its errors are told as often, and count once."""
     solution: NDArray[np.float64] = expected.copy()
-    variance = np.full(len(observed), np.var(observed - design @ expected) + _SMALLEST**2)
-    weight, per_step = np.ones(len(observed)), 0.0
+    weight, shared = np.ones(len(observed)), config.initial_sigma**2 * lengths
     for _ in range(_ITERATIONS):
-        scaled = weight / (variance * config.spans_per_step)
+        scaled = weight / (told + shared * config.spans_per_step + _SMALLEST**2)
         normal = design.T @ (scaled[:, None] * design) + np.diag(spread**-2.0)
         solution[:] = np.linalg.solve(normal, design.T @ (scaled * observed) + expected / spread**2)
-        residual = observed - design @ solution
-        of_match, per_step = _variances(residual, lengths)
-        variance = of_match + per_step * lengths + _SMALLEST**2
+        residual, variance = observed - design @ solution, told + shared + _SMALLEST**2
         weight = 1.0 / (1.0 + residual**2 / (variance * config.loss_width**2))
+        usual = variance * _inflation(residual**2 / variance, lengths, 1.0 / variance)
+        of_match, per_step = _variances(usual - told, lengths, variance, config)
+        shared = of_match + per_step * lengths
     return _SpanFit(solution, float(np.sqrt(per_step)))
 
 
-def _variances(residual: NDArray[np.float64], lengths: NDArray[np.int64]) -> tuple[float, float]:
-    """Of a match and of a step, such that they explain the spread of the residuals (M,) at each length."""
-    at, counts = np.unique(lengths, return_counts=True)
-    medians = np.array([np.median(np.abs(residual[lengths == length])) for length in at])
-    spread = (SIGMA_PER_MEDIAN * medians) ** 2 + _SMALLEST**2
-    weight = np.sqrt(counts) / spread
-    (of_match, per_step), _ = nnls(np.column_stack([np.ones(len(at)), at]) * weight[:, None], spread * weight)
+def _inflation(
+    squares: NDArray[np.float64], lengths: NDArray[np.int64], weight: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(M,) the factor that would make the weighted median of normalized squares (M,), of the spans of each
+    length, what it is of a standard Gaussian."""
+    at, of_length = np.unique(lengths, return_inverse=True)
+    medians = np.array([_median(squares[lengths == length], weight[lengths == length]) for length in at])
+    factors: NDArray[np.float64] = (SIGMA_PER_MEDIAN**2 * medians)[of_length]
+    return factors
+
+
+def _median(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
+    """Of values (M,) that count as much as their weights (M,)."""
+    order = np.argsort(values)
+    until = np.cumsum(weights[order])
+    return float(values[order[np.searchsorted(until, 0.5 * until[-1])]])
+
+
+def _variances(
+    squares: NDArray[np.float64],
+    lengths: NDArray[np.int64],
+    variance: NDArray[np.float64],
+    config: WheelCalibrationConfig,
+) -> tuple[float, float]:
+    """Of any match and of a step, such that they explain squares (M,) of residuals that have a ``variance``
+    (M,); where matches tell too little, a step has that with which it began."""
+    initial = config.initial_sigma**2
+    weight = np.append(1.0 / variance, np.sqrt(config.min_spans) / initial)
+    design = np.vstack([np.column_stack([np.ones(len(lengths)), lengths]), [0.0, 1.0]])
+    (of_match, per_step), _ = nnls(design * weight[:, None], np.append(squares, initial) * weight)
     return float(of_match), float(per_step)
 
 

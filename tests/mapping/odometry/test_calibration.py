@@ -31,7 +31,7 @@ def matched(
     first, end = np.array(ends).T
     motions = between(chain[first], chain[end]) + rng.normal(0, sigma, (len(first), 3))
     motions[:, 2] += bias
-    information = np.diag([1e4 if observes else 1.0, 1e4, 1e5])
+    information = np.diag([1e4 if observes else 1e-3, 1e4, 1e5])
     return MatchedSpans(first, end, motions, np.tile(information, (len(first), 1, 1)))
 
 
@@ -79,7 +79,19 @@ def test_where_scans_do_not_observe_distances_the_path_is_left_as_it_is() -> Non
     true = drive(rng, 300)
     spans = matched(true, rng, observes=False)
     result = calibrate(wheels_of(true, 0.0, 1.0, 0.9), spans, WheelCalibrationConfig())
-    assert result.path_scale == 1.0
+    assert abs(result.path_scale - 1.0) < 0.01
+    assert abs(result.sigma_distance - WheelCalibrationConfig().initial_sigma) < 0.005
+
+
+def test_matches_that_tell_little_each_tell_the_path_together() -> None:
+    rng = np.random.default_rng(6)
+    true = drive(rng, 300)
+    spans = matched(true, rng)
+    little = np.tile(np.diag([0.3**-2, 1e4, 1e5]), (len(spans.first), 1, 1))
+    motions = spans.motions + np.column_stack([rng.normal(0.0, 0.3, len(little)), np.zeros((len(little), 2))])
+    poor = MatchedSpans(spans.first, spans.end, motions, little)
+    result = calibrate(wheels_of(true, 0.0, 1.0, 0.9), poor, WheelCalibrationConfig())
+    assert abs(result.path_scale - 0.9) < 0.02
 
 
 def test_steps_that_no_wheels_measured_are_left_out() -> None:
