@@ -13,7 +13,7 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.rendering import Rays, looks_until_free, pack_rays, rays_of
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
-from racecar.mapping.keyframes.final_optimization import matched_again
+from racecar.mapping.keyframes.final_optimization import matched_again, mean_bend
 from racecar.mapping.keyframes.gap import Gap, gap_after
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.keyframes.placement import KeyframePlacer, Placement
@@ -270,6 +270,8 @@ class Mapper:
                 pairs = pairs_along_path(range(index, index + 1), config)
                 constraints = constrain(pairs, state.map_from_keyframe, state.keyframes, config)
         is_tied = len(constraints) > 0
+        if not is_tied and self._sees_much(index - 1) and self._sees_much(index):
+            state.reckoning.doubt_standing()
         wheel_step, gyro_step = state.reckoning.wheel_step(), state.reckoning.gyro_step()
         limit = self._config.keyframes.placement.refuted_odds if is_tied else 0.0
         is_refuted = placed.odds_against_first > limit
@@ -277,13 +279,17 @@ class Mapper:
             by_wheels = state.by_wheels(index, wheel_step, gyro_step)
             constraints.append(by_wheels.loosened(state.map_from_keyframe) if is_refuted else by_wheels)
         elif not is_tied:
-            constraints.append(state.by_motion(index, step, state.reckoning.worth(step)))
+            constraints.append(state.by_motion(index, step, state.reckoning.worth_untold))
         state.wheel_steps.extend(pose_or_nan(wheel_step))
         state.gyro_steps.extend(gyro_step)
         state.are_refuted.append(is_refuted)
         for constraint in constraints:
             state.graph.add(constraint)
         return is_tied
+
+    def _sees_much(self, index: int) -> bool:
+        least = self._config.keyframes.placement.min_search_points
+        return len(self._state.keyframes.points_of(index)) >= least
 
     def _learn_and_optimize(self, index: int) -> None:
         """Learn what the wheels get wrong, and optimize the latest keyframes, each from time to time."""
@@ -337,7 +343,8 @@ class Mapper:
 
     def _optimize_finally(self) -> None:
         """Match all pairs of keyframes once more from where they are now, also with those of the first pass
-        through each place, but not where scans mislead; and solve the whole graph."""
+        through each place, but not where scans mislead; and solve the whole graph. As long as that bends the
+        path, what it teaches of the wheels, and so the guesses of the matches, can still become better."""
         state, config = self._state, self._config
         if len(state.keyframes) == 1:
             return
@@ -345,7 +352,7 @@ class Mapper:
         are_misled = np.zeros(len(state.keyframes) - 1, dtype=np.bool_)
         for _ in range(config.schedule.final_rounds):
             state.calibrate(0)
-            known = are_misled
+            known, before = are_misled, state.map_from_keyframe
             state.graph, poses, are_misled = matched_again(
                 state.graph,
                 state.all_by_wheels(),
@@ -357,7 +364,8 @@ class Mapper:
                 with_first_pass=config.close_loops,
             )
             state.map_from_keyframe = state.graph.optimize_finally(poses)
-            if np.array_equal(are_misled, known):
+            bent_by = mean_bend(before, state.map_from_keyframe, max(config.keyframes.constraints.tied_to))
+            if np.array_equal(are_misled, known) and bent_by < config.schedule.settled_bend:
                 break
 
     def _judge(self, session: Session) -> MapQuality:

@@ -12,7 +12,7 @@ from racecar.mapping.keyframes.constraints import constrain, constraints_of, mat
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.keyframes.misled_matches import MatchesAlongPath, laid_out_by_wheels
 from racecar.mapping.matching.scan_store import ScanStore
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, between
 
 
 def matched_again(
@@ -61,6 +61,13 @@ def matched_again(
         passes = pairs_with_first_pass(poses, is_kept, config.revisits)
         constraints += constrain(passes, poses, store, config.constraints)
     return PoseGraph(graph.config, constraints), laid_out_by_wheels(poses, along, newly), are_misled
+
+
+def mean_bend(before: Pose, after: Pose, keyframes: int) -> float:
+    """Metres by which an optimization (K, 3) to (K, 3) shifted, on average, what lies so many keyframes on."""
+    far = min(keyframes, len(before) - 1)
+    shifts = between(between(before[:-far], before[far:]), between(after[:-far], after[far:]))
+    return float(np.hypot(shifts[:, 0], shifts[:, 1]).mean())
 
 
 def _is_trimmed_match(c: Constraint, is_kept: NDArray[np.bool_]) -> bool:

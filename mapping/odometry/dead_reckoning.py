@@ -210,6 +210,13 @@ class DeadReckoning:
         if begin is not None and abs(self._unseen_turn) > self._config.unseen_turn:
             self._freeze(begin, np.array([np.nan, np.nan, 0.0]))
 
+    def doubt_standing(self) -> None:
+        """Leave out wheels that repeat a pose, until that changes: a car that stood would see again what it
+        saw at the last keyframe, but it does not."""
+        begin = self._odometry.repeats_since(self._stamp)
+        if begin is not None and self._by_wheels is not None:
+            self._freeze(begin, np.zeros(3))
+
     def _is_since_keyframe(self, begin: int) -> bool:
         """Whether what the odometry repeats since a stamp (nanoseconds) is all that it says of the step."""
         return begin - self._odometry.lag <= self._keyframe_stamp
@@ -223,9 +230,12 @@ class DeadReckoning:
     def worth(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of the most trusted guess of a ``step`` (3,) since the last keyframe."""
         is_long = self._stamp - self._keyframe_stamp > self._config.blind_interval * _SECOND
-        if is_long and self.wheel_step() is None:
-            return np.asarray(np.diag(np.array(self._config.unknown_sigma) ** -2.0))
-        return self.calibration.worth(step)
+        return self.worth_untold if is_long and self.wheel_step() is None else self.calibration.worth(step)
+
+    @property
+    def worth_untold(self) -> NDArray[np.float64]:
+        """(3, 3) information of a step that nothing tells."""
+        return np.asarray(np.diag(np.array(self._config.unknown_sigma) ** -2.0))
 
     def gyro_step(self) -> tuple[float, float]:
         """The turn since the last keyframe as the gyroscope measured it, and in how many seconds.

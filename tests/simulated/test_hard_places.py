@@ -13,6 +13,9 @@ def assert_no_wrong_loop(drive: MappedDrive) -> None:
     assert (drive.loop_errors < [0.25, 3.0]).all()
 
 
+_OUTDOORS = {"laser": "outdoor", "max_speed": 2.0, "duration": 35.0}
+
+
 def test_slipping_wheels_on_a_race_track() -> None:
     assert map_drive("track", close_loops=False, duration=6.0, seed=1, **SLIPPING).drift < 0.004
 
@@ -87,3 +90,20 @@ def test_kilometres(plan: str, duration: float | None, noise: str) -> None:
     assert np.hypot(*np.diff(drive.truth[:, :2], axis=0).T).sum() > 1000.0
     assert_no_wrong_loop(drive)
     assert drive.mean_relation_error() < 0.05
+
+
+def test_on_open_ground_few_beams_tell_how_far_the_wheels_drove() -> None:
+    drive = map_drive("campus", **_OUTDOORS, noise="full", seed=2, beams_every=3)
+    assert drive.drift < 0.03
+
+
+def test_a_bare_corridor_that_is_driven_on_while_scans_are_missing() -> None:
+    drive = map_drive(
+        "bare_corridor", noise="full", steering=True, seed=1, max_speed=3.0, duration=20.0, scan_gaps=5.0
+    )
+    assert drive.length_error < 0.05
+
+
+def test_a_car_that_is_carried_over_open_ground_is_told() -> None:
+    drive = map_drive("campus", **_OUTDOORS, noise="slight", seed=1, carried=8.0, carrier=True)
+    assert drive.result.quality.verdict != "good"

@@ -168,3 +168,13 @@ def test_where_wheels_fall_silent_the_velocity_begins_at_once() -> None:
         reckoning.advance(scan_at(ROOM, compose(base_after(step, number), PLACE), stamp, PLACE))
     assert reckoning.wheel_step() is None
     np.testing.assert_allclose(reckoning.guesses().motions[0], laser_step(step, 31), atol=0.02)
+
+
+@pytest.mark.parametrize(("step", "is_left_out"), [(IDENTITY, True), (np.array([0.1, 0.0, 0.02]), False)])
+def test_where_scans_see_nothing_again_only_wheels_that_stand_are_left_out(
+    step: Pose, is_left_out: bool
+) -> None:
+    reckoning = drive(step, 20)
+    assert reckoning.wheel_step() is not None
+    reckoning.doubt_standing()
+    assert (reckoning.wheel_step() is None) == is_left_out
