@@ -64,7 +64,7 @@ def matched_again(
 
 
 def mean_bend(before: Pose, after: Pose, keyframes: int) -> float:
-    """Metres by which an optimization (K, 3) to (K, 3) shifted, on average, what lies so many keyframes on."""
+    """Metres by which an optimization (K, 3) to (K, 3) moved, on average, what lies so many keyframes on."""
     far = min(keyframes, len(before) - 1)
     shifts = between(between(before[:-far], before[far:]), between(after[:-far], after[far:]))
     return float(np.hypot(shifts[:, 0], shifts[:, 1]).mean())
