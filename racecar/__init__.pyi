@@ -7,9 +7,15 @@ from .mapping import MappingResult as MappingResult
 from .maps import OccupancyGrid as OccupancyGrid
 from .maps import Odometry as Odometry
 from .maps import Scan as Scan
+from .maps import Trajectory as Trajectory
 from .maps import UserError as UserError
 from .maps import load_map as load_map
 from .maps import save_map as save_map
 from .pipelines import BagReader as BagReader
+from .pipelines import Config as Config
+from .pipelines import LocalizedBag as LocalizedBag
+from .pipelines import MappedBag as MappedBag
+from .pipelines import localize_bag as localize_bag
+from .pipelines import map_bag as map_bag
 
 __version__: str

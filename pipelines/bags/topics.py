@@ -213,7 +213,7 @@ def named_topic(topics: Mapping[str, BagTopic], types: Sequence[str], named: str
     if topic is None:
         close = get_close_matches(named, topics, n=1, cutoff=0.5)
         hint = f" (did you mean {close[0]}?)" if close else ""
-        raise UserError(f"there is no topic {named} in the bag{hint}; its topics are {list_topics(topics)}.")
+        raise UserError(f"There is no topic {named} in the bag{hint}; its topics are {list_topics(topics)}.")
     if topic.message_type not in types:
         usable = ", ".join(topic.name for topic in topics.values() if topic.message_type in types) or "none"
         raise UserError(

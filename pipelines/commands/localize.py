@@ -1,6 +1,5 @@
 """``racecar localize``: a bag and a map become the car's poses."""
 
-from contextlib import nullcontext
 from typing import Annotated
 
 import typer
@@ -65,20 +64,14 @@ def localize(
 
     Example: racecar localize drive.bag --map runs/drive --out runs/localized
     """
-    from racecar.maps.errors import UserError
     from racecar.maps.map_files import load_map
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
 
-    if initial_pose is not None and anywhere:
-        raise UserError("--initial-pose and --global exclude each other; give one of them.")
     report = Report("racecar localize")
     loaded = load_config(config)
-    settings = loaded.localization
-    report.add(
-        "inputs", {"bag": bag, "map": map, "config": config, "seed": seed, "settings": settings.model_dump()}
-    )
+    report.add("inputs", {"bag": bag, "map": map, "config": config})
     with (
         output_folder(out) as folder,
         open_bag(
@@ -92,50 +85,26 @@ def localize(
         ) as reader,
     ):
         grid = load_map(map)
-        with report.stage(
-            "loading"
-        ):  # after bag and map were opened, so that their faults are reported at once
-            import numpy as np
-
-            from racecar.localization.localizer import Localizer
+        with report.stage("loading"):  # after bag and map, so that their faults are reported at once
             from racecar.localization.verdict.drive_quality import DriveVerdict
-            from racecar.localization.warm_up import warm_up
             from racecar.pipelines.commands.localization_summary import print_localization
-            from racecar.pipelines.runs.calibration_run import calibrate
-            from racecar.pipelines.runs.localization_run import (
-                run_localization,
-                save_localization,
-                start_anywhere,
-            )
-            from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
-            from racecar.pipelines.view.recorder import Recorder
-
-            warm_up(settings)
-        with report.stage("self-calibration"):
-            calibrate(reader, loaded.mapping.self_calibration, quiet=quiet)
-        driven = mapping_trajectory(map, bag)
-        with report.stage("preparing the map"):
-            localizer = Localizer(grid, settings, np.random.default_rng(seed))
-        if initial_pose is not None:
-            localizer.set_pose(np.array(initial_pose))
-        is_open = initial_pose is None and not anywhere
-        if is_open and driven is None and has_mapping_drive(map):
-            start_anywhere(report)
-        with Recorder(folder, grid) if record else nullcontext() as recorder:
-            run = run_localization(
-                reader,
-                localizer,
-                grid,
-                report,
-                verdict=settings.verdict,
-                start=driven if is_open else None,
-                recorder=recorder,
-                quiet=quiet,
-            )
-        save_localization(run, grid, driven, report, folder, title=bag.name)
+            from racecar.pipelines.runs.localized_bag import localize_reader
+        localized = localize_reader(
+            reader,
+            grid,
+            loaded,
+            report,
+            map_path=map,
+            initial_pose=initial_pose,
+            anywhere=anywhere,
+            seed=seed,
+            quiet=quiet,
+            record_into=folder if record else None,
+        )
+        localized.write(folder)
     if json is not None:
         report.write(json)
     if not quiet:
-        print_localization(report, run.quality, out)
-    if strict and run.quality.verdict != DriveVerdict.LOCALIZED:
+        print_localization(report, localized.quality, out)
+    if strict and localized.quality.verdict != DriveVerdict.LOCALIZED:
         raise typer.Exit(NOT_GOOD_ENOUGH)

@@ -85,19 +85,13 @@ def map(
     """
     from rich.console import Console
 
-    from racecar.maps.errors import UserError
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
 
-    if initial_pose is not None and continue_ is None:
-        raise UserError("--initial-pose is a place on the map of --continue; give both, or neither.")
     report = Report("racecar map")
     loaded = load_config(config)
-    settings = loaded.mapping
-    report.add("inputs", {"bag": bag, "config": config, "seed": seed, "settings": settings.model_dump()})
-    if continue_ is not None:
-        report.add("inputs", {"continue": continue_, "initial_pose": initial_pose})
+    report.add("inputs", {"bag": bag, "config": config})
     with (
         output_folder(out) as folder,
         open_bag(
@@ -113,41 +107,39 @@ def map(
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
             from racecar.mapping.quality.map_quality import Verdict
             from racecar.pipelines.commands.mapping_summary import print_mapping
-            from racecar.pipelines.runs.calibration_run import calibrate
-            from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
+            from racecar.pipelines.runs.checkpoint import checkpoint_file
             from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
+            from racecar.pipelines.runs.interrupts import STOP_SIGNALS
             from racecar.pipelines.runs.map_outputs import outputs_with
-            from racecar.pipelines.runs.mapping_run import build_map, save_mapping
-            from racecar.pipelines.runs.place_finding import earlier_map
+            from racecar.pipelines.runs.mapped_bag import map_reader
             from racecar.pipelines.view.mapping_record import record_mapping
         requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
         outputs_with(requested)  # what is missing for them is reported now, not after hours
-        earlier = earlier_map(continue_, loaded, seed, initial_pose) if continue_ else None
         edits = edits_of_new_map(out, continue_, report)
-        with report.stage("self-calibration"):
-            calibrate(reader, settings.self_calibration, quiet=quiet)
-        checkpoint = Checkpoint(out, describe_run(reader, settings))
         console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
-        result = build_map(
+        mapped = map_reader(
             reader,
-            settings,
+            loaded,
             report,
+            continued=continue_,
+            initial_pose=initial_pose,
+            seed=seed,
             quiet=quiet,
-            earlier=earlier,
-            checkpoint=checkpoint,
+            checkpoint_beside=out,
             announce=lambda sentence: console.print(sentence, markup=False),
+            stop_signals=STOP_SIGNALS,
         )
         if record:
             with report.stage("recording"):
-                record_mapping(reader, result, folder)
-        save_mapping(result, report, folder, title=bag.name, requested=requested, edits=edits)
+                record_mapping(reader, mapped.result, folder)
+        mapped.write(folder, edits, requested)
     remove_old_masks(out, edits)
-    checkpoint.remove()
+    checkpoint_file(out).unlink(missing_ok=True)
     if json is not None:
         report.write(json)
     if not quiet:
-        print_mapping(report, result.quality, out)
+        print_mapping(report, mapped.quality, out)
     if report.as_dict()["counts"].get("interrupted"):
         raise typer.Exit(INTERRUPTED)
-    if strict and result.quality.verdict == Verdict.WRONG:
+    if strict and mapped.quality.verdict == Verdict.WRONG:
         raise typer.Exit(NOT_GOOD_ENOUGH)

@@ -1,7 +1,8 @@
 """One YAML file for the settings of every stage; what it leaves out keeps its default."""
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 from pydantic import BaseModel, Field, ValidationError
 
@@ -26,37 +27,47 @@ class Config(Settings):
     localization: LocalizationConfig = Field(default_factory=LocalizationConfig)
 
 
-def load_config(path: Path | None) -> Config:
-    """The settings of a YAML file, or the defaults. Raises UserError that names the key at fault."""
-    if path is None:
+ConfigSource: TypeAlias = "Config | str | Path | Mapping[str, Any] | None"
+"""A YAML file, or what it would hold, or settings; None means the defaults."""
+
+
+def load_config(source: ConfigSource) -> Config:
+    """The settings of a YAML file, of its contents, or the defaults.
+
+    Raises UserError that names the key at fault.
+    """
+    if source is None:
         return Config()
-    contents = _read_yaml(path)
-    config = _validated(contents, path, Config)
-    _refuse_contradiction(contents, path)
+    if isinstance(source, Config):
+        return source
+    name = "The configuration" if isinstance(source, Mapping) else f"The configuration {source}"
+    contents = source if isinstance(source, Mapping) else _read_yaml(Path(source))
+    config = _validated(contents, name, Config)
+    _refuse_contradiction(contents, name)
     return config
 
 
-def _refuse_contradiction(contents: dict[str, Any], path: Path) -> None:
+def _refuse_contradiction(contents: Mapping[str, Any], name: str) -> None:
     """Of two counts given together; one alone may contradict the other's default, and bounds it."""
     given = contents.get("localization", {})
     most, fewest = given.get("particles"), given.get("fewest_particles")
     if most is not None and fewest is not None and int(fewest) > int(most):
         raise UserError(
-            f"The configuration {path} has more 'localization.fewest_particles' ({fewest}) than "
+            f"{name} has more 'localization.fewest_particles' ({fewest}) than "
             f"'localization.particles' ({most}), which are the most; swap them."
         )
 
 
 def load_settings(path: Path, model: type[Model]) -> Model:
     """Settings of any kind from a YAML file. Raises UserError that names the key at fault."""
-    return _validated(_read_yaml(path), path, model)
+    return _validated(_read_yaml(path), f"The configuration {path}", model)
 
 
-def _validated(contents: dict[str, Any], path: Path, model: type[Model]) -> Model:
+def _validated(contents: Mapping[str, Any], whole: str, model: type[Model]) -> Model:
     try:
         return model.model_validate(contents)
     except ValidationError as error:
-        raise UserError(_explain(error, path, model)) from error
+        raise UserError(_explain(error, whole, model)) from error
 
 
 def _read_yaml(path: Path) -> dict[str, Any]:
@@ -70,17 +81,17 @@ def _read_yaml(path: Path) -> dict[str, Any]:
     return contents
 
 
-def _explain(error: ValidationError, path: Path, model: type[BaseModel]) -> str:
+def _explain(error: ValidationError, whole: str, model: type[BaseModel]) -> str:
     first = error.errors()[0]
     location = [str(part) for part in first["loc"]]
     name = _shortened(".".join(location))
     if first["type"] == "extra_forbidden":
-        return f"The configuration {path} has the unknown key '{name}'; {_suggest(location, model)}."
+        return f"{whole} has the unknown key '{name}'; {_suggest(location, model)}."
     section = section_at(model, location)
     if section is not None and first["type"] != "value_error":
         known = ", ".join(sorted(section.model_fields))
-        return f"The configuration {path} has a bad value for '{name}': it should hold settings ({known})."
-    return f"The configuration {path} has a bad value for '{name}': {_as_clause(first['msg'])}."
+        return f"{whole} has a bad value for '{name}': it should hold settings ({known})."
+    return f"{whole} has a bad value for '{name}': {_as_clause(first['msg'])}."
 
 
 def _suggest(location: list[str], model: type[BaseModel]) -> str:

@@ -1,6 +1,6 @@
 """map.png: the map with the path driven and the loops that were closed."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +32,8 @@ _UNKNOWN_COLOR = "#dfe3e8"
 _OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24"]).with_extremes(
     bad=_UNKNOWN_COLOR
 )
-_LONG_SIDE_INCHES, _DOTS_PER_INCH = 11.0, 200
+_LONG_SIDE_INCHES = 11.0
+MAP_DOTS_PER_INCH = 200
 _COMPRESSION = 3
 """zlib's level. Measured on a map of 4 million cells: 0.5 s less than with the usual 6, in a file
 larger by a sixth."""
@@ -43,21 +44,37 @@ _MARGIN = 1.0
 """Metres around what is known."""
 
 
-def save_map_picture(
-    path: Path,
+def figure_for_file(**options: Any) -> Figure:
+    """A figure that no window shows."""
+    figure = Figure(**options)
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def figure_to_show(**options: Any) -> Figure:
+    """A figure that a notebook shows by itself, and a script with ``matplotlib.pyplot.show()``."""
+    from matplotlib import pyplot  # which may look for a display
+
+    return pyplot.figure(**options)
+
+
+NewFigure = Callable[..., Figure]
+"""`figure_for_file` or `figure_to_show`."""
+
+
+def map_picture(
     grid: OccupancyGrid,
     trajectory: Trajectory,
     map_from_keyframe: Pose,
     constraints: Sequence[Constraint],
     title: str,
     doubtful: Sequence[DoubtfulSegment] = (),
-) -> None:
-    """Draw the map as PNG; the constraints are between keyframes at poses (K, 3), and so are the ``doubtful``
-    segments of the path.
-
-    Raises UserError when the place cannot be written to.
-    """
-    figure, axes = map_figure(grid, trajectory, title)
+    *,
+    new_figure: NewFigure = figure_for_file,
+) -> Figure:
+    """The map with the path and its loops; the constraints are between keyframes at poses (K, 3), and so are
+    the ``doubtful`` segments of the path."""
+    figure, axes = map_figure(grid, trajectory, title, new_figure)
     keyframes = map_from_keyframe[:, :2]
     loops = [
         (keyframes[constraint.from_keyframe], keyframes[constraint.to_keyframe])
@@ -72,7 +89,8 @@ def save_map_picture(
     marker: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "markersize": 9, "zorder": 5}
     axes.plot(x[:1], y[:1], marker="o", color=START_COLOR, label="start", **marker)
     axes.plot(x[-1:], y[-1:], marker="s", color=END_COLOR, label="end", **marker)
-    save_figure(path, figure, axes, _DOTS_PER_INCH)
+    add_legend(figure, axes)
+    return figure
 
 
 def _draw_doubtful(axes: Axes, keyframes: NDArray[np.float64], segments: Sequence[DoubtfulSegment]) -> None:
@@ -84,15 +102,16 @@ def _draw_doubtful(axes: Axes, keyframes: NDArray[np.float64], segments: Sequenc
         axes.add_collection(LineCollection(lines, label="doubtful", **style))
 
 
-def map_figure(grid: OccupancyGrid, trajectory: Trajectory, title: str) -> tuple[Figure, Axes]:
+def map_figure(
+    grid: OccupancyGrid, trajectory: Trajectory, title: str, new_figure: NewFigure = figure_for_file
+) -> tuple[Figure, Axes]:
     """A figure whose axes, in metres of the map frame, show the grid and leave room for the trajectory."""
     low, high = _extent(grid, trajectory)
     width, height = high - low
     scale = _LONG_SIDE_INCHES / max(width, height)
-    figure = Figure(
+    figure = new_figure(
         figsize=(max(width * scale, 5.0) + 0.8, max(height * scale, 3.0) + 1.4), layout="constrained"
     )
-    FigureCanvasAgg(figure)
     axes = figure.add_subplot()
     draw_grid(axes, grid, (low, high))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
@@ -170,10 +189,14 @@ def draw_title(axes: Axes, title: str) -> None:
     axes.set_title(title.encode(errors="replace").decode(), loc="left", parse_math=False)
 
 
-def save_figure(path: Path, figure: Figure, axes: Axes, dots_per_inch: int) -> None:
-    """Put the legend under the axes, where it covers nothing, and write the figure whole or not at all."""
+def add_legend(figure: Figure, axes: Axes) -> None:
+    """Put the legend under the axes, where it covers nothing."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+
+
+def save_figure(path: Path, figure: Figure, dots_per_inch: int) -> None:
+    """Write a figure as PNG, whole or not at all. Raises UserError when the place cannot be written to."""
     _lay_out(figure, dots_per_inch)
     with write_atomically(path) as partial:
         figure.savefig(

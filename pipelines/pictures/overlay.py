@@ -2,11 +2,9 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -18,15 +16,17 @@ from racecar.pipelines.pictures.map_picture import (
     LOOP_COLOR,
     PATH_COLOR,
     START_COLOR,
+    NewFigure,
+    add_legend,
     draw_grid,
     draw_title,
+    figure_for_file,
     known_cells,
-    save_figure,
 )
 
 _SCAN_COLOR = LOOP_COLOR
 _PANEL_COLUMNS = 3
-_DOTS_PER_INCH = 150
+OVERLAY_DOTS_PER_INCH = 150
 _MARGIN = 1.0
 """Metres around what is known."""
 _SMALLEST_VIEW, _LARGEST_VIEW = 3.0, 12.0
@@ -45,16 +45,20 @@ class Moment:
     """Share of the end points that lie on a wall; nan when there are none."""
 
 
-def save_overlay(
-    path: Path, grid: OccupancyGrid, trajectory: Trajectory, moments: Sequence[Moment], title: str
-) -> None:
-    """Draw the overlay as PNG. Raises UserError when the place cannot be written to."""
+def overlay(
+    grid: OccupancyGrid,
+    trajectory: Trajectory,
+    moments: Sequence[Moment],
+    title: str,
+    *,
+    new_figure: NewFigure = figure_for_file,
+) -> Figure:
+    """The path over the map, and scans laid over it at a few moments."""
     rows = -(-len(moments) // _PANEL_COLUMNS)
     low, high = _extent(grid, trajectory)
     width, height = high - low
     map_height = float(np.clip(12.0 * height / width, 3.0, 12.0))
-    figure = Figure(figsize=(12.5, map_height + 4.0 * rows + 0.8), layout="constrained")
-    FigureCanvasAgg(figure)
+    figure = new_figure(figsize=(12.5, map_height + 4.0 * rows + 0.8), layout="constrained")
     layout = figure.add_gridspec(rows + 1, _PANEL_COLUMNS, height_ratios=[map_height] + [4.0] * rows)
     axes = figure.add_subplot(layout[0, :])
     draw_grid(axes, grid, (low, high))
@@ -66,7 +70,8 @@ def save_overlay(
         seconds = (moment.stamp - trajectory.stamps[0]) * 1e-9
         panel = figure.add_subplot(layout[row + 1, column])
         _draw_moment(panel, grid, trajectory, moment, f"{number}: {seconds:.0f} s")
-    save_figure(path, figure, axes, _DOTS_PER_INCH)
+    add_legend(figure, axes)
+    return figure
 
 
 def _draw_path(axes: Axes, trajectory: Trajectory, moments: Sequence[Moment]) -> None:

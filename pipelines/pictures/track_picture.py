@@ -11,6 +11,7 @@ from racecar.pipelines.pictures.map_picture import (
     LOOP_COLOR,
     PATH_COLOR,
     START_COLOR,
+    add_legend,
     map_figure,
     save_figure,
 )
@@ -34,4 +35,5 @@ def save_track_picture(path: Path, grid: OccupancyGrid, line: CentreLine, title:
     arrow = {"arrowstyle": "-|>", "color": START_COLOR, "linewidth": 2.0}
     axes.annotate("", xy=tuple(tip), xytext=tuple(start), arrowprops=arrow, zorder=5)
     axes.plot(*start, "o", color=START_COLOR, markeredgecolor="white", markersize=9, label="start", zorder=6)
-    save_figure(path, figure, axes, _DOTS_PER_INCH)
+    add_legend(figure, axes)
+    save_figure(path, figure, _DOTS_PER_INCH)

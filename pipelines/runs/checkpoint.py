@@ -37,13 +37,18 @@ class MappingStart:
     """What was kept besides the mapper."""
 
 
+def checkpoint_file(out: Path) -> Path:
+    """Where the checkpoints of a run with this output folder lie."""
+    folder = out.resolve()
+    return folder.parent / f"{folder.name}.checkpoint.npz"
+
+
 class Checkpoint:
     """The file beside a run's output folder that holds its mapper from time to time."""
 
     def __init__(self, out: Path, run: Mapping[str, Any]) -> None:
         """``run`` is what must be the same for a run to go on from a checkpoint, in types that JSON knows."""
-        folder = out.resolve()
-        self.path = folder.parent / f"{folder.name}.checkpoint.npz"
+        self.path = checkpoint_file(out)
         self._run = json.dumps(run, sort_keys=True)
         self._due = time.monotonic() + EVERY_SECONDS
 

@@ -1,4 +1,4 @@
-"""From a bag and a map to the car's poses and their files: what ``racecar localize`` and ``demo`` share."""
+"""From a bag and a map to the car's poses and their files: what all that localize in a bag share."""
 
 import time
 from dataclasses import asdict, dataclass, field
@@ -25,7 +25,8 @@ from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.evaluation.wall_fit import WallFit
 from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.pictures.overlay import Moment, save_overlay
+from racecar.pipelines.pictures.map_picture import save_figure
+from racecar.pipelines.pictures.overlay import OVERLAY_DOTS_PER_INCH, Moment, overlay
 from racecar.pipelines.runs.map_cautions import cautions_of_resolution, cautions_of_walls
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.view.recorder import Recorder
@@ -129,7 +130,8 @@ def save_localization(
         report.add("accuracy", {"against_mapping_trajectory": errors.summary()})
     with report.stage("writing"):
         save_tum(run.trajectory, folder / "trajectory.tum")
-        save_overlay(folder / "overlay.png", grid, run.trajectory, run.moments, title)
+        figure = overlay(grid, run.trajectory, run.moments, title)
+        save_figure(folder / "overlay.png", figure, OVERLAY_DOTS_PER_INCH)
     report.write(folder / REPORT_FILE)
 
 

@@ -25,7 +25,7 @@ from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.session_file import SESSION_FILE, save_session
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.files.wall_drawings import save_walls_dxf, save_walls_svg
-from racecar.pipelines.pictures.map_picture import save_map_picture
+from racecar.pipelines.pictures.map_picture import MAP_DOTS_PER_INCH, map_picture, save_figure
 from racecar.pipelines.runs.map_cautions import cautions_of_edits
 
 
@@ -100,8 +100,7 @@ def _write_graph(map_: WrittenMap) -> None:
 
 def _write_picture(map_: WrittenMap) -> None:
     keyframes = map_.session.map_from_base
-    save_map_picture(
-        map_.folder / "map.png",
+    figure = map_picture(
         load_map(map_.folder),  # as whoever reads the files sees it
         map_.trajectory or Trajectory(np.arange(len(keyframes)), keyframes),
         keyframes,
@@ -109,6 +108,7 @@ def _write_picture(map_: WrittenMap) -> None:
         map_.title,
         map_.doubtful,
     )
+    save_figure(map_.folder / "map.png", figure, MAP_DOTS_PER_INCH)
 
 
 def _write_points(map_: WrittenMap) -> None:

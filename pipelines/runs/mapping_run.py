@@ -1,5 +1,6 @@
-"""From a bag to a map and its files: what ``racecar map`` and ``racecar demo`` share."""
+"""From a bag to a map and its files: what all that map a bag share."""
 
+import signal
 from collections.abc import Callable, Collection, Iterable, Iterator
 from itertools import islice
 from pathlib import Path
@@ -22,7 +23,7 @@ from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
-from racecar.pipelines.runs.interrupts import STOP_SIGNALS, StopRequest, stop_request
+from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_moving_along, cautions_of_resolution
 from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
 from racecar.pipelines.runs.progress import progress_bar
@@ -43,16 +44,17 @@ def build_map(
     earlier: EarlierMap | None = None,
     checkpoint: Checkpoint | None = None,
     announce: Callable[[str], None] = lambda sentence: None,
+    stop_signals: Collection[signal.Signals] = (),
 ) -> MappingResult:
     """Feed a bag through the mapper; figures and warnings go into the report.
 
     With an ``earlier`` map that is carried on. With a ``checkpoint`` the run goes on from it, which
-    is announced, and writes new ones on the way. Ctrl-C, or another request to end, ends the reading and what
+    is announced, and writes new ones on the way. The first of the ``stop_signals`` ends the reading and what
     was read becomes the map; a second Ctrl-C raises KeyboardInterrupt. Raises UserError when the bag holds no
     usable scan, and when the drive is not recognized on the earlier map.
     """
     start = _resumed(config, checkpoint, announce)
-    with stop_request(*STOP_SIGNALS) as stop, stop.looked_for():
+    with stop_request(*stop_signals) as stop, stop.looked_for():
         if start is None:
             start = _begin(reader, config, report, stop, quiet=quiet)
         moving_along = MovingAlong(config.moving_along)

@@ -1,4 +1,5 @@
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,8 +9,19 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.pictures import map_picture
-from racecar.pipelines.pictures.map_picture import DOUBT_COLOR, LOOP_COLOR, PATH_COLOR, save_map_picture
+from racecar.pipelines.pictures import map_picture as module
+from racecar.pipelines.pictures.map_picture import (
+    DOUBT_COLOR,
+    LOOP_COLOR,
+    MAP_DOTS_PER_INCH,
+    PATH_COLOR,
+    map_picture,
+    save_figure,
+)
+
+
+def save_map_picture(path: Path, *arguments: Any) -> None:
+    save_figure(path, map_picture(*arguments), MAP_DOTS_PER_INCH)
 
 
 def room(yaw: float = 0.0) -> OccupancyGrid:
@@ -72,7 +84,7 @@ def test_a_huge_map_looks_as_if_it_were_small(
 ) -> None:
     pictures = []
     for most in (10**9, 20_000):
-        monkeypatch.setattr(map_picture, "_MOST_CELLS", most)
+        monkeypatch.setattr(module, "_MOST_CELLS", most)
         save_map_picture(tmp_path / "map.png", room(yaw), circle(), circle().map_from_base[:1], [], "drive")
         pictures.append(np.asarray(Image.open(tmp_path / "map.png").convert("L").resize((300, 200))))
     dark = [picture < 128 for picture in pictures]

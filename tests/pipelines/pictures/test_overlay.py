@@ -6,8 +6,8 @@ from PIL import Image
 
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.pictures.map_picture import LOOP_COLOR
-from racecar.pipelines.pictures.overlay import Moment, save_overlay
+from racecar.pipelines.pictures.map_picture import LOOP_COLOR, save_figure
+from racecar.pipelines.pictures.overlay import OVERLAY_DOTS_PER_INCH, Moment, overlay
 
 
 def draw(path: Path, moments: int, points: int) -> Image.Image:
@@ -18,7 +18,8 @@ def draw(path: Path, moments: int, points: int) -> Image.Image:
     trajectory = Trajectory(np.arange(20) * 10**9, poses)
     share = 0.5 if points else np.nan
     scan = np.random.default_rng(0).uniform(-2, 2, (points, 2))
-    save_overlay(path, grid, trajectory, [Moment(10**9, poses[1], scan, share)] * moments, "drive.bag")
+    figure = overlay(grid, trajectory, [Moment(10**9, poses[1], scan, share)] * moments, "drive.bag")
+    save_figure(path, figure, OVERLAY_DOTS_PER_INCH)
     return Image.open(path).convert("RGB")
 
 

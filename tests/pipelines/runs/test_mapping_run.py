@@ -17,6 +17,7 @@ from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.interrupts import STOP_SIGNALS
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.mapping_run import build_map, save_mapping
 from racecar.pipelines.simulation.simulator import Simulation
@@ -100,7 +101,7 @@ class CarriedReader(RoomReader):
 
 
 def build(reader: Any, report: Report) -> Any:
-    return build_map(reader, MappingConfig(), report, quiet=True)
+    return build_map(reader, MappingConfig(), report, quiet=True, stop_signals=STOP_SIGNALS)
 
 
 def test_bag_becomes_files_and_report(tmp_path: Path) -> None:
