@@ -14,9 +14,9 @@ from pydantic.fields import FieldInfo
 from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.pipelines.cli import app
+from racecar.pipelines.files.config_template import bounds_in_words
 
 _MARKER = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
-_BOUNDS = {"ge": "≥", "gt": ">", "le": "≤", "lt": "<"}
 
 
 def on_page_markdown(markdown: str, **_: object) -> str:
@@ -72,7 +72,8 @@ def _section(config: type[BaseModel], prefix: str) -> Iterator[str]:
     if plain:
         yield "\n| setting | default | range | meaning |\n|---|---|---|---|"
     for name, field in plain.items():
-        yield f"| `{name}` | {_value(field.default)} | {_range(field)} | {_cell(field.description or '')} |"
+        bounds = bounds_in_words(field)
+        yield f"| `{name}` | {_value(field.default)} | {bounds} | {_cell(field.description or '')} |"
     for name, field in config.model_fields.items():
         if _is_section(field):
             yield from _section(field.annotation, f"{prefix}.{name}" if prefix else name)
@@ -89,11 +90,6 @@ def _value(value: object) -> str:
         return f"`{value:.6g}`"
     text = str(getattr(value, "value", value))
     return f"`{text}`" if len(text) < 60 else "see the source"
-
-
-def _range(field: FieldInfo) -> str:
-    bounds = ((sign, getattr(each, kind, None)) for each in field.metadata for kind, sign in _BOUNDS.items())
-    return ", ".join(f"{sign} {bound:g}" for sign, bound in bounds if bound is not None)
 
 
 def _cell(text: str) -> str:

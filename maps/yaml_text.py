@@ -11,8 +11,8 @@ from typing import Any
 import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode
 
-MOST_BYTES = 100_000
-"""Of a text that people write, since every setting there is takes a third of that with its comment."""
+MOST_BYTES = 200_000
+"""Of a text that people write, since every setting there is takes two thirds of that with its comment."""
 _DEEPEST = 40
 """Levels of nesting, because settings have four and the parser recurses."""
 _MOST_NODES = 100_000

@@ -13,6 +13,7 @@ import typer
 from racecar.maps.errors import UserError
 from racecar.pipelines.commands.benchmark import benchmark
 from racecar.pipelines.commands.check import check
+from racecar.pipelines.commands.config import config
 from racecar.pipelines.commands.demo import demo
 from racecar.pipelines.commands.evaluate import evaluate
 from racecar.pipelines.commands.exit_codes import INTERRUPTED
@@ -71,7 +72,7 @@ def _describe(
     """
 
 
-for _command in (map, merge, render, track, localize, evaluate, simulate, check, studio, demo):
+for _command in (map, merge, render, track, localize, evaluate, simulate, check, config, studio, demo):
     app.command()(_command)
 app.command(cls=RosCommand)(play)
 app.add_typer(benchmark, name="benchmark")

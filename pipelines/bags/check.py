@@ -1,4 +1,4 @@
-"""What is in a bag, and what is wrong with it, before hours are spent on it."""
+"""What is in a bag, and what is wrong with it, before it is mapped."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -10,6 +10,7 @@ import numpy as np
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
 from racecar.pipelines.bags.findings import Finding
+from racecar.pipelines.bags.part import BagPart
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.storage.chunks import BagTopic
 
@@ -19,6 +20,7 @@ class BagCheck:
     """Facts about a bag and findings."""
 
     path: Path
+    part: BagPart
     size_mb: float
     topics: list[BagTopic]
     facts: dict[str, dict[str, Any]]
@@ -30,6 +32,7 @@ class BagCheck:
         """For a JSON file."""
         return {
             "bag": str(self.path),
+            **({} if self.part.is_whole else {"part": asdict(self.part)}),
             "size_mb": self.size_mb,
             "topics": [
                 {"name": topic.name, "type": topic.message_type, "messages": topic.message_count}
@@ -61,6 +64,7 @@ def check_bag(reader: BagReader, progress: Callable[[float], None] | None = None
     }
     return BagCheck(
         reader.path,
+        reader.part,
         _size_mb(reader.path),
         list(reader.topics.values()),
         facts,

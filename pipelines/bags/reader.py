@@ -2,7 +2,8 @@
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import partial
+from dataclasses import asdict
+from functools import cached_property, partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -34,6 +35,7 @@ from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.motion_sources import MotionSources
 from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.order import after_their_motion, in_order
+from racecar.pipelines.bags.part import BagPart
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.bags.samples import Samples, decode_or_count, decoded, first_samples
 from racecar.pipelines.bags.scan_gaps import ScanGaps
@@ -69,15 +71,19 @@ class BagReader:
         base_from_laser: Pose | None = None,
         min_height: float = SECTION_HEIGHTS[0],
         max_height: float = SECTION_HEIGHTS[1],
+        start: float = 0.0,
+        duration: float | None = None,
     ) -> None:
         """Open a bag and find out what it holds.
 
         Of several ``scan_topic`` all scans are read, each with the place of its own frame.
         ``base_from_laser`` (3,), or (4,) with a roll, overrides the transforms in the bag. Of a PointCloud2
         the points between ``min_height`` and ``max_height`` (metres above the base frame) make the scan; the
-        cloud of a planar sensor is taken whole. Raises UserError when the path holds no bag, a named topic is
-        not in it, or not one scan can be read.
+        cloud of a planar sensor is taken whole. What was recorded before ``start``, in seconds since the
+        bag's first message, is left out, and so is what came ``duration`` seconds later. Raises UserError
+        when the path holds no bag, a named topic is not in it, or not one scan can be read.
         """
+        self._part = BagPart(start, duration)
         self._store = BagStore(Path(path))
         self._findings: list[Finding] = []
         self._place_findings: list[Finding] = []
@@ -100,6 +106,7 @@ class BagReader:
             )
             for frame in dict.fromkeys(frame for samples in self._scans for frame in samples.frames):
                 self._places.place(frame)
+            self._part.require(self._store, self.scan_topics)
         except BaseException:
             self._store.close()
             raise
@@ -141,6 +148,11 @@ class BagReader:
     def path(self) -> Path:
         """The bag."""
         return self._store.path
+
+    @property
+    def part(self) -> BagPart:
+        """What is read of it."""
+        return self._part
 
     @property
     def topics(self) -> dict[str, BagTopic]:
@@ -208,6 +220,7 @@ class BagReader:
         """What is read, and what is assumed of the car, for reports."""
         inputs: dict[str, object] = {
             "bag_fingerprint": self._fingerprint,
+            **({} if self._part.is_whole else {"part": asdict(self._part)}),
             "scan_topic": self.scan_topic,
             "odom_topic": self.odom_topic,
             "odometry": self.odometry_source,
@@ -227,10 +240,10 @@ class BagReader:
             }
         return inputs
 
-    @property
+    @cached_property
     def message_count(self) -> int:
-        """Messages of the chosen topics that the bag announces."""
-        return sum(self._store.topics[name].message_count for name in self._streams())
+        """Messages of the chosen topics that the bag announces, or that the part of it holds."""
+        return self._part.counts(self._store, self._streams()).total()
 
     @property
     def counts(self) -> dict[str, int]:
@@ -362,7 +375,7 @@ class BagReader:
         """What the messages hold, in the order of recording."""
         converters, clocks = self._converters(), self._clocks()
         corrector = Corrector(self._corrections)
-        for name, recorded, data in self._store.messages(list(clocks)):
+        for name, recorded, data in self._part.messages(self._store, list(clocks)):
             self.messages_read += 1
             message = decode_or_count(self._store.topics[name], data, self._counter)
             header = None if message is None else stamp_of(message, converters[name])

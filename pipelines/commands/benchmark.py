@@ -45,6 +45,7 @@ def _output(name: str, inputs: Mapping[str, Any], json: Path | None, quiet: bool
     """Yield where figures go; when all are there, the report is written to ``json``, if one is named."""
     from rich.console import Console
 
+    from racecar.pipelines.commands.written_files import where_figures_are
     from racecar.pipelines.files.report import Report
 
     announce = Console(stderr=True, quiet=quiet, highlight=False).print
@@ -54,6 +55,7 @@ def _output(name: str, inputs: Mapping[str, Any], json: Path | None, quiet: bool
     yield _Output(announce, page.print, report)
     if json is not None:
         report.write(json)
+        page.print(where_figures_are(json), markup=False, soft_wrap=True)
 
 
 @benchmark.command()

@@ -7,6 +7,7 @@ import typer
 from racecar.pipelines.commands.exit_codes import NOT_GOOD_ENOUGH
 from racecar.pipelines.commands.options import (
     BagArgument,
+    DurationOption,
     ImuTopicOption,
     JsonOption,
     LaserPoseOption,
@@ -15,6 +16,7 @@ from racecar.pipelines.commands.options import (
     OdomTopicOption,
     QuietOption,
     ScanTopicOption,
+    StartOption,
     open_bag,
 )
 
@@ -32,6 +34,8 @@ def check(
     imu_topic: ImuTopicOption = None,
     no_imu: NoImuOption = False,
     laser_pose: LaserPoseOption = None,
+    start: StartOption = 0.0,
+    duration: DurationOption = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 3 when a map of the bag would be wrong.")
     ] = False,
@@ -48,6 +52,7 @@ def check(
 
     from racecar.pipelines.bags.check import check_bag
     from racecar.pipelines.commands.tables import print_title
+    from racecar.pipelines.commands.written_files import where_figures_are
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.runs.progress import progress_bar
 
@@ -59,6 +64,8 @@ def check(
         laser_pose=laser_pose,
         imu_topic=imu_topic,
         no_imu=no_imu,
+        start=start,
+        duration=duration,
     ) as reader:
         from racecar.mapping.self_calibration.config import SelfCalibrationConfig
         from racecar.pipelines.runs.calibration_run import calibrate
@@ -71,9 +78,12 @@ def check(
         write_json(json, result.as_dict())
     if not quiet:
         console = Console()
-        print_title(console, f"{result.path}, {result.size_mb:.1f} MB")
+        cut = "" if result.part.is_whole else f", read from {result.part.words}"
+        print_title(console, f"{result.path}, {result.size_mb:.1f} MB{cut}")
         for table in (_topics_table(result), _facts_table(result), _findings_table(result)):
             console.print(table)
+        if json is not None:
+            console.print(where_figures_are(json), markup=False, highlight=False, soft_wrap=True)
     if strict and any(finding.spoils_map for finding in result.findings):
         raise typer.Exit(NOT_GOOD_ENOUGH)
 

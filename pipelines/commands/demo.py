@@ -24,6 +24,7 @@ def demo(
 
     from racecar.maps.map_files import load_map
     from racecar.pipelines.commands.tables import demo_table
+    from racecar.pipelines.commands.written_files import where_figures_are
     from racecar.pipelines.files.outputs import output_folder, written_to
     from racecar.pipelines.files.report import Report
     from racecar.pipelines.runs.demo_run import run_demo
@@ -46,3 +47,5 @@ def demo(
     )
     console.print(f"  {out / 'report.json'}  all figures", markup=False)
     console.print(f"Also in {out}: {', '.join(written_to(out))}.", markup=False)
+    if json is not None:
+        console.print(where_figures_are(json), markup=False)

@@ -2,7 +2,7 @@
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from inspect import Parameter, Signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -28,6 +28,7 @@ from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, 
 
 if TYPE_CHECKING:
     from racecar.pipelines.experiments.recording import BagRecording
+    from racecar.pipelines.experiments.result import ExperimentSettings
 
 QuickOption = Annotated[
     bool,
@@ -58,7 +59,7 @@ InitialPoseOption = Annotated[
         "--initial-pose",
         metavar="X Y YAW",
         help="Where the recording starts, metres and radians of the map; by default, as the map's "
-        "trajectory.tum says if the recording made the map.",
+        "trajectory.tum says if the recording made the map, else it is searched for.",
         show_default=False,
     ),
 ]
@@ -185,8 +186,10 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
         "inputs", {"seed": flags.seed, "quick": flags.quick, "settings": settings.localization.model_dump()}
     )
     if recording is not None:
+        recording = _tried(recording, entries, settings)
+        settings = replace(settings, recording=recording)
         report.add("inputs", {"bag": recording.bag, "map": recording.map, "end_pose": recording.end_pose})
-        _try(recording, entries)
+        report.add("inputs", {"initial_pose": recording.initial_pose})
     announce = Console(stderr=True, quiet=flags.quiet, highlight=False)
     page = Console(quiet=flags.quiet, highlight=False, width=None if sys.stdout.isatty() else PAGE_WIDTH)
     done: dict[str, Finished] = {}
@@ -208,7 +211,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
         report.write(folder / "report.json")
     if flags.json is not None:
         report.write(flags.json)
-    page.print(where_to_look(flags.out, shown), markup=False, soft_wrap=True)
+    page.print(where_to_look(flags.out, shown, flags.json), markup=False, soft_wrap=True)
 
 
 def _recording(flags: _Flags) -> "BagRecording | None":
@@ -230,14 +233,21 @@ def _recording(flags: _Flags) -> "BagRecording | None":
     )
 
 
-def _try(recording: "BagRecording", entries: Sequence[ExperimentEntry]) -> None:
-    """Raise UserError at once, rather than after minutes, for what is wrong with a recording."""
-    from racecar.pipelines.experiments.recording import known_start
+def _tried(
+    recording: "BagRecording", entries: Sequence[ExperimentEntry], settings: "ExperimentSettings"
+) -> "BagRecording":
+    """A recording whose start is known if that matters; it is searched once for all experiments.
 
+    Raises UserError at once, rather than after minutes, for any fault of it.
+    """
     recording.load_map()
     next(recording.messages())
-    if any(Uses.KNOWN_START in entry.uses for entry in entries):
-        known_start(recording)
+    if recording.start() is not None or not any(Uses.KNOWN_START in entry.uses for entry in entries):
+        return recording
+    from racecar.pipelines.experiments.start_search import found_start
+
+    x, y, yaw = found_start(recording, settings.localization, settings.seed).tolist()
+    return replace(recording, initial_pose=(x, y, yaw))
 
 
 def _numbers(text: str | None) -> tuple[float, ...] | None:

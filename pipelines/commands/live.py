@@ -118,6 +118,7 @@ def localize(
     from racecar.localization.warm_up import warm_up, warm_up_filter
     from racecar.maps.errors import UserError
     from racecar.maps.map_files import load_map
+    from racecar.pipelines.commands.written_files import where_figures_are
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
@@ -151,6 +152,7 @@ def localize(
             localizer.stop()
             if json is not None:
                 write_json(json, localizer.summary())
+                print(where_figures_are(json))
 
 
 @live.command(cls=RosCommand)
@@ -213,7 +215,7 @@ def map(
                 write_json(json, drive.summary())
         console.print("Optimizing the map; a second Ctrl-C abandons it.")
         drive.save()
-        console.print(f"The map is saved. {where_to_look(out, 'map.png')}", markup=False)
+        console.print(f"The map is saved. {where_to_look(out, 'map.png', json)}", markup=False)
 
 
 @live.command()

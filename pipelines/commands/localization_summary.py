@@ -14,7 +14,7 @@ _WORTH_MENDING = 0.02
 """Share of the distance by which the odometry is wrong."""
 
 
-def print_localization(report: Report, quality: DriveQuality, folder: Path) -> None:
+def print_localization(report: Report, quality: DriveQuality, folder: Path, json: Path | None) -> None:
     """How well the scans fit the map, how fast it went, warnings, where the files are, and the verdict."""
     figures = report.as_dict()
     counts, accuracy, update = figures["counts"], figures["accuracy"], figures["update_ms"]
@@ -37,5 +37,5 @@ def print_localization(report: Report, quality: DriveQuality, folder: Path) -> N
             "localizer corrects that. To remedy it, change the gain from motor to speed."
         )
     print_warnings(report.warnings)
-    console.print(where_to_look(folder, LOCALIZATION_FILES[0]), markup=False)
+    console.print(where_to_look(folder, LOCALIZATION_FILES[0], json), markup=False)
     console.print(quality.summary, markup=False)

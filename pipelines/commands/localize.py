@@ -8,6 +8,7 @@ from racecar.pipelines.commands.exit_codes import NOT_GOOD_ENOUGH
 from racecar.pipelines.commands.options import (
     BagArgument,
     ConfigOption,
+    DurationOption,
     ImuTopicOption,
     JsonOption,
     LaserPoseOption,
@@ -20,6 +21,7 @@ from racecar.pipelines.commands.options import (
     RecordOption,
     ScanTopicOption,
     SeedOption,
+    StartOption,
     open_bag,
 )
 
@@ -47,6 +49,8 @@ def localize(
     imu_topic: ImuTopicOption = None,
     no_imu: NoImuOption = False,
     laser_pose: LaserPoseOption = None,
+    start: StartOption = 0.0,
+    duration: DurationOption = None,
     record: RecordOption = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 3 when the drive is not localized.")
@@ -82,6 +86,8 @@ def localize(
             laser_pose=laser_pose,
             imu_topic=imu_topic,
             no_imu=no_imu,
+            start=start,
+            duration=duration,
         ) as reader,
     ):
         grid = load_map(map)
@@ -105,6 +111,6 @@ def localize(
     if json is not None:
         report.write(json)
     if not quiet:
-        print_localization(report, localized.quality, out)
+        print_localization(report, localized.quality, out, json)
     if strict and localized.quality.verdict != DriveVerdict.LOCALIZED:
         raise typer.Exit(NOT_GOOD_ENOUGH)

@@ -9,6 +9,7 @@ from racecar.pipelines.commands.exit_codes import INTERRUPTED, NOT_GOOD_ENOUGH
 from racecar.pipelines.commands.options import (
     BagArgument,
     ConfigOption,
+    DurationOption,
     ImuTopicOption,
     JsonOption,
     LaserPoseOption,
@@ -20,6 +21,7 @@ from racecar.pipelines.commands.options import (
     RecordOption,
     ScanTopicOption,
     SeedOption,
+    StartOption,
     open_bag,
 )
 from racecar.pipelines.commands.rendering_options import (
@@ -61,6 +63,8 @@ def map(
     imu_topic: ImuTopicOption = None,
     no_imu: NoImuOption = False,
     laser_pose: LaserPoseOption = None,
+    start: StartOption = 0.0,
+    duration: DurationOption = None,
     continue_: ContinueOption = None,
     initial_pose: InitialPoseOption = None,
     ply: PlyOption = False,
@@ -102,6 +106,8 @@ def map(
             laser_pose=laser_pose,
             imu_topic=imu_topic,
             no_imu=no_imu,
+            start=start,
+            duration=duration,
         ) as reader,
     ):
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
@@ -138,7 +144,7 @@ def map(
     if json is not None:
         report.write(json)
     if not quiet:
-        print_mapping(report, mapped.quality, out)
+        print_mapping(report, mapped.quality, out, json)
     if report.as_dict()["counts"].get("interrupted"):
         raise typer.Exit(INTERRUPTED)
     if strict and mapped.quality.verdict == Verdict.WRONG:

@@ -10,7 +10,7 @@ from racecar.pipelines.commands.written_files import where_to_look
 from racecar.pipelines.files.report import Report
 
 
-def print_mapping(report: Report, quality: MapQuality, folder: Path) -> None:
+def print_mapping(report: Report, quality: MapQuality, folder: Path, json: Path | None) -> None:
     """The size of the work, warnings, where the files are, and what the map is worth."""
     figures = report.as_dict()
     result, seconds = figures["result"], figures["stages"]["total"]["wall_seconds"]
@@ -21,5 +21,5 @@ def print_mapping(report: Report, quality: MapQuality, folder: Path) -> None:
         f"into a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s."
     )
     print_warnings(report.warnings)
-    console.print(where_to_look(folder, "map.png"), markup=False)
+    console.print(where_to_look(folder, "map.png", json), markup=False)
     console.print(quality.summary, markup=False)

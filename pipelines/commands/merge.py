@@ -48,6 +48,7 @@ def merge(
 
     from racecar.maps.errors import UserError
     from racecar.pipelines.commands.printed_warnings import print_warnings
+    from racecar.pipelines.commands.written_files import where_to_look
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
@@ -78,5 +79,5 @@ def merge(
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"Merged {figures['counts']['sessions']} maps into one of {width:.0f} × {height:.0f} m.")
     print_warnings(report.warnings)
-    console.print(f"Look at {out / 'map.png'}.", markup=False)
+    console.print(where_to_look(out, "map.png", json), markup=False)
     console.print(merged.quality.summary, markup=False)

@@ -134,6 +134,25 @@ LaserPoseOption = Annotated[
         show_default=False,
     ),
 ]
+StartOption = Annotated[
+    float,
+    typer.Option(
+        "--start",
+        metavar="SECONDS",
+        min=0.0,
+        help="Leave out what was recorded earlier than this after the bag's first message.",
+        show_default=False,
+    ),
+]
+DurationOption = Annotated[
+    float | None,
+    typer.Option(
+        "--duration",
+        metavar="SECONDS",
+        help="Read no more than these seconds of the recording.",
+        show_default=False,
+    ),
+]
 SeedOption = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Same seed, same result.")]
 JsonOption = Annotated[
     Path | None,
@@ -158,6 +177,8 @@ def open_bag(
     laser_pose: str | None,
     imu_topic: str | None = None,
     no_imu: bool = False,
+    start: float = 0.0,
+    duration: float | None = None,
 ) -> "BagReader":
     """The bag, read as the flags say. Raises UserError when it cannot be."""
     import numpy as np
@@ -172,4 +193,6 @@ def open_bag(
         use_odometry=not no_odom,
         use_imu=not no_imu,
         base_from_laser=None if laser_pose is None else np.array(parse_laser_pose(laser_pose)),
+        start=start,
+        duration=duration,
     )

@@ -104,4 +104,4 @@ def render(
     console = Console(highlight=False, soft_wrap=True)
     console.print(f"Rendered a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s.")
     print_warnings(report.warnings)
-    console.print(where_to_look(out, "map.png"), markup=False)
+    console.print(where_to_look(out, "map.png", json), markup=False)

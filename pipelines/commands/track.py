@@ -67,4 +67,4 @@ def track(
         f"{figures['widest_m']:.2f} m wide."
     )
     print_warnings(report.warnings)
-    console.print(where_to_look(place, "track.png"), markup=False)
+    console.print(where_to_look(place, "track.png", json), markup=False)

@@ -10,10 +10,17 @@ _MOST_NAMES = 12
 """Above these, files are counted by kind, so that they fit on a line or two."""
 
 
-def where_to_look(folder: Path, first: str) -> str:
-    """A sentence that names the file to open first, and what else was written to the folder."""
+def where_to_look(folder: Path, first: str, figures: Path | None = None) -> str:
+    """A sentence that names the file to open first, what else was written to the folder, and the ``figures``
+    of --json."""
     others = [name for name in written_to(folder) if name != first]
-    return f"Look at {folder / first}" + (f"; also in {folder}: {_listed(others)}." if others else ".")
+    also = f"; also in {folder}: {_listed(others)}" if others else ""
+    return f"Look at {folder / first}{also}." + (f" {where_figures_are(figures)}" if figures else "")
+
+
+def where_figures_are(path: Path) -> str:
+    """A sentence that names the file of --json."""
+    return f"The figures are in {path}."
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -12,7 +12,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.settings import Settings
 from racecar.maps.text_files import read_text
 from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
-from racecar.pipelines.files.nested_settings import nearest_name, section_at
+from racecar.pipelines.files.nested_settings import nearest_name, section_at, without_empty_sections
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -42,6 +42,7 @@ def load_config(source: ConfigSource) -> Config:
         return source
     name = "The configuration" if isinstance(source, Mapping) else f"The configuration {source}"
     contents = source if isinstance(source, Mapping) else _read_yaml(Path(source))
+    contents = without_empty_sections(contents, Config)
     config = _validated(contents, name, Config)
     _refuse_contradiction(contents, name)
     return config

@@ -11,7 +11,7 @@ from pydantic.fields import FieldInfo
 def leaf_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
     """The fields that hold a value rather than further settings, by their dotted names."""
     for name, field in model.model_fields.items():
-        inner = _model_in(field)
+        inner = model_in(field)
         if inner is None:
             yield prefix + name, field
         else:
@@ -35,10 +35,22 @@ def nested(values: Mapping[str, Any]) -> dict[str, Any]:
     return contents
 
 
+def without_empty_sections(contents: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
+    """Nested dictionaries without the sections that hold nothing, as when all their lines are comments."""
+    kept = {}
+    for name, value in contents.items():
+        inner = section_at(model, [name])
+        if inner is None:
+            kept[name] = value
+        elif value is not None:
+            kept[name] = without_empty_sections(value, inner) if isinstance(value, Mapping) else value
+    return kept
+
+
 def section_at(model: type[BaseModel], path: Sequence[str]) -> type[BaseModel] | None:
     """The settings nested at a path of names; None where there are none."""
     for name in path:
-        inner = _model_in(model.model_fields[name]) if name in model.model_fields else None
+        inner = model_in(model.model_fields[name]) if name in model.model_fields else None
         if inner is None:
             return None
         model = inner
@@ -56,7 +68,7 @@ def nearest_name(model: type[BaseModel], path: Sequence[str]) -> str | None:
     return next((name for name, _ in leaf_fields(model) if name.split(".")[-1] == wrong), None)
 
 
-def _model_in(field: FieldInfo) -> type[BaseModel] | None:
+def model_in(field: FieldInfo) -> type[BaseModel] | None:
     """The kind of settings that a field holds, if it does."""
     kind = field.annotation
     return kind if isinstance(kind, type) and issubclass(kind, BaseModel) else None

@@ -4,7 +4,7 @@ import json
 import logging
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +102,7 @@ def describe_run(reader: BagReader, config: MappingConfig) -> dict[str, Any]:
     files = sorted(path for path in bag.rglob("*") if path.is_file()) if bag.is_dir() else [bag]
     return {
         "files": [[path.name, path.stat().st_size, path.stat().st_mtime_ns] for path in files],
+        "part": asdict(reader.part),
         "scan_topics": reader.scan_topics,
         "odometry": reader.odometry_source,
         "base_from_laser": reader.base_from_laser.tolist(),

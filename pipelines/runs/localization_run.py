@@ -138,17 +138,17 @@ def save_localization(
 def _start_from(start: Trajectory, stamp: int, localizer: Localizer, report: Report) -> None:
     nearest = int(np.argmin(np.abs(start.stamps - stamp)))
     if abs(int(start.stamps[nearest]) - stamp) > _SAME_TIME:
-        start_anywhere(report)
+        start_anywhere(report, "does not cover the start of the drive")
         return
     report.add("inputs", {"start": start.map_from_base[nearest], "start_source": "the map's trajectory.tum"})
     localizer.set_pose(start.map_from_base[nearest])
 
 
-def start_anywhere(report: Report) -> None:
+def start_anywhere(report: Report, fault: str = "is from another drive") -> None:
     """Report that nothing says where on the map the car starts, although a drive lies beside it."""
     report.add("inputs", {"start": "anywhere"})
     report.warn(
-        "The map's trajectory.tum is from another drive, so the whole map was searched for the start; "
+        f"The map's trajectory.tum {fault}, so the whole map was searched for the start; "
         "give --initial-pose if it is known."
     )
 

@@ -179,4 +179,10 @@ def localize_reader(
             recorder=recorder,
             quiet=quiet,
         )
-    return LocalizedBag(run, grid, driven, report, reader.path.name)
+    is_same = driven is not None and _meet(driven, run.trajectory)
+    return LocalizedBag(run, grid, driven if is_same else None, report, reader.path.name)
+
+
+def _meet(one: Trajectory, other: Trajectory) -> bool:
+    """Whether two trajectories have time in common, as those of two parts of a bag may not."""
+    return bool(one.stamps[0] <= other.stamps[-1] and other.stamps[0] <= one.stamps[-1])

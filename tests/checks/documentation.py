@@ -89,7 +89,7 @@ def mentioned_commands(page: Path) -> Iterator[str]:
 
 def complaint_about(command: str, *, is_whole: bool = True) -> str | None:
     """Why the command line would refuse a command; one that is not whole may lack arguments."""
-    words = join_laser_pose(shlex.split(command, comments=True))[1:]
+    words = join_laser_pose(shlex.split(command.partition(" > ")[0], comments=True))[1:]
     log = logging.getLogger("racecar")
     level = log.level  # which --quiet changes as soon as it is parsed
     try:

@@ -10,7 +10,7 @@ import racecar
 from racecar.maps.errors import UserError
 from racecar.pipelines import cli
 
-COMMANDS = ("map", "localize", "evaluate", "simulate", "check", "studio", "demo")
+COMMANDS = ("map", "localize", "evaluate", "simulate", "check", "config", "studio", "demo")
 
 
 @pytest.mark.parametrize("command", COMMANDS)

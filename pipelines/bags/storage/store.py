@@ -95,6 +95,11 @@ class BagStore:
         """Messages that were announced and could not be read, as far as the bag was read."""
         return sum(part.unreadable_messages for part in self._parts)
 
+    @property
+    def start_time(self) -> int:
+        """Recording time of the first message in nanoseconds; 0 where there is none."""
+        return min((part.start_time for part in self._parts if part.start_time > 0), default=0)
+
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The messages of these topics, in the order of recording."""
         wanted = {name: self.topics[name] for name in topics if name in self.topics}

@@ -1,0 +1,39 @@
+"""``racecar config``: all settings as a file to edit, and whether a file of settings is right."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+
+def config(
+    check: Annotated[
+        Path | None,
+        typer.Option(
+            "--check",
+            metavar="FILE",
+            help="Name the mistake in a file of settings, or what it changes.",
+            show_default=False,
+        ),
+    ] = None,
+) -> None:
+    """Print every setting with its default, unit and reason, as a file for --config; it changes nothing yet.
+
+    Example: racecar config > settings.yaml
+
+    After editing it: racecar config --check settings.yaml
+    """
+    from racecar.pipelines.files.config_file import Config, load_config
+    from racecar.pipelines.files.config_template import config_template
+    from racecar.pipelines.files.nested_settings import leaf_values
+
+    if check is None:
+        print(config_template(), end="")
+        return
+    defaults, values = leaf_values(Config()), leaf_values(load_config(check))
+    changed = {name: value for name, value in values.items() if value != defaults[name]}
+    if not changed:
+        print(f"{check} is valid and changes nothing.")
+        return
+    changes = "; ".join(f"{name} from {defaults[name]} to {value}" for name, value in changed.items())
+    print(f"{check} is valid and changes {changes}.")
