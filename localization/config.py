@@ -1,7 +1,5 @@
 """The settings of localization."""
 
-from typing import Literal
-
 from pydantic import Field
 
 from racecar.localization.filter.config import ParticleFilterConfig
@@ -112,9 +110,6 @@ class LocalizationConfig(Settings):
         20_000, ge=10, le=1_000_000, description="particles while it is not yet known where the car is"
     )
     beams: int = Field(100, ge=1, le=10_000, description="beams weighed per scan, evenly taken over it")
-    motion_model: Literal["odometry", "ackermann"] = Field(
-        "odometry", description="what errs: the measured increment, or the speed and the steering behind it"
-    )
     turn_noise_per_turn: float = Field(
         0.02,
         gt=0,
@@ -130,7 +125,6 @@ class LocalizationConfig(Settings):
     path_noise_per_turn: float = Field(
         0.02, gt=0, le=1, description="alpha 4: standard deviation of the place (m) after a radian"
     )
-    wheelbase: float = Field(0.33, gt=0, le=10, description="metres between the axles, for 'ackermann'")
     slip: float = Field(
         0.3,
         ge=0,

@@ -156,7 +156,7 @@ class Localizer:
             self._hypotheses.start_from(start)
             self._do_not_continue()
         else:
-            self._hypotheses.predict(step, self._motion.model, self._learning.slip_scale)
+            self._hypotheses.predict(step, self._learning.slip_scale)
 
     def _goes_on_elsewhere(self, scan: Scan, step: MotionStep) -> bool:
         """Whether the car has moved on while its odometry hung."""

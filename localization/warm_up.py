@@ -56,7 +56,7 @@ def warm_up_filter(config: LocalizationConfig) -> None:
         odometry = _odometry(step)
         motion.add(odometry)
         moved = motion.step_to(odometry.stamp)
-        particles.predict(moved, motion.model, config.slip)
+        particles.predict(moved, config.slip)
         particles.weigh_next(rng.normal(0.0, 3.0, len(particles)), moved.travel)
         mean, covariance, _ = particles.moments()
         particles.resample(_PARTICLES // 10, _PARTICLES // 2)

@@ -11,8 +11,7 @@ from racecar.localization.filter.config import ParticleFilterConfig
 from racecar.localization.filter.resampling_kernels import systematic_resample, take_rows
 from racecar.localization.filter.weights_kernels import take_evidence
 from racecar.localization.numerics.noise_kernels import random_seed
-from racecar.localization.odometry.motion_model import MotionModel
-from racecar.localization.odometry.motion_model_kernels import disturb_particles
+from racecar.localization.odometry.motion_model_kernels import disturb_particles, move_particles
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.slip_kernels import changed_slips
 from racecar.maps.geometry.se2 import Pose
@@ -46,9 +45,7 @@ class ParticleFilter:
     def __len__(self) -> int:
         return len(self.map_from_base)
 
-    def predict(
-        self, step: MotionStep, model: MotionModel, slip: float, slip_scale: NDArray[np.float64] = _FULL_SLIP
-    ) -> None:
+    def predict(self, step: MotionStep, slip: float, slip_scale: NDArray[np.float64] = _FULL_SLIP) -> None:
         """Move all particles by a step, each by its own guess of how that was measured wrongly.
 
         The guesses of the slip last for a while, so that the filter learns it. Where wheels can slip at all,
@@ -64,7 +61,14 @@ class ParticleFilter:
             most = slip * slip_scale
             self._slips = changed_slips(self._slips, self._slip_age, self._effort, most, slips, self._rng)
             self._slip_age, self._effort = 0.0, np.zeros(2)
-        self.map_from_base = model.move(self.map_from_base, self._slips, step, self._rng)
+        self.map_from_base = move_particles(
+            self.map_from_base,
+            self._slips,
+            step.base_from_next_base,
+            step.behind,
+            step.deviations,
+            random_seed(self._rng),
+        )
         if slip > 0.0 and isfinite(step.travel):
             x, y, turn = step.base_from_next_base.tolist()
             distance_scale, turn_scale = slip_scale.tolist()

@@ -49,35 +49,6 @@ def move_particles(
 
 
 @njit(cache=True, nogil=True)
-def drive_particles(
-    map_from_base: Pose,
-    slips: NDArray[np.float64],
-    base_from_next_base: Pose,
-    behind: Pose,
-    deviations: Pose,
-    seed: np.uint32,
-) -> Pose:
-    """Particles (N, 3) moved along arcs, by slips (N, 3) of distance, turn and lag.
-
-    Each also draws noise of deviations (3,): the first of its distance, the last of its turn.
-    """
-    turn, chord = base_from_next_base[2], math.hypot(base_from_next_base[0], base_from_next_base[1])
-    distance = math.copysign(chord / _chord_share(turn), base_from_next_base[0])
-    moved = np.empty_like(map_from_base)
-    for i in range(len(map_from_base)):
-        own_distance, own_turn = distance + slips[i, 2] * behind[0], turn + slips[i, 2] * behind[2]
-        driven = (1.0 + slips[i, 0]) * own_distance + deviations[0] * noise(seed, 2 * i)
-        turned = (1.0 + slips[i, 1]) * own_turn * driven / own_distance if own_distance != 0.0 else 0.0
-        turned += deviations[2] * noise(seed, 2 * i + 1)
-        yaw = map_from_base[i, 2]
-        direction, straight = yaw + 0.5 * turned, driven * _chord_share(turned)
-        moved[i, 0] = map_from_base[i, 0] + straight * math.cos(direction)
-        moved[i, 1] = map_from_base[i, 1] + straight * math.sin(direction)
-        moved[i, 2] = wrapped(yaw + turned)
-    return moved
-
-
-@njit(cache=True, nogil=True)
 def disturb_particles(map_from_base: Pose, first: int, every: int, deviations: Pose, seed: np.uint32) -> None:
     """Add noise of deviations (3,), in the map, to every few of the particles (N, 3).
 
@@ -86,12 +57,6 @@ def disturb_particles(map_from_base: Pose, first: int, every: int, deviations: P
     for i in range(first, len(map_from_base), every):
         for axis in range(3):
             map_from_base[i, axis] += deviations[axis] * noise(seed, 3 * (i // every) + axis)
-
-
-@njit(cache=True, nogil=True)
-def _chord_share(turn: float) -> float:
-    """The chord of an arc that turns by so much, over its length."""
-    return math.sin(0.5 * turn) / (0.5 * turn) if abs(turn) > 1e-6 else 1.0
 
 
 @njit(cache=True, nogil=True)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.odometry.calibration import OdometryCalibration, OdometryFaults
-from racecar.localization.odometry.motion_model import drift_noise, motion_model, travel
+from racecar.localization.odometry.motion_model import drift_deviations, odometry_deviations, travel
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.speed_memory_kernels import SpeedMemory
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, wrap_angle
@@ -56,7 +56,6 @@ class MotionSource:
     def reconfigure(self, config: LocalizationConfig) -> None:
         """Take other settings from here on."""
         self._config = config
-        self.model = motion_model(config)
         self.calibration.config = config.odometry_calibration
         self.turns.reconfigure(config.turn_fusion)
         self._memory.reconfigure(config.speed_memory)
@@ -207,7 +206,7 @@ class MotionSource:
             step = faults.corrected(step_between(odom_from_base, self.poses_at(np.array([stamp]))[0]))
             if not isnan(gyro_turn):
                 step = self.turns.model.fused(step, gyro_turn, seconds)
-            return MotionStep(step, self.model.deviations(step), travel(step), seconds)
+            return MotionStep(step, odometry_deviations(step, self._config), travel(step), seconds)
         return self._carried_on(seconds, gyro_turn)
 
     def learn_turn(self, map_from_base: Pose | None) -> None:
@@ -261,7 +260,7 @@ class MotionSource:
             step = model.fused(step, gyro_turn, seconds)
         possible, effort, behind = self._memory.take(step, seconds)
         sliding = self._config.slip * (possible - np.abs(step))
-        deviations = np.hypot(self.model.deviations(possible), sliding)
+        deviations = np.hypot(odometry_deviations(possible, self._config), sliding)
         if wheel_share < 1.0:
             behind = behind * np.array([1.0, 1.0, wheel_share])
         is_over_gap = seconds > self._config.motion.gap_seconds
@@ -270,7 +269,7 @@ class MotionSource:
     def _carried_on(self, seconds: float, gyro_turn: float) -> MotionStep:
         longest, gap = self._config.motion.longest_carry, self._config.motion.gap_seconds
         step = self._speed * float(np.clip(seconds, -longest, longest))
-        noise = drift_noise(min(abs(seconds), gap), self._config.drift_noise)
+        noise = drift_deviations(min(abs(seconds), gap), self._config)
         model = self.turns.model
         if model.is_used and not isnan(gyro_turn):
             turn = model.by_gyro(gyro_turn, seconds)

@@ -10,7 +10,6 @@ import numpy as np
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.floor.region import ANYWHERE, Region
-from racecar.localization.odometry.motion_model import MotionModel
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.lost_detector import LostDetector
@@ -65,14 +64,14 @@ class Hypotheses:
         """What is believed goes on from other poses (N, 3)."""
         self.believed.particles = self._cloud(map_from_base)
 
-    def predict(self, step: MotionStep, model: MotionModel, slip_scale: Pose) -> None:
+    def predict(self, step: MotionStep, slip_scale: Pose) -> None:
         """Move the particles by what odometry measured, or what the car is taken to have done.
 
         It has proven right, and deserves less slip (2,), only from the place that is in doubt now.
         """
-        self.believed.particles.predict(step, model, self._config.slip, slip_scale)
+        self.believed.particles.predict(step, self._config.slip, slip_scale)
         if self._other is not None:
-            self._other.particles.predict(step, model, self._config.slip)
+            self._other.particles.predict(step, self._config.slip)
         self._travel += step.travel
         self._seconds += step.seconds
 

@@ -54,8 +54,7 @@ class MotionModelResult:
             f"and straight. {_PARTICLES} particles start in one point and follow its odometry; the scans are "
             "empty, so nothing pulls them together. Without noise they stay in one point, and a filter "
             "could never recover from an error of the odometry. With the noise in use the cloud grows along "
-            "the path and bends, because an error in heading becomes one in place later on. The car's own "
-            "model of speed and steering (Ackermann) puts the noise where such a car errs."
+            "the path and bends, because an error in heading becomes one in place later on."
         ]
 
     def tables(self) -> list[FigureTable]:
@@ -98,18 +97,17 @@ class MotionModelResult:
                     figure,
                     "motion-model",
                     f"{_PARTICLES} particles at the start and after some metres of path, without noise, "
-                    "with the noise in use, and with the same noise in speed and steering.",
+                    "and with the noise in use.",
                 )
             ]
 
 
 def motion_model(settings: ExperimentSettings, sweep: ParameterSweep) -> MotionModelResult:
-    """The same drive without noise and with both motion models."""
+    """The same drive without noise and with noise."""
     config = settings.localization
     variants = {
-        "without noise": with_motion_noise(config, _TINY).model_copy(update={"motion_model": "odometry"}),
-        "with noise": config.model_copy(update={"motion_model": "odometry"}),
-        "with noise, Ackermann": config.model_copy(update={"motion_model": "ackermann"}),
+        "without noise": with_motion_noise(config, _TINY),
+        "with noise": config,
     }
     path = _path()
     clouds = sweep.here(

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.localization.odometry.motion_model import OdometryModel
+from racecar.localization.odometry.motion_model import odometry_deviations
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
@@ -13,13 +13,12 @@ from racecar.maps.grid.ray_casting import cast_ray_fan
 from tests.localization.floors import beam_model_of, free_space_of
 from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 
-MODEL = OdometryModel(LocalizationConfig())
 SLIP = 0.3
 
 
 def forward(metres: float) -> MotionStep:
     increment = np.array([metres, 0.0, 0.0])
-    return MotionStep(increment, MODEL.deviations(increment), abs(metres), 0.025)
+    return MotionStep(increment, odometry_deviations(increment, LocalizationConfig()), abs(metres), 0.025)
 
 
 def filter_at(pose: Pose, count: int = 4000, seed: int = 0) -> ParticleFilter:
@@ -29,7 +28,7 @@ def filter_at(pose: Pose, count: int = 4000, seed: int = 0) -> ParticleFilter:
 
 def test_most_particles_follow_the_odometry_and_a_few_do_not() -> None:
     filter = ParticleFilter(np.zeros((4000, 3)), np.random.default_rng(0))
-    filter.predict(forward(0.5), MODEL, SLIP)
+    filter.predict(forward(0.5), SLIP)
     is_injected = np.abs(filter.map_from_base[:, 0] - 0.5) > 0.1
     assert 0.03 < is_injected.mean() <= 0.05
     assert filter.map_from_base[:, 0].min() < -0.5
@@ -41,7 +40,7 @@ def test_other_particles_are_injected_every_time() -> None:
     was_injected = np.zeros(2000, dtype=np.bool_)
     for _ in range(60):
         before = filter.map_from_base[:, 0].copy()
-        filter.predict(forward(0.5), MODEL, SLIP)
+        filter.predict(forward(0.5), SLIP)
         was_injected |= np.abs(filter.map_from_base[:, 0] - before - 0.5) > 0.1
     assert was_injected.mean() > 0.5
 
@@ -52,7 +51,7 @@ def test_where_nothing_slips_the_cloud_moves_by_the_step(x: float, y: float, tur
     step = MotionStep(np.array([x, y, turn]), np.zeros(3), abs(x) + abs(y) + abs(turn), 0.025)
     start = np.array([1.0, 2.0, 0.7])
     filter = ParticleFilter(np.tile(start, (count, 1)), np.random.default_rng(0))
-    filter.predict(step, MODEL, 0.0)
+    filter.predict(step, 0.0)
     off = np.abs(between(compose(start, step.base_from_next_base), filter.map_from_base))
     assert off.max() < 1e-9
 
@@ -60,7 +59,7 @@ def test_where_nothing_slips_the_cloud_moves_by_the_step(x: float, y: float, tur
 def test_a_car_that_stands_leaves_the_cloud_as_it_is() -> None:
     filter = filter_at(IDENTITY)
     before = filter.map_from_base.copy()
-    filter.predict(MotionStep(IDENTITY, np.zeros(3), 0.0, 0.1), MODEL, SLIP)
+    filter.predict(MotionStep(IDENTITY, np.zeros(3), 0.0, 0.1), SLIP)
     np.testing.assert_array_equal(filter.map_from_base, before)
 
 
@@ -75,7 +74,7 @@ def test_the_cloud_follows_a_car_that_drives_backward_while_its_odometry_says_fo
     for scan in range(48):
         is_told_wrongly = 8 <= scan < 24
         truth = compose(truth, [-0.05 if is_told_wrongly else 0.02, 0.0, 0.0])
-        filter.predict(forward(0.05 if is_told_wrongly else 0.02), MODEL, SLIP)
+        filter.predict(forward(0.05 if is_told_wrongly else 0.02), SLIP)
         ranges = cast_ray_fan(grid, compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
         beams = Beams(BEARINGS, ranges + 0.01 * rng.standard_normal(271), BASE_FROM_LASER, 30.0).thinned(100)
         filter.weigh_next(model.log_likelihood(filter.map_from_base, beams), 0.15)
@@ -144,7 +143,7 @@ def test_a_slip_that_explains_the_scans_is_learned() -> None:
     truth = 0.0
     for _ in range(150):
         truth += 0.045
-        filter.predict(forward(0.05), MODEL, SLIP)
+        filter.predict(forward(0.05), SLIP)
         ahead.append(np.average(filter.map_from_base[:, 0], weights=filter.weights) - truth)
         filter.weigh_next(-0.5 * ((filter.map_from_base[:, 0] - truth) / 0.02) ** 2, 0.05)
         filter.resample(4000, 4000)
@@ -168,12 +167,12 @@ def test_the_cloud_learns_how_far_a_car_is_behind_its_odometry() -> None:
     truth = IDENTITY
     for _ in range(20):
         increment = np.array([0.05, 0.0, 0.05])
-        filter.predict(MotionStep(increment, np.zeros(3), 0.1, 0.025, behind=behind), MODEL, SLIP)
+        filter.predict(MotionStep(increment, np.zeros(3), 0.1, 0.025, behind=behind), SLIP)
         truth = compose(truth, increment + 1.2 * behind)
         off = np.abs(between(truth, filter.map_from_base)).max(axis=1)
         filter.weigh_next(-0.5 * (off / 0.03) ** 2, 0.1)
         filter.resample(1000, 4000)
     unbiased, _, _ = filter.moments()
-    filter.predict(MotionStep(increment, np.zeros(3), 0.1, 0.025, behind=behind), MODEL, SLIP)
+    filter.predict(MotionStep(increment, np.zeros(3), 0.1, 0.025, behind=behind), SLIP)
     moved = between(unbiased, np.median(filter.map_from_base, axis=0))
     assert moved[2] == pytest.approx(0.05 - 1.2 * 0.05, abs=0.015)

@@ -12,11 +12,10 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.yaw_rate import YawRate
 
 MILLISECOND, SECOND = 1_000_000, 1_000_000_000
-MODELS = pytest.mark.parametrize("model", ["odometry", "ackermann"])
 
 
-def source(model: str = "odometry", **settings: float) -> MotionSource:
-    return MotionSource(LocalizationConfig.model_validate({"motion_model": model, **settings}))
+def source(**settings: float) -> MotionSource:
+    return MotionSource(LocalizationConfig.model_validate(settings))
 
 
 def true_pose(stamp: int) -> Pose:
@@ -48,7 +47,6 @@ def assert_same_poses(told: Pose, expected: Pose, atol: float = 1e-7) -> None:
 gaps = st.integers(5, 60)
 
 
-@MODELS
 @settings(max_examples=60)
 @given(
     odometry_gaps=st.lists(gaps, min_size=40, max_size=80),
@@ -57,10 +55,10 @@ gaps = st.integers(5, 60)
     questions=st.lists(st.integers(-300, 300), max_size=30),
 )
 def test_however_messages_interleave_no_motion_is_lost_or_counted_twice(
-    model: str, odometry_gaps: list[int], scan_gaps: list[int], lags: list[int], questions: list[int]
+    odometry_gaps: list[int], scan_gaps: list[int], lags: list[int], questions: list[int]
 ) -> None:
     """Odometry comes late and early beside the scans, and others ask for the motion meanwhile."""
-    motion = source(model)
+    motion = source()
     odometry_stamps = list(np.cumsum([0, *odometry_gaps]) * MILLISECOND)
     scan_stamps = [int(s) for s in np.cumsum(scan_gaps) * MILLISECOND if s < odometry_stamps[-1]]
     motion.add(sample(0))
@@ -78,7 +76,7 @@ def test_however_messages_interleave_no_motion_is_lost_or_counted_twice(
     told = motion.odom_from_base
     assert told is not None
     assert all(np.isfinite(step.travel) for step in steps[1:])
-    exact = source(model)
+    exact = source()
     for stamp in odometry_stamps:
         exact.add(sample(int(stamp)))
     first, last = exact.poses_at(np.array([scan_stamps[0], scan_stamps[-1]]))
@@ -233,9 +231,8 @@ def test_in_a_sweep_the_car_moves_as_odometry_tells_or_else_at_the_speed_of_the_
     assert_same_poses(moved, between(true_pose(stamps[0]), true_pose(stamps[2])), atol=1e-3)
 
 
-@MODELS
-def test_a_car_that_stands_gains_no_noise_but_one_whose_wheels_lock_may_slide_on(model: str) -> None:
-    motion = source(model)
+def test_a_car_that_stands_gains_no_noise_but_one_whose_wheels_lock_may_slide_on() -> None:
+    motion = source()
     for k in range(200):
         stamp = k * 20 * MILLISECOND
         motion.add(Odometry(stamp, np.array([0.06 * min(k, 50), 0.0, 0.0]), IDENTITY))
