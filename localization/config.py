@@ -21,8 +21,6 @@ from racecar.localization.refinement.config import AlignmentConfig
 from racecar.localization.sensor.config import (
     BeamModelConfig,
     BeamSkippingConfig,
-    LikelihoodFieldConfig,
-    SensorModelName,
 )
 from racecar.localization.verdict.config import VerdictConfig
 from racecar.maps.sensing.config import TurnFusionConfig
@@ -141,11 +139,6 @@ class LocalizationConfig(Settings):
     start_heading_spread: float = Field(
         0.25, gt=0, le=3.2, description="standard deviation in radians about a start heading that was given"
     )
-    sensor_model: SensorModelName = Field(
-        "beam",
-        description="'beam': a reading is compared with the range by the map; 'likelihood_field': how far "
-        "its end is from a wall",
-    )
     squash: float = Field(
         2.2,
         ge=1,
@@ -166,7 +159,6 @@ class LocalizationConfig(Settings):
     free_space: FreeSpaceConfig = FreeSpaceConfig()
     range_table: RangeTableConfig = RangeTableConfig()
     beam_model: BeamModelConfig = BeamModelConfig()
-    likelihood_field: LikelihoodFieldConfig = LikelihoodFieldConfig()
     beam_skipping: BeamSkippingConfig = BeamSkippingConfig()
     alignment: AlignmentConfig = AlignmentConfig()
     lost_detector: LostDetectorConfig = LostDetectorConfig()

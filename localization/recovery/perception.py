@@ -19,7 +19,7 @@ class Perception:
     def __init__(self, surveyed: SurveyedMap, config: LocalizationConfig) -> None:
         self.surveyed = surveyed
         self.config = config
-        self._sensor = surveyed.sensor_model(config)
+        self._sensor = surveyed.beam_model(config)
 
     def log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
         """(N,) of a scan from each of the poses (N, 3)."""

@@ -16,8 +16,7 @@ from racecar.localization.floor.range_table.range_table import (
 from racecar.localization.floor.usable_map import refuse_unusable
 from racecar.localization.floor.walls import Walls, find_walls
 from racecar.localization.recovery.place_search import PlaceSearch
-from racecar.localization.sensor.registry import SENSOR_MODELS
-from racecar.localization.sensor.sensor_model import SensorModel
+from racecar.localization.sensor.beam_model import BeamModel
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 
 
@@ -33,9 +32,9 @@ class SurveyedMap:
     shares_when_lost: NDArray[np.float64]
     """(K, 4) of beams that agree with the map in each way, at wrong places."""
 
-    def sensor_model(self, config: LocalizationConfig) -> SensorModel:
-        """The one that the settings name."""
-        return SENSOR_MODELS[config.sensor_model](self.free_space, self.walls, self.table, config)
+    def beam_model(self, config: LocalizationConfig) -> BeamModel:
+        """How likely scans are on this map."""
+        return BeamModel(self.free_space, self.table, config.beam_model, config.squash)
 
 
 def survey(grid: OccupancyGrid, config: LocalizationConfig) -> SurveyedMap:

@@ -47,7 +47,10 @@ class BeamModel:
         self._range_of_code = np.pad(self._codes.steps, self._margin, mode="edge") * RANGE_STEP
 
     def log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
-        """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash."""
+        """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash.
+
+        A pose where the car cannot be gets what the least likely readings would give.
+        """
         log_probabilities = log_probability_table(
             beams.max_range, self._squash, self._config, self._codes, self._margin
         )

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beams import Beams
 from racecar.localization.sensor.config import BeamSkippingConfig
-from racecar.localization.sensor.sensor_model import SensorModel
 from racecar.maps.geometry.se2 import Pose
 
 Alignment = tuple[Pose, NDArray[np.float64]]
@@ -42,7 +42,7 @@ def explain(
     beams: Beams,
     map_from_base: Pose,
     align: Callable[[], Alignment],
-    sensor: SensorModel,
+    sensor: BeamModel,
     config: BeamSkippingConfig,
 ) -> Explanation:
     """By what agrees from most of a narrow cloud (N, 3), or from where ``align`` puts the scan on walls."""

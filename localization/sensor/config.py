@@ -1,12 +1,8 @@
-"""The settings of the sensor models, and of which beams count."""
-
-from typing import Literal
+"""The settings of the sensor model, and of which beams count."""
 
 from pydantic import Field
 
 from racecar.maps.settings import Settings
-
-SensorModelName = Literal["beam", "likelihood_field"]
 
 
 class RangeAgreement(Settings):
@@ -62,37 +58,6 @@ class BeamModelConfig(Settings):
 COURSE = BeamModelConfig(hit_deviation=0.4, random=0.12)
 """The course's own numbers, since its specification has 8 pixels (of 5 cm) and weights of 0.74, 0.07, 0.07,
 0.12."""
-
-
-class LikelihoodFieldConfig(Settings):
-    """How far the end of a beam is from a wall. Probabilistic Robotics (2005), section 6.4."""
-
-    hit_deviation: float = Field(
-        0.2,
-        ge=0.02,
-        le=5,
-        description="standard deviation in metres of an end point's distance to a wall; as the beam model's",
-    )
-    hit: float = Field(0.74, gt=0, le=100, description="weight of ends on walls; as the beam model's")
-    random: float = Field(
-        1.2,
-        gt=0,
-        le=100,
-        description="weight of ends anywhere, spread evenly over random_range; as the beam model's",
-    )
-    random_range: float = Field(
-        32.0,
-        gt=0,
-        le=500,
-        description="metres over which random ends are spread; the range table's longest range",
-    )
-    agreement_distance: float = Field(
-        0.2,
-        gt=0,
-        le=5,
-        description="metres from a wall within which the map explains an end point, for beam skipping. The "
-        "beam model's, without the share of the range",
-    )
 
 
 class BeamSkippingConfig(Settings):

@@ -1,11 +1,9 @@
 import numpy as np
 import pytest
 
-from racecar.localization.floor.walls import find_walls
+from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beam_skipping import Alignment, explain
 from racecar.localization.sensor.beams import Beams
-from racecar.localization.sensor.likelihood_field import LikelihoodField
-from racecar.localization.sensor.sensor_model import SensorModel
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
@@ -15,15 +13,13 @@ from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 PLACE = np.array([9.0, 4.0, 2.4])
 
 
-@pytest.fixture(scope="module", params=["beam model with a table", "beam model without", "likelihood field"])
-def sensor(request: pytest.FixtureRequest) -> SensorModel:
+@pytest.fixture(scope="module", params=["beam model with a table", "beam model without"])
+def sensor(request: pytest.FixtureRequest) -> BeamModel:
     return sensor_of(request.param, room())
 
 
-def sensor_of(name: str, grid: OccupancyGrid) -> SensorModel:
+def sensor_of(name: str, grid: OccupancyGrid) -> BeamModel:
     free_space = free_space_of(grid)
-    if name == "likelihood field":
-        return LikelihoodField(free_space, find_walls(grid), CONFIG.likelihood_field, 2.2)
     return beam_model_of(free_space, with_table=name == "beam model with a table")
 
 
@@ -46,7 +42,7 @@ def beams_of(ranges: np.ndarray) -> Beams:
     return Beams(BEARINGS, ranges, BASE_FROM_LASER, 30.0)
 
 
-def kept_of(beams: Beams, cloud: np.ndarray, aligned: np.ndarray, sensor: SensorModel) -> Beams:
+def kept_of(beams: Beams, cloud: np.ndarray, aligned: np.ndarray, sensor: BeamModel) -> Beams:
     return explain(beams, cloud, lambda: (aligned, np.eye(3)), sensor, CONFIG.beam_skipping).beams
 
 
@@ -55,12 +51,12 @@ def is_left(kept: Beams) -> np.ndarray:
     return np.isin(BEARINGS, kept.bearings)
 
 
-def test_beams_on_walls_stay(sensor: SensorModel) -> None:
+def test_beams_on_walls_stay(sensor: BeamModel) -> None:
     kept = kept_of(beams_of(seen_in(room())), cloud_about(truth()), truth(), sensor)
     assert is_left(kept).mean() > 0.93
 
 
-def test_people_are_left_out_and_walls_stay(sensor: SensorModel) -> None:
+def test_people_are_left_out_and_walls_stay(sensor: BeamModel) -> None:
     ranges = seen_in(room())
     are_people = np.zeros(271, dtype=np.bool_)
     for first in (40, 90, 150, 200):
@@ -71,7 +67,7 @@ def test_people_are_left_out_and_walls_stay(sensor: SensorModel) -> None:
     assert kept[~are_people].mean() > 0.93
 
 
-def test_what_was_put_there_since_the_map_was_made_is_left_out(sensor: SensorModel) -> None:
+def test_what_was_put_there_since_the_map_was_made_is_left_out(sensor: BeamModel) -> None:
     real = room()
     real.cells[60:100, 138:146] = OCCUPIED
     is_box = seen_in(real) < seen_in(room()) - 0.7
@@ -81,19 +77,17 @@ def test_what_was_put_there_since_the_map_was_made_is_left_out(sensor: SensorMod
     assert kept[~is_box].mean() > 0.85
 
 
-@pytest.mark.parametrize("name", ["beam model with a table", "beam model without"])
-def test_beams_that_look_through_what_was_taken_away_are_left_out(name: str) -> None:
+def test_beams_that_look_through_what_was_taken_away_are_left_out(sensor: BeamModel) -> None:
     real = room()
     real.cells[70:90, 100:125] = FREE
     looks_through = seen_in(real) > seen_in(room()) + 0.7
     assert looks_through.sum() > 20
-    sensor = sensor_of(name, room())
     kept = is_left(kept_of(beams_of(seen_in(real)), cloud_about(truth()), truth(), sensor))
     assert not kept[looks_through].any()
     assert kept[~looks_through].mean() > 0.93
 
 
-def test_all_beams_stay_where_too_few_would(sensor: SensorModel) -> None:
+def test_all_beams_stay_where_too_few_would(sensor: BeamModel) -> None:
     ranges = np.where(np.arange(271) % 3 == 0, seen_in(room()), 1.0)
     beams = beams_of(ranges)
     assert kept_of(beams, cloud_about(truth()), truth(), sensor) is beams
@@ -101,7 +95,7 @@ def test_all_beams_stay_where_too_few_would(sensor: SensorModel) -> None:
     assert len(kept_of(beams_of(ranges), cloud_about(truth()), truth(), sensor)) <= 163
 
 
-def test_the_scan_aligned_with_walls_decides_while_the_cloud_is_beside_the_place(sensor: SensorModel) -> None:
+def test_the_scan_aligned_with_walls_decides_while_the_cloud_is_beside_the_place(sensor: BeamModel) -> None:
     ranges = seen_in(room())
     are_people = (np.arange(271) >= 90) & (np.arange(271) < 140)
     ranges[are_people] = 1.0
@@ -113,14 +107,14 @@ def test_the_scan_aligned_with_walls_decides_while_the_cloud_is_beside_the_place
     assert not by_walls[are_people].any()
 
 
-def test_a_pose_that_fits_hardly_better_than_the_cloud_does_not_decide(sensor: SensorModel) -> None:
+def test_a_pose_that_fits_hardly_better_than_the_cloud_does_not_decide(sensor: BeamModel) -> None:
     ranges, cloud = seen_in(room()), cloud_about(truth())
     shifted = compose(truth(), [0.1, 0.0, 0.0])
     kept = kept_of(beams_of(ranges), cloud, shifted, sensor)
     np.testing.assert_array_equal(is_left(kept), is_left(kept_of(beams_of(ranges), cloud, truth(), sensor)))
 
 
-def test_a_beam_needs_most_of_the_cloud(sensor: SensorModel) -> None:
+def test_a_beam_needs_most_of_the_cloud(sensor: BeamModel) -> None:
     beams, off_the_map = beams_of(seen_in(room())), np.array([1e6, 1e6, 0.0])
     poses = np.array([truth(), compose(truth(), [0.0, 0.2, 0.03])])
     fits = sensor.fits(poses, beams)
@@ -131,7 +125,7 @@ def test_a_beam_needs_most_of_the_cloud(sensor: SensorModel) -> None:
         np.testing.assert_array_equal(is_left(kept_of(beams, cloud, off_the_map, sensor)), expected)
 
 
-def test_the_scan_is_not_aligned_where_that_cannot_explain_more(sensor: SensorModel) -> None:
+def test_the_scan_is_not_aligned_where_that_cannot_explain_more(sensor: BeamModel) -> None:
     def never() -> Alignment:
         raise AssertionError
 
@@ -141,7 +135,7 @@ def test_the_scan_is_not_aligned_where_that_cannot_explain_more(sensor: SensorMo
     assert explained.better is None
 
 
-def test_where_the_scan_fits_notably_better_is_reported(sensor: SensorModel) -> None:
+def test_where_the_scan_fits_notably_better_is_reported(sensor: BeamModel) -> None:
     beams, covariance = beams_of(seen_in(room())), 0.01 * np.eye(3)
     beside = cloud_about(compose(truth(), [0.45, -0.35, 0.12]))
     better = explain(beams, beside, lambda: (truth(), covariance), sensor, CONFIG.beam_skipping).better
@@ -152,7 +146,7 @@ def test_where_the_scan_fits_notably_better_is_reported(sensor: SensorModel) -> 
     assert explained.better is None
 
 
-def evidence_of(share_of_people: float, cloud: Pose, sensor: SensorModel) -> float:
+def evidence_of(share_of_people: float, cloud: Pose, sensor: BeamModel) -> float:
     ranges = seen_in(room())
     ranges[: round(share_of_people * len(ranges))] = 0.8
     return explain(
@@ -160,7 +154,7 @@ def evidence_of(share_of_people: float, cloud: Pose, sensor: SensorModel) -> flo
     ).evidence
 
 
-def test_a_scan_of_which_little_fits_counts_less(sensor: SensorModel) -> None:
+def test_a_scan_of_which_little_fits_counts_less(sensor: BeamModel) -> None:
     evidence = [evidence_of(people, cloud_about(truth()), sensor) for people in (0.0, 0.2, 0.4, 0.6, 0.8)]
     assert evidence[:2] == [1.0, 1.0]
     assert np.all(np.diff(evidence[1:]) < 0.0)
@@ -168,6 +162,6 @@ def test_a_scan_of_which_little_fits_counts_less(sensor: SensorModel) -> None:
     assert 0.0 < evidence[4] < 0.02
 
 
-def test_a_scan_that_fits_beside_the_cloud_counts_by_how_it_fits_there(sensor: SensorModel) -> None:
+def test_a_scan_that_fits_beside_the_cloud_counts_by_how_it_fits_there(sensor: BeamModel) -> None:
     beside = cloud_about(compose(truth(), [0.45, -0.35, 0.12]))
     assert evidence_of(0.2, beside, sensor) == 1.0

@@ -5,10 +5,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from racecar.localization.floor.walls import find_walls
+from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beams import Beams
-from racecar.localization.sensor.likelihood_field import LikelihoodField
-from racecar.localization.sensor.sensor_model import SensorModel
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
@@ -16,7 +14,7 @@ from tests.localization.floors import CONFIG, beam_model_of, free_space_of
 from tests.maps.drives import BEARINGS
 
 RESOLUTIONS = (0.02, 0.05, 0.1)
-KINDS = pytest.mark.parametrize("kind", ["table", "rays", "field"])
+KINDS = pytest.mark.parametrize("kind", ["table", "rays"])
 TRUTH = np.array([9.03, 4.02, 0.4])
 
 
@@ -37,11 +35,8 @@ def floor(resolution: float) -> OccupancyGrid:
 
 
 @cache
-def model(kind: str, resolution: float) -> SensorModel:
+def model(kind: str, resolution: float) -> BeamModel:
     free_space = free_space_of(floor(resolution))
-    if kind == "field":
-        walls = find_walls(floor(resolution))
-        return LikelihoodField(free_space, walls, CONFIG.likelihood_field, CONFIG.squash)
     return beam_model_of(free_space, with_table=kind == "table")
 
 
