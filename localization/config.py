@@ -69,7 +69,7 @@ class TrackingConfig(Settings):
         gt=0,
         le=100,
         description="metres, likewise: known so well that beams that the map does not explain may be left "
-        "out; by judgement",
+        "out, and that the fewest particles will do; by judgement",
     )
     trusted_within: float = Field(
         0.1,
@@ -102,7 +102,7 @@ class LocalizationConfig(Settings):
 
     particles: int = Field(4000, ge=10, le=1_000_000, description="most particles while tracking")
     fewest_particles: int = Field(
-        1000, ge=10, le=1_000_000, description="particles while a narrow cloud needs no more of them"
+        1000, ge=10, le=1_000_000, description="particles while the cloud is narrow, see 'tracking'"
     )
     scattered_particles: int = Field(
         20_000, ge=10, le=1_000_000, description="particles while it is not yet known where the car is"

@@ -59,7 +59,7 @@ def warm_up_filter(config: LocalizationConfig) -> None:
         particles.predict(moved, config.slip)
         particles.weigh_next(rng.normal(0.0, 3.0, len(particles)), moved.travel)
         mean, covariance, _ = particles.moments()
-        particles.resample(_PARTICLES // 10, _PARTICLES // 2)
+        particles.resample(_PARTICLES // 2)
         motion.follow(odometry.stamp, mean)
     scan = _scan(odometry.stamp, np.ones(len(_BEARINGS)))
     beams = select_beams(scan, config.beams, motion.poses_at)

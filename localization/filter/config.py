@@ -29,34 +29,6 @@ class ClusterConfig(Settings):
     )
 
 
-class AdaptiveCountConfig(Settings):
-    """How many particles a cloud gets: KLD-sampling (Fox, 2003)."""
-
-    bin_size: float = Field(
-        0.1, gt=0, le=10, description="metres within which particles stand for the same place; by judgement"
-    )
-    bin_angle: float = Field(
-        math.radians(5.0),
-        gt=0,
-        le=10,
-        description="radians within which particles stand for the same heading; by judgement",
-    )
-    distance: float = Field(
-        0.02,
-        gt=0,
-        le=10,
-        description="bound of the Kullback-Leibler distance, which is kept with 99 % probability; Fox has "
-        "0.05 and coarser bins",
-    )
-    least_share: float = Field(
-        0.01,
-        ge=0,
-        le=1,
-        description="share of an even weight; lighter particles cover nothing, since they will hardly be "
-        "drawn again",
-    )
-
-
 class ParticleFilterConfig(Settings):
     """How much scans count, how particles are injected and resampled."""
 
@@ -92,4 +64,3 @@ class ParticleFilterConfig(Settings):
     )
     slips: SlipConfig = SlipConfig()
     clusters: ClusterConfig = ClusterConfig()
-    count: AdaptiveCountConfig = AdaptiveCountConfig()

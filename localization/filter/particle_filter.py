@@ -5,7 +5,6 @@ from math import hypot, inf, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.filter.adaptive_count_kernels import needed_particles
 from racecar.localization.filter.cluster_kernels import cluster_moments
 from racecar.localization.filter.config import ParticleFilterConfig
 from racecar.localization.filter.resampling_kernels import systematic_resample, take_rows
@@ -117,14 +116,10 @@ class ParticleFilter:
         """By how much the car is thought to be behind what its odometry says, see `slip_kernels`."""
         return float(self.weights @ self._slips[:, 2])
 
-    def resample(self, fewest: int, most: int) -> None:
-        """Draw particles anew when too few are effective, or there are too many.
-
-        As many as their spread asks for, between the fewest and the most.
-        """
-        if self.effective_size >= self.config.resample_below * len(self) and len(self) <= most:
+    def resample(self, count: int) -> None:
+        """Draw so many particles anew when too few are effective, or there are more."""
+        if self.effective_size >= self.config.resample_below * len(self) and len(self) <= count:
             return
-        count = needed_particles(self.map_from_base, self.weights, fewest, most, self.config.count)
         chosen = systematic_resample(self.weights, count, self._rng)
         self.map_from_base, self._slips = take_rows(self.map_from_base, self._slips, chosen)
         self._set_even_weights()

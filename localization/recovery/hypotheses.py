@@ -152,8 +152,7 @@ class Hypotheses:
         """Particles among poses (N, 3), by a share of a scan's log-likelihood."""
         config, particles = self._config, self._cloud(map_from_base)
         particles.weigh(share * self.perception.log_likelihood(map_from_base, beams))
-        most = min(len(particles), config.scattered_particles)
-        particles.resample(min(config.fewest_particles, most), most)
+        particles.resample(config.particles)
         distance, angle = config.tracking.first_scan_distance, config.tracking.first_scan_angle
         particles.spread(np.array([distance, distance, angle]))
         return particles

@@ -63,11 +63,12 @@ class PoseHypothesis:
 
     def resample(self, config: LocalizationConfig) -> None:
         """Draw as many particles as the place needs."""
-        if self._is_tracked:
-            self.particles.resample(min(config.fewest_particles, config.particles), config.particles)
+        if self.is_narrow:
+            self.particles.resample(min(config.fewest_particles, config.particles))
+        elif self._is_tracked:
+            self.particles.resample(config.particles)
         else:
-            count = len(self.particles)
-            self.particles.resample(min(count, config.scattered_particles), count)
+            self.particles.resample(min(len(self.particles), config.scattered_particles))
 
     def has_failed(self, stamp: int, trial_seconds: float) -> bool:
         """Whether it has had its trial, and is more probably wrong than right."""

@@ -418,16 +418,16 @@ def test_settings_change_while_running() -> None:
 
 
 def test_settings_within_settings_change_while_running() -> None:
-    """A count of particles that may be less exact takes fewer of them."""
+    """A cloud takes more particles where it no longer counts as narrow."""
     driven = drive(room(), 2.0, np.random.default_rng(0))
-    filter = localizer(fewest_particles=10)
+    filter = localizer(fewest_particles=500)
     filter.set_pose(driven.truth[0])
     half = len(driven.messages) // 2
     first = replay(filter, driven.messages[:half])
-    rough = {"fewest_particles": 10, "particle_filter": {"count": {"distance": 1.0}}}
-    filter.reconfigure(LocalizationConfig.model_validate(rough))
+    exacting = {"fewest_particles": 500, "particles": 2000, "tracking": {"narrow_within": 1e-4}}
+    filter.reconfigure(LocalizationConfig.model_validate(exacting))
     second = replay(filter, driven.messages[half:])
-    assert second[-1].particle_count < 0.2 * first[-1].particle_count
+    assert (first[-1].particle_count, second[-1].particle_count) == (500, 2000)
 
 
 def blinded(scan: Scan) -> Scan:

@@ -58,9 +58,9 @@ def test_resampling_only_when_under_half_are_effective() -> None:
     filter = ParticleFilter(np.arange(12.0).reshape(4, 3), np.random.default_rng(0))
     before = filter.map_from_base
     filter.weigh_next(np.log([0.4, 0.3, 0.2, 0.1]), 1.0)
-    filter.resample(4, 4)
+    filter.resample(4)
     assert filter.map_from_base is before
     filter.weigh_next(np.array([0.0, -9.0, -9.0, -9.0]), 1.0)
-    filter.resample(4, 4)
+    filter.resample(4)
     np.testing.assert_array_equal(filter.map_from_base, np.tile(before[0], (4, 1)))
     np.testing.assert_allclose(filter.weights, 0.25)

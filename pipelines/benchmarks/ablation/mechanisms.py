@@ -131,7 +131,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "wide search model": _settings(place_search={"beam_model": LocalizationConfig().beam_model}),
     },
     "cloud": {
-        "adaptive count": _settings(fewest_particles=LocalizationConfig().particles),
+        "fewer particles where sure": _settings(fewest_particles=LocalizationConfig().particles),
         "clusters": _settings(particle_filter={"clusters": {"radius": 100.0, "half_angle": 3.14159}}),
         "resampling threshold": _settings(particle_filter={"resample_below": 1.0}),
     },
