@@ -165,8 +165,7 @@ class Localizer:
         gone_to = self._hung.follow(scan, step, self._last, is_narrow, hypotheses.perception)
         if gone_to is None:
             return False
-        noise = self._rng.standard_normal((self._config.particles, 3))
-        hypotheses.go_on_from(gone_to + hypotheses.pushed * noise)
+        hypotheses.go_on_from(gone_to)
         self._learning.start_anew()
         return True
 

@@ -9,6 +9,7 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.lost_detector import LostDetector
 from racecar.localization.recovery.perception import Perception
 from racecar.localization.sensor.beams import Beams
+from racecar.localization.sensor.evidence import worth
 
 
 class PoseHypothesis:
@@ -27,14 +28,14 @@ class PoseHypothesis:
         While the cloud is narrow, only what the map explains counts, and where beams fit better beside it, a
         few particles go there.
         """
-        evidence = 1.0
+        fitting = 1.0
         if self.is_narrow:
             explained = perception.explanation(self.particles, beams)
-            beams, evidence = explained.beams, explained.evidence
+            beams, fitting = explained.beams, explained.fitting
             if explained.better is not None:
                 self.particles.propose(*explained.better)
         log_likelihood = perception.log_likelihood(self.particles.map_from_base, beams)
-        self.particles.weigh_next(evidence * log_likelihood, travel)
+        self.particles.weigh(worth(travel, fitting, perception.config.evidence) * log_likelihood)
 
     def estimate(
         self, beams: Beams, stamp: int, seconds: float, is_start: bool, perception: Perception
