@@ -206,21 +206,31 @@ def _fit(
         solution[:] = np.linalg.solve(normal, design.T @ (scaled * observed) + expected / spread**2)
         residual, variance = observed - design @ solution, told + shared + _SMALLEST**2
         weight = 1.0 / (1.0 + residual**2 / (variance * config.loss_width**2))
-        usual = variance * _inflation(residual**2 / variance, lengths, 1.0 / variance)
-        of_match, per_step = _variances(usual - told, lengths, variance, config)
+        of_match, per_step = _variances(residual, told, lengths, variance**-2.0, config)
         shared = of_match + per_step * lengths
     return _SpanFit(solution, float(np.sqrt(per_step)))
 
 
-def _inflation(
-    squares: NDArray[np.float64], lengths: NDArray[np.int64], weight: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """(M,) the factor that would make the weighted median of normalized squares (M,), of the spans of each
-    length, what it is of a standard Gaussian."""
-    at, of_length = np.unique(lengths, return_inverse=True)
-    medians = np.array([_median(squares[lengths == length], weight[lengths == length]) for length in at])
-    factors: NDArray[np.float64] = (SIGMA_PER_MEDIAN**2 * medians)[of_length]
-    return factors
+def _variances(
+    residual: NDArray[np.float64],
+    told: NDArray[np.float64],
+    lengths: NDArray[np.int64],
+    weight: NDArray[np.float64],
+    config: WheelCalibrationConfig,
+) -> tuple[float, float]:
+    """Of any match and of a step, such that they explain the spread of the residuals (M,) at each length
+    beyond what matches tell; a step has that with which it began where they tell too little."""
+    spans = [lengths == length for length in np.unique(lengths)]
+    spread = np.array([SIGMA_PER_MEDIAN**2 * _median(residual[at] ** 2, weight[at]) for at in spans])
+    known = np.array([np.average(told[at], weights=weight[at]) for at in spans])
+    counts = np.array([weight[at].sum() ** 2 / (weight[at] ** 2).sum() for at in spans])
+    initial = config.initial_sigma**2
+    design = np.vstack([np.column_stack([np.ones(len(spans)), np.unique(lengths)]), [0.0, 1.0]])
+    by = np.append(
+        np.sqrt(counts) / (np.maximum(spread, known) + _SMALLEST**2), np.sqrt(config.min_spans) / initial
+    )
+    (of_match, per_step), _ = nnls(design * by[:, None], np.append(spread - known, initial) * by)
+    return float(of_match), float(per_step)
 
 
 def _median(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
@@ -228,21 +238,6 @@ def _median(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
     order = np.argsort(values)
     until = np.cumsum(weights[order])
     return float(values[order[np.searchsorted(until, 0.5 * until[-1])]])
-
-
-def _variances(
-    squares: NDArray[np.float64],
-    lengths: NDArray[np.int64],
-    variance: NDArray[np.float64],
-    config: WheelCalibrationConfig,
-) -> tuple[float, float]:
-    """Of any match and of a step, such that they explain squares (M,) of residuals that have a ``variance``
-    (M,); where matches tell too little, a step has that with which it began."""
-    initial = config.initial_sigma**2
-    weight = np.append(1.0 / variance, np.sqrt(config.min_spans) / initial)
-    design = np.vstack([np.column_stack([np.ones(len(lengths)), lengths]), [0.0, 1.0]])
-    (of_match, per_step), _ = nnls(design * weight[:, None], np.append(squares, initial) * weight)
-    return float(of_match), float(per_step)
 
 
 def _tail(error: NDArray[np.float64], config: WheelCalibrationConfig) -> float:
