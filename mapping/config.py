@@ -37,7 +37,7 @@ class ScheduleConfig(Settings):
         ge=1,
         le=100,
         description="How often, at most, the whole drive is matched again at the end. By judgement: on "
-        "simulated open ground, where few scans tell how far the wheels drove, the path is settled by then.",
+        "simulated open ground, where few scans show how far the wheels drove, the path is settled by then.",
     )
     settled_bend: float = Field(
         default=0.015,

@@ -1,17 +1,23 @@
-"""``racecar evaluate``: how good a trajectory is."""
+"""``racecar evaluate``: how good trajectories are."""
 
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.commands.options import JsonOption, QuietOption
+from racecar.pipelines.commands.options import PAGE_WIDTH, JsonOption, QuietOption
 
 
 def evaluate(
-    trajectory: Annotated[
-        Path, typer.Argument(metavar="TRAJ", help="Estimated poses, a TUM file.", show_default=False)
+    trajectories: Annotated[
+        list[Path],
+        typer.Argument(
+            metavar="TRAJ",
+            help="Estimated poses, a TUM file; several are compared in one table.",
+            show_default=False,
+        ),
     ],
     reference: Annotated[
         Path | None,
@@ -26,35 +32,82 @@ def evaluate(
             show_default=False,
         ),
     ] = None,
+    plot: Annotated[
+        Path | None,
+        typer.Option(
+            "--plot",
+            metavar="FILE.png",
+            help="Draw the error along the path on the map, and over time; with --reference.",
+            show_default=False,
+        ),
+    ] = None,
+    map: Annotated[
+        Path | None,
+        typer.Option(
+            "--map",
+            metavar="MAP",
+            help="The map of --plot; by default the one beside the trajectory, or named in its report.json.",
+            show_default=False,
+        ),
+    ] = None,
     json: JsonOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Measure a trajectory against true poses (absolute and relative error) or true relations.
+    """Measure trajectories against true poses (absolute and relative error, by evo) or true relations.
 
-    Example: racecar evaluate runs/drive/trajectory.tum --reference drive.ground_truth.tum
+    Example: racecar evaluate runs/drive/trajectory.tum --reference drive.ground_truth.tum --plot errors.png
+
+    Several: racecar evaluate runs/a/trajectory.tum runs/b/trajectory.tum --reference drive.ground_truth.tum
     """
     if (reference is None) == (relations is None):
         raise UserError("Name what to compare with: either --reference REF.tum or --relations FILE.")
+    if map is not None and plot is None:
+        raise UserError("--map is drawn by --plot FILE.png; give both, or neither.")
 
     from rich.console import Console
 
-    from racecar.pipelines.commands.tables import print_title, relations_table, trajectory_table
-    from racecar.pipelines.evaluation.evaluation import compare
-    from racecar.pipelines.evaluation.relations import load_relations, relation_errors
+    from racecar.pipelines.commands.printed_warnings import print_warnings
+    from racecar.pipelines.commands.tables import (
+        print_title,
+        relations_table,
+        trajectories_table,
+        trajectory_table,
+    )
+    from racecar.pipelines.commands.written_files import where_figures_are
     from racecar.pipelines.files.report import write_json
-    from racecar.pipelines.files.tum import load_tum
+    from racecar.pipelines.runs.trajectory_evaluation import evaluate_all, plot_errors
 
-    estimated = load_tum(trajectory)
+    figures: dict[str, Any] = {"compared_with": reference or relations}
     if reference is not None:
-        errors = compare(estimated, load_tum(reference))
-        figures, table = errors.summary(), trajectory_table(errors)
+        evaluated = evaluate_all(trajectories, reference)
+        each = [{"trajectory": one.path, **one.errors.summary()} for one in evaluated]
+        table = trajectory_table(evaluated[0].errors) if len(each) == 1 else trajectories_table(evaluated)
+        warnings = [sentence for one in evaluated for sentence in one.warnings]
+        figures |= {**(each[0] if len(each) == 1 else {"trajectories": each}), "warnings": warnings}
+        if plot is not None:
+            plot_errors(evaluated, map, plot)
     else:
+        from racecar.pipelines.evaluation.relations import load_relations, relation_errors
+        from racecar.pipelines.files.tum import load_tum
+
         assert relations is not None
-        relation = relation_errors(estimated, load_relations(relations))
-        figures, table = relation.summary(), relations_table(relation)
+        if len(trajectories) > 1 or plot is not None:
+            raise UserError(
+                "--relations measures one trajectory, and draws nothing; give --reference REF.tum."
+            )
+        relation = relation_errors(load_tum(trajectories[0]), load_relations(relations))
+        figures |= {"trajectory": trajectories[0], **relation.summary()}
+        table, warnings = relations_table(relation), []
     if json is not None:
-        write_json(json, {"trajectory": trajectory, "compared_with": reference or relations, **figures})
-    if not quiet:
-        console = Console()
-        print_title(console, f"{trajectory} against {reference or relations}")
-        console.print(table)
+        write_json(json, figures)
+    if quiet:
+        return
+    console = Console(width=None if sys.stdout.isatty() else PAGE_WIDTH)
+    names = f"{trajectories[0]}" if len(trajectories) == 1 else f"{len(trajectories)} trajectories"
+    print_title(console, f"{names} against {reference or relations}")
+    console.print(table)
+    print_warnings(warnings)
+    if plot is not None:
+        console.print(f"Look at {plot}.", markup=False, highlight=False, soft_wrap=True)
+    if json is not None:
+        console.print(where_figures_are(json), markup=False, highlight=False, soft_wrap=True)

@@ -6,8 +6,11 @@ from rich.console import Console
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from racecar.pipelines.evaluation.evaluation import TrajectoryErrors
     from racecar.pipelines.evaluation.relations import RelationErrors
+    from racecar.pipelines.runs.trajectory_evaluation import Evaluated
 
 
 def print_title(console: Console, title: str) -> None:
@@ -31,6 +34,33 @@ def trajectory_table(errors: "TrajectoryErrors") -> Table:
     for name, row in rows.items():
         values = [row[column] for column in ("mean", "median", "rmse", "std", "max")] if row else []
         table.add_row(name, *(f"{value:.4f}" for value in values))
+    return table
+
+
+def trajectories_table(evaluated: "Sequence[Evaluated]") -> Table:
+    """Errors of several trajectories, a line for each."""
+    table = Table(caption="Means, and the largest error in position.", caption_justify="left")
+    table.add_column("trajectory", overflow="fold")
+    for column in (
+        "position\n(m)",
+        "largest\n(m)",
+        "heading\n(°)",
+        "per 1 m\n(m)",
+        "per 1 m\n(°)",
+        "compared",
+    ):
+        table.add_column(column, justify="right", no_wrap=True)
+    for each in evaluated:
+        figures = each.errors.summary()
+        columns = [
+            (figures["absolute_position_m"], "mean"),
+            (figures["absolute_position_m"], "max"),
+            (figures["absolute_heading_deg"], "mean"),
+            (figures["relative_position_m_per_1m"], "mean"),
+            (figures["relative_heading_deg_per_1m"], "mean"),
+        ]
+        values = [f"{row[name]:.4f}" if row else "–" for row, name in columns]
+        table.add_row(str(each.path), *values, f"{figures['matched_share']:.1%}")
     return table
 
 

@@ -30,6 +30,10 @@ class TrajectoryErrors:
     """Poses of the trajectory."""
     reference_from_map: Pose
     """(3,) the alignment: least squares over the matched positions, without scale."""
+    seconds: NDArray[np.float64]
+    """(M,) of each matched pose, since the trajectory began."""
+    map_from_base: Pose
+    """(M, 3) the matched poses, as the trajectory has them."""
     positions: NDArray[np.float64]
     """(M,) metres, absolute position error of each matched pose after alignment."""
     headings: NDArray[np.float64]
@@ -77,6 +81,8 @@ def compare(
         matched=len(rows),
         total=len(estimated),
         reference_from_map=reference_from_map,
+        seconds=(stamps - estimated.stamps[0]) * 1e-9,
+        map_from_base=poses,
         positions=positions,
         headings=headings,
         relative_positions=relative_positions,
