@@ -62,29 +62,35 @@ class KeyframePlacer:
         if not self._may_fit(fixed):
             return self._placed_unlike(fixed, guesses)
         matches, leads = self._match_guesses(fixed, guesses)
-        fits = gap == Gap.NONE and self._fits(matches)
-        if fits and len(leads) == 1:
+        has_fit = gap == Gap.NONE and self._fits(matches)
+        if has_fit and len(leads) == 1:
             return Placement(matches.poses[0], 0)
-        found = [] if fits else self._search(self._windows(guesses[0], gap))
+        found = [] if has_fit else self._search(self._windows(guesses[0], gap))
         if found:
-            matches = matches.with_more(self._match(fixed, np.array(found)))
-            leads += [0] * len(found)
-        odds = self._odds(fixed, guesses, matches, is_left_alone=gap == Gap.LEFT_ALONE)
+            fits = self._match(fixed, np.array(found))
+            slid = self._match(fixed, self._slid(fits, guesses[0]))
+            matches = matches.with_more(fits).with_more(slid)
+            leads += [0] * (2 * len(found))
+        odds = self._odds(fixed, guesses, matches, len(found), is_left_alone=gap == Gap.LEFT_ALONE)
         best = int(np.argmax(odds))
         if odds[best] < self.config.lost_odds:
             return Placement(guesses[0], 0, is_lost=True)
         return Placement(matches.poses[best], leads[best], odds_against_first=float(odds[best] - odds[0]))
 
     def _odds(
-        self, fixed: NDArray[np.int64], guesses: Pose, matches: Matches, *, is_left_alone: bool
+        self, fixed: NDArray[np.int64], guesses: Pose, matches: Matches, slid: int, *, is_left_alone: bool
     ) -> NDArray[np.float64]:
         """(G,) log-odds of each match with keyframes (F,), by the motion that guesses (H, 3) tell and by the
-        scans. That to which the first guess leads stands where the scans show no other place."""
+        scans; the last ``slid`` are those before them, slid along what these do not observe. That to which
+        the first guess leads stands where the scans show no other place."""
         prior = self._prior(guesses, is_left_alone=is_left_alone)
         evidence = scan_evidence(
             self.store, fixed, self.poses[fixed], self.index, matches, self.config.evidence
         )
-        is_shown = self._is_on_lines(matches) & (matches.overlap * len(fixed) > self.config.min_overlap)
+        if slid:  # what speaks for a place on a bare corridor speaks for all of it that is not refuted
+            alike, own = evidence[-2 * slid : -slid], evidence[-slid:]
+            evidence[-slid:] = np.where(own > -self.config.refuted_odds, np.maximum(own, alike), own)
+        is_shown = self._is_on_lines(matches) & (evidence > 0.0)
         is_shown[0] = True
         odds = evidence + prior.log_likelihood(matches.poses)
         return np.where(is_shown, odds, -np.inf)
@@ -119,6 +125,14 @@ class KeyframePlacer:
         """Whether the keyframe looks where some (F,) before it do, so that it fits nowhere if not there."""
         return self.alike is None or bool(np.isin(fixed, self.alike).any())
 
+    def _slid(self, matches: Matches, guess: Pose) -> Pose:
+        """Where G matches lie when they follow a guess (3,) in directions that the scans do not observe: what
+        was found along a bare corridor lies anywhere along it."""
+        prior = as_prior(self.information, config=self.store.config.point_to_line)
+        missed = between(matches.poses, guess[None])
+        shifts: Pose = np.linalg.solve(matches.hessians + prior, (missed @ prior)[..., None])[..., 0]
+        return compose(matches.poses, shifts)
+
     def _windows(self, guess: Pose, gap: Gap) -> list[tuple[Pose, Window]]:
         """Where it is sought: about the first guess and about the keyframe before, where it is if the guess
         is wrong altogether; a car that was left alone may have been turned round."""
@@ -149,7 +163,9 @@ class KeyframePlacer:
         first = config.other_share if self.is_first_doubted else config.first_share
         none = config.carried_share if is_left_alone else config.none_share
         shares = np.array([first, *[config.other_share] * (len(guesses) - 1)])
-        volume = (2.0 * self.config.search_reach) ** 2 * 2.0 * np.pi
+        # A motion that no source tells may have gone as far as one that they tell.
+        reach = self.config.search_reach + float(np.hypot(*between(self.here, guesses[0])[:2]))
+        volume = (2.0 * reach) ** 2 * 2.0 * np.pi
         return MotionPrior(guesses, (1.0 - none) * shares / shares.sum(), self.information, volume)
 
     def _match(self, fixed: NDArray[np.int64], guesses: Pose) -> Matches:

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.mapping.keyframes.config import PlacementConfig
+from racecar.mapping.keyframes.gap import Gap
 from racecar.mapping.keyframes.placement import KeyframePlacer
 from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.mapping.odometry.config import WheelCalibrationConfig
@@ -50,6 +51,25 @@ def test_along_a_bare_corridor_the_wheels_win_over_a_stuck_guess(
     assert chosen == 0
     assert abs(error[0]) < 0.02
     assert abs(error[1]) < 0.02
+    assert abs(error[2]) < 0.01
+
+
+@settings(max_examples=10)
+@given(st.floats(2.0, 40.0), st.floats(-1.0, 1.0), st.floats(-0.1, 0.1))
+def test_a_bare_corridor_goes_on_behind_a_gap_as_far_as_the_wheels_say(
+    forward: float, aside: float, turn: float
+) -> None:
+    """Where it was before, all of what it sees lies on what it saw; where it is, little or nothing does."""
+    true = path(np.array([0.4, 0.0, 0.0]), (-60.0, 0.0, 0.0), BEFORE)
+    true[-1] = true[-2] + [forward, 0.0, 0.0]
+    by_wheels = np.array([forward, aside, turn])
+    worth = WheelCalibration.unknown(WheelCalibrationConfig()).worth(by_wheels)
+    store = store_of(CORRIDOR, true, sight=12.0)
+    placer = KeyframePlacer(BEFORE, store, true[:-1], true[-2], worth, PlacementConfig())
+    placed = placer.place(compose(true[-2], by_wheels)[None], Gap.DRIVEN)
+    error = between(true[-1], placed.pose)
+    assert abs(error[0]) < 0.2
+    assert abs(error[1]) < 0.05
     assert abs(error[2]) < 0.01
 
 
