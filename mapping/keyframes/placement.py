@@ -130,7 +130,9 @@ class KeyframePlacer:
         was found along a bare corridor lies anywhere along it."""
         prior = as_prior(self.information, config=self.store.config.point_to_line)
         missed = between(matches.poses, guess[None])
-        shifts: Pose = np.linalg.solve(matches.hessians + prior, (missed @ prior)[..., None])[..., 0]
+        shifts = np.linalg.solve(matches.hessians + prior, (missed @ prior)[..., None])[..., 0].astype(
+            np.float64
+        )
         return compose(matches.poses, shifts)
 
     def _windows(self, guess: Pose, gap: Gap) -> list[tuple[Pose, Window]]:
