@@ -129,10 +129,8 @@ class KeyframePlacer:
         """Where G matches lie when they follow a guess (3,) in directions that the scans do not observe: what
         was found along a bare corridor lies anywhere along it."""
         prior = as_prior(self.information, config=self.store.config.point_to_line)
-        missed = between(matches.poses, guess[None])
-        shifts = np.linalg.solve(matches.hessians + prior, (missed @ prior)[..., None])[..., 0].astype(
-            np.float64
-        )
+        pulls = (between(matches.poses, guess[None]) @ prior)[..., None]
+        shifts = np.asarray(np.linalg.solve(matches.hessians + prior, pulls)[..., 0], dtype=np.float64)
         return compose(matches.poses, shifts)
 
     def _windows(self, guess: Pose, gap: Gap) -> list[tuple[Pose, Window]]:
