@@ -5,7 +5,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 WORKERS ?= 2
 
-.PHONY: install demo test docs slow fuzz clean
+.PHONY: install demo test docs package slow fuzz clean
 
 install: .venv/installed
 
@@ -24,6 +24,11 @@ test: .venv/installed-dev
 docs: .venv/installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict  # it is pinned below 2
 
+package: .venv/installed-dev
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist
+	$(BIN)/twine check --strict dist/*
+
 slow: .venv/installed-dev
 	$(BIN)/pytest -m slow
 
@@ -34,7 +39,7 @@ fuzz: .venv/installed-dev
 	$(PYTHON) -c 'import sys; sys.version_info >= (3, 10) or sys.exit("Python 3.10 or newer is needed.")'
 	@echo "Installing into .venv; the first time this takes a few minutes."
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[full]'
 	$(BIN)/python -m racecar.pipelines.warm_up
 	touch $@
 
@@ -47,4 +52,4 @@ fuzz: .venv/installed-dev
 	touch $@
 
 clean:
-	rm -rf .venv build/docs demo fuzz
+	rm -rf .venv build/docs dist demo fuzz

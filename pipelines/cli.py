@@ -29,6 +29,7 @@ from racecar.pipelines.commands.simulate import simulate
 from racecar.pipelines.commands.studio import studio
 from racecar.pipelines.commands.terminal import leave_terminal, one_line, prepare_terminal
 from racecar.pipelines.commands.track import track
+from racecar.pipelines.files.optional_packages import OPTIONAL, how_to_install
 from racecar.pipelines.live.ros.arguments import ROS_ARGUMENTS, RosCommand
 from racecar.pipelines.runs.interrupts import end_like_ctrl_c
 
@@ -152,6 +153,12 @@ def _explain(error: BaseException) -> int:
         return _USER_ERROR
     if hasattr(error, "format_message"):  # typer's usage errors, whose class moved between its releases
         _say(f"{error.format_message().rstrip('.')} (see --help).")
+        return _USER_ERROR
+    if (
+        isinstance(error, ModuleNotFoundError)
+        and (package := (error.name or "").partition(".")[0]) in OPTIONAL
+    ):
+        _say(f"This needs a package: {how_to_install(package)}.")
         return _USER_ERROR
     if isinstance(error, MemoryError):
         _say(

@@ -25,10 +25,12 @@ def demo(
     from racecar.maps.map_files import load_map
     from racecar.pipelines.commands.tables import demo_table
     from racecar.pipelines.commands.written_files import where_figures_are
+    from racecar.pipelines.files.optional_packages import require
     from racecar.pipelines.files.outputs import output_folder, written_to
     from racecar.pipelines.files.report import Report
     from racecar.pipelines.runs.demo_run import run_demo
 
+    require("evo", "The demo")  # before minutes are spent
     console = Console(quiet=quiet, highlight=False, soft_wrap=True)
     report = Report("racecar demo")
     report.add("inputs", {"world": "building", "seed": seed})

@@ -13,9 +13,13 @@ _MOST_NAMES = 12
 def where_to_look(folder: Path, first: str, figures: Path | None = None) -> str:
     """A sentence that names the file to open first, what else was written to the folder, and the ``figures``
     of --json."""
-    others = [name for name in written_to(folder) if name != first]
-    also = f"; also in {folder}: {_listed(others)}" if others else ""
-    return f"Look at {folder / first}{also}." + (f" {where_figures_are(figures)}" if figures else "")
+    written = written_to(folder)
+    others = [name for name in written if name != first]
+    if written and first not in written:  # for want of a package
+        where = f"Written to {folder}: {_listed(others)}."
+    else:
+        where = f"Look at {folder / first}" + (f"; also in {folder}: {_listed(others)}." if others else ".")
+    return where + (f" {where_figures_are(figures)}" if figures else "")
 
 
 def where_figures_are(path: Path) -> str:

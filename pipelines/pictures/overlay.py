@@ -1,14 +1,12 @@
 """overlay.png: the path over the map, and scans laid over it at a few moments."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.pictures.map_picture import (
@@ -23,6 +21,7 @@ from racecar.pipelines.pictures.map_picture import (
     figure_for_file,
     known_cells,
 )
+from racecar.pipelines.pictures.moment import Moment
 
 _SCAN_COLOR = LOOP_COLOR
 _PANEL_COLUMNS = 3
@@ -31,18 +30,6 @@ _MARGIN = 1.0
 """Metres around what is known."""
 _SMALLEST_VIEW, _LARGEST_VIEW = 3.0, 12.0
 """Metres from the car to the edge of a panel."""
-
-
-@dataclass(frozen=True, eq=False)
-class Moment:
-    """A scan as the localizer saw it."""
-
-    stamp: int
-    map_from_base: Pose
-    points_in_map: NDArray[np.float64]
-    """(N, 2) end points of the returns."""
-    share_on_wall: float
-    """Share of the end points that lie on a wall; nan when there are none."""
 
 
 def overlay(

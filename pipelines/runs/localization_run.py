@@ -23,10 +23,10 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.evaluation.wall_fit import WallFit
+from racecar.pipelines.files.optional_packages import is_installed, left_out
 from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.pictures.map_picture import save_figure
-from racecar.pipelines.pictures.overlay import OVERLAY_DOTS_PER_INCH, Moment, overlay
+from racecar.pipelines.pictures.moment import Moment
 from racecar.pipelines.runs.map_cautions import cautions_of_resolution, cautions_of_walls
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.view.recorder import Recorder
@@ -125,13 +125,21 @@ def save_localization(
 
     The ``reference`` is the mapping trajectory, if it is of the same drive. Raises UserError when it is not.
     """
-    if reference is not None:
+    if reference is not None and not is_installed("evo"):
+        report.warn(left_out("The path was not compared with that of the mapper", "evo"))
+    elif reference is not None:
         errors = compare(run.trajectory, reference, reference_from_map=IDENTITY)
         report.add("accuracy", {"against_mapping_trajectory": errors.summary()})
     with report.stage("writing"):
         save_tum(run.trajectory, folder / "trajectory.tum")
-        figure = overlay(grid, run.trajectory, run.moments, title)
-        save_figure(folder / "overlay.png", figure, OVERLAY_DOTS_PER_INCH)
+        if is_installed("matplotlib"):
+            from racecar.pipelines.pictures.map_picture import save_figure
+            from racecar.pipelines.pictures.overlay import OVERLAY_DOTS_PER_INCH, overlay
+
+            figure = overlay(grid, run.trajectory, run.moments, title)
+            save_figure(folder / "overlay.png", figure, OVERLAY_DOTS_PER_INCH)
+        else:
+            report.warn(left_out("overlay.png was not drawn", "matplotlib"))
     report.write(folder / REPORT_FILE)
 
 

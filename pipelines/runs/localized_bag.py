@@ -20,8 +20,6 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.config_file import Config, ConfigSource, load_config
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.pictures.map_picture import figure_to_show
-from racecar.pipelines.pictures.overlay import overlay
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.localization_run import (
     LocalizationRun,
@@ -81,6 +79,9 @@ class LocalizedBag:
 
         A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
         """
+        from racecar.pipelines.pictures.map_picture import figure_to_show
+        from racecar.pipelines.pictures.overlay import overlay
+
         return overlay(self.grid, self.trajectory, self.run.moments, self.title, new_figure=figure_to_show)
 
     def save(self, folder: str | Path) -> None:

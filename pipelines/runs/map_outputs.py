@@ -20,12 +20,12 @@ from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits
 from racecar.pipelines.files.filter_masks import save_filter_masks
 from racecar.pipelines.files.g2o import save_g2o
+from racecar.pipelines.files.optional_packages import is_installed, left_out, require
 from racecar.pipelines.files.point_map import require_open3d, save_point_map
 from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.session_file import SESSION_FILE, save_session
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.files.wall_drawings import save_walls_dxf, save_walls_svg
-from racecar.pipelines.pictures.map_picture import MAP_DOTS_PER_INCH, map_picture, save_figure
 from racecar.pipelines.runs.map_cautions import cautions_of_edits
 
 
@@ -66,6 +66,8 @@ class MapOutputKind:
     """Whether they are written only when their first file is asked for."""
     require: Callable[[], object] | None = None
     """Raises UserError when what is needed to write them is not installed."""
+    package: str | None = None
+    """Without which they are left out, with a warning."""
 
 
 def _write_map(map_: WrittenMap) -> None:
@@ -99,6 +101,8 @@ def _write_graph(map_: WrittenMap) -> None:
 
 
 def _write_picture(map_: WrittenMap) -> None:
+    from racecar.pipelines.pictures.map_picture import MAP_DOTS_PER_INCH, map_picture, save_figure
+
     keyframes = map_.session.map_from_base
     figure = map_picture(
         load_map(map_.folder),  # as whoever reads the files sees it
@@ -120,7 +124,7 @@ MAP_OUTPUTS = (
     MapOutputKind((), _write_edits),
     MapOutputKind(("trajectory.tum",), _write_trajectory),
     MapOutputKind(("pose_graph.g2o",), _write_graph),
-    MapOutputKind(("map.png",), _write_picture),
+    MapOutputKind(("map.png",), _write_picture, package="matplotlib"),
     MapOutputKind((SESSION_FILE,), lambda map_: save_session(map_.session, map_.folder / SESSION_FILE)),
     MapOutputKind(("points.ply",), _write_points, only_on_request=True, require=require_open3d),
     MapOutputKind(("map_image.png",), _write_image, only_on_request=True),
@@ -133,6 +137,7 @@ MAP_OUTPUTS = (
         ("walls.dxf",),
         lambda map_: save_walls_dxf(map_.walls, map_.folder / "walls.dxf"),
         only_on_request=True,
+        require=lambda: require("ezdxf", "--dxf"),
     ),
 )
 """In the order in which they are written: the picture shows the map as its files hold it."""
@@ -165,5 +170,8 @@ def write_outputs(map_: WrittenMap, report: Report, requested: Collection[str] =
     with report.stage("writing"):
         map_ = replace(map_, grid=edited(map_.grid, map_.edits.edits))
         for output in outputs_with(requested):
-            output.write(map_)
+            if output.package is None or is_installed(output.package):
+                output.write(map_)
+            else:
+                report.warn(left_out(f"{output.files[0]} was not drawn", output.package))
     report.write(map_.folder / REPORT_FILE)

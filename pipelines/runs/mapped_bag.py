@@ -16,7 +16,6 @@ from racecar.pipelines.files.config_file import Config, ConfigSource, load_confi
 from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.pictures.map_picture import figure_to_show, map_picture
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
 from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
@@ -71,6 +70,8 @@ class MappedBag:
 
         A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
         """
+        from racecar.pipelines.pictures.map_picture import figure_to_show, map_picture
+
         return map_picture(
             self.grid,
             self.trajectory,

@@ -10,8 +10,6 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.evaluation.evaluation import TrajectoryErrors, compare
 from racecar.pipelines.files.report import read_report
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.pictures.error_picture import ERROR_DOTS_PER_INCH, MeasuredPath, error_picture
-from racecar.pipelines.pictures.map_picture import save_figure
 
 _ENOUGH = 0.9
 """Share of the poses that the reference should cover, since a drive that ends early, or a tracker that loses
@@ -54,6 +52,9 @@ def plot_errors(evaluated: Sequence[Evaluated], map_path: Path | None, picture: 
 
     Raises UserError when a map that is given cannot be read, or the picture cannot be written.
     """
+    from racecar.pipelines.pictures.error_picture import ERROR_DOTS_PER_INCH, MeasuredPath, error_picture
+    from racecar.pipelines.pictures.map_picture import save_figure
+
     given = None if map_path is None else load_map(map_path)
     paths = [
         MeasuredPath(

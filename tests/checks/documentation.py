@@ -14,7 +14,12 @@ from racecar.pipelines.cli import app
 from racecar.pipelines.commands.options import join_laser_pose
 
 REPOSITORY = Path(__file__).parents[2]
-PAGES = (REPOSITORY / "README.md", *sorted((REPOSITORY / "docs").rglob("*.md")))
+OF_THE_SITE = tuple(sorted((REPOSITORY / "docs").rglob("*.md")))
+PAGES = (
+    *(REPOSITORY / name for name in ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")),
+    REPOSITORY / ".github" / "ISSUE_TEMPLATE" / "bug.md",
+    *OF_THE_SITE,
+)
 _FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 _SPAN = re.compile(r"`([^`]+)`")

@@ -1,5 +1,6 @@
 """README and docs say what is so: their links lead somewhere, and their commands are understood."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import typer
 
 from racecar.pipelines.cli import app
 from tests.checks.documentation import (
+    OF_THE_SITE,
     PAGES,
     REPOSITORY,
     blocks,
@@ -70,10 +72,20 @@ def test_the_readme_is_short_and_has_what_a_newcomer_types() -> None:
     assert sum(1 for _ in shown_commands(PAGES[0])) >= 8
 
 
+def test_the_version_is_the_same_wherever_it_is_written() -> None:
+    project = (REPOSITORY / "pyproject.toml").read_text(encoding="utf-8")
+    version = re.findall(r'^version = "(.*)"$', project, re.MULTILINE)[0]
+    assert f"\nversion: {version}\n" in (REPOSITORY / "CITATION.cff").read_text(encoding="utf-8")
+    changes = re.findall(
+        r"^## (.*)$", (REPOSITORY / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
+    )
+    assert changes[0] == version
+
+
 def test_each_page_of_the_docs_is_in_the_navigation_and_on_the_home_page() -> None:
     navigation = (REPOSITORY / "mkdocs.yml").read_text(encoding="utf-8")
     home = (REPOSITORY / "docs" / "index.md").read_text(encoding="utf-8")
-    for page in PAGES[1:]:
+    for page in OF_THE_SITE:
         name = str(page.relative_to(REPOSITORY / "docs"))
         assert f" {name}\n" in navigation
         assert name == "index.md" or f"({name})" in home

@@ -14,7 +14,6 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.pictures import error_picture as module
-from racecar.pipelines.runs import trajectory_evaluation
 
 STAMPS = np.arange(400) * 25_000_000 + 10**9
 ANGLE = np.linspace(0, 2 * np.pi, len(STAMPS))
@@ -71,9 +70,7 @@ def test_the_plot_shows_errors_on_the_map_and_over_time(
 ) -> None:
     drawn = []
     picture = module.error_picture
-    monkeypatch.setattr(
-        trajectory_evaluation, "error_picture", lambda paths: drawn.append(paths) or picture(paths)
-    )
+    monkeypatch.setattr(module, "error_picture", lambda paths: drawn.append(paths) or picture(paths))
     cells = np.full((160, 160), FREE, dtype=np.int8)
     cells[[0, -1]] = OCCUPIED
     grid = OccupancyGrid(cells, 0.05, np.array([-4.0, -4.0, 0.0]))
