@@ -30,8 +30,8 @@ class Hypotheses:
         self.perception = Perception(surveyed, config)
         self.is_started = False
         """Whether a scan came since the start."""
-        self._travel = self._seconds = 0.0
-        """Metres plus radians, and seconds, since the scan that was weighed last."""
+        self._travel = 0.0
+        """Metres plus radians since the scan that was weighed last."""
         self._sought: Region | None = None
         """Where the first scan is sought; None where it chooses among the particles."""
         detector = LostDetector(surveyed.shares_when_lost, config.lost_detector)
@@ -74,7 +74,6 @@ class Hypotheses:
         if self._other is not None:
             self._other.particles.predict(step, self._config.slip)
         self._travel += step.travel
-        self._seconds += step.seconds
 
     def weigh(self, beams: Beams) -> None:
         """Take in a scan, if it has beams; those of a car that stands repeat each other."""
@@ -82,14 +81,10 @@ class Hypotheses:
             return
         if not self.is_started:
             self._begin(beams)
-        elif self._travel > 0.0 or self._seconds >= self._config.evidence.independent_seconds:
-            if self._travel == 0.0:  # the car may have been pushed
-                self.believed.particles.inject(self._first_spread)
+        elif self._travel > 0.0:
             for each in self._all:
-                each.weigh(beams, self._travel, self._seconds, self.perception)
-        else:
-            return
-        self._travel = self._seconds = 0.0
+                each.weigh(beams, self._travel, self.perception)
+        self._travel = 0.0
 
     def contest(self, beams: Beams, stamp: int, seconds: float, is_start: bool) -> PoseEstimate:
         """The estimate of the hypothesis that is believed, or of the other, which is from now on."""

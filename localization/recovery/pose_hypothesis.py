@@ -22,8 +22,8 @@ class PoseHypothesis:
         self.is_narrow = self._is_tracked = False
         self._stamp = stamp
 
-    def weigh(self, beams: Beams, travel: float, seconds: float, perception: Perception) -> None:
-        """Take in a scan so many metres plus radians, and seconds, after the last.
+    def weigh(self, beams: Beams, travel: float, perception: Perception) -> None:
+        """Take in a scan so many metres plus radians after the last.
 
         While the cloud is narrow, only what the map explains counts, and where beams fit better beside it, a
         few particles go there.
@@ -35,7 +35,7 @@ class PoseHypothesis:
             if explained.better is not None:
                 self.particles.propose(*explained.better)
         log_likelihood = perception.log_likelihood(self.particles.map_from_base, beams)
-        self.particles.weigh(worth(travel, seconds, fitting, perception.config.evidence) * log_likelihood)
+        self.particles.weigh(worth(travel, fitting, perception.config.evidence) * log_likelihood)
 
     def estimate(
         self, beams: Beams, stamp: int, seconds: float, is_start: bool, perception: Perception
