@@ -21,7 +21,6 @@ from racecar.localization.refinement.config import AlignmentConfig
 from racecar.localization.sensor.config import (
     BeamModelConfig,
     BeamSkippingConfig,
-    EvidenceConfig,
 )
 from racecar.localization.verdict.config import VerdictConfig
 from racecar.maps.sensing.config import TurnFusionConfig
@@ -29,8 +28,30 @@ from racecar.maps.settings import Settings
 
 
 class TrackingConfig(Settings):
-    """When the pose counts as known, and how a first scan is taken."""
+    """When scans count, when the pose counts as known, and when another place is considered."""
 
+    news_after: float = Field(
+        0.02,
+        ge=0,
+        le=10,
+        description="metres plus radians of motion after which a scan counts: those of a car that stands "
+        "repeat themselves, and counted as independent they would narrow the cloud to a point; by judgement",
+    )
+    look_again_after: float = Field(
+        0.5,
+        gt=0,
+        le=100,
+        description="seconds after which a scan counts although the wheels stand, since the car may be "
+        "sliding or pushed; by judgement",
+    )
+    pushed_distance: float = Field(
+        0.1,
+        ge=0,
+        le=10,
+        description="metres by which a car whose wheels stand may have moved meanwhile, for a few particles; "
+        "by judgement",
+    )
+    pushed_angle: float = Field(0.05, ge=0, le=10, description="radians, likewise; by judgement")
     dominant: float = Field(
         0.9,
         gt=0.5,
@@ -56,6 +77,13 @@ class TrackingConfig(Settings):
         le=10,
         description="metres, likewise: known so well that the place may be held against the odometry; by "
         "judgement",
+    )
+    first_scan_share: float = Field(
+        0.25,
+        gt=0,
+        le=1,
+        description="share of a first scan's log-likelihood that counts about a given pose: where the map "
+        "has changed, another place fits better (up to 1.4 m away in tests), which only driving refutes",
     )
     first_scan_distance: float = Field(
         0.05,
@@ -111,6 +139,12 @@ class LocalizationConfig(Settings):
     start_heading_spread: float = Field(
         0.25, gt=0, le=3.2, description="standard deviation in radians about a start heading that was given"
     )
+    squash: float = Field(
+        2.2,
+        ge=1,
+        le=1000,
+        description="a scan's probability is raised to 1/squash: its beams are not independent",
+    )
     table_megabytes: int = Field(
         256, ge=1, le=100000, description="limit of the range table; a larger map gets coarser headings"
     )
@@ -126,7 +160,6 @@ class LocalizationConfig(Settings):
     range_table: RangeTableConfig = RangeTableConfig()
     beam_model: BeamModelConfig = BeamModelConfig()
     beam_skipping: BeamSkippingConfig = BeamSkippingConfig()
-    evidence: EvidenceConfig = EvidenceConfig()
     alignment: AlignmentConfig = AlignmentConfig()
     lost_detector: LostDetectorConfig = LostDetectorConfig()
     place_search: PlaceSearchConfig = PlaceSearchConfig()

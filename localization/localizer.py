@@ -165,7 +165,8 @@ class Localizer:
         gone_to = self._hung.follow(scan, step, self._last, is_narrow, hypotheses.perception)
         if gone_to is None:
             return False
-        hypotheses.go_on_from(gone_to)
+        noise = self._rng.standard_normal((self._config.particles, 3))
+        hypotheses.go_on_from(gone_to + hypotheses.pushed * noise)
         self._learning.start_anew()
         return True
 

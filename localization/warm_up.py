@@ -57,7 +57,7 @@ def warm_up_filter(config: LocalizationConfig) -> None:
         motion.add(odometry)
         moved = motion.step_to(odometry.stamp)
         particles.predict(moved, config.slip)
-        particles.weigh(rng.normal(0.0, 3.0, len(particles)))
+        particles.weigh_next(rng.normal(0.0, 3.0, len(particles)), moved.travel)
         mean, covariance, _ = particles.moments()
         particles.resample(_PARTICLES // 2)
         motion.follow(odometry.stamp, mean)

@@ -1,6 +1,6 @@
 """The particle filter: predict, weigh, find the dominant cluster, resample."""
 
-from math import hypot, isfinite
+from math import hypot, inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,9 +90,15 @@ class ParticleFilter:
         self.map_from_base[first :: self.config.injection_interval] = map_from_base
         self._disturb(first, self.config.injection_interval, np.sqrt(np.diag(covariance)))
 
-    def weigh(self, log_likelihood: NDArray[np.float64]) -> None:
-        """Take in how well each particle (N,) explains a scan."""
-        self.weights, self.effective_size = take_evidence(self._log_weights, log_likelihood)
+    def weigh(self, log_likelihood: NDArray[np.float64], most: float = inf) -> None:
+        """Take in how well each particle (N,) explains a scan, which counts by ``most`` against any."""
+        self.weights, self.effective_size = take_evidence(self._log_weights, log_likelihood, most)
+
+    def weigh_next(self, log_likelihood: NDArray[np.float64], travel: float) -> None:
+        """The same of a scan so many metres plus radians after the last one."""
+        config = self.config
+        most = min(max(config.evidence_per_travel * travel, config.least_evidence), config.most_evidence)
+        self.weigh(log_likelihood, most)
 
     def spread(self, deviations: Pose) -> None:
         """Disturb all particles by deviations (3,) in metres and radians, so that copies of one differ."""

@@ -17,17 +17,20 @@ _LEAST_LOG = -50.0
 
 @njit(cache=True, nogil=True, fastmath={"contract", "reassoc"})
 def take_evidence(
-    log_weights: NDArray[np.float64], log_likelihood: NDArray[np.float64]
+    log_weights: NDArray[np.float64], log_likelihood: NDArray[np.float64], most: float
 ) -> tuple[NDArray[np.float64], float]:
     """Add a scan's log-likelihoods (N,) to log-weights (N,), the best of which become 0.
 
-    Returns weights (N,) that sum to 1, and how many equally
+    A scan counts by so much at most against any. Returns weights (N,) that sum to 1, and how many equally
     weighted particles they are worth.
     """
     weights = np.empty(len(log_weights))
+    best = -math.inf
+    for i in range(len(weights)):
+        best = max(best, log_likelihood[i])
     heaviest = -math.inf
     for i in range(len(weights)):
-        log_weights[i] += log_likelihood[i]
+        log_weights[i] += max(log_likelihood[i], best - most)
         heaviest = max(heaviest, log_weights[i])
     for i in range(len(weights)):
         log_weights[i] -= heaviest

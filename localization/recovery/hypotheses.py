@@ -30,8 +30,8 @@ class Hypotheses:
         self.perception = Perception(surveyed, config)
         self.is_started = False
         """Whether a scan came since the start."""
-        self._travel = 0.0
-        """Metres plus radians since the scan that was weighed last."""
+        self._travel = self._seconds = 0.0
+        """Since the scan that was weighed last."""
         self._sought: Region | None = None
         """Where the first scan is sought; None where it chooses among the particles."""
         detector = LostDetector(surveyed.shares_when_lost, config.lost_detector)
@@ -61,9 +61,8 @@ class Hypotheses:
         self.is_started = False
 
     def go_on_from(self, map_from_base: Pose) -> None:
-        """What is believed goes on about another pose (3,)."""
-        self.believed.particles = self._cloud(np.tile(map_from_base, (self._config.particles, 1)))
-        self.believed.particles.spread(self._first_spread)
+        """What is believed goes on from other poses (N, 3)."""
+        self.believed.particles = self._cloud(map_from_base)
 
     def predict(self, step: MotionStep, slip_scale: Pose) -> None:
         """Move the particles by what odometry measured, or what the car is taken to have done.
@@ -74,17 +73,20 @@ class Hypotheses:
         if self._other is not None:
             self._other.particles.predict(step, self._config.slip)
         self._travel += step.travel
+        self._seconds += step.seconds
 
     def weigh(self, beams: Beams) -> None:
-        """Take in a scan, if it has beams; those of a car that stands repeat each other."""
+        """Take in a scan, if it has beams and is news."""
         if len(beams) == 0:
             return
         if not self.is_started:
             self._begin(beams)
-        elif self._travel > 0.0:
+        elif self._is_news():
             for each in self._all:
                 each.weigh(beams, self._travel, self.perception)
-        self._travel = 0.0
+        else:
+            return
+        self._travel = self._seconds = 0.0
 
     def contest(self, beams: Beams, stamp: int, seconds: float, is_start: bool) -> PoseEstimate:
         """The estimate of the hypothesis that is believed, or of the other, which is from now on."""
@@ -115,19 +117,35 @@ class Hypotheses:
     def _all(self) -> list[PoseHypothesis]:
         return [self.believed] if self._other is None else [self.believed, self._other]
 
+    def _is_news(self) -> bool:
+        """Whether a scan counts: the car has moved, or may have been moved unnoticed in the meantime."""
+        tracking = self._config.tracking
+        if self._travel >= tracking.news_after:
+            return True
+        if self._seconds < tracking.look_again_after:
+            return False
+        self.believed.particles.inject(self.pushed)
+        return True
+
+    @property
+    def pushed(self) -> Pose:
+        """(3,) metres and radians by which a car whose wheels stand may have moved unnoticed."""
+        tracking = self._config.tracking
+        return np.array([tracking.pushed_distance, tracking.pushed_distance, tracking.pushed_angle])
+
     def _begin(self, beams: Beams) -> None:
         """Take in a first scan, which chooses the places to start from."""
         self.is_started = True
         if self._sought is not None:
             self.believed.particles = self._search(beams, self._sought)
         else:
-            share = self._config.evidence.first_share
+            share = self._config.tracking.first_scan_share
             self.believed.particles = self._chosen(self.believed.particles.map_from_base, beams, share)
 
     def _search(self, beams: Beams, region: Region = ANYWHERE) -> ParticleFilter:
         """Particles where in a region a scan fits."""
         count, places = self._config.scattered_particles, self.perception.surveyed.places
-        found = places.find(beams, count, self._rng, region)
+        found = places.find(beams, self._config.squash, count, self._rng, region)
         return self._chosen(found, beams, share=1.0)
 
     def _chosen(self, map_from_base: Pose, beams: Beams, share: float) -> ParticleFilter:
@@ -135,15 +153,9 @@ class Hypotheses:
         config, particles = self._config, self._cloud(map_from_base)
         particles.weigh(share * self.perception.log_likelihood(map_from_base, beams))
         particles.resample(config.particles)
-        particles.spread(self._first_spread)
+        distance, angle = config.tracking.first_scan_distance, config.tracking.first_scan_angle
+        particles.spread(np.array([distance, distance, angle]))
         return particles
-
-    @property
-    def _first_spread(self) -> Pose:
-        """(3,) metres and radians by which particles that stem from few are spread."""
-        tracking = self._config.tracking
-        distance = tracking.first_scan_distance
-        return np.array([distance, distance, tracking.first_scan_angle])
 
     def _cloud(self, map_from_base: Pose) -> ParticleFilter:
         return ParticleFilter(map_from_base, self._rng, self._config.particle_filter)

@@ -73,16 +73,18 @@ class PlaceSearch:
         groups = [shares[order[first:end]] for first, end in pairwise(edges)]
         return np.array([group.mean(axis=0) for group in groups])
 
-    def find(self, beams: Beams, count: int, rng: np.random.Generator, region: Region = ANYWHERE) -> Pose:
+    def find(
+        self, beams: Beams, squash: float, count: int, rng: np.random.Generator, region: Region = ANYWHERE
+    ) -> Pose:
         """(count, 3) poses of the base, spread over the places in a region where a scan fits best."""
         config = self._config
         places = np.flatnonzero(region.contains(self._map_from_place[:, :2], _REACH * self._spacing))
         rough_beams, fine_beams = beams.thinned(config.rough_beams), beams.thinned(config.beams)
         likely = max(int(np.ceil(config.likely_places * len(places))), _FEW)
         if likely < len(places):
-            roughly = self._scores(places, config.rough_headings, rough_beams).max(axis=1)
+            roughly = self._scores(places, config.rough_headings, rough_beams, squash).max(axis=1)
             places = places[np.argpartition(roughly, len(roughly) - likely)[-likely:]]
-        scores = self._scores(places, config.headings, fine_beams)
+        scores = self._scores(places, config.headings, fine_beams, squash)
         best_count = min(config.poses, scores.size)
         best = np.argpartition(scores.ravel(), scores.size - best_count)[-best_count:]
         best = best[np.argsort(scores.ravel()[best])[::-1]]
@@ -96,10 +98,12 @@ class PlaceSearch:
         map_from_laser[:, :2] += rng.uniform(-0.5, 0.5, (count, 2)) * self._spacing
         return compose(map_from_laser, inverse(beams.base_from_laser))
 
-    def _scores(self, places: NDArray[np.int64], fewest_headings: int, beams: Beams) -> NDArray[np.float32]:
+    def _scores(
+        self, places: NDArray[np.int64], fewest_headings: int, beams: Beams, squash: float
+    ) -> NDArray[np.float32]:
         """(P, H) log-likelihood of a scan at places (P,), by number, and at every few headings."""
         log_probabilities = beam_log_probabilities(
-            beams.ranges, beams.max_range, self._config.beam_model, self._codes
+            beams.ranges, beams.max_range, squash, self._config.beam_model, self._codes
         )
         headings = self._views.shape[1]
         offsets = np.rint(beams.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings

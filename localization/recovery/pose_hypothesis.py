@@ -9,7 +9,6 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.lost_detector import LostDetector
 from racecar.localization.recovery.perception import Perception
 from racecar.localization.sensor.beams import Beams
-from racecar.localization.sensor.evidence import worth
 
 
 class PoseHypothesis:
@@ -28,14 +27,14 @@ class PoseHypothesis:
         While the cloud is narrow, only what the map explains counts, and where beams fit better beside it, a
         few particles go there.
         """
-        fitting = 1.0
+        evidence = 1.0
         if self.is_narrow:
             explained = perception.explanation(self.particles, beams)
-            beams, fitting = explained.beams, explained.fitting
+            beams, evidence = explained.beams, explained.evidence
             if explained.better is not None:
                 self.particles.propose(*explained.better)
         log_likelihood = perception.log_likelihood(self.particles.map_from_base, beams)
-        self.particles.weigh(worth(travel, fitting, perception.config.evidence) * log_likelihood)
+        self.particles.weigh_next(evidence * log_likelihood, travel)
 
     def estimate(
         self, beams: Beams, stamp: int, seconds: float, is_start: bool, perception: Perception

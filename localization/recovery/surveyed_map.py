@@ -34,7 +34,7 @@ class SurveyedMap:
 
     def beam_model(self, config: LocalizationConfig) -> BeamModel:
         """How likely scans are on this map."""
-        return BeamModel(self.free_space, self.table, config.beam_model)
+        return BeamModel(self.free_space, self.table, config.beam_model, config.squash)
 
 
 def survey(grid: OccupancyGrid, config: LocalizationConfig) -> SurveyedMap:

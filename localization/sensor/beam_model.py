@@ -28,7 +28,7 @@ class BeamModel:
     """The course's sensor model, `racecar.localization.sensor.beam_table`, on a map."""
 
     def __init__(
-        self, free_space: FreeSpace, table: RangeTable | RangeCodes, config: BeamModelConfig
+        self, free_space: FreeSpace, table: RangeTable | RangeCodes, config: BeamModelConfig, squash: float
     ) -> None:
         """Without a table, of which only the codes are known, rays are cast anew for every particle.
 
@@ -38,6 +38,7 @@ class BeamModel:
         self._table = table if isinstance(table, RangeTable) else None
         self._codes = table.codes if isinstance(table, RangeTable) else table
         self._config = config
+        self._squash = squash
         self._steps_per_cell = free_space.grid.resolution / RANGE_STEP
         self._codes_per_cell = np.minimum(
             self._codes.codes_per_step * self._steps_per_cell, _MOST_CODES_PER_CELL
@@ -46,11 +47,13 @@ class BeamModel:
         self._range_of_code = np.pad(self._codes.steps, self._margin, mode="edge") * RANGE_STEP
 
     def log_likelihood(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64]:
-        """(N,) log-likelihood of a scan from each of the poses (N, 3).
+        """(N,) log-likelihood of a scan from each of the poses (N, 3), to the power 1/squash.
 
         A pose where the car cannot be gets what the least likely readings would give.
         """
-        log_probabilities = log_probability_table(beams.max_range, self._config, self._codes, self._margin)
+        log_probabilities = log_probability_table(
+            beams.max_range, self._squash, self._config, self._codes, self._margin
+        )
         rows = rows_of(beams.ranges, log_probabilities)
         if self._table is None:
             return add_up_cast_beams(

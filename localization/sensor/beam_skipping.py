@@ -5,6 +5,10 @@ is that of AMCL's beam skipping (nav2); here a beam has to agree with the map fr
 the few particles that say otherwise are more often wrong than the rest. After wrong odometry the whole cloud
 may be beside the true place; then more beams agree from where the scan is aligned with the walls, this place
 decides instead, and particles are proposed there.
+
+Where the map is wrong about much of what a scan sees, it may be wrong about the rest too, and in the same way
+for scans taken near each other. A cloud that counted them as independent would become sure of the place where
+the map's errors happen to fit, and then leave out the beams that say otherwise: such scans count less.
 """
 
 from collections.abc import Callable
@@ -28,8 +32,8 @@ class Explanation:
 
     beams: Beams
     """To weigh: those explained, or all if these are too few."""
-    fitting: float
-    """Share of all beams that agree with the map."""
+    evidence: float
+    """Share of its log-likelihood by which the scan counts, 0 to 1."""
     better: Alignment | None
     """Where notably more beams fit than from the cloud on average."""
 
@@ -56,4 +60,5 @@ def explain(
         if fitting_aligned > notably_more:
             is_explained, fitting, better = fits_aligned, fitting_aligned, alignment
     is_enough = np.count_nonzero(is_explained) >= config.fewest_left * len(beams)
-    return Explanation(beams.only(is_explained) if is_enough else beams, fitting / len(beams), better)
+    evidence = min(fitting / (config.usual_share * len(beams)), 1.0) ** config.steepness
+    return Explanation(beams.only(is_explained) if is_enough else beams, evidence, better)

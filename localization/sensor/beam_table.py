@@ -36,10 +36,10 @@ def beam_probabilities(
 
 
 def beam_log_probabilities(
-    ranges: NDArray[np.float64], max_range: float, mixture: BeamModelConfig, codes: RangeCodes
+    ranges: NDArray[np.float64], max_range: float, squash: float, mixture: BeamModelConfig, codes: RangeCodes
 ) -> NDArray[np.float32]:
     """(B, 256) log-probability of B ranges (metres, inf: a miss) for the code of every expected range."""
-    table = log_probability_table(max_range, mixture, codes, 0)
+    table = log_probability_table(max_range, squash, mixture, codes, 0)
     return table[rows_of(ranges, table)]
 
 
@@ -50,22 +50,24 @@ def rows_of(ranges: NDArray[np.float64], table: NDArray[np.float32]) -> NDArray[
 
 
 def log_probability_table(
-    max_range: float, mixture: BeamModelConfig, codes: RangeCodes, margin: int
+    max_range: float, squash: float, mixture: BeamModelConfig, codes: RangeCodes, margin: int
 ) -> NDArray[np.float32]:
     """(L + 1, margin + 256 + margin): a row for each reading in steps of 5 cm, a column for each code of an
     expected range, the first and the last repeated.
 
-    Readings and expectations are clipped to the sensor's
+    Log-probabilities, already divided by ``squash``. Readings and expectations are clipped to the sensor's
     range (metres), or to that of the codes where it is shorter.
     """
     reach, longest = max_range / RANGE_STEP, codes.longest_steps
-    return _log_probabilities(max(1, round(reach)) if reach < longest else longest, mixture, codes, margin)
+    return _log_probabilities(
+        max(1, round(reach)) if reach < longest else longest, squash, mixture, codes, margin
+    )
 
 
 @lru_cache(maxsize=4)
 def _log_probabilities(
-    longest: int, mixture: BeamModelConfig, codes: RangeCodes, margin: int
+    longest: int, squash: float, mixture: BeamModelConfig, codes: RangeCodes, margin: int
 ) -> NDArray[np.float32]:
     expected = np.minimum(np.rint(np.pad(codes.steps, margin, mode="edge")), longest).astype(np.int64)
-    logs = np.log(beam_probabilities(longest, mixture)[:, expected])
+    logs = np.log(beam_probabilities(longest, mixture)[:, expected]) / squash
     return np.ascontiguousarray(logs, dtype=np.float32)

@@ -61,7 +61,7 @@ COURSE = BeamModelConfig(hit_deviation=0.4, random=0.12)
 
 
 class BeamSkippingConfig(Settings):
-    """Which beams of a scan are left out. After AMCL's beam skipping (nav2)."""
+    """Which beams of a scan are left out, and how much the scan counts. After AMCL's beam skipping (nav2)."""
 
     particles: int = Field(
         40,
@@ -90,26 +90,6 @@ class BeamSkippingConfig(Settings):
         le=1,
         description="share of the beams; where fewer are explained all are weighed, since the pose rather "
         "than the map is wrong then. By judgement: half",
-    )
-
-
-class EvidenceConfig(Settings):
-    """What a scan is worth as evidence of the place."""
-
-    independent_after: float = Field(
-        0.1,
-        gt=0,
-        le=100,
-        description="metres plus radians of travel after which a scan counts as independent of the last; one "
-        "after less counts by its share. By that the car races, passes moved furniture and "
-        "drives with bad odometry 20, 24 and 4 % more exactly than with a fixed share of 1/2.2 and a bound",
-    )
-    first_share: float = Field(
-        0.1,
-        gt=0,
-        le=1,
-        description="share of a first scan that counts about a given pose: where the map has changed, "
-        "another place fits better (up to 1.4 m away in tests), which only driving refutes",
     )
     usual_share: float = Field(
         0.7,

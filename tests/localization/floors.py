@@ -23,4 +23,4 @@ def table_of(free_space: FreeSpace, megabytes: int = 50) -> RangeTable:
 
 def beam_model_of(free_space: FreeSpace, with_table: bool = True) -> BeamModel:
     table = table_of(free_space) if with_table else CODES
-    return BeamModel(free_space, table, CONFIG.beam_model)
+    return BeamModel(free_space, table, CONFIG.beam_model, CONFIG.squash)

@@ -33,7 +33,7 @@ def test_the_heavier_of_two_clusters_is_the_estimate() -> None:
     mean, _, weight = filter.moments()
     np.testing.assert_allclose(mean, 0.0, atol=0.05)
     assert np.isclose(weight, 0.6, atol=0.01)
-    filter.weigh(np.where(np.arange(1000) < 600, 0.0, 2.0))
+    filter.weigh_next(np.where(np.arange(1000) < 600, 0.0, 2.0), 1.0)
     mean, _, _ = filter.moments()
     np.testing.assert_allclose(mean, [5.0, 0.0, 1.0], atol=0.05)
 
@@ -50,17 +50,17 @@ def test_those_who_face_the_other_way_at_the_same_place_are_another_cluster() ->
 def test_the_most_unlikely_scans_do_not_make_weights_vanish() -> None:
     filter = ParticleFilter(np.zeros((4, 3)), np.random.default_rng(0))
     for _ in range(100):
-        filter.weigh(np.array([-1e5, -1e5, -1e5 - 1.0, -2e5]))
+        filter.weigh_next(np.array([-1e5, -1e5, -1e5 - 1.0, -2e5]), 1.0)
     np.testing.assert_allclose(filter.weights, [0.5, 0.5, 0.0, 0.0], atol=1e-9)
 
 
 def test_resampling_only_when_under_half_are_effective() -> None:
     filter = ParticleFilter(np.arange(12.0).reshape(4, 3), np.random.default_rng(0))
     before = filter.map_from_base
-    filter.weigh(np.log([0.4, 0.3, 0.2, 0.1]))
+    filter.weigh_next(np.log([0.4, 0.3, 0.2, 0.1]), 1.0)
     filter.resample(4)
     assert filter.map_from_base is before
-    filter.weigh(np.array([0.0, -9.0, -9.0, -9.0]))
+    filter.weigh_next(np.array([0.0, -9.0, -9.0, -9.0]), 1.0)
     filter.resample(4)
     np.testing.assert_array_equal(filter.map_from_base, np.tile(before[0], (4, 1)))
     np.testing.assert_allclose(filter.weights, 0.25)

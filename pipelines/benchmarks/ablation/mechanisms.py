@@ -95,9 +95,12 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "gyroscope": _settings(turn_fusion={"min_segments": 1000}),
     },
     "evidence": {
-        "travel discount": _settings(evidence={"independent_after": _NONE}),
-        "fit discount": _settings(evidence={"steepness": 0}),
-        "first scan share": _settings(evidence={"first_share": 1.0}),
+        "squash": _settings(squash=1.0),
+        "news threshold": _settings(tracking={"news_after": 0.0}),
+        "looking again": _settings(tracking={"look_again_after": 100.0}),
+        "evidence cap": _settings(particle_filter={"least_evidence": 1000.0, "most_evidence": 1000.0}),
+        "fit exponent": _settings(beam_skipping={"steepness": 0}),
+        "first scan share": _settings(tracking={"first_scan_share": 1.0}),
         "alignment discount": _settings(
             alignment={"points_per_observation": 1.0, "cloud_width": 1.0, "least_cloud": 0.001}
         ),

@@ -122,7 +122,7 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
         free_space, table = watch.time("table", lambda: _build_table(grid, config))
     drive = MeasuredDrive(grid, config, workload.steps_in_all, workload.warm_up_steps, seed)
     rng = np.random.default_rng([seed, 1])
-    model = BeamModel(free_space, table, config.beam_model)
+    model = BeamModel(free_space, table, config.beam_model, config.squash)
     turns = InterleavedTiming(drive, model, free_space, table, workload.spread_particles, rng)
     turns.take(workload.steps, Stopwatch())  # compiles what is compared
     for _ in range(workload.rounds):
@@ -167,7 +167,7 @@ def rays_off(
     Rays longer than the longest range of the table count as that long.
     """
     grid, reach = free_space.grid, table.codes.longest_range
-    model = BeamModel(free_space, table, config.beam_model)
+    model = BeamModel(free_space, table, config.beam_model, config.squash)
     off = []
     for pose in free_space.draw_poses(_RAY_PLACES, rng):
         exact = cast_ray_fan(grid, pose[None], bearings, reach)[0]
@@ -185,8 +185,8 @@ def _log_weight_correlation(
 ) -> float:
     """The lowest of some scans, over those particles of a wide cloud whose laser is where it can be."""
     config = drive.config
-    model = BeamModel(free_space, table, config.beam_model)
-    exact_model = BeamModel(free_space, table.codes, config.beam_model)
+    model = BeamModel(free_space, table, config.beam_model, config.squash)
+    exact_model = BeamModel(free_space, table.codes, config.beam_model, config.squash)
     correlations = []
     for _ in range(workload.wide_clouds):
         step, beams = drive.next_step(), drive.beams

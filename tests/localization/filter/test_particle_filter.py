@@ -77,7 +77,7 @@ def test_the_cloud_follows_a_car_that_drives_backward_while_its_odometry_says_fo
         filter.predict(forward(0.05 if is_told_wrongly else 0.02), SLIP)
         ranges = cast_ray_fan(grid, compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
         beams = Beams(BEARINGS, ranges + 0.01 * rng.standard_normal(271), BASE_FROM_LASER, 30.0).thinned(100)
-        filter.weigh(model.log_likelihood(filter.map_from_base, beams))
+        filter.weigh_next(model.log_likelihood(filter.map_from_base, beams), 0.15)
         mean, _, _ = filter.moments()
         off.append(np.hypot(*(mean - truth)[:2]))
         filter.resample(4000)
@@ -90,33 +90,35 @@ log_likelihoods = st.lists(st.floats(-1e4, 1e4), min_size=8, max_size=8)
 
 @given(st.lists(log_likelihoods, min_size=1, max_size=20))
 @example([[0.0] * 7 + [6.0]] * 7)
-def test_weights_sum_to_one_whatever_the_scans_say(scans: list[list[float]]) -> None:
+def test_weights_sum_to_one_and_none_vanishes_at_once(scans: list[list[float]]) -> None:
     filter = ParticleFilter(np.zeros((8, 3)), np.random.default_rng(0))
     for scan in scans:
-        filter.weigh(np.array(scan))
+        before = filter.weights
+        filter.weigh_next(np.array(scan), 1.0)
         assert filter.weights.sum() == pytest.approx(1.0)
         assert 1.0 - 1e-9 <= filter.effective_size <= 8.0 + 1e-9
+        assert np.all(filter.weights >= before * np.exp(-6.0) * (1 - 1e-7))
 
 
 def test_weights_multiply_up() -> None:
     filter = ParticleFilter(np.zeros((3, 3)), np.random.default_rng(0))
     first, second = np.array([-1.0, -2.0, -3.0]), np.array([-500.0, -500.5, -498.0])
-    filter.weigh(first)
-    filter.weigh(second)
+    filter.weigh_next(first, 1.0)
+    filter.weigh_next(second, 1.0)
     expected = np.exp(first + second - (first + second).max())
     np.testing.assert_allclose(filter.weights, expected / expected.sum())
 
 
 def test_it_is_resampled_only_when_few_are_effective_or_there_are_too_many() -> None:
     filter = filter_at(IDENTITY, count=1000)
-    filter.weigh(np.where(np.arange(1000) < 600, 0.0, -6.0))
+    filter.weigh_next(np.where(np.arange(1000) < 600, 0.0, -6.0), 1.0)
     before = filter.map_from_base
     filter.resample(1000)
     assert filter.map_from_base is before
     filter.resample(900)
     assert len(filter) == 900
     filter = filter_at(IDENTITY, count=1000)
-    filter.weigh(np.where(np.arange(1000) < 300, 0.0, -6.0))
+    filter.weigh_next(np.where(np.arange(1000) < 300, 0.0, -6.0), 1.0)
     heavy = filter.map_from_base[:300]
     filter.resample(1000)
     assert len(filter) == 1000
@@ -133,7 +135,7 @@ def test_a_slip_that_explains_the_scans_is_learned() -> None:
         truth += 0.045
         filter.predict(forward(0.05), SLIP)
         ahead.append(np.average(filter.map_from_base[:, 0], weights=filter.weights) - truth)
-        filter.weigh(-0.5 * ((filter.map_from_base[:, 0] - truth) / 0.02) ** 2)
+        filter.weigh_next(-0.5 * ((filter.map_from_base[:, 0] - truth) / 0.02) ** 2, 0.05)
         filter.resample(4000)
     assert np.mean(ahead[-50:]) < 0.5 * np.mean(ahead[:10])
 
@@ -158,7 +160,7 @@ def test_the_cloud_learns_how_far_a_car_is_behind_its_odometry() -> None:
         filter.predict(MotionStep(increment, np.zeros(3), 0.1, 0.025, behind=behind), SLIP)
         truth = compose(truth, increment + 1.2 * behind)
         off = np.abs(between(truth, filter.map_from_base)).max(axis=1)
-        filter.weigh(-0.5 * (off / 0.03) ** 2)
+        filter.weigh_next(-0.5 * (off / 0.03) ** 2, 0.1)
         filter.resample(4000)
     unbiased, _, _ = filter.moments()
     filter.predict(MotionStep(increment, np.zeros(3), 0.1, 0.025, behind=behind), SLIP)

@@ -44,7 +44,7 @@ def is_near(poses: Pose, truth: Pose) -> np.ndarray:
 def test_the_place_is_found(place: tuple[float, float, float], people: float, with_table: bool) -> None:
     truth = compose(room().map_from_grid, place)
     beams = seen_from(truth, people=people)
-    found = search(with_table).find(beams, 8000, np.random.default_rng(0))
+    found = search(with_table).find(beams, 2.2, 8000, np.random.default_rng(0))
     assert found.shape == (8000, 3)
     assert is_near(found, truth).mean() > 0.05
     model = beam_model_of(free_space())
@@ -57,7 +57,7 @@ def test_the_headings_that_are_found_lean_to_no_side(with_table: bool) -> None:
     offs = []
     for yaw in np.linspace(-np.pi, np.pi, 40, endpoint=False):
         truth = compose(room().map_from_grid, (3.0, 3.0, yaw))
-        found = search(with_table).find(seen_from(truth, IDENTITY), 300, np.random.default_rng(0))
+        found = search(with_table).find(seen_from(truth, IDENTITY), 2.2, 300, np.random.default_rng(0))
         offs.append(np.median(between(truth, found[is_near(found, truth)])[:, 2]))
     assert abs(np.mean(offs)) < np.radians(0.3)
 
@@ -65,7 +65,7 @@ def test_the_headings_that_are_found_lean_to_no_side(with_table: bool) -> None:
 def test_what_is_found_is_the_base_wherever_the_laser_is_on_it() -> None:
     truth = compose(room().map_from_grid, PLACES[0])
     on_the_tail = np.array([-0.4, 0.2, 2.0])
-    found = search(True).find(seen_from(truth, on_the_tail), 8000, np.random.default_rng(0))
+    found = search(True).find(seen_from(truth, on_the_tail), 2.2, 8000, np.random.default_rng(0))
     assert is_near(found, truth).mean() > 0.05
 
 

@@ -146,20 +146,22 @@ def test_where_the_scan_fits_notably_better_is_reported(sensor: BeamModel) -> No
     assert explained.better is None
 
 
-def fitting_of(share_of_people: float, cloud: Pose, sensor: BeamModel) -> float:
+def evidence_of(share_of_people: float, cloud: Pose, sensor: BeamModel) -> float:
     ranges = seen_in(room())
     ranges[: round(share_of_people * len(ranges))] = 0.8
     return explain(
         beams_of(ranges), cloud, lambda: (truth(), np.eye(3)), sensor, CONFIG.beam_skipping
-    ).fitting
+    ).evidence
 
 
-def test_beams_that_people_stop_do_not_fit(sensor: BeamModel) -> None:
-    for people in (0.0, 0.2, 0.4, 0.6, 0.8):
-        fitting = fitting_of(people, cloud_about(truth()), sensor)
-        assert fitting == pytest.approx(1.0 - people, abs=0.06)
+def test_a_scan_of_which_little_fits_counts_less(sensor: BeamModel) -> None:
+    evidence = [evidence_of(people, cloud_about(truth()), sensor) for people in (0.0, 0.2, 0.4, 0.6, 0.8)]
+    assert evidence[:2] == [1.0, 1.0]
+    assert np.all(np.diff(evidence[1:]) < 0.0)
+    assert evidence[3] < 0.2
+    assert 0.0 < evidence[4] < 0.02
 
 
-def test_a_scan_fits_as_it_does_beside_the_cloud_where_that_is_better(sensor: BeamModel) -> None:
+def test_a_scan_that_fits_beside_the_cloud_counts_by_how_it_fits_there(sensor: BeamModel) -> None:
     beside = cloud_about(compose(truth(), [0.45, -0.35, 0.12]))
-    assert fitting_of(0.2, beside, sensor) == pytest.approx(0.8, abs=0.02)
+    assert evidence_of(0.2, beside, sensor) == 1.0

@@ -38,7 +38,7 @@ def test_a_file_overrides(tmp_path: Path) -> None:
             "localization:\n  odometry_segments: {shortest: 5}\n",
             "segments': shortest must not exceed",
         ),
-        ("localization:\n  tracking: {dominant: .inf}\n", "'localization.tracking.dominant': .*finite"),
+        ("localization:\n  tracking: {news_after: .inf}\n", "'localization.tracking.news_after': .*finite"),
         (
             "mapping:\n  keyframes: {constraints: {tied_to: [2]}}\n",
             "tied_to': 1 must be among them",
@@ -47,7 +47,7 @@ def test_a_file_overrides(tmp_path: Path) -> None:
         ("localization:\n  alignment: {scales: [0.0]}\n", "'localization.alignment.scales.0': .*0.01"),
         ("localization:\n  particles: many\n", "bad value for 'localization.particles': .*integer"),
         ("localization: 5\n", "bad value for 'localization'"),
-        ("localization: {slip: 1.0e+300}\n", "'localization.slip': .*less than or equal to 2"),
+        ("localization: {squash: 1.0e+300}\n", "'localization.squash': .*less than or equal to 1000"),
         ("localization: {particles: 10, fewest_particles: 1000}\n", "fewest_particles' .1000. than"),
         ("- a\n- b\n", "should hold sections"),
         ("mapping: [1, 2\nb: c\n", "line 2 is not valid YAML"),
