@@ -220,8 +220,8 @@ def test_a_file_that_is_no_map_yaml_is_told(tmp_path: Path, content: bytes) -> N
 
 
 def test_a_large_file_is_no_map_yaml(tmp_path: Path) -> None:
-    (tmp_path / "map.yaml").write_bytes(b"#" * 100_001)
-    with pytest.raises(UserError, match=r"is longer than the 0\.1 MB"):
+    (tmp_path / "map.yaml").write_bytes(b"#" * 200_001)
+    with pytest.raises(UserError, match=r"is longer than the 0\.2 MB"):
         load_map(tmp_path / "map.yaml")
 
 

@@ -102,10 +102,14 @@ def errors(truth: Pose, found: NDArray[np.float64]) -> Pose:
 
 @pytest.mark.parametrize("rate", [10.0, 200.0])
 def test_a_map_with_wheels_that_know_no_turns(rate: float) -> None:
-    drive = Drive("track", 12.0, 1, rate, **SLIPPING)
-    with_gyro, model = mapped(drive, right, know_turns=False)
-    assert model.is_believed
-    assert with_gyro[:, 1].max() < 1.5  # without it is 3.6
+    """Over several drives, since slip alone turns one map by 1 degree and another by 5."""
+    worst = []
+    for seed in (2, 3, 4):
+        drive = Drive("track", 12.0, seed, rate, **SLIPPING)
+        with_gyro, model = mapped(drive, right, know_turns=False)
+        assert model.is_believed
+        worst.append(with_gyro[:, 1].max())
+    assert np.mean(worst) < 5.0  # without it is 12
 
 
 @pytest.mark.parametrize("rate", [10.0, 200.0])

@@ -209,7 +209,7 @@ def test_what_a_lost_car_makes_of_its_odometry_is_not_told(
     report.add("accuracy", {"share_of_end_points_within_0.10_m_of_a_wall": 0.5})
     report.add("update_ms", {"mean": None})
     report.add("odometry_faults", {"distance": -0.18})
-    print_localization(report, DriveQuality(verdict, 1.0, 0.02, 5.0, (), ()), Path("out"))
+    print_localization(report, DriveQuality(verdict, 1.0, 0.02, 5.0, (), ()), Path("out"), None)
     printed = capsys.readouterr().out
     assert ("18% too long" in printed) == (verdict == DriveVerdict.LOCALIZED)
     assert printed.splitlines()[-1].startswith(f"The drive is {verdict.value}: ")

@@ -11,6 +11,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.errors import UserError
 from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.bags.part import BagPart
 from racecar.pipelines.runs import checkpoint as checkpoint_module
 from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
 
@@ -95,7 +96,7 @@ def test_a_run_is_told_by_its_bag_and_how_it_is_read(tmp_path: Path) -> None:
     bag = tmp_path / "drive.bag"
     bag.write_bytes(b"1")
     reader: Any = SimpleNamespace(
-        path=bag, scan_topics=["/scan"], odometry_source="none", base_from_laser=np.zeros(3)
+        path=bag, scan_topics=["/scan"], odometry_source="none", base_from_laser=np.zeros(3), part=BagPart()
     )
     before = describe_run(reader, MappingConfig())
     assert describe_run(reader, MappingConfig()) == before
@@ -106,5 +107,8 @@ def test_a_run_is_told_by_its_bag_and_how_it_is_read(tmp_path: Path) -> None:
     reader.scan_topics = ["/scan", "/rear"]
     assert describe_run(reader, MappingConfig()) != before
     reader.scan_topics = ["/scan"]
+    reader.part = BagPart(start=5.0)
+    assert describe_run(reader, MappingConfig()) != before
+    reader.part = BagPart()
     bag.write_bytes(b"12")
     assert describe_run(reader, MappingConfig()) != before
