@@ -348,6 +348,7 @@ class Mapper:
         state, config = self._state, self._config
         if len(state.keyframes) == 1:
             return
+        state.forget_frozen_wheels()
         state.map_from_keyframe = state.graph.optimize_roughly(state.map_from_keyframe)
         are_misled = np.zeros(len(state.keyframes) - 1, dtype=np.bool_)
         for _ in range(config.schedule.final_rounds):

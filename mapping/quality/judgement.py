@@ -64,7 +64,8 @@ _MODEL = ErrorModel(
             usual=0.02,
             local=Power(0.0022, 2.4),
             whole=Power(0.0018, 3.0),
-            complaint="On {:.0%} of the steps neither wheels nor walls show how far the car went.",
+            complaint="On {:.0%} of the steps, or of the time, neither wheels nor walls show how far the car "
+            "went.",
         ),
     ),
 )

@@ -76,9 +76,12 @@ def _spreads(
 
 
 def _share_bare(has_wheels: NDArray[np.bool_], map_: FinishedMap) -> float:
-    """Share of the steps of which neither wheels nor walls tell the length."""
-    is_bare = weakest_hold(map_.session.keyframes) < _BARE
-    return float(np.mean((is_bare & ~has_wheels)[1:]))
+    """Share of the steps of which neither wheels nor walls tell the length; of the time, if that is more,
+    where wheels were left out for a while, since a car that is carried unseen makes few steps."""
+    is_bare, without = weakest_hold(map_.session.keyframes) < _BARE, ~has_wheels[1:]
+    seconds = np.nan_to_num(np.diff(map_.seconds)) if has_wheels.any() else np.zeros(len(without))
+    untold = seconds[(is_bare[1:] | is_bare[:-1]) & without]
+    return max(float(np.mean(is_bare[1:] & without)), float(untold.sum() / max(seconds.sum(), 1e-9)))
 
 
 def _mean(values: NDArray[np.float64]) -> float:

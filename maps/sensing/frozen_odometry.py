@@ -66,10 +66,15 @@ class FrozenOdometry:
         """Whether it is frozen now, so long that a person should know."""
         return self._pose is not None and self._stretches[-1].moved > _TOLD_FROM
 
+    @property
+    def told(self) -> list[FrozenStretch]:
+        """The stretches that a person should know of."""
+        return [stretch for stretch in self._stretches if stretch.moved > _TOLD_FROM]
+
     def warning(self, start: int) -> str | None:
         """A sentence for people on when it was, in seconds after a ``start`` (nanoseconds); None where there
         is nothing that a person should know of."""
-        told = [stretch for stretch in self._stretches if stretch.moved > _TOLD_FROM]
+        told = self.told
         if not told:
             return None
         times = ", ".join(f"{(s.begin - start) * 1e-9:.1f} to {(s.end - start) * 1e-9:.1f}" for s in told)
