@@ -63,6 +63,11 @@ class Drive:
         return np.searchsorted(np.array(self.keyframe_scans), scans, side="right") - 1
 
     @property
+    def keyframe_stamps(self) -> NDArray[np.int64]:
+        """(K,) nanoseconds."""
+        return np.array(self.stamps, dtype=np.int64)[np.array(self.keyframe_scans, dtype=np.int64)]
+
+    @property
     def kept_scans(self) -> NDArray[np.int64]:
         """(S,) the scans between keyframes that were not trimmed."""
         return np.array(list(self.clouds), dtype=np.int64)

@@ -8,6 +8,7 @@ along with a tilted laser for instance, but not more over a long span than over 
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -103,9 +104,13 @@ class MatchedSpans:
     def variances_along(self, towards: NDArray[np.float64]) -> NDArray[np.float64]:
         """(M,) of the motions in directions (M, 3): along a bare corridor a match says nothing but what it
         began with."""
-        spread = np.linalg.inv(self.information)
-        variances: NDArray[np.float64] = np.einsum("mi,mij,mj->m", towards, spread, towards)
+        variances: NDArray[np.float64] = np.einsum("mi,mij,mj->m", towards, self._covariance, towards)
         return variances
+
+    @cached_property
+    def _covariance(self) -> NDArray[np.float64]:
+        """(M, 3, 3)"""
+        return np.asarray(np.linalg.inv(self.information), dtype=np.float64)
 
 
 def calibrate(
@@ -220,12 +225,13 @@ def _variances(
 ) -> tuple[float, float]:
     """Of any match and of a step, such that they explain the spread of the residuals (M,) at each length
     beyond what matches tell; a step has that with which it began where they tell too little."""
-    spans = [lengths == length for length in np.unique(lengths)]
+    of_spans = np.unique(lengths)
+    spans = [lengths == length for length in of_spans]
     spread = np.array([SIGMA_PER_MEDIAN**2 * _median(residual[at] ** 2, weight[at]) for at in spans])
     known = np.array([np.average(told[at], weights=weight[at]) for at in spans])
     counts = np.array([weight[at].sum() ** 2 / (weight[at] ** 2).sum() for at in spans])
     initial = config.initial_sigma**2
-    design = np.vstack([np.column_stack([np.ones(len(spans)), np.unique(lengths)]), [0.0, 1.0]])
+    design = np.vstack([np.column_stack([np.ones(len(spans)), of_spans]), [0.0, 1.0]])
     by = np.append(
         np.sqrt(counts) / (np.maximum(spread, known) + _SMALLEST**2), np.sqrt(config.min_spans) / initial
     )

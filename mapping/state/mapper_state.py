@@ -125,8 +125,7 @@ class MapperState:
     def forget_frozen_wheels(self) -> None:
         """What wheels measured while they repeated a pose counts as not measured: that they did is known only
         once the scans show it, and along bare walls these show it late."""
-        stamps = np.array(self.drive.stamps)[np.array(self.drive.keyframe_scans)]
-        steps = self._all_wheel_steps
+        stamps, steps = self.drive.keyframe_stamps, self._all_wheel_steps
         for stretch in self.reckoning.frozen.told:
             steps[(stamps[:-1] < stretch.end) & (stamps[1:] > stretch.begin)] = np.nan
         self.wheel_steps = array("d", steps.ravel().tolist())

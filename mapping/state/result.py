@@ -102,11 +102,9 @@ def sights_of(state: MapperState, session: Session, map_from_laser: Pose) -> Sig
 
 def _seconds_of_keyframes(state: MapperState, session: Session) -> NDArray[np.float64]:
     """(K,) since the drive began; NaN in earlier drives."""
-    stamps = np.array(state.drive.stamps, dtype=np.int64)
+    since_begin = state.drive.keyframe_stamps - state.drive.stamps[0]
     seconds = np.full(len(session.keyframes), np.nan)
-    seconds[len(seconds) - len(state.keyframes) :] = (
-        stamps[list(state.drive.keyframe_scans)] - stamps[0]
-    ) * 1e-9
+    seconds[len(seconds) - len(state.keyframes) :] = since_begin * 1e-9
     return seconds
 
 
