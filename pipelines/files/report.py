@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.errors import UserError
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
 from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
 
@@ -135,3 +137,13 @@ def read_report(folder: Path) -> dict[str, Any]:
     except (UserError, ValueError, RecursionError):
         return {}
     return contents if isinstance(contents, dict) else {}
+
+
+def named_map(report: Mapping[str, Any]) -> OccupancyGrid | None:
+    """The map that a report names, if it is still there and can be read."""
+    inputs = report.get("inputs")
+    named = inputs.get("map") if isinstance(inputs, dict) else None
+    try:
+        return load_map(named) if isinstance(named, str) else None
+    except UserError:
+        return None

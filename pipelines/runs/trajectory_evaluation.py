@@ -8,7 +8,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.pipelines.evaluation.evaluation import TrajectoryErrors, compare
-from racecar.pipelines.files.report import read_report
+from racecar.pipelines.files.report import named_map, read_report
 from racecar.pipelines.files.tum import load_tum
 
 _ENOUGH = 0.9
@@ -72,12 +72,7 @@ def plot_errors(evaluated: Sequence[Evaluated], map_path: Path | None, picture: 
 
 def _map_of(trajectory: Path) -> OccupancyGrid | None:
     """The map that a run left beside its trajectory, or names in its report."""
-    inputs = read_report(trajectory.parent).get("inputs")
-    named = inputs.get("map") if isinstance(inputs, dict) else None
-    candidates = [str(trajectory.parent / "map.yaml"), *([named] if isinstance(named, str) else [])]
-    for candidate in candidates:
-        try:
-            return load_map(candidate)
-        except UserError:
-            continue
-    return None
+    try:
+        return load_map(trajectory.parent / "map.yaml")
+    except UserError:
+        return named_map(read_report(trajectory.parent))

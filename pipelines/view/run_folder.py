@@ -14,7 +14,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.keyframe_times import SAME_PLACE, scans_of_keyframes
-from racecar.pipelines.files.report import read_report
+from racecar.pipelines.files.report import named_map, read_report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_arrays
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.view.record_file import read_record
@@ -61,13 +61,7 @@ def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
 
 def _find_grid(folder: Path, report: dict[str, Any]) -> OccupancyGrid | None:
     """The map in the folder, or the one that its report names, if it is still there."""
-    if (folder / "map.yaml").is_file():
-        return load_map(folder)
-    named = report.get("inputs", {}).get("map")
-    try:
-        return None if named is None else load_map(Path(named))
-    except UserError:
-        return None
+    return load_map(folder) if (folder / "map.yaml").is_file() else named_map(report)
 
 
 def _add_session(scene: Scene, arrays: Arrays) -> None:
