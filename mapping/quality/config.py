@@ -83,6 +83,13 @@ class DoubtfulSegmentConfig(Settings):
         description="Metres of standard deviation from which a step counts as not tied by scans: three cells "
         "of the map.",
     )
+    longest_unseen_stand: float = Field(
+        default=3.0,
+        gt=0.0,
+        le=3600.0,
+        description="Seconds that the car may stand, by its wheels alone, between walls that would not show "
+        "it being carried. By judgement: a person carries it some metres meanwhile.",
+    )
 
 
 class QualityConfig(Settings):

@@ -28,7 +28,7 @@ def doubtful_segments(
     map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
 ) -> tuple[DoubtfulSegment, ...]:
     """Those of most weight first."""
-    kinds = (_contradictions, _loose_steps, _wheel_conflicts)
+    kinds = (_contradictions, _loose_steps, _wheel_conflicts, _unseen_stands)
     found = [list(kind(map_, statistics, config)) for kind in kinds]
     chosen = [w for each in found for w in sorted(each, key=lambda w: -w.weight)[: config.most_of_a_kind]]
     return tuple(w.segment for w in sorted(chosen, key=lambda w: -w.weight))
@@ -82,6 +82,17 @@ def _wheel_conflicts(
         run = (first, last)
         why = f"Near {_at(map_, run)}, {_when(map_, run)}, wheels and map differ by {wheels.metres[k]:.2f} m."
         yield _Weighed(float(wheels.metres[k] / limit), _segment(map_, why, run))
+
+
+def _unseen_stands(
+    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
+) -> Iterator[_Weighed]:
+    """Steps in which the car stood by its wheels, and nothing else tells whether it did."""
+    stands = statistics.unseen_stands
+    for k in np.flatnonzero(stands > config.longest_unseen_stand).tolist():
+        run = (k, k + 1)
+        why = f"Near {_at(map_, run)}, {_when(map_, run)}, the car may have been carried unseen."
+        yield _Weighed(float(stands[k] / config.longest_unseen_stand), _segment(map_, why, run))
 
 
 def _segment(

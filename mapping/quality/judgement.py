@@ -1,5 +1,7 @@
 """The verdict: what the statistics of a finished map say of its error."""
 
+from collections.abc import Iterator, Mapping
+
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.doubtful_segments import doubtful_segments
 from racecar.mapping.quality.error_model import NOTHING, ErrorModel, Power, Term
@@ -88,29 +90,34 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     statistics = measure(map_, config)
     figures = statistics.figures
     local, whole = _MODEL.errors(figures)
-    reasons = []
     verdict = _verdict(local, whole, config)
-    if sentence := _against_wheels(map_.wheel_scale, figures["overruled_wheels"], config):
-        reasons.append(sentence)
-        verdict = Verdict.DOUBTFUL if verdict == Verdict.GOOD else verdict
-    if verdict == Verdict.GOOD:
+    doubts = list(_doubts(map_.wheel_scale, figures, config))
+    if verdict == Verdict.GOOD and not doubts:
         return MapQuality(verdict, local, whole, (), (), figures)
     segments = doubtful_segments(map_, statistics, config.segments)
-    reasons += _MODEL.complaints(figures, config.complaint_share)
-    reasons += [segment.why for segment in segments]
-    return MapQuality(verdict, local, whole, tuple(reasons), segments, figures)
+    complaints = [] if verdict == Verdict.GOOD else _MODEL.complaints(figures, config.complaint_share)
+    reasons = (*doubts, *complaints, *(segment.why for segment in segments))
+    verdict = Verdict.DOUBTFUL if verdict == Verdict.GOOD else verdict
+    return MapQuality(verdict, local, whole, reasons, segments, figures)
 
 
-def _against_wheels(scale: float, overruled: float, config: QualityConfig) -> str | None:
-    """What is said where scans and wheels cannot both be right, by the ``scale`` between them and the share
-    of steps on which the wheels were ``overruled``."""
-    if max(scale, 1.0 / max(scale, 1e-9)) > config.most_wheel_scale:
-        return (
-            f"By its scans the car drove {scale:.2f} times as far as by its wheels: one of the two is wrong."
+def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityConfig) -> Iterator[str]:
+    """What leaves a map doubtful whatever error is expected: scans and wheels that cannot both be right, by
+    the scale between them or the share of steps on which wheels were overruled, or a car that may have been
+    carried unseen."""
+    if max(wheel_scale, 1.0 / max(wheel_scale, 1e-9)) > config.most_wheel_scale:
+        yield (
+            f"By its scans the car drove {wheel_scale:.2f} times as far as by its wheels: one of the two is "
+            "wrong."
         )
-    if overruled > config.most_overruled:
-        return f"On {overruled:.0%} of the steps scans and wheels contradict each other: one is wrong."
-    return None
+    elif figures["overruled_wheels"] > config.most_overruled:
+        share = figures["overruled_wheels"]
+        yield f"On {share:.0%} of the steps scans and wheels contradict each other: one is wrong."
+    if figures["unseen_stand_s"] > config.segments.longest_unseen_stand:
+        yield (
+            f"The car stood for {figures['unseen_stand_s']:.0f} s between walls that would not show it being "
+            "carried along them: if it was, that way is missing in the map."
+        )
 
 
 def _verdict(local: float, whole: float, config: QualityConfig) -> Verdict:

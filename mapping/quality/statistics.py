@@ -11,6 +11,7 @@ from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.graph_uncertainty import spreads
 from racecar.mapping.quality.pass_agreement import PassAgreement, PlacePairs, agreement_of, near_pairs
 from racecar.mapping.quality.step_ties import StepTies
+from racecar.mapping.quality.unseen_stands import unseen_stands
 from racecar.mapping.quality.wall_directions import weakest_hold
 from racecar.mapping.quality.wheel_agreement import WheelAgreement, wheel_agreement
 
@@ -30,6 +31,8 @@ class MapStatistics:
     places: PlacePairs
     ties: StepTies
     wheels: WheelAgreement
+    unseen_stands: NDArray[np.float64]
+    """(K - 1,) seconds in each step, see `unseen_stands`."""
 
 
 def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
@@ -44,6 +47,8 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
     wheels = wheel_agreement(session.constraints, poses, path, config.wheel_window)
     has_wheels = np.zeros(len(poses), dtype=np.bool_)
     has_wheels[edges.ends[edges.are("odometry"), 1]] = True
+    are_bare = weakest_hold(store) < _BARE
+    stands = unseen_stands(map_, edges, are_bare)
     local, whole = _spreads(edges, poses, path, config)
     is_seen = places.judged > config.segments.min_judged
     figures = {
@@ -54,10 +59,11 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
         "looked_through_by_neighbours": neighbours.share,
         "looked_through_by_passes": _quantile((places.looked_through - places.usual)[is_seen]),
         "wheels_against_map_m": _mean(wheels.metres),
-        "bare_without_wheels": _share_bare(has_wheels, map_),
+        "bare_without_wheels": _share_bare(has_wheels, are_bare, map_),
         "overruled_wheels": map_.overruled_wheels,
+        "unseen_stand_s": float(stands.max()),
     }
-    return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels)
+    return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels, stands)
 
 
 def _spreads(
@@ -75,13 +81,13 @@ def _spreads(
     return float(np.mean(found[: len(local)])), float(np.mean(found[len(local) :] if len(whole) else found))
 
 
-def _share_bare(has_wheels: NDArray[np.bool_], map_: FinishedMap) -> float:
+def _share_bare(has_wheels: NDArray[np.bool_], are_bare: NDArray[np.bool_], map_: FinishedMap) -> float:
     """Share of the steps of which neither wheels nor walls tell the length; of the time, if that is more,
     where wheels were left out for a while, since a car that is carried unseen makes few steps."""
-    is_bare, without = weakest_hold(map_.session.keyframes) < _BARE, ~has_wheels[1:]
+    without = ~has_wheels[1:]
     seconds = np.nan_to_num(np.diff(map_.seconds)) if has_wheels.any() else np.zeros(len(without))
-    untold = seconds[(is_bare[1:] | is_bare[:-1]) & without]
-    return max(float(np.mean(is_bare[1:] & without)), float(untold.sum() / max(seconds.sum(), 1e-9)))
+    untold = seconds[(are_bare[1:] | are_bare[:-1]) & without]
+    return max(float(np.mean(are_bare[1:] & without)), float(untold.sum() / max(seconds.sum(), 1e-9)))
 
 
 def _mean(values: NDArray[np.float64]) -> float:

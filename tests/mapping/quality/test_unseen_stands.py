@@ -1,0 +1,89 @@
+"""Stands in which a car may have been carried without a trace."""
+
+import numpy as np
+import pytest
+
+from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.graph_edges import GraphEdges
+from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.quality.config import QualityConfig
+from racecar.mapping.quality.finished_map import FinishedMap
+from racecar.mapping.quality.judgement import judge
+from racecar.mapping.quality.map_quality import MapQuality, Verdict
+from racecar.mapping.quality.unseen_stands import unseen_stands
+from racecar.mapping.session.session import Session
+from racecar.maps.geometry.se2 import between
+from tests.mapping.worlds import CORRIDOR, ROOM, store_of
+
+PATH = np.column_stack([np.linspace(-3.0, 2.0, 11), np.zeros(11), np.zeros(11)])
+INFORMATION = np.diag([1e4, 1e4, 1e5])
+BARE = np.ones(len(PATH), dtype=np.bool_)
+
+
+def stood_in(step: int, seconds: float) -> np.ndarray:
+    """Seconds of the keyframes of a drive at 1 m/s that stood in one step."""
+    at = 0.5 * np.arange(len(PATH))
+    at[step + 1 :] += seconds
+    return at
+
+
+def drive(
+    seconds: np.ndarray, *loops: Constraint, walls: np.ndarray = CORRIDOR, wheels: bool = True
+) -> FinishedMap:
+    steps = [
+        Constraint(
+            k, k + 1, between(PATH[k], PATH[k + 1]), INFORMATION, "odometry" if wheels else "scan_matching"
+        )
+        for k in range(len(PATH) - 1)
+    ]
+    nothing = [Rays.none() for _ in PATH]
+    constraints = ConstraintList([*steps, *loops])
+    session = Session(store_of(walls, PATH), nothing, np.zeros_like(PATH), PATH, constraints, LoopHistory())
+    return FinishedMap(session, seconds)
+
+
+def stands(map_: FinishedMap, are_bare: np.ndarray = BARE) -> list[float]:
+    return unseen_stands(map_, GraphEdges.of(map_.session.constraints, map_.poses), are_bare).tolist()
+
+
+def verdict(map_: FinishedMap) -> MapQuality:
+    return judge(map_, QualityConfig())
+
+
+def test_a_stand_between_bare_walls_is_what_the_step_took_beyond_the_usual_pace() -> None:
+    assert stands(drive(stood_in(4, 8.0))) == pytest.approx([0, 0, 0, 0, 8.0, 0, 0, 0, 0, 0])
+
+
+@pytest.mark.parametrize(
+    ("map_", "are_bare"),
+    [
+        (drive(stood_in(0, 8.0)), BARE),  # every car stands before it drives
+        (drive(stood_in(4, 8.0)), ~BARE),
+        (
+            drive(stood_in(4, 8.0), Constraint(2, 9, between(PATH[2], PATH[9]), INFORMATION, "loop_closure")),
+            BARE,
+        ),
+        (drive(stood_in(4, 8.0), wheels=False), BARE),
+        (drive(np.full(len(PATH), np.nan)), BARE),  # an earlier drive
+    ],
+)
+def test_no_stand_is_unseen_that_something_tells_of(map_: FinishedMap, are_bare: np.ndarray) -> None:
+    assert not any(stands(map_, are_bare))
+
+
+def test_a_loop_that_ends_before_the_stand_tells_nothing_of_it() -> None:
+    loop = Constraint(0, 4, between(PATH[0], PATH[4]), INFORMATION, "loop_closure")
+    assert max(stands(drive(stood_in(4, 8.0), loop))) == pytest.approx(8.0)
+
+
+def test_a_map_with_such_a_stand_is_doubtful_and_says_when_it_was() -> None:
+    quality = verdict(drive(stood_in(4, 8.0)))
+    assert quality.verdict == Verdict.DOUBTFUL
+    assert "stood for 8 s between walls" in quality.summary
+    assert any("at 2 to 10 s, the car may have been carried unseen" in why for why in quality.reasons)
+
+
+@pytest.mark.parametrize("map_", [drive(stood_in(4, 1.0)), drive(stood_in(4, 8.0), walls=ROOM)])
+def test_a_short_stand_or_one_in_a_room_leaves_it_good(map_: FinishedMap) -> None:
+    assert verdict(map_).verdict == Verdict.GOOD
