@@ -151,6 +151,14 @@ class QualityConfig(Settings):
         description="Share of the steps on which scans may contradict the wheels. By judgement: wheels slip "
         "now and then, and a robot is carried for a while.",
     )
+    most_denied: float = Field(
+        default=0.5,
+        gt=0.0,
+        le=100.0,
+        description="Share of `wheel_window` that the map may deny the wheels where no loop closure decides. "
+        "On 237 maps of known error no good one with wheels that were not turned round had 0.48; of 9 wrong "
+        "ones that nothing else told, 4 had more than 0.8.",
+    )
     complaint_share: float = Field(
         default=0.25,
         gt=0.0,

@@ -103,8 +103,8 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
 
 def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityConfig) -> Iterator[str]:
     """What leaves a map doubtful whatever error is expected: scans and wheels that cannot both be right, by
-    the scale between them or the share of steps on which wheels were overruled, or a car that may have been
-    carried unseen."""
+    the scale between them, the share of steps on which wheels were overruled or the way that is denied them;
+    or a car that may have been carried unseen."""
     if max(wheel_scale, 1.0 / max(wheel_scale, 1e-9)) > config.most_wheel_scale:
         yield (
             f"By its scans the car drove {wheel_scale:.2f} times as far as by its wheels: one of the two is "
@@ -113,6 +113,11 @@ def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityCon
     elif figures["overruled_wheels"] > config.most_overruled:
         share = figures["overruled_wheels"]
         yield f"On {share:.0%} of the steps scans and wheels contradict each other: one is wrong."
+    if figures["denied_by_map_m"] > config.most_denied * config.wheel_window:
+        yield (
+            f"Somewhere the wheels drove {figures['denied_by_map_m']:.1f} m that the map denies, and no loop "
+            "closure tells which of the two is right: drive through there again."
+        )
     if figures["unseen_stand_s"] > config.segments.longest_unseen_stand:
         yield (
             f"The car stood for {figures['unseen_stand_s']:.0f} s between walls that would not show it being "

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.graph_edges import GraphEdges
+from racecar.mapping.quality.closed_steps import closed_steps
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.graph_uncertainty import spreads
@@ -61,6 +62,7 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
         "wheels_against_map_m": _mean(wheels.metres),
         "bare_without_wheels": _share_bare(has_wheels, are_bare, map_),
         "overruled_wheels": map_.overruled_wheels,
+        "denied_by_map_m": wheels.unsettled(closed_steps(edges, len(poses) - 1)),
         "unseen_stand_s": float(stands.max()),
     }
     return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels, stands)

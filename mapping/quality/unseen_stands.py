@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.graph_edges import GraphEdges
+from racecar.mapping.quality.closed_steps import closed_steps
 from racecar.mapping.quality.finished_map import FinishedMap
 
 _LEAST_STEP = 0.05
@@ -23,7 +24,7 @@ def unseen_stands(map_: FinishedMap, edges: GraphEdges, are_bare: NDArray[np.boo
         return np.zeros(len(steps))
     stood = seconds - steps / np.median(steps[tells_pace] / seconds[tells_pace])
     untold = (
-        (are_bare[1:] | are_bare[:-1]) & _are_by_wheels(edges, len(steps)) & ~_are_closed(edges, len(steps))
+        (are_bare[1:] | are_bare[:-1]) & _are_by_wheels(edges, len(steps)) & ~closed_steps(edges, len(steps))
     )
     untold[0] = False
     stands: NDArray[np.float64] = np.where(untold, np.maximum(stood, 0.0), 0.0)
@@ -35,13 +36,3 @@ def _are_by_wheels(edges: GraphEdges, steps: int) -> NDArray[np.bool_]:
     by_wheels = np.zeros(steps, dtype=np.bool_)
     by_wheels[edges.ends[edges.are("odometry"), 1] - 1] = True
     return by_wheels
-
-
-def _are_closed(edges: GraphEdges, steps: int) -> NDArray[np.bool_]:
-    """(K - 1,) whether a loop closure spans a step."""
-    begins, ends = edges.ends[edges.are("loop_closure")].T
-    change = np.zeros(steps + 1, dtype=np.int64)
-    np.add.at(change, begins, 1)
-    np.add.at(change, ends, -1)
-    closed: NDArray[np.bool_] = np.cumsum(change)[:-1] > 0
-    return closed

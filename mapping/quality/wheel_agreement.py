@@ -18,6 +18,18 @@ class WheelAgreement:
     metres: NDArray[np.float64]
     """(W,) by which the last keyframe lies elsewhere than the wheels say, as seen from the first."""
 
+    denied: NDArray[np.float64]
+    """(W,) metres of the way by the wheels, step by step, that the map denies. A car that is lifted moves
+    while its wheels claim nothing, and that denies none of it."""
+
+    def unsettled(self, are_closed: NDArray[np.bool_]) -> float:
+        """Metres that are denied at most in a window with steps that no loop closure spans, of those that
+        ``are_closed`` (K - 1,) or not; 0 without any."""
+        closed_before = np.concatenate([[0], np.cumsum(are_closed)])
+        first, last = self.keyframes.T
+        is_open = closed_before[last] - closed_before[first] < last - first
+        return float(self.denied[is_open].max(initial=0.0))
+
 
 def wheel_agreement(
     constraints: ConstraintList, poses: Pose, path: NDArray[np.float64], length: float
@@ -28,6 +40,7 @@ def wheel_agreement(
     of_wheels = np.flatnonzero(constraints.are("odometry") & (ends[:, 1] == ends[:, 0] + 1))
     steps = np.full((len(poses), 3), np.nan)
     steps[ends[of_wheels, 1]] = arrays["poses"][of_wheels]
+    denied = _denied(steps, poses)
     windows, moved = [], []
     start, by_wheels, driven = 0, np.zeros(3), 0.0
     for k in range(1, len(poses)):
@@ -40,7 +53,19 @@ def wheel_agreement(
             windows.append((start, k))
             moved.append(by_wheels)
             start, by_wheels, driven = k, np.zeros(3), 0.0
-    keyframes = np.array(windows, dtype=np.int64).reshape(-1, 2)
     measured = np.array(moved).reshape(-1, 3)
+    keyframes = np.array(windows, dtype=np.int64).reshape(-1, 2)
     off = between(measured, between(poses[keyframes[:, 0]], poses[keyframes[:, 1]]))
-    return WheelAgreement(keyframes, np.hypot(off[:, 0], off[:, 1]))
+    denied_before = np.concatenate([[0.0], np.cumsum(np.nan_to_num(denied))])
+    first, last = keyframes.T
+    return WheelAgreement(
+        keyframes, np.hypot(off[:, 0], off[:, 1]), denied_before[last + 1] - denied_before[first + 1]
+    )
+
+
+def _denied(steps: Pose, poses: Pose) -> NDArray[np.float64]:
+    """(K,) metres of the way by the wheels from the keyframe before, in steps (K, 3), that the map denies."""
+    off = np.zeros((len(poses), 2))
+    off[1:] = (between(poses[:-1], poses[1:]) - steps[1:])[:, :2]
+    denied: NDArray[np.float64] = np.minimum(np.hypot(*off.T), np.hypot(*steps[:, :2].T))
+    return denied
