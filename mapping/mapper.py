@@ -296,7 +296,7 @@ class Mapper:
         state, schedule = self._state, self._config.schedule
         if index % schedule.lag_interval == 0:
             state.reckoning.learn_lag()
-        if index % schedule.calibration_interval == 0:
+        if schedule.calibrates_at(index):
             state.calibrate(max(0, index - schedule.calibration_window))
         if index % schedule.window_interval == 0 and index > schedule.window:
             with state.timed("optimization"):

@@ -40,3 +40,27 @@ def test_wheels_that_drive_while_the_map_stands_still_are_compared_too() -> None
     standing = np.zeros_like(STRAIGHT)
     agreement = wheel_agreement(by_wheels(STRAIGHT, range(20)), standing, np.zeros(21), 2.0)
     assert agreement.metres == pytest.approx([2.0] * 5)
+
+
+def test_the_map_denies_what_wheels_drive_in_vain_until_a_loop_decides() -> None:
+    standing = np.zeros_like(STRAIGHT)
+    agreement = wheel_agreement(by_wheels(STRAIGHT, range(20)), standing, np.zeros(21), 2.0)
+    are_closed = np.ones(20, dtype=np.bool_)
+    assert agreement.denied == pytest.approx([2.0] * 5)
+    assert agreement.unsettled(~are_closed) == pytest.approx(2.0)
+    assert agreement.unsettled(are_closed) == 0.0
+
+
+def test_nothing_is_denied_to_wheels_that_stand_while_the_car_is_lifted() -> None:
+    lifted = STRAIGHT.copy()
+    lifted[10:] += np.array([0.9, -0.2, 0.4])
+    lifted[11:] = lifted[10]
+    wheels = by_wheels(np.concatenate([STRAIGHT[:10], np.repeat(STRAIGHT[9:10], 11, axis=0)]), range(20))
+    path = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(lifted[:, :2], axis=0).T))])
+    assert wheel_agreement(wheels, lifted, path, 1.0).metres.max() > 0.9
+    assert wheel_agreement(wheels, lifted, path, 1.0).denied.max() < 1e-9
+
+
+def test_no_wheels_deny_nothing() -> None:
+    agreement = wheel_agreement(ConstraintList(), STRAIGHT, PATH, 2.0)
+    assert agreement.unsettled(np.zeros(20, dtype=np.bool_)) == 0.0
