@@ -10,7 +10,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
-from matplotlib.transforms import Affine2D
+from matplotlib.transforms import Affine2D, ScaledTranslation
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
@@ -32,6 +32,9 @@ _UNKNOWN_COLOR = "#dfe3e8"
 _OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24"]).with_extremes(
     bad=_UNKNOWN_COLOR
 )
+_SCALE_BAR_COLOR = "#5b6570"
+_SCALE_BAR_BELOW = 44.0
+"""Points from the map's frame down to the bar, past the numbers and the name of the axis."""
 _LONG_SIDE_INCHES = 11.0
 MAP_DOTS_PER_INCH = 200
 _COMPRESSION = 3
@@ -110,7 +113,7 @@ def map_figure(
     width, height = high - low
     scale = _LONG_SIDE_INCHES / max(width, height)
     figure = new_figure(
-        figsize=(max(width * scale, 5.0) + 0.8, max(height * scale, 3.0) + 1.4), layout="constrained"
+        figsize=(max(width * scale, 5.0) + 0.8, max(height * scale, 3.0) + 1.6), layout="constrained"
     )
     axes = figure.add_subplot()
     draw_grid(axes, grid, (low, high))
@@ -226,19 +229,23 @@ def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.flo
 
 
 def _draw_scale_bar(axes: Axes, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
-    """A bar of a round length, at most a fifth of the width, at the lower left."""
+    """A bar of a round length under the map at the left, where it cannot be taken for a wall."""
     width, height = high - low
-    power = 10.0 ** np.floor(np.log10(width / 5))
-    length = max(step * power for step in (1, 2, 5) if step * power <= width / 5)
-    x, y = low + 0.03 * max(width, height) * np.array([1.0, 1.0])
-    box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 2}
-    axes.plot([x, x + length], [y, y], color="#1b1f24", linewidth=3, solid_capstyle="butt", zorder=6)
+    most = min(max(width, height) / 5, width / 2)
+    power = 10.0 ** np.floor(np.log10(most))
+    length = max(step * power for step in (1, 2, 5) if step * power <= most)
+    beneath = axes.get_xaxis_transform() + ScaledTranslation(
+        0.0, -_SCALE_BAR_BELOW / 72, axes.get_figure(root=True).dpi_scale_trans
+    )
+    style: dict[str, Any] = {"color": _SCALE_BAR_COLOR, "transform": beneath, "clip_on": False}
+    axes.plot([low[0], low[0] + length], [0.0, 0.0], marker="|", markersize=8, linewidth=1.2, **style)
     axes.annotate(
         f"{length:g} m",
-        (x + length / 2, y),
-        xytext=(0, 5),
+        (low[0] + length, 0.0),
+        xycoords=beneath,
+        xytext=(6, 0),
         textcoords="offset points",
-        ha="center",
-        bbox=box,
-        zorder=6,
+        va="center",
+        color=_SCALE_BAR_COLOR,
+        annotation_clip=False,
     )

@@ -99,3 +99,16 @@ def test_doubtful_segments_are_marked(tmp_path: Path) -> None:
         save_map_picture(tmp_path / name, room(), circle(), poses, [], "drive", segments)
     images = [np.asarray(Image.open(tmp_path / name).convert("RGB")) for name in ("without.png", "with.png")]
     assert [has_color(image, DOUBT_COLOR) for image in images] == [False, True]
+
+
+def test_no_scale_bar_lies_in_the_map() -> None:
+    floor = OccupancyGrid(np.full((200, 400), FREE, dtype=np.int8), 0.05, np.zeros(3))
+    figure = map_picture(floor, circle(), circle().map_from_base[:1], [], "drive")
+    figure.draw_without_rendering()
+    (bar,) = [text for text in figure.axes[0].texts if text.get_text() == "2 m"]
+    assert bar.get_window_extent().y1 < figure.axes[0].get_window_extent().y0
+    inside = figure.axes[0].get_window_extent().extents.round().astype(int)
+    figure.canvas.draw()
+    shown = np.asarray(figure.canvas.buffer_rgba())[::-1, :, :3]  # type: ignore[attr-defined]
+    shown = shown[inside[1] + 2 : inside[3] - 2, inside[0] + 2 : inside[2] - 2]
+    assert not np.any(np.all(shown < 60, axis=2))
