@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -36,6 +37,16 @@ _SCALE_BAR_COLOR = "#5b6570"
 _SCALE_BAR_BELOW = 44.0
 """Points from the map's frame down to the bar, past the numbers and the name of the axis."""
 _LONG_SIDE_INCHES = 11.0
+_FRAME_INCHES = np.array([0.8, 1.6])
+"""Width and height around the map for axes, title, scale bar and a legend beneath."""
+_LEGEND_INCHES = np.array([1.8, -0.3])
+"""Width and height that a legend beside the map takes more than one beneath."""
+_LETTER_INCHES = 0.12
+"""Width of a wide letter of the title."""
+_TALL = 2.0
+"""Times as high as wide, from which a map is narrower than a legend beneath it."""
+_THIN = 12.0
+"""Times as long as wide, from which more is shown around a map, so that its axis has room for numbers."""
 MAP_DOTS_PER_INCH = 200
 _COMPRESSION = 3
 """zlib's level. Measured on a map of 4 million cells: 0.5 s less than with the usual 6, in a file
@@ -92,7 +103,7 @@ def map_picture(
     marker: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "markersize": 9, "zorder": 5}
     axes.plot(x[:1], y[:1], marker="o", color=START_COLOR, label="start", **marker)
     axes.plot(x[-1:], y[-1:], marker="s", color=END_COLOR, label="end", **marker)
-    add_legend(figure, axes)
+    add_map_legend(figure, axes)
     return figure
 
 
@@ -110,18 +121,19 @@ def map_figure(
 ) -> tuple[Figure, Axes]:
     """A figure whose axes, in metres of the map frame, show the grid and leave room for the trajectory."""
     low, high = _extent(grid, trajectory)
-    width, height = high - low
-    scale = _LONG_SIDE_INCHES / max(width, height)
-    figure = new_figure(
-        figsize=(max(width * scale, 5.0) + 0.8, max(height * scale, 3.0) + 1.6), layout="constrained"
-    )
+    inches = (high - low) * _LONG_SIDE_INCHES / np.max(high - low)
+    beside = _LEGEND_INCHES if _is_tall(low, high) else np.zeros(2)
+    figure = new_figure(figsize=inches + _FRAME_INCHES + beside, layout="constrained")
     axes = figure.add_subplot()
     draw_grid(axes, grid, (low, high))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    draw_title(axes, title)
+    if _is_tall(low, high):
+        _draw_title_over(figure, title)
+    else:
+        draw_title(axes, title)
     axes.spines[:].set_color("#9aa3ad")
     axes.tick_params(color="#9aa3ad")
-    _draw_scale_bar(axes, low, high)
+    _draw_scale_bar(figure, axes, low, high)
     return figure, axes
 
 
@@ -189,13 +201,36 @@ def thinned(grid: OccupancyGrid, most_cells: int = _MOST_CELLS) -> OccupancyGrid
 
 def draw_title(axes: Axes, title: str) -> None:
     """Put a title, which may be any file's name, over the axes."""
-    axes.set_title(title.encode(errors="replace").decode(), loc="left", parse_math=False)
+    axes.set_title(_printable(title), loc="left", parse_math=False)
+
+
+def _draw_title_over(figure: Figure, title: str) -> None:
+    """Put a title over all of a narrow figure, in lines that fit in; over its axes it would squeeze them."""
+    lines = fill(_printable(title), int(figure.get_figwidth() / _LETTER_INCHES))
+    figure.suptitle(lines, x=0.02, ha="left", fontsize="large", parse_math=False)
+
+
+def _printable(title: str) -> str:
+    return title.encode(errors="replace").decode()
 
 
 def add_legend(figure: Figure, axes: Axes) -> None:
     """Put the legend under the axes, where it covers nothing."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), frameon=False)
+
+
+def add_map_legend(figure: Figure, axes: Axes) -> None:
+    """Put the legend of `map_figure` under the map, or beside one that is narrower than the legend."""
+    if not _is_tall(*axes.viewLim.get_points()):
+        add_legend(figure, axes)
+        return
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside right center", frameon=False)
+
+
+def _is_tall(low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
+    width, height = high - low
+    return bool(height > _TALL * width)
 
 
 def save_figure(path: Path, figure: Figure, dots_per_inch: int) -> None:
@@ -225,18 +260,19 @@ def _extent(grid: OccupancyGrid, trajectory: Trajectory) -> tuple[NDArray[np.flo
     known = known_cells(grid)
     corners = known[[*known.argmin(axis=0), *known.argmax(axis=0)]] if len(known) else known
     places = np.vstack([grid.center_of(corners), trajectory.map_from_base[:, :2]])
-    return places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN
+    low, high = places.min(axis=0) - _MARGIN, places.max(axis=0) + _MARGIN
+    lacks = np.maximum(np.max(high - low) / _THIN - (high - low), 0.0)
+    return low - lacks / 2, high + lacks / 2
 
 
-def _draw_scale_bar(axes: Axes, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+def _draw_scale_bar(figure: Figure, axes: Axes, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
     """A bar of a round length under the map at the left, where it cannot be taken for a wall."""
     width, height = high - low
     most = min(max(width, height) / 5, width / 2)
     power = 10.0 ** np.floor(np.log10(most))
     length = max(step * power for step in (1, 2, 5) if step * power <= most)
-    beneath = axes.get_xaxis_transform() + ScaledTranslation(
-        0.0, -_SCALE_BAR_BELOW / 72, axes.get_figure(root=True).dpi_scale_trans
-    )
+    down = ScaledTranslation(0.0, -_SCALE_BAR_BELOW / 72, figure.dpi_scale_trans)
+    beneath = axes.get_xaxis_transform() + down
     style: dict[str, Any] = {"color": _SCALE_BAR_COLOR, "transform": beneath, "clip_on": False}
     axes.plot([low[0], low[0] + length], [0.0, 0.0], marker="|", markersize=8, linewidth=1.2, **style)
     axes.annotate(

@@ -11,7 +11,7 @@ from racecar.pipelines.pictures.map_picture import (
     LOOP_COLOR,
     PATH_COLOR,
     START_COLOR,
-    add_legend,
+    add_map_legend,
     map_figure,
     save_figure,
 )
@@ -35,5 +35,5 @@ def save_track_picture(path: Path, grid: OccupancyGrid, line: CentreLine, title:
     arrow = {"arrowstyle": "-|>", "color": START_COLOR, "linewidth": 2.0}
     axes.annotate("", xy=tuple(tip), xytext=tuple(start), arrowprops=arrow, zorder=5)
     axes.plot(*start, "o", color=START_COLOR, markeredgecolor="white", markersize=9, label="start", zorder=6)
-    add_legend(figure, axes)
+    add_map_legend(figure, axes)
     save_figure(path, figure, _DOTS_PER_INCH)

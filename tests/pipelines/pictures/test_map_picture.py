@@ -112,3 +112,17 @@ def test_no_scale_bar_lies_in_the_map() -> None:
     shown = np.asarray(figure.canvas.buffer_rgba())[::-1, :, :3]  # type: ignore[attr-defined]
     shown = shown[inside[1] + 2 : inside[3] - 2, inside[0] + 2 : inside[2] - 2]
     assert not np.any(np.all(shown < 60, axis=2))
+
+
+@pytest.mark.parametrize("shape", [(60, 1240), (1240, 60), (200, 1200), (1200, 500), (400, 400)])
+def test_the_map_fills_its_picture_whatever_its_shape(shape: tuple[int, int], tmp_path: Path) -> None:
+    grid = OccupancyGrid(np.full(shape, FREE, dtype=np.int8), 0.05, np.zeros(3))
+    places = np.column_stack([np.array([shape[1], shape[0]]) * 0.025 * np.ones((2, 1)), np.zeros(2)])
+    title = "a_drive_with_a_long_name_2026-11-27-13-02-06.bag"
+    figure = map_picture(grid, Trajectory(np.arange(2), places), places, [], title)
+    save_figure(tmp_path / "map.png", figure, 100)
+    left, bottom, right, top = figure.axes[0].get_position().extents * np.tile(figure.get_size_inches(), 2)
+    assert max(right - left, top - bottom) > 10.5
+    beside, above_and_beneath = figure.get_size_inches() - [right - left, top - bottom]
+    assert beside < 3.0
+    assert above_and_beneath < 2.0
