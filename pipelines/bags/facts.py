@@ -25,6 +25,12 @@ _STANDS = 0.05
 _FAR_APART = 0.5
 """Metres driven from scan to scan, from which they share too little to correct the wheels well. Measured:
 aces with a scan every two seconds, which is 0.9 m, maps to 0.10 m, with all of them to 0.035 m."""
+_UNEVEN = 1.5
+"""Usual step between scans over the shortest ones, from which scans are missing: one that is doubles a step,
+and stamps jitter by less. By judgement."""
+_SWEEPS = 1.75
+"""Sweeps from scan to scan below which none is missing in between: lasers turn for 1 to 1.5 sweeps per scan,
+and with one missing for 2 at least."""
 _FEW_SAMPLES = 50
 """Samples of a gyroscope that may be equal by chance, where one is read coarsely: by judgement."""
 
@@ -58,6 +64,11 @@ class Spacing:
     def rate(self) -> float:
         """Messages per second by the median step; 0 where there are fewer than two."""
         return 1e9 / float(np.median(self._steps)) if self._steps else 0.0
+
+    @property
+    def shortest(self) -> float:
+        """Seconds that a tenth of the steps do not exceed; 0 where there are none."""
+        return float(np.quantile(self._steps, 0.1)) * 1e-9 if self._steps else 0.0
 
 
 @dataclass
@@ -229,11 +240,24 @@ def findings_of_rare_scans(scans: ScanFacts, odometry: OdometryFacts) -> list[Fi
         return []
     return [
         Finding(
-            f"The scans come every {seconds:.1f} s, in which the car usually drives {metres:.1f} m: they "
+            f"The scans come every {seconds:.2g} s, in which the car usually drives {metres:.1f} m: they "
             "share little, and the map depends on the wheels.",
-            "Record every scan of the laser, or drive more slowly.",
+            _remedy_of_rare_scans(scans, seconds),
         )
     ]
+
+
+def _remedy_of_rare_scans(scans: ScanFacts, seconds: float) -> str:
+    """For scans that usually come after so many seconds, by whose pace that is."""
+    slow_enough, shortest = f"below {_FAR_APART / seconds:.2g} m/s", scans.spacing.shortest
+    if seconds > _UNEVEN * shortest:
+        return (
+            f"Some come {shortest:.2g} s apart, so others got lost: find out why (a slow disk, a full queue, "
+            f"a weak network), or drive {slow_enough}."
+        )
+    if seconds < _SWEEPS * scans.longest_sweep:
+        return f"Drive {slow_enough}; the laser takes no more scans than these."
+    return f"Drive {slow_enough}, or record all scans if the laser takes more than these."
 
 
 @dataclass

@@ -9,15 +9,20 @@ from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, findings_of_rare_scans
 
 SECOND = 10**9
+ALL = tuple(range(10))
 
 
-def facts(every: float, speed: float, standing: int = 0) -> tuple[ScanFacts, OdometryFacts]:
-    """Of a car that drives for a minute, after so many seconds in which it stands."""
+def facts(
+    every: float, speed: float, standing: int = 0, *, sweep: float = 0.0, kept: tuple[int, ...] = ALL
+) -> tuple[ScanFacts, OdometryFacts]:
+    """Of a car that drives for a minute, after so many seconds in which it stands; ``kept`` are those of the
+    scans whose number ends so, by default all."""
     scans, odometry = ScanFacts(), OdometryFacts()
-    bearings = np.linspace(-1.0, 1.0, 50)
+    bearings, offsets = np.linspace(-1.0, 1.0, 50), np.linspace(0.0, sweep, 50)
     for k in range(round((60 + standing) / every)):
         stamp = round(k * every * SECOND)
-        scans.add(Scan(stamp, bearings, np.full(50, 2.0), np.zeros(50), IDENTITY, 10.0))
+        if k % 10 in kept:
+            scans.add(Scan(stamp, bearings, np.full(50, 2.0), offsets, IDENTITY, 10.0))
     for k in range(10 * (60 + standing)):
         driven = speed * max(0.1 * k - standing, 0.0)
         odometry.add(Odometry(k * SECOND // 10, np.array([driven, 0.0, 0.0]), IDENTITY))
@@ -28,7 +33,7 @@ def facts(every: float, speed: float, standing: int = 0) -> tuple[ScanFacts, Odo
 @pytest.mark.parametrize("standing", [0, 120])
 def test_scans_that_are_rare_for_the_speed_are_told(every: float, speed: float, standing: int) -> None:
     (finding,) = findings_of_rare_scans(*facts(every, speed, standing))
-    assert f"every {every:.1f} s" in finding.what
+    assert f"every {every:.2g} s" in finding.what
     assert "1.0 m" in finding.what
 
 
@@ -41,3 +46,19 @@ def test_nothing_is_told_without_scans_or_odometry() -> None:
     scans, odometry = facts(2.0, 1.0)
     assert not findings_of_rare_scans(ScanFacts(), odometry)
     assert not findings_of_rare_scans(scans, OdometryFacts())
+
+
+@pytest.mark.parametrize(
+    ("every", "sweep", "kept", "remedy"),
+    [
+        (0.14, 0.14, ALL, "Drive below 3.6 m/s; the laser takes no more scans than these."),
+        (1.0, 0.02, ALL, "Drive below 0.5 m/s, or record all scans if the laser takes more than these."),
+        (1.0, 0.0, ALL, "Drive below 0.5 m/s, or record all scans if the laser takes more than these."),
+        (0.1, 0.1, (0, 3, 6, 9), "Some come 0.1 s apart, so others got lost: find out why"),
+    ],
+)
+def test_the_remedy_is_of_what_made_them_rare(
+    every: float, sweep: float, kept: tuple[int, ...], remedy: str
+) -> None:
+    (finding,) = findings_of_rare_scans(*facts(every, 5.0, sweep=sweep, kept=kept))
+    assert finding.remedy.startswith(remedy)
