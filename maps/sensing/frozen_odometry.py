@@ -1,7 +1,8 @@
 """Odometry that repeats one pose while the car drives on: for so long it says nothing of the motion.
 
 A driver that hangs, or a wheel board that lost its bus, sends what it sent last, and so says that the car
-stands. A car that stands looks the same; only scans tell the two apart.
+stands. A car that stands looks the same; only scans tell the two apart. The wheels of a robot that is carried
+do stand while it moves, which nothing tells from a driver that hangs.
 """
 
 from dataclasses import dataclass, replace
@@ -80,7 +81,8 @@ class FrozenOdometry:
         times = ", ".join(f"{(s.begin - start) * 1e-9:.1f} to {(s.end - start) * 1e-9:.1f}" for s in told)
         return (
             "The odometry repeated one pose, or heading, while the scans moved on: it was left out from "
-            f"{times} s after the first scan. Find out why its driver hung."
+            f"{times} s after the first scan. If the robot was carried, no action is needed; otherwise find "
+            "out why the odometry's driver hung."
         )
 
     def to_arrays(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:

@@ -226,7 +226,8 @@ class LiveNode(ABC):
             self.faults.report(
                 "odometry_hangs",
                 "The odometry repeats one pose while the scans move on: it is ignored until that changes. "
-                "Find out why its driver hangs.",
+                "If the robot is carried, no action is needed; otherwise find out why the odometry's driver "
+                "hangs.",
             )
         else:
             self.faults.end("odometry_hangs", "The odometry moves again.")

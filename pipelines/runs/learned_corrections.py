@@ -34,9 +34,10 @@ _NOT_TOLD = ("assumed identity", "base frame")
 """Sources of a laser's place that are no more than an assumption."""
 
 _REMEDIES = {
-    OdometryFault.STUCK: "Find out why its driver sends no motion, or name another topic with --odom-topic.",
-    OdometryFault.WITHOUT_DISTANCE: "Make its node integrate the speed of the wheels too, in metres; if the "
-    "robot was carried, no action is needed.",
+    OdometryFault.STUCK: "If the robot was carried, no action is needed; otherwise find out why its driver "
+    "sends no motion, or name another topic with --odom-topic.",
+    OdometryFault.WITHOUT_DISTANCE: "If the robot was carried, no action is needed; otherwise make its node "
+    "integrate the speed of the wheels too, in metres.",
     OdometryFault.WITHOUT_TURNS: "Make its node integrate steering angle or gyroscope, or record an IMU.",
     OdometryFault.IMPOSSIBLE: "Make sure that its node gives metres and radians, and that only one "
     "publishes it.",

@@ -46,6 +46,10 @@ def test_only_what_a_stop_cannot_explain_is_told(moved: float, is_told: bool) ->
     assert (frozen(moved).warning(START) is not None) == is_told
 
 
+def test_a_robot_that_was_carried_is_not_told_that_its_driver_hung() -> None:
+    assert "If the robot was carried, no action is needed" in str(frozen(2.0).warning(START))
+
+
 def test_it_goes_on_from_where_another_was() -> None:
     again = FrozenOdometry.from_arrays(frozen(2.0).to_arrays())
     assert again.is_frozen_at(START + 8 * SECOND)

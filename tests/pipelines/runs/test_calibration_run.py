@@ -248,6 +248,7 @@ def test_odometry_that_is_stuck(tmp_path: Path) -> None:
     corrections, reader = corrections_of(Recording().multiply(0.0, 0.0, 0.0), tmp_path)
     assert not corrections.uses_odometry and reader.odom_topic is None
     assert "stuck" in only_finding(corrections)
+    assert "If the robot was carried, no action is needed" in only_finding(corrections)
 
 
 def test_without_odometry_and_beam_times_nothing_is_asked(tmp_path: Path) -> None:
