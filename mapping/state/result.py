@@ -18,10 +18,10 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 
 WITHOUT_WHEELS = (
-    "There was no wheel odometry: lengths of bare corridors are not to be trusted, and fast turns may have "
+    "No wheel odometry was used: lengths of bare corridors are not to be trusted, and fast turns may have "
     "been lost."
 )
-"""The warning where no scan had any; whoever read the recording may have said so already."""
+"""The warning where no scan had any; whoever read the recording may have said so, and why, already."""
 
 
 @dataclass(frozen=True, eq=False)

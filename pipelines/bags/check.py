@@ -95,6 +95,8 @@ def _describe_scans(reader: BagReader, scans: ScanFacts) -> dict[str, Any]:
 
 
 def _describe_odometry(reader: BagReader, odometry: OdometryFacts) -> dict[str, Any]:
+    if reader.left_out_odom_topic is not None:
+        return {"topic": reader.left_out_odom_topic, "is_used": False}
     if reader.odom_topic is None:
         return {}
     counts = reader.counts

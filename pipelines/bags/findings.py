@@ -22,6 +22,11 @@ class Finding:
 ONE_CLOCK = "Stamp all messages by one clock (chrony, or drivers on one computer)."
 """The remedy for clocks that differ."""
 
+BY_SCANS_ALONE = (
+    "the motion is estimated from the scans alone, which fails along bare corridors and in fast turns"
+)
+"""What comes of odometry that is missing, or not used."""
+
 
 def times(count: int) -> str:
     """Such as "once" and "3 times"."""

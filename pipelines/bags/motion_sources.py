@@ -12,7 +12,7 @@ from racecar.pipelines.bags.converters.registry import (
     OdometrySetup,
 )
 from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
-from racecar.pipelines.bags.findings import Finding
+from racecar.pipelines.bags.findings import BY_SCANS_ALONE, Finding
 from racecar.pipelines.bags.frames import look_at_links, transform_topics
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.samples import Samples, decoded, first_samples
@@ -32,7 +32,9 @@ class MotionSources:
         """Where the odometry is in transforms."""
         self.imu: Samples | None = None
         self.tells_of_no_odometry = False
-        """Whether a finding says that there is none, and what comes of it."""
+        """Whether a finding says that none is used, and what comes of it."""
+        self.left_out_topic: str | None = None
+        """Of odometry that is there, but not worth reading."""
         self._store, self._findings = store, findings
         self._scan_topic, self._scan_frame = scans.topic.name, scans.frames[0]
         self._integrate_twist = False
@@ -59,8 +61,10 @@ class MotionSources:
         return links
 
     def leave_out_odometry(self) -> None:
-        """Read none."""
+        """Read none, for which a finding gives the reason."""
+        self.left_out_topic = self.odometry.topic.name if self.odometry else None
         self.odometry = self.odometry_links = None
+        self.tells_of_no_odometry = True
 
     @property
     def odometry_topics(self) -> list[str]:
@@ -128,11 +132,11 @@ class MotionSources:
         """Take the odometry from transforms, where they show the car moving; else say what there is."""
         found = links.odometry(self._scan_frame)
         if found is not None and found.is_contested and self._named_transforms is None:
+            self.tells_of_no_odometry = True
             self._findings.append(
                 Finding(
                     f"Two programs publish the link {' -> '.join(found.driving)} on {found.driving_topic}, "
-                    "each another motion: it is not taken for odometry, and the motion is estimated from the "
-                    "scans alone.",
+                    f"each another motion: it is not taken for odometry, and {BY_SCANS_ALONE}.",
                     "Record with one of them only, such as the driver or a filter, not both.",
                     spoils_map=True,
                 )
@@ -168,15 +172,11 @@ class MotionSources:
         if source == PoseSource.STANDING:
             return
         self.tells_of_no_odometry = True
-        without = (
-            "There is no odometry: the motion must be estimated from the scans alone, which fails along bare "
-            "corridors and in fast turns."
-        )
+        without = f"There is no odometry: {BY_SCANS_ALONE}."
         if found is not None:
             without = (
                 f"The link {found} on {', '.join(found.topics)} never changes: it is not taken for odometry, "
-                "and the motion is estimated from the scans alone, which fails along bare corridors and in "
-                "fast turns."
+                f"and {BY_SCANS_ALONE}."
             )
         elif solution := links.solution():
             without += f" The link {solution} is another program's solution and not used."

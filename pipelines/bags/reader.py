@@ -181,8 +181,13 @@ class BagReader:
 
     @property
     def tells_of_no_odometry(self) -> bool:
-        """Whether a finding says that there is none, and what comes of it."""
+        """Whether a finding says that none is used, and what comes of it."""
         return self._motion.tells_of_no_odometry
+
+    @property
+    def left_out_odom_topic(self) -> str | None:
+        """Topic of odometry that is there but not used, for which a finding gives the reason."""
+        return self._motion.left_out_topic
 
     @property
     def odometry_source(self) -> str:

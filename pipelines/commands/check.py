@@ -137,6 +137,8 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
         rows.append(("IMU", f"{imu_row}, turns of up to {imu['fastest_turn_deg_s']:.0f}°/s"))
     if not odometry:
         return [*rows, ("odometry", "none")]
+    if not odometry.get("is_used", True):
+        return [*rows, ("odometry", f"on {odometry['topic']}, not used: see the findings")]
     return [
         *rows,
         ("odometry", f"{odometry['count']} on {odometry['source']}, {odometry['rate_hz']:g} Hz"),

@@ -16,7 +16,7 @@ from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.pipelines.bags.corrections import Corrections
-from racecar.pipelines.bags.findings import ONE_CLOCK, Finding
+from racecar.pipelines.bags.findings import BY_SCANS_ALONE, ONE_CLOCK, Finding
 
 _FAR_CLOCKS = 1_000_000_000
 """Nanoseconds between the stamps of scans and odometry that were recorded together, from which their clocks
@@ -157,7 +157,7 @@ class _Made:
         if gyro_has_turns:
             self._find(f"{what}: turns are taken from the IMU.", "Make the odometry's node turn too.")
             return
-        self._leave_out(f"{what}: it is not used.", _REMEDIES[fault])
+        self._leave_out(f"{what}: it is not used", _REMEDIES[fault])
 
     def shift_clock(self, lag: int, evidence: str) -> None:
         """Odometry is stamped ``lag`` nanoseconds later than the scans of the same moment."""
@@ -198,7 +198,7 @@ class _Made:
         if not is_inverted and distances is not None and distances.contradicts_turns(self._config.distances):
             self._leave_out(
                 f"The odometry on {self._known.odom_topic} goes as far as the scans, but not where its own "
-                "yaw looks: it is not used.",
+                "yaw looks: it is not used",
                 "Make sure that its node does not exchange x and y, or change the sign of one of them (REP "
                 "103).",
             )
@@ -208,7 +208,7 @@ class _Made:
             if is_inverted:
                 self._leave_out(
                     "The scans turn left where the odometry turns right, and nothing shows which is wrong: "
-                    "the odometry is not used.",
+                    "the odometry is not used",
                     "Correct the sign of the odometry's yaw; or, if the laser hangs upside down, give its "
                     "place: --laser-pose 'X Y YAW 3.1416'.",
                 )
@@ -305,7 +305,7 @@ class _Made:
             self._leave_out(
                 f"The laser looks {_degrees(known.base_from_laser)} to the left by its place "
                 f"({known.place_source}), but {_degrees(place)} by the directions of travel of scans and "
-                "odometry: the place is believed, and the odometry not used.",
+                "odometry: the place is believed, the odometry is not used",
                 f"Correct the one that is wrong; if it is the place, give --laser-pose {_as_flag(place)}.",
             )
             return
@@ -318,7 +318,7 @@ class _Made:
 
     def _leave_out(self, what: str, remedy: str) -> None:
         self.changes["uses_odometry"] = False
-        self._find(what, remedy)
+        self._find(f"{what}, and {BY_SCANS_ALONE}.", remedy)
 
     def _find(self, what: str, remedy: str, *, spoils_map: bool = False) -> None:
         self.findings.append(Finding(what, remedy, spoils_map))

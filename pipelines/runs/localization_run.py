@@ -269,7 +269,7 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
         )
     if reader.odom_topic is None and not reader.tells_of_no_odometry:
         sentences.append(
-            "There was no odometry: the car's motion was guessed from scan to scan, "
+            "No odometry was used: the car's motion was guessed from scan to scan, "
             "which fails along bare corridors and in fast turns."
         )
     return sentences

@@ -58,7 +58,7 @@ def test_where_the_odometry_begins_anew_no_way_is_made_of_it() -> None:
 def test_runs_without_odometry_and_says_so() -> None:
     result = mapped(odometry=False)
     assert result.counts["odometry_constraints"] == 0
-    assert "no wheel odometry" in result.warnings[0]
+    assert "No wheel odometry" in result.warnings[0]
 
 
 def test_without_odometry_the_map_is_right_all_the_same() -> None:

@@ -172,6 +172,7 @@ def test_a_link_that_two_programs_publish_is_told_and_not_believed(tmp_path, eve
     _, samples, reader = read(bag_of(tmp_path / "drive.bag", write))
     assert samples == []
     (finding,) = [each for each in reader.findings if "Two programs publish" in each.what]
+    assert reader.tells_of_no_odometry
     assert finding.spoils_map
 
 

@@ -151,7 +151,7 @@ def test_impossible_starts_are_one_sentence(
 def test_without_odometry_the_report_says_so(bag: Path) -> None:
     assert localize(bag, "--no-odom", "--initial-pose", "2", "2.5", "0") == 0
     report = json.loads((bag.parent / "out" / "report.json").read_text())
-    assert any("no odometry" in sentence for sentence in report["warnings"])
+    assert any("No odometry" in sentence for sentence in report["warnings"])
     assert mean_error(bag) < 0.1
 
 

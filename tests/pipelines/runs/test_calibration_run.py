@@ -1,3 +1,4 @@
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +18,7 @@ from racecar.pipelines.bags.corrections import Corrections
 from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
+from racecar.pipelines.cli import run
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
 from tests.mapping.self_calibration.moving_laser import STEP, odometry_of, scans_of, winding_drive
@@ -249,6 +251,18 @@ def test_odometry_that_is_stuck(tmp_path: Path) -> None:
     assert not corrections.uses_odometry and reader.odom_topic is None
     assert "stuck" in only_finding(corrections)
     assert "If the robot was carried, no action is needed" in only_finding(corrections)
+
+
+def test_odometry_that_is_not_used_is_not_said_to_be_missing(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    corrections, reader = corrections_of(Recording().multiply(0.0, 0.0, 0.0), tmp_path)
+    assert "is not used, and the motion is estimated from the scans alone" in only_finding(corrections)
+    assert reader.tells_of_no_odometry  # so that nobody adds that there was none
+    assert run(["check", str(tmp_path / "bag"), "--json", str(tmp_path / "check.json")]) == 0
+    assert "on /odom, not used" in capsys.readouterr().out
+    told = json.loads((tmp_path / "check.json").read_text())["odometry"]
+    assert told == {"topic": "/odom", "is_used": False}
 
 
 def test_without_odometry_and_beam_times_nothing_is_asked(tmp_path: Path) -> None:

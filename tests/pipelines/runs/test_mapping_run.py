@@ -138,7 +138,7 @@ def test_that_there_is_no_odometry_is_told_once(is_told: bool) -> None:
     reader, report = RoomReader(5), Report("racecar map")
     reader.tells_of_no_odometry = is_told
     build(reader, report)
-    assert any("no wheel odometry" in sentence for sentence in report.warnings) != is_told
+    assert any("No wheel odometry" in sentence for sentence in report.warnings) != is_told
 
 
 @pytest.mark.parametrize("odom_topic", [None, "/odom"])
