@@ -5,12 +5,21 @@ from typing import Annotated
 
 import typer
 
-from racecar.pipelines.commands.options import MapOption, QuietOption, SeedOption
+from racecar.pipelines.commands.options import QuietOption, SeedOption
 from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
 
 
 def simulate(
-    map: MapOption,
+    map: Annotated[
+        Path,
+        typer.Option(
+            "--map",
+            metavar="MAP",
+            help="Where to drive: a map's YAML file, a folder with map.yaml, or a built-in plan: building, "
+            "track, twin_corridors, bare_corridor, long_track, campus.",
+            show_default=False,
+        ),
+    ],
     out: Annotated[
         Path,
         typer.Option(
@@ -49,8 +58,8 @@ def simulate(
         LaserKind,
         typer.Option(
             "--laser",
-            help="race: 270°, 30 m; short: 240°, 4 m, half of the beams empty; round: 360°, 12 m, 7 Hz; "
-            "outdoor: 180°, 80 m, most distant returns missed.",
+            help="race: 270°, 30 m, 40 Hz; short: 240°, 4 m, 10 Hz, half of the beams empty; round: 360°, "
+            "12 m, 7 Hz; outdoor: 180°, 80 m, 10 Hz, most distant returns missed.",
         ),
     ] = LaserKind.RACE,
     tilt: Annotated[
@@ -116,10 +125,12 @@ def simulate(
 
     The true path is also written beside the bag, for drive.bag to drive.ground_truth.tum.
 
-    Besides the shipped maps there are places that are hard to map: twin_corridors, bare_corridor, long_track,
-    and outdoors campus. Flags may be combined, as in --map campus --laser outdoor --hills 0.03 --kerbs 0.15.
+    Some built-in plans are hard to map: twin_corridors, bare_corridor, long_track, and outdoors campus. Flags
+    may be combined, as in --map campus --laser outdoor --hills 0.03 --kerbs 0.15.
 
     Example: racecar simulate --map building --out runs/drive.bag
+
+    On a map of your own: racecar simulate --map runs/lab/map.yaml --out runs/drive.bag
     """
     from rich.console import Console
 

@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import racecar.maps.shipped
+from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map, save_map
 from racecar.pipelines.simulation.plans.building import draw_building
@@ -31,9 +32,14 @@ ON_DEMAND: dict[str, Callable[[], OccupancyGrid]] = {
 
 def load_or_draw(path: Path) -> OccupancyGrid:
     """The map at a path, of a shipped map's name, or drawn on demand; UserError when it is none of these."""
-    if str(path) in ON_DEMAND and not path.exists():
+    if path.exists() or str(path) in SHIPPED:
+        return load_map(path)
+    if str(path) in ON_DEMAND:
         return ON_DEMAND[str(path)]()
-    return load_map(path)
+    raise UserError(
+        f"There is no map at {path}: give a map's YAML file, a folder that holds a map.yaml, or the name of "
+        f"a built-in plan ({', '.join([*SHIPPED, *ON_DEMAND])})."
+    )
 
 
 def draw_shipped(folder: Path) -> None:

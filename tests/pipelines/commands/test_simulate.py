@@ -1,13 +1,17 @@
 """The command ``racecar simulate``."""
 
 from pathlib import Path
+from typing import get_type_hints
 
 import numpy as np
 import pytest
 
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.cli import run
+from racecar.pipelines.commands.simulate import simulate
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.simulation.laser_models import LASERS
+from racecar.pipelines.simulation.plans.catalogue import ON_DEMAND, SHIPPED
 from racecar.pipelines.simulation.simulator import ground_truth_file
 
 
@@ -55,3 +59,22 @@ def test_what_is_wrong_is_told_and_nothing_written(
     assert run(["simulate", *arguments, "--out", str(tmp_path / "a.bag")]) == 2
     assert complaint in capsys.readouterr().err
     assert list(tmp_path.iterdir()) == []
+
+
+def test_help_and_refusal_name_every_built_in_plan(capsys: pytest.CaptureFixture[str]) -> None:
+    (option,) = get_type_hints(simulate, include_extras=True)["map"].__metadata__
+    assert run(["simulate", "--map", "castle", "--out", "castle.bag"]) == 2
+    refusal = capsys.readouterr().err
+    for name in (*SHIPPED, *ON_DEMAND):
+        assert name in option.help
+        assert name in refusal
+
+
+def test_help_and_documentation_tell_what_each_laser_is() -> None:
+    (option,) = get_type_hints(simulate, include_extras=True)["laser"].__metadata__
+    page = (Path(__file__).parents[3] / "docs" / "how-to" / "simulate.md").read_text(encoding="utf-8")
+    for kind, laser in LASERS.items():
+        around, rate = round(laser.field_of_view, -1), round(1.0 / laser.scan_time)
+        assert f"{kind.value}: {around:.0f}°, {laser.range_max:.0f} m, {rate} Hz" in option.help
+        (row,) = [line for line in page.splitlines() if line.startswith(f"| `{kind.value}`")]
+        assert f"| {laser.beams} | {around:.0f}° | {laser.range_max:.0f} m | {rate} |" in row
