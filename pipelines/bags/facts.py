@@ -152,7 +152,7 @@ class ScanFacts:
         if self.longest_blank > _LONG_BLANK and self.farthest > 0.0:
             findings.append(
                 Finding(
-                    f"In {self.blank} of {self.spacing.count} scans no beam met anything, for up to "
+                    f"In {self.blank} of {self.count} scans no beam met anything, for up to "
                     f"{self.longest_blank:.1f} s at a time: only wheels can show the motion there.",
                     "Make sure that nothing covers the laser and that it keeps running.",
                 )

@@ -42,6 +42,16 @@ def test_others_are_not(every: float, speed: float) -> None:
     assert not findings_of_rare_scans(*facts(every, speed))
 
 
+def test_blank_scans_are_counted_among_those_of_all_lasers() -> None:
+    facts = ScanFacts()
+    bearings = np.linspace(-1.0, 1.0, 50)
+    for k in range(60):
+        ranges = np.full(50, np.inf if 10 <= k < 50 else 2.0)
+        facts.add(Scan(k * SECOND // 10, bearings, ranges, np.zeros(50), IDENTITY, 10.0, laser=k % 2))
+    (finding,) = facts.findings
+    assert finding.what.startswith("In 40 of 60 scans no beam met anything")
+
+
 def test_nothing_is_told_without_scans_or_odometry() -> None:
     scans, odometry = facts(2.0, 1.0)
     assert not findings_of_rare_scans(ScanFacts(), odometry)
