@@ -135,7 +135,8 @@ def _warnings(state: MapperState) -> list[str]:
     if state.reckoning.scans_left_out > 0:
         warnings.append(
             f"{state.reckoning.scans_left_out} scans of further lasers were left out: without wheel odometry "
-            "nothing shows the motion from one laser's scan to another's."
+            "nothing shows the motion from one laser's scan to another's. Record odometry too, or map with "
+            "one laser only."
         )
     if lag := state.reckoning.odometry_lag.nanoseconds:
         where = "behind" if lag > 0 else "ahead of"

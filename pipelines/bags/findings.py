@@ -40,7 +40,7 @@ _COUNTED = {
     ),
     "dropped_duplicates": (
         "Messages dropped because another of their topic has the same stamp",
-        "Make sure that only one driver publishes the topic; otherwise nothing is lost.",
+        "Make sure that only one driver publishes the topic; if so, nothing is lost.",
     ),
     "stamps_from_recording_time": (
         "Stamps that were zero or absurd, replaced by the time of recording",

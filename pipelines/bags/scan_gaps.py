@@ -38,6 +38,7 @@ class ScanGaps:
         return [
             Finding(
                 what,
-                "No action is needed if the car stood still meanwhile; otherwise the map may break there.",
+                "No action is needed if the car stood still meanwhile; otherwise look whether the map breaks "
+                "there, and find out what stopped the laser or the recorder.",
             )
         ]

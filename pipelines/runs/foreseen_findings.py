@@ -38,7 +38,7 @@ def _of_lag(
     return [
         Finding(
             f"{what}: this is corrected, and the map does not suffer from it.",
-            f"No action is needed. {ONE_CLOCK}",
+            f"No action is needed; to remedy it all the same: {ONE_CLOCK[0].lower()}{ONE_CLOCK[1:]}",
         )
     ]
 
