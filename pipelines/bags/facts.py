@@ -241,7 +241,7 @@ def findings_of_rare_scans(scans: ScanFacts, odometry: OdometryFacts) -> list[Fi
     return [
         Finding(
             f"The scans come every {seconds:.2g} s, in which the car usually drives {metres:.1f} m: they "
-            "share little, and the map depends on the wheels.",
+            "share little, so that most depends on the wheels.",
             _remedy_of_rare_scans(scans, seconds),
         )
     ]

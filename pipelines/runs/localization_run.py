@@ -10,7 +10,7 @@ from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.verdict.config import VerdictConfig
 from racecar.localization.verdict.drive_judge import DriveJudge
-from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
+from racecar.localization.verdict.drive_quality import DriveQuality
 from racecar.localization.verdict.known_place import deviation
 from racecar.maps.geometry.se2 import IDENTITY, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -27,14 +27,12 @@ from racecar.pipelines.files.optional_packages import is_installed, left_out
 from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.pictures.moment import Moment
-from racecar.pipelines.runs.map_cautions import cautions_of_resolution, cautions_of_walls
+from racecar.pipelines.runs.map_cautions import cautions_of_fit, cautions_of_resolution, cautions_of_walls
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.view.recorder import Recorder
 
 LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", REPORT_FILE)
 
-_POOR_FIT = 0.5
-"""Share of end points on walls below which a person should look twice."""
 _CONVERGED = 0.2
 """Metres of standard deviation within which the pose counts as found."""
 _MOMENTS = 6
@@ -252,21 +250,17 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
     if starts > 1:
         sentences.append(
             f"The pose was searched again {times(starts - 1)}, after gaps in the scans or because they no "
-            "longer fitted the map; the path may jump there."
+            "longer fitted the map; the path may jump there, which overlay.png shows."
         )
     shares = [share for share in run.shares_on_wall if not np.isnan(share)]
     share = sum(shares) / max(len(shares), 1)
     if run.judge.is_hopeless:
         seconds = (run.estimates[-1].stamp - run.estimates[0].stamp) * 1e-9
         sentences.append(
-            f"The search was stopped {seconds:.0f} s into the drive, because no place on the map fitted for "
-            "long; the rest of the bag was not read. Name the map of the place, or give --initial-pose."
+            f"The search ended {seconds:.0f} s into the drive, and the rest of the bag was not read. Name "
+            "the map of the place, or give --initial-pose."
         )
-    if share < _POOR_FIT and run.quality.verdict != DriveVerdict.LOST:
-        sentences.append(
-            f"Only {share:.0%} of the scans' end points lie on walls of the map: it is the wrong map, "
-            "outdated, or the car was lost; look at overlay.png."
-        )
+    sentences += cautions_of_fit(share, run.quality.verdict)
     if reader.odom_topic is None and not reader.tells_of_no_odometry:
         sentences.append(
             "No odometry was used: the car's motion was guessed from scan to scan, "

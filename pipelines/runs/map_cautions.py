@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.mapping.moving_along.left_out import LeftOut
 from racecar.maps.grid.edits import Edit, covered
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -11,6 +12,8 @@ _COARSE = 0.25
 """Metres; half the length of a small car: walls of such cells are off by as much as a parked car is."""
 _CLUTTERED = 0.5
 """Share of a map near its walls from which a wrong pose would find half of its end points on walls, too."""
+_POOR_FIT = 0.5
+"""Share of end points on walls below which a person should look twice."""
 _NAMED = 3
 """Parts of the view that a sentence names, so that it stays one; report.json has all."""
 
@@ -61,3 +64,16 @@ def cautions_of_walls(walls: WallFit) -> list[str]:
         f"{walls.share_of_map:.0%} of the map lies within {ON_WALL:.2f} m of a wall, so that end points on "
         "walls do not show that the pose is right; look at overlay.png, and at negate and the thresholds."
     ]
+
+
+def cautions_of_fit(share: float, verdict: DriveVerdict) -> list[str]:
+    """For a drive of which only a ``share`` of the end points lies on walls; a verdict that the car is lost
+    says so itself, and one that it is localized must not be contradicted."""
+    why = {
+        DriveVerdict.LOCALIZED: "much has changed since it was made, or hides it",
+        DriveVerdict.UNCERTAIN: "it is the wrong map, outdated, or the car was lost",
+    }
+    if share >= _POOR_FIT or verdict not in why:
+        return []
+    points = f"Only {share:.0%} of the scans' end points lie on walls of the map"
+    return [f"{points}: {why[verdict]}; look at overlay.png."]
