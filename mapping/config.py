@@ -64,16 +64,10 @@ class ScheduleConfig(Settings):
         default=50,
         ge=1,
         le=10_000,
-        description="After how many keyframes the wheels are calibrated anew. By judgement: some 15 m of "
-        "path.",
-    )
-    first_calibration: int = Field(
-        default=8,
-        ge=1,
-        le=10_000,
-        description="After how many keyframes they are calibrated for the first time; again after twice, "
-        "four times as many and so on, up to the interval. By judgement: where a scan came once in 2 s, "
-        "wheels that had been right to 1 cm for 80 m were overruled by a corridor that looks like another.",
+        description="After how many keyframes the wheels are calibrated anew, and after fewer where these "
+        "lie farther apart than they need to. By judgement: some 15 m of path. Where a scan came once in 2 s "
+        "and this was 100 m, wheels that had been right to 1 cm for 80 m were overruled by a corridor that "
+        "looks like another, and the map was off by 28 m.",
     )
     calibration_window: int = Field(
         default=1000,
@@ -91,12 +85,10 @@ class ScheduleConfig(Settings):
         "killed.",
     )
 
-    def calibrates_at(self, index: int) -> bool:
-        """Whether the wheels are calibrated at a keyframe."""
-        if index >= self.calibration_interval:
-            return index % self.calibration_interval == 0
-        multiple, rest = divmod(index, self.first_calibration)
-        return rest == 0 and multiple.bit_count() == 1  # 1, 2, 4, …
+    def calibrates_at(self, index: int, stretch: float) -> bool:
+        """Whether the wheels are calibrated at a keyframe, that lies ``stretch`` times as far from the one
+        before as keyframes need to."""
+        return index % max(round(self.calibration_interval / max(stretch, 1.0)), 1) == 0
 
 
 class MappingConfig(Settings):

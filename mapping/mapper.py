@@ -227,7 +227,7 @@ class Mapper:
         if state.clouds is not None and state.reckoning.cloud is not None:
             state.clouds.add(index, state.reckoning.cloud)
         state.reckoning.start_keyframe(step, prepared, scan.laser, is_tied=is_tied and index > 0)
-        self._learn_and_optimize(index)
+        self._learn_and_optimize(index, step)
         self._grow_submaps()
         self._trim(index)
 
@@ -291,12 +291,14 @@ class Mapper:
         least = self._config.keyframes.placement.min_search_points
         return len(self._state.keyframes.points_of(index)) >= least
 
-    def _learn_and_optimize(self, index: int) -> None:
-        """Learn what the wheels get wrong, and optimize the latest keyframes, each from time to time."""
+    def _learn_and_optimize(self, index: int, step: Pose) -> None:
+        """Learn what the wheels get wrong, and optimize the latest keyframes, each from time to time; the
+        last one is a ``step`` (3,) from that before."""
         state, schedule = self._state, self._config.schedule
         if index % schedule.lag_interval == 0:
             state.reckoning.learn_lag()
-        if schedule.calibrates_at(index):
+        stretch = float(np.hypot(step[0], step[1])) / self._config.keyframe_distance
+        if schedule.calibrates_at(index, stretch):
             state.calibrate(max(0, index - schedule.calibration_window))
         if index % schedule.window_interval == 0 and index > schedule.window:
             with state.timed("optimization"):

@@ -1,13 +1,20 @@
 """When the mapper does what it does from time to time."""
 
+import pytest
+
 from racecar.mapping.config import ScheduleConfig
 
-
-def test_wheels_are_calibrated_early_then_ever_more_rarely_and_at_last_at_an_interval() -> None:
-    schedule = ScheduleConfig(first_calibration=8, calibration_interval=50)
-    assert [k for k in range(160) if schedule.calibrates_at(k)] == [8, 16, 32, 50, 100, 150]
+SCHEDULE = ScheduleConfig(calibration_interval=50)
 
 
-def test_a_first_calibration_after_the_interval_is_none() -> None:
-    schedule = ScheduleConfig(first_calibration=80, calibration_interval=50)
-    assert [k for k in range(160) if schedule.calibrates_at(k)] == [50, 100, 150]
+@pytest.mark.parametrize("stretch", [0.1, 1.0])
+def test_wheels_are_calibrated_at_an_interval(stretch: float) -> None:
+    assert [k for k in range(160) if SCHEDULE.calibrates_at(k, stretch)] == [0, 50, 100, 150]
+
+
+def test_they_are_calibrated_as_often_per_metre_where_keyframes_lie_far_apart() -> None:
+    assert [k for k in range(31) if SCHEDULE.calibrates_at(k, 6.6)] == [0, 8, 16, 24]
+
+
+def test_they_are_calibrated_at_once_after_a_long_gap() -> None:
+    assert all(SCHEDULE.calibrates_at(k, 100.0) for k in range(5))
