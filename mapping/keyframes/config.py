@@ -126,6 +126,15 @@ class PlacementConfig(GuessConfig):
         description="With which keyframes, counted back along the path, a new one is matched jointly. By "
         "judgement: the first of those that it is tied to, which surely overlap.",
     )
+    min_overlap: float = Field(
+        default=0.1,
+        ge=0.0,
+        le=1.0,
+        description="Share of points with a partner, summed over the scans that a keyframe is matched with, "
+        "below which no scan shows a place where scans came all the time; it then loses against the first "
+        "guess. By judgement: without it, simulated drives over a slope were off by 0.39 and 0.56 m instead "
+        "of 0.04 and 0.07 m.",
+    )
     max_residual: float = Field(
         default=0.02,
         gt=0.0,

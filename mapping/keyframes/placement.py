@@ -71,26 +71,28 @@ class KeyframePlacer:
             slid = self._match(fixed, self._slid(fits, guesses[0]))
             matches = matches.with_more(fits).with_more(slid)
             leads += [0] * (2 * len(found))
-        odds = self._odds(fixed, guesses, matches, len(found), is_left_alone=gap == Gap.LEFT_ALONE)
+        odds = self._odds(fixed, guesses, matches, len(found), gap)
         best = int(np.argmax(odds))
         if odds[best] < self.config.lost_odds:
             return Placement(guesses[0], 0, is_lost=True)
         return Placement(matches.poses[best], leads[best], odds_against_first=float(odds[best] - odds[0]))
 
     def _odds(
-        self, fixed: NDArray[np.int64], guesses: Pose, matches: Matches, slid: int, *, is_left_alone: bool
+        self, fixed: NDArray[np.int64], guesses: Pose, matches: Matches, slid: int, gap: Gap
     ) -> NDArray[np.float64]:
         """(G,) log-odds of each match with keyframes (F,), by the motion that guesses (H, 3) tell and by the
         scans; the last ``slid`` are those before them, slid along what these do not observe. That to which
         the first guess leads stands where the scans show no other place."""
-        prior = self._prior(guesses, is_left_alone=is_left_alone)
+        prior = self._prior(guesses, is_left_alone=gap == Gap.LEFT_ALONE)
         evidence = scan_evidence(
             self.store, fixed, self.poses[fixed], self.index, matches, self.config.evidence
         )
         if slid:  # what speaks for a place on a bare corridor speaks for all of it that is not refuted
             alike, own = evidence[-2 * slid : -slid], evidence[-slid:]
             evidence[-slid:] = np.where(own > -self.config.refuted_odds, np.maximum(own, alike), own)
-        is_shown = self._is_on_lines(matches) & (evidence > 0.0)
+        # Behind a gap little is seen again; where scans came all the time, little shows no place.
+        least = self.config.min_overlap if gap == Gap.NONE else 0.0
+        is_shown = self._is_on_lines(matches) & (evidence > 0.0) & (matches.overlap * len(fixed) >= least)
         is_shown[0] = True
         odds = evidence + prior.log_likelihood(matches.poses)
         return np.where(is_shown, odds, -np.inf)

@@ -11,7 +11,7 @@ from racecar.mapping.quality.closed_steps import closed_steps
 from racecar.mapping.quality.finished_map import FinishedMap
 
 _LEAST_STEP = 0.05
-"""Metres, below which a step tells no pace: a car that turns on the spot has none."""
+"""Metres, below which a step tells no pace, because a car that turns on the spot has none; by judgement."""
 
 
 def unseen_stands(map_: FinishedMap, edges: GraphEdges, are_bare: NDArray[np.bool_]) -> NDArray[np.float64]:
