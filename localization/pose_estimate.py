@@ -27,4 +27,5 @@ class PoseEstimate:
     """How likely the car is elsewhere, 0 to 1."""
     agreement: NDArray[np.float64] | None = None
     """(4,) shares of the scan's beams that agree with the map closely, roughly, are stopped before the wall,
-    look through it; None without beams, and where the laser would be inside an obstacle."""
+    look through it, without those that would agree farther along a corridor as well; None without beams, and
+    where the laser would be inside an obstacle."""

@@ -26,6 +26,22 @@ class LostDetectorConfig(Settings):
     close: float = Field(
         0.4, gt=0, le=1, description="share of that within which a beam agrees closely: 0.1 m. By judgement"
     )
+    along: float = Field(
+        0.6,
+        gt=0,
+        le=10,
+        description="metres ahead and behind where a beam that agrees as well does not tell the place, and "
+        "so not the map. Measured on 15 right maps and 43 wrong ones: of the beams that do tell, 0.31 to "
+        "0.99 agree closely on the right ones and 0.02 to 0.23 on wrong ones; of all beams, 0.58 to 1 and "
+        "0.12 to 0.75",
+    )
+    telling_beams: int = Field(
+        25,
+        ge=1,
+        le=10_000,
+        description="of a scan, that are asked whether they tell the place, evenly taken: a verdict has many "
+        "scans, and all 100 beams cost a scan 0.1 ms",
+    )
     unchanged_map: AgreementShares = Field(
         AgreementShares(closely=0.7, roughly=0.15, stopped=0.12, looking_through=0.03),
         description="at the right place, where the map is as the world is, until they are learned. By "

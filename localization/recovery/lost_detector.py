@@ -14,11 +14,8 @@ from math import exp
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.floor.free_space import FreeSpace
 from racecar.localization.recovery.config import AgreementShares, LostDetectorConfig
-from racecar.localization.recovery.lost_detector_kernels import count_agreeing, evidence_against
-from racecar.localization.sensor.beams import Beams
-from racecar.maps.geometry.se2 import Pose
+from racecar.localization.recovery.lost_detector_kernels import evidence_against
 
 LIKENESS_QUANTILES = np.array([0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.97, 0.99, 1.0])
 """Pairs of places are sorted by how much they look alike and grouped between these, more finely at the end
@@ -102,30 +99,6 @@ class LostDetector:
         least = np.log(self._config.least_kind_probability)
         self._log_kinds = np.maximum(self._log_kinds - self._log_kinds.max(), least)
         self._when_tracked = _normalized(np.exp(self._log_kinds)) @ self._usual_shares
-
-
-def agreement_shares(
-    map_from_base: Pose, beams: Beams, free_space: FreeSpace, config: LostDetectorConfig
-) -> NDArray[np.float64] | None:
-    """(4,) shares of the beams from a pose (3,) that agree closely, roughly, are shorter, are longer.
-
-    None when there are no beams, or where the laser cannot be.
-    """
-    counts = count_agreeing(
-        map_from_base,
-        beams.base_from_laser,
-        free_space.grid_in_map,
-        free_space.grid.cells,
-        free_space.is_open,
-        beams.bearings,
-        beams.ranges,
-        beams.max_range,
-        config.agreement.distance,
-        config.agreement.share,
-        config.close,
-    )
-    total = counts.sum()
-    return counts / total if total > 0 else None
 
 
 def as_array(shares: AgreementShares) -> NDArray[np.float64]:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.localization.recovery.lost_detector import agreement_shares
+from racecar.localization.recovery.agreement import Agreement, agreement_of
 from racecar.localization.recovery.surveyed_map import SurveyedMap
 from racecar.localization.refinement.refinement import refine
 from racecar.localization.sensor.beam_skipping import Alignment, Explanation, explain
@@ -38,9 +38,9 @@ class Perception:
         """A pose (3,) and its covariance (3, 3), laid on the walls near by."""
         return refine(map_from_base, covariance, beams, self.surveyed.walls, self.config.alignment)
 
-    def agreement(self, map_from_base: Pose, beams: Beams) -> NDArray[np.float64] | None:
-        """(4,) shares of the beams by how they agree with the map from a pose (3,).
+    def agreement(self, map_from_base: Pose, beams: Beams) -> Agreement | None:
+        """How the beams agree with the map from a pose (3,).
 
         None without beams, and from inside an obstacle, where there is no saying.
         """
-        return agreement_shares(map_from_base, beams, self.surveyed.free_space, self.config.lost_detector)
+        return agreement_of(map_from_base, beams, self.surveyed.free_space, self.config.lost_detector)

@@ -48,7 +48,7 @@ class PoseHypothesis:
         self._is_tracked = is_known_within(tracking.tracked_within, covariance, weight, perception.config)
         agreement = perception.agreement(map_from_base, beams)
         if agreement is not None:
-            self.lost.judge(agreement, seconds)
+            self.lost.judge(agreement.shares, seconds)
         return PoseEstimate(
             stamp=stamp,
             map_from_base=map_from_base,
@@ -58,7 +58,7 @@ class PoseHypothesis:
             particle_count=len(self.particles),
             is_start=is_start,
             lost_probability=1.0 - (1.0 - self.lost.probability) * weight,
-            agreement=agreement,
+            agreement=None if agreement is None else agreement.telling,
         )
 
     def resample(self, config: LocalizationConfig) -> None:

@@ -1,8 +1,9 @@
 """Does the map show the place where the car drove? Judged by how beams agree with it, over the whole drive.
 
 The lost detector cannot tell: it learns how scans agree where the car is taken to be, and a filter finds on
-any map a place that the scans fit somehow. What gives a wrong map away is how closely they fit: the right
-walls are met within centimetres, those of a similar place only roughly. Bayes' rule, with shares that are not
+any map a place that the scans fit somehow, such as between the walls of a corridor as wide. What gives a
+wrong map away are the beams that would not agree farther along that corridor as well: half of them meet the
+right map closely, even one that is out of date, but few a wrong map. Bayes' rule, with shares that are not
 learned on the way, turns this into odds. Motion counts, because a car that stands sees the same again; and
 the more of it, the farther it leads from where a search chose the best place of all, which fits on any map.
 """
@@ -43,7 +44,7 @@ class MapFit:
         if step is None or self._scans_since_step == 0:
             return
         distance, angle = step
-        metres = min(distance + self._config.metres_per_radian * angle, self._config.standing)
+        metres = min(distance + self._config.metres_per_radian * angle, self._config.longest_step)
         self._since_search += metres
         metres *= min(self._since_search / self._config.chosen_within, 1.0)
         self._metres += metres

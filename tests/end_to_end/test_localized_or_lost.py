@@ -9,19 +9,22 @@ from tests.end_to_end.commands import Racecar
 
 
 @pytest.mark.parametrize(
-    ("map_name", "verdict", "code"), [("building", "localized", 0), ("track", "lost", 3)]
+    ("map_name", "verdict", "code", "seed"),
+    [("building", "localized", 0, 0), ("track", "lost", 3, 0), ("track", "lost", 3, 1)],
 )
 def test_a_drive_in_the_building_is_localized_there_and_lost_on_the_race_track(
-    racecar_command: Racecar, drive: Path, tmp_path: Path, map_name: str, verdict: str, code: int
+    racecar_command: Racecar, drive: Path, tmp_path: Path, map_name: str, verdict: str, code: int, seed: int
 ) -> None:
+    """The track has a straight as wide as the corridor where the drive begins; the filter is sure of that."""
     done = racecar_command(
-        *("localize", drive / "drive.bag", "--map", map_name, "--out", tmp_path), *("--global", "--strict")
+        *("localize", drive / "drive.bag", "--map", map_name, "--out", tmp_path),
+        *("--global", "--strict", "--seed", seed),
     )
     assert done.returncode == code, done.stderr
     assert done.stdout.splitlines()[-1].startswith(f"The drive is {verdict}: ")
     quality = json.loads((tmp_path / "report.json").read_text())["quality"]
     assert quality["verdict"] == verdict
-    assert (quality["known_share"] > 0.9) == (verdict == "localized")
+    assert verdict == "lost" or quality["known_share"] > 0.9
 
 
 def test_only_the_bag_that_made_the_map_is_compared_with_its_trajectory(

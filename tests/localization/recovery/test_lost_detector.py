@@ -2,16 +2,16 @@ from functools import cache
 
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.localization.floor.free_space import FreeSpace
+from racecar.localization.recovery.agreement import agreement_of
 from racecar.localization.recovery.lost_detector import LostDetector
-from racecar.localization.recovery.lost_detector import agreement_shares as shares_by
 from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
-from racecar.maps.grid.ray_casting import cast_ray_fan, cast_rays
+from racecar.maps.grid.ray_casting import cast_ray_fan
 from tests.localization.floors import CONFIG, free_space_of, table_of
 from tests.maps.drives import BASE_FROM_LASER, BEARINGS, pose_at, room
 
@@ -33,10 +33,6 @@ def shares_when_lost() -> np.ndarray:
     shares: np.ndarray = search.shares_when_lost(CONFIG.lost_detector)
     shares.flags.writeable = False
     return shares
-
-
-def agreement_shares(map_from_base: Pose, beams: Beams, floor: FreeSpace) -> np.ndarray | None:
-    return shares_by(map_from_base, beams, floor, CONFIG.lost_detector)
 
 
 def fresh() -> LostDetector:
@@ -67,9 +63,9 @@ def watch(
     rng, probabilities = np.random.default_rng(0), []
     for scan in range(round(seconds * scans_per_second)):
         truth, beams = seen_at(start + scan / scans_per_second, people, rng)
-        shares = agreement_shares(compose(truth, truth_from_pose), beams, free_space())
-        if shares is not None:
-            detector.judge(shares, 1.0 / scans_per_second)
+        agreement = agreement_of(compose(truth, truth_from_pose), beams, free_space(), CONFIG.lost_detector)
+        if agreement is not None:
+            detector.judge(agreement.shares, 1.0 / scans_per_second)
         probabilities.append(detector.probability)
     return np.array(probabilities)
 
@@ -187,45 +183,3 @@ def test_a_thousand_scans_at_a_place_are_forgotten_as_soon_as_ten() -> None:
         assert detector.probability == pytest.approx(1.0 - SUREST)
         detector.judge(np.array([1.0, 0.0, 0.0, 0.0]), 0.1)
     assert long.probability == short.probability < 0.995
-
-
-@settings(max_examples=40)
-@given(st.floats(0.5, 11.5), st.floats(0.5, 7.5), st.floats(-3.1, 3.1), st.integers(0, 2**32 - 1))
-@example(2.5, 3.5, 0.0, 0).via("beams along the edges of cells")
-def test_beams_are_sorted_by_how_they_agree(x: float, y: float, yaw: float, seed: int) -> None:
-    pose = compose(room().map_from_grid, [x, y, yaw])
-    laser = compose(pose, BASE_FROM_LASER)
-    if not free_space().contains(laser[None, :2])[0]:
-        return
-    shifts = 1e-9 * np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
-    cast = np.array([cast_rays(room(), laser + shift, BEARINGS, 30.0) for shift in shifts])
-    is_sure = np.ptp(cast, axis=0) < 1e-6  # along an edge of cells, rounding decides
-    assert is_sure.mean() > 0.95
-    bearings, expected = BEARINGS[is_sure], cast[0, is_sure]
-    within = 0.25 + 0.02 * expected
-    rng = np.random.default_rng(seed)
-    off = rng.choice([0.0, -0.3, 0.6, -0.9, 1.5, -2.0], len(bearings))
-    beams = Beams(bearings, expected + off * within, BASE_FROM_LASER, 30.0)
-    seen = agreement_shares(pose, beams, free_space())
-    wanted = [np.abs(off) <= 0.4, (np.abs(off) > 0.4) & (np.abs(off) <= 1.0), off < -1.0, off > 1.0]
-    assert seen is not None
-    np.testing.assert_allclose(seen, [part.mean() for part in wanted], atol=1e-12)
-
-
-def test_nothing_is_sure_without_beams_or_from_inside_a_wall() -> None:
-    inside = compose(room().map_from_grid, [9.0, 4.0, 0.7])
-    none = Beams(np.empty(0), np.empty(0), BASE_FROM_LASER, 30.0)
-    some = Beams(BEARINGS, np.ones(len(BEARINGS)), BASE_FROM_LASER, 30.0)
-    assert agreement_shares(inside, none, free_space()) is None
-    in_wall = compose(room().map_from_grid, [0.1, 4.0, np.pi])
-    for pose in (in_wall, np.array([1e6, 0.0, 0.0])):
-        assert agreement_shares(pose, some, free_space()) is None
-    assert agreement_shares(inside, some, free_space()) is not None
-
-
-def test_a_miss_agrees_where_the_wall_is_beyond_the_sensors_sight() -> None:
-    pose = compose(room().map_from_grid, [6.0, 6.0, 0.0])
-    seen = agreement_shares(pose, Beams(np.zeros(1), np.array([np.inf]), IDENTITY.copy(), 3.0), free_space())
-    np.testing.assert_array_equal(seen, [1.0, 0.0, 0.0, 0.0])
-    seen = agreement_shares(pose, Beams(np.zeros(1), np.array([np.inf]), IDENTITY.copy(), 30.0), free_space())
-    np.testing.assert_array_equal(seen, [0.0, 0.0, 0.0, 1.0])

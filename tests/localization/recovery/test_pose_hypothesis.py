@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.localization.recovery.lost_detector import LostDetector, agreement_shares
+from racecar.localization.recovery.agreement import agreement_of
+from racecar.localization.recovery.lost_detector import LostDetector
 from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.recovery.pose_hypothesis import PoseHypothesis
 from racecar.localization.sensor.beams import Beams
@@ -43,9 +44,9 @@ def driven(truth_from_place: Pose, seconds: float) -> PoseHypothesis:
         truth = pose_at(room(), np.array([scan / 40]), 1.5)[0]
         ranges = cast_ray_fan(room(), compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
         beams = Beams(BEARINGS, ranges, BASE_FROM_LASER, 30.0).thinned(100)
-        shares = agreement_shares(compose(truth, truth_from_place), beams, free_space, LOST)
-        if shares is not None:
-            hypothesis.lost.judge(shares, 1 / 40)
+        agreement = agreement_of(compose(truth, truth_from_place), beams, free_space, LOST)
+        if agreement is not None:
+            hypothesis.lost.judge(agreement.shares, 1 / 40)
     return hypothesis
 
 

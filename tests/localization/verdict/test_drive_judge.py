@@ -48,10 +48,18 @@ def test_a_long_drive_is_no_more_than_sure() -> None:
     assert odds[1] < 1.25 * odds[0]
 
 
-def test_what_a_car_sees_that_stands_does_not_speak_against_the_map_beyond_doubt() -> None:
-    quality = judged(*straight_drive(60.0, speed=0.0, agreement=WRONG)).quality
+@pytest.mark.parametrize("agreement", [RIGHT, WRONG])
+def test_what_a_car_sees_that_stands_leaves_the_map_in_doubt(agreement: np.ndarray) -> None:
+    quality = judged(*straight_drive(60.0, speed=0.0, agreement=agreement)).quality
     assert quality.verdict == UNCERTAIN
     assert "drive farther" in quality.summary
+
+
+@pytest.mark.parametrize(("metres", "verdict"), [(2.0, UNCERTAIN), (10.0, LOCALIZED)])
+def test_so_does_a_short_way_from_where_a_search_chose_the_place(
+    metres: float, verdict: DriveVerdict
+) -> None:
+    assert judged(*straight_drive(metres)).quality.verdict == verdict
 
 
 def test_a_stretch_on_which_the_car_is_lost_is_named_with_its_time() -> None:

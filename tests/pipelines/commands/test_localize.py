@@ -121,7 +121,7 @@ def test_strict_fails_unless_the_drive_is_localized(bag: Path, capsys: pytest.Ca
     assert localize(bag, "--strict") == 3
     report = json.loads((bag.parent / "out" / "report.json").read_text())
     assert report["quality"]["verdict"] == "lost"
-    assert "map of another place" in capsys.readouterr().out.splitlines()[-1]
+    assert "no place on the map fitted the scans" in capsys.readouterr().out.splitlines()[-1]
 
 
 def test_same_seed_same_bytes(bag: Path) -> None:
