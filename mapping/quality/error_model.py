@@ -5,7 +5,7 @@ and for each statistic a power of it. Small values add next to nothing; the one 
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
 
@@ -67,11 +67,16 @@ class ErrorModel:
             self.whole + sum(term.whole.of(ratio) for term, ratio in ratios),
         )
 
-    def complaints(self, figures: Mapping[str, float], share: float) -> list[str]:
-        """What makes up at least a ``share`` of one of the expected errors, the weightiest first."""
+    def complaints(
+        self, figures: Mapping[str, float], share: float, without: Collection[str] = ()
+    ) -> list[str]:
+        """What makes up at least a ``share`` of one of the expected errors, the weightiest first; ``without``
+        the statistics of which more is said elsewhere."""
         local, whole = self.errors(figures)
         parts = []
         for term in self.terms:
+            if term.statistic in without:
+                continue
             ratio = term.ratio(figures)
             parts.append((max(term.local.of(ratio) / local, term.whole.of(ratio) / whole), term))
         weighty = sorted((part for part in parts if part[0] >= share), key=lambda part: -part[0])

@@ -95,7 +95,9 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     if verdict == Verdict.GOOD and not doubts:
         return MapQuality(verdict, local, whole, (), (), figures)
     segments = doubtful_segments(map_, statistics, config.segments)
-    complaints = [] if verdict == Verdict.GOOD else _MODEL.complaints(figures, config.complaint_share)
+    # Passes that contradict each other are named, one by one, with their places.
+    named = {"looked_through_by_passes"} if any(s.contradicted_by for s in segments) else set()
+    complaints = _MODEL.complaints(figures, config.complaint_share, named) if verdict != Verdict.GOOD else []
     reasons = (*doubts, *complaints, *(segment.why for segment in segments))
     verdict = Verdict.DOUBTFUL if verdict == Verdict.GOOD else verdict
     return MapQuality(verdict, local, whole, reasons, segments, figures)

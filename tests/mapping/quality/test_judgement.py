@@ -79,6 +79,8 @@ def test_a_bent_map_is_wrong_and_passes_are_named_that_contradict_each_other() -
     assert any(segment.contradicted_by is not None for segment in quality.segments)
     assert quality.reasons
     assert "wrong" in quality.summary
+    assert "contradict each other" in quality.summary
+    assert not any(reason.startswith("Passes through the same place") for reason in quality.reasons)
 
 
 @pytest.mark.parametrize("bends", [(0.0, 0.002), (0.002, 0.005), (0.005, 0.01)])
