@@ -48,8 +48,8 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
     wheels = wheel_agreement(session.constraints, poses, path, config.wheel_window)
     has_wheels = np.zeros(len(poses), dtype=np.bool_)
     has_wheels[edges.ends[edges.are("odometry"), 1]] = True
-    are_bare = weakest_hold(store) < _BARE
-    stands = unseen_stands(map_, edges, are_bare)
+    are_bare, are_closed = weakest_hold(store) < _BARE, closed_steps(edges, len(poses) - 1)
+    stands = unseen_stands(map_, has_wheels, are_bare, are_closed)
     local, whole = _spreads(edges, poses, path, config)
     is_seen = places.judged > config.segments.min_judged
     figures = {
@@ -62,7 +62,7 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
         "wheels_against_map_m": _mean(wheels.metres),
         "bare_without_wheels": _share_bare(has_wheels, are_bare, map_),
         "overruled_wheels": map_.overruled_wheels,
-        "denied_by_map_m": wheels.unsettled(closed_steps(edges, len(poses) - 1)),
+        "denied_by_map_m": wheels.unsettled(are_closed),
         "unseen_stand_s": float(stands.max()),
     }
     return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels, stands)

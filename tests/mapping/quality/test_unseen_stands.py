@@ -7,6 +7,7 @@ from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.quality.closed_steps import closed_steps
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
@@ -44,7 +45,9 @@ def drive(
 
 
 def stands(map_: FinishedMap, are_bare: np.ndarray = BARE) -> list[float]:
-    return unseen_stands(map_, GraphEdges.of(map_.session.constraints, map_.poses), are_bare).tolist()
+    edges = GraphEdges.of(map_.session.constraints, map_.poses)
+    has_wheels = np.isin(np.arange(len(PATH)), edges.ends[edges.are("odometry"), 1])
+    return unseen_stands(map_, has_wheels, are_bare, closed_steps(edges, len(PATH) - 1)).tolist()
 
 
 def verdict(map_: FinishedMap) -> MapQuality:
@@ -66,6 +69,7 @@ def test_a_stand_between_bare_walls_is_what_the_step_took_beyond_the_usual_pace(
         ),
         (drive(stood_in(4, 8.0), wheels=False), BARE),
         (drive(np.full(len(PATH), np.nan)), BARE),  # an earlier drive
+        (drive(np.where(np.arange(len(PATH)) < 4, np.nan, stood_in(4, 8.0))), BARE),  # it begins then
     ],
 )
 def test_no_stand_is_unseen_that_something_tells_of(map_: FinishedMap, are_bare: np.ndarray) -> None:
