@@ -66,6 +66,10 @@ _COUNTED = {
         "Odometry messages dropped because they hold no valid pose",
         "Make the odometry node set the pose's quaternion (w = 1 for no rotation).",
     ),
+    "messages_without_pose": (
+        "Messages dropped because they hold no valid pose",
+        "Make the node that publishes them set the pose's quaternion (w = 1 for no rotation).",
+    ),
     "time_increments_ignored": (
         "Scans with a time_increment too long to be true, which is taken as zero",
         "Correct it in the driver, so that scans can be corrected for the motion during a sweep.",

@@ -26,6 +26,8 @@ OLD_TRANSFORMS = "tf/msg/tfMessage"
 """The same, of the first ``tf`` of ROS 1."""
 OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
 PATH = "nav_msgs/msg/Path"
+POSE = "geometry_msgs/msg/PoseStamped"
+POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 POSE_ARRAY = "geometry_msgs/msg/PoseArray"
 
 _LARGEST_QUATERNION = 1e6

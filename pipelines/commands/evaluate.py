@@ -15,13 +15,18 @@ def evaluate(
         list[Path],
         typer.Argument(
             metavar="TRAJ",
-            help="Estimated poses, a TUM file; several are compared in one table.",
+            help="Estimated poses: FILE.tum, FILE.csv, or BAG:/topic; several are compared in one table.",
             show_default=False,
         ),
     ],
     reference: Annotated[
         Path | None,
-        typer.Option("--reference", metavar="REF.tum", help="True poses, a TUM file.", show_default=False),
+        typer.Option(
+            "--reference",
+            metavar="REF",
+            help="True poses: FILE.tum, FILE.csv, or BAG:/topic.",
+            show_default=False,
+        ),
     ] = None,
     relations: Annotated[
         Path | None,
@@ -58,9 +63,11 @@ def evaluate(
     Example: racecar evaluate runs/drive/trajectory.tum --reference drive.ground_truth.tum --plot errors.png
 
     Several: racecar evaluate runs/a/trajectory.tum runs/b/trajectory.tum --reference drive.ground_truth.tum
+
+    A topic of a bag: racecar evaluate drive.bag:/pf/pose/odom --reference motion_capture.csv
     """
     if (reference is None) == (relations is None):
-        raise UserError("Name what to compare with: either --reference REF.tum or --relations FILE.")
+        raise UserError("Name what to compare with: either --reference REF or --relations FILE.")
     if map is not None and plot is None:
         raise UserError("--map is drawn by --plot FILE.png; give both, or neither.")
 
@@ -76,28 +83,28 @@ def evaluate(
     from racecar.pipelines.commands.written_files import where_figures_are
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.runs.trajectory_evaluation import evaluate_all, plot_errors
+    from racecar.pipelines.runs.trajectory_files import load_trajectory
 
     figures: dict[str, Any] = {"compared_with": reference or relations}
     if reference is not None:
-        evaluated = evaluate_all(trajectories, reference)
+        true = load_trajectory(reference)
+        evaluated = evaluate_all(trajectories, true)
         each = [{"trajectory": one.path, **one.errors.summary()} for one in evaluated]
         table = trajectory_table(evaluated[0].errors) if len(each) == 1 else trajectories_table(evaluated)
-        warnings = [sentence for one in evaluated for sentence in one.warnings]
+        warnings = [*true.warnings, *(sentence for one in evaluated for sentence in one.warnings)]
         figures |= {**(each[0] if len(each) == 1 else {"trajectories": each}), "warnings": warnings}
         if plot is not None:
             plot_errors(evaluated, map, plot)
     else:
         from racecar.pipelines.evaluation.relations import load_relations, relation_errors
-        from racecar.pipelines.files.tum import load_tum
 
         assert relations is not None
         if len(trajectories) > 1 or plot is not None:
-            raise UserError(
-                "--relations measures one trajectory, and draws nothing; give --reference REF.tum."
-            )
-        relation = relation_errors(load_tum(trajectories[0]), load_relations(relations))
+            raise UserError("--relations measures one trajectory, and draws nothing; give --reference REF.")
+        estimated = load_trajectory(trajectories[0])
+        relation = relation_errors(estimated.trajectory, load_relations(relations))
         figures |= {"trajectory": trajectories[0], **relation.summary()}
-        table, warnings = relations_table(relation), []
+        table, warnings = relations_table(relation), estimated.warnings
     if json is not None:
         write_json(json, figures)
     if quiet:

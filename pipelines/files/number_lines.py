@@ -43,8 +43,8 @@ def read_number_lines(path: Path, layout: str, *, stamps: int) -> Iterator[Numbe
         try:
             yield NumberLine(
                 place,
-                [_nanoseconds(field) for field in fields[:stamps]],
-                [_usable(field) for field in fields[stamps:]],
+                [nanoseconds_of(field) for field in fields[:stamps]],
+                [usable_number(field) for field in fields[stamps:]],
             )
         except (ArithmeticError, ValueError) as error:
             raise UserError(
@@ -52,14 +52,17 @@ def read_number_lines(path: Path, layout: str, *, stamps: int) -> Iterator[Numbe
             ) from error
 
 
-def _nanoseconds(field: str) -> int:
-    seconds = Decimal(field)
-    if not abs(seconds) < _LATEST_SECONDS:
+def nanoseconds_of(field: str, unit: int = 10**9) -> int:
+    """A time written in units of so many nanoseconds, to the nanosecond. Raises what Decimal does, or
+    ValueError when it does not fit into 64 bits."""
+    stamp = Decimal(field) * unit
+    if not abs(stamp) < _LATEST_SECONDS * 10**9:
         raise ValueError(field)
-    return int((seconds * 10**9).to_integral_value())
+    return int(stamp.to_integral_value())
 
 
-def _usable(field: str) -> float:
+def usable_number(field: str) -> float:
+    """A finite number that is not absurdly large. Raises ValueError."""
     number = float(field)
     if not abs(number) <= _LARGEST:
         raise ValueError(field)

@@ -1,19 +1,15 @@
 """Trajectories as TUM files: ``t x y z qx qy qz qw`` per line, seconds and metres."""
 
-import math
 from pathlib import Path
 
 import numpy as np
 
-from racecar.maps.errors import UserError
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.number_lines import read_number_lines
+from racecar.pipelines.files.pose_rows import PoseRows
 
 _LAYOUT = "t x y z qx qy qz qw"
-_SHORTEST, _LONGEST = 0.5, 2.0
-"""Of a quaternion that is meant as a rotation, whose length is 1 but for rounding; by judgement, so that
-columns in another order are noticed."""
 
 
 def save_tum(trajectory: Trajectory, path: Path) -> None:
@@ -33,21 +29,8 @@ def load_tum(path: Path) -> Trajectory:
 
     Raises UserError that names the line when the file is not a TUM trajectory in ascending time.
     """
-    stamps: list[int] = []
-    rows: list[list[float]] = []
+    rows = PoseRows(_LAYOUT)
     for line in read_number_lines(path, _LAYOUT, stamps=1):
-        if stamps and line.stamps[0] <= stamps[-1]:
-            raise UserError(f"The time in {line.place} is not after the one before; sort the file by time.")
-        length = math.hypot(*line.numbers[3:])
-        if not _SHORTEST <= length <= _LONGEST:
-            raise UserError(
-                f"The quaternion in {line.place} is {length:.3g} long instead of 1, so it is not a rotation; "
-                f"the line should hold '{_LAYOUT}'."
-            )
-        stamps += line.stamps
-        rows.append(line.numbers)
-    if not stamps:
-        raise UserError(f"{path} holds no poses; it should hold lines '{_LAYOUT}'.")
-    x, y, _, qx, qy, qz, qw = np.array(rows).T
-    yaw = np.arctan2(2 * (qw * qz + qx * qy), qw**2 + qx**2 - qy**2 - qz**2)
-    return Trajectory(np.array(stamps, dtype=np.int64), np.column_stack([x, y, yaw]))
+        x, y, _, *quaternion = line.numbers
+        rows.add(line.place, line.stamps[0], x, y, rows.yaw_of(line.place, quaternion))
+    return rows.trajectory(path)

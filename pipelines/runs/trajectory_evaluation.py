@@ -9,7 +9,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.pipelines.evaluation.evaluation import TrajectoryErrors, compare
 from racecar.pipelines.files.report import named_map, read_report
-from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.trajectory_files import NamedTrajectory, load_trajectory
 
 _ENOUGH = 0.9
 """Share of the poses that the reference should cover, since a drive that ends early, or a tracker that loses
@@ -20,30 +20,35 @@ sight of the car in the corners, would look better than it is."""
 class Evaluated:
     """A trajectory and its errors."""
 
-    path: Path
+    estimated: NamedTrajectory
     errors: TrajectoryErrors
+
+    @property
+    def path(self) -> Path:
+        """The trajectory, as the user named it."""
+        return self.estimated.name
 
     @property
     def warnings(self) -> list[str]:
         """Sentences for people."""
         share = self.errors.matched / self.errors.total
         if share >= _ENOUGH:
-            return []
+            return self.estimated.warnings
         return [
+            *self.estimated.warnings,
             f"The reference covers only {share:.0%} of the poses of {self.path}: the errors of the others "
-            "are not known and may be larger."
+            "are not known and may be larger.",
         ]
 
 
-def evaluate_all(paths: Sequence[Path], reference: Path) -> list[Evaluated]:
-    """Errors of each trajectory. Raises UserError that names the file at fault."""
-    estimated = [load_tum(path) for path in paths]
-    true, evaluated = load_tum(reference), []
-    for path, trajectory in zip(paths, estimated, strict=True):
+def evaluate_all(names: Sequence[Path], reference: NamedTrajectory) -> list[Evaluated]:
+    """Errors of each trajectory. Raises UserError that says which is at fault."""
+    estimated, evaluated = [load_trajectory(name) for name in names], []
+    for each in estimated:
         try:
-            evaluated.append(Evaluated(path, compare(trajectory, true)))
+            evaluated.append(Evaluated(each, compare(each.trajectory, reference.trajectory)))
         except UserError as error:
-            raise (UserError(f"{path}: {error}") if len(paths) > 1 else error) from error
+            raise (UserError(f"{each.name}: {error}") if len(names) > 1 else error) from error
     return evaluated
 
 
@@ -63,7 +68,7 @@ def plot_errors(evaluated: Sequence[Evaluated], map_path: Path | None, picture: 
             each.errors.map_from_base,
             each.errors.positions,
             each.errors.headings,
-            given or _map_of(each.path),
+            given or _map_of(each.estimated.file),
         )
         for each in evaluated
     ]
@@ -71,7 +76,7 @@ def plot_errors(evaluated: Sequence[Evaluated], map_path: Path | None, picture: 
 
 
 def _map_of(trajectory: Path) -> OccupancyGrid | None:
-    """The map that a run left beside its trajectory, or names in its report."""
+    """The map that a run left beside its trajectory or bag, or names in its report."""
     try:
         return load_map(trajectory.parent / "map.yaml")
     except UserError:

@@ -12,7 +12,7 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.sensing.odometry import Odometry
 
 if TYPE_CHECKING:
-    from rosbags.typesys.stores.ros2_jazzy import nav_msgs__msg__Odometry
+    from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__Pose, nav_msgs__msg__Odometry
 
 _MOVING_SPEED = 0.05  # m/s or rad/s
 _MOVING_MESSAGES = 20
@@ -25,7 +25,12 @@ _FASTEST = 1e3
 
 def planar_pose(message: "nav_msgs__msg__Odometry") -> Pose | None:
     """``odom_from_base`` (3,); None where the message holds no valid pose."""
-    position, q = message.pose.pose.position, message.pose.pose.orientation
+    return pose_in_plane(message.pose.pose)
+
+
+def pose_in_plane(pose: "geometry_msgs__msg__Pose") -> Pose | None:
+    """x, y and yaw (3,) of a pose in space; None where it is not valid."""
+    position, q = pose.position, pose.orientation
     square = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
     is_near = abs(position.x) < _FARTHEST and abs(position.y) < _FARTHEST
     if not is_near or not 1e-12 < square < math.inf:

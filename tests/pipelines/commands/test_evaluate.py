@@ -10,10 +10,14 @@ from PIL import Image
 from racecar.maps.geometry.se2 import wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.map_files import save_map
+from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.bags.messages import POSE
+from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.pictures import error_picture as module
+from tests.pipelines.bag_samples import write_bag
 
 STAMPS = np.arange(400) * 25_000_000 + 10**9
 ANGLE = np.linspace(0, 2 * np.pi, len(STAMPS))
@@ -110,6 +114,63 @@ def test_mistakes(
 ) -> None:
     assert run(["evaluate", str(reference), "--reference", str(reference), *flags]) == 2
     assert complaint in capsys.readouterr().err
+
+
+def test_poses_come_from_csv_files_and_topics_of_bags(
+    tmp_path: Path, reference: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = tmp_path / "drive.bag"
+    with BagWriter(bag) as writer:
+        for stamp, pose in zip(STAMPS.tolist(), TRUTH, strict=True):
+            writer.write_odometry(Odometry(stamp, pose, np.zeros(3)), topic="/pf/pose/odom")
+            message = writer._messages.path("map", [stamp], pose[None]).poses[0]
+            writer.write_message("/mocap", POSE, message, stamp)
+    table = tmp_path / "truth.csv"
+    rows = np.column_stack([STAMPS * 1e-9, TRUTH])
+    np.savetxt(table, rows, delimiter=",", header="t,x,y,yaw", comments="")
+    figures = tmp_path / "figures.json"
+    names = [str(reference), str(table), f"{bag}:/pf/pose/odom", f"{bag}:/mocap"]
+    for true in names:
+        assert run(["evaluate", *names, "--reference", true, "--json", str(figures)]) == 0
+        for each in json.loads(figures.read_text())["trajectories"]:
+            assert each["absolute_position_m"]["max"] < 1e-6
+    assert "Warning" not in capsys.readouterr().err
+
+
+def test_messages_without_a_pose_are_warned_of(
+    tmp_path: Path, reference: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = tmp_path / "drive"
+    with BagWriter(bag) as writer:
+        for index, (stamp, pose) in enumerate(zip(STAMPS.tolist(), TRUTH, strict=True)):
+            usable = pose if index % 20 else np.array([np.nan, 0.0, 0.0])
+            writer.write_odometry(Odometry(stamp, usable, np.zeros(3)), topic="/odom")
+            writer.write_odometry(Odometry(stamp, np.full(3, np.nan), np.zeros(3)), topic="/lost")
+    assert run(["evaluate", f"{bag}:/odom", "--reference", str(reference)]) == 0
+    assert f"{bag}:/odom: Messages dropped because they hold no valid pose: 20." in capsys.readouterr().err
+    assert run(["evaluate", str(reference), "--reference", f"{bag}:/lost"]) == 2
+    assert "/lost" in (said := capsys.readouterr().err) and "holds no usable pose. Messages dropped" in said
+
+
+@pytest.mark.parametrize(
+    ("topic", "complaint"),
+    [
+        ("", "Name their topic, as in {bag}:/odom; its topics of poses: /odom."),
+        (":/pose", "There is no topic /pose in the bag"),
+        (":/scan", "holds sensor_msgs/msg/LaserScan, not poses; topics that do: /odom."),
+    ],
+)
+def test_a_bag_needs_a_topic_of_poses(
+    tmp_path: Path, reference: Path, topic: str, complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    bag = write_bag(tmp_path / "drive.bag", 5)
+    assert run(["evaluate", f"{bag}{topic}", "--reference", str(reference)]) == 2
+    assert complaint.format(bag=bag) in capsys.readouterr().err
+    without = write_bag(tmp_path / "scans.bag", 5, with_odometry=False)
+    assert run(["evaluate", str(without), "--reference", str(reference)]) == 2
+    assert "has no topic of poses" in capsys.readouterr().err
+    assert run(["evaluate", "nowhere.bag:/odom", "--reference", str(reference)]) == 2
+    assert "nowhere.bag does not exist" in capsys.readouterr().err
 
 
 def test_relations_measure_one_trajectory(reference: Path, capsys: pytest.CaptureFixture[str]) -> None:
