@@ -98,8 +98,9 @@ def map_picture(
     x, y = trajectory.map_from_base[:, :2].T
     axes.plot(x, y, color=PATH_COLOR, linewidth=1.2, label="path", zorder=3)
     _draw_doubtful(axes, keyframes, doubtful)
-    label = f"loop closures ({len(loops)})"
-    axes.add_collection(LineCollection(loops, colors=LOOP_COLOR, linewidths=0.9, label=label))
+    if loops:
+        label = f"loop closures ({len(loops)})"
+        axes.add_collection(LineCollection(loops, colors=LOOP_COLOR, linewidths=0.9, label=label))
     marker: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "markersize": 9, "zorder": 5}
     axes.plot(x[:1], y[:1], marker="o", color=START_COLOR, label="start", **marker)
     axes.plot(x[-1:], y[-1:], marker="s", color=END_COLOR, label="end", **marker)

@@ -59,6 +59,14 @@ def test_picture_shows_map_path_and_loops(tmp_path: Path, yaw: float) -> None:
     assert np.all(image < 60, axis=2).mean() > 0.001  # walls
 
 
+@pytest.mark.parametrize(("count", "entries"), [(0, []), (2, ["loop closures (2)"])])
+def test_the_legend_names_loops_only_where_there_are_some(count: int, entries: list[str]) -> None:
+    loops = [Constraint(0, 3, np.zeros(3), np.eye(3), "loop_closure")] * count
+    figure = map_picture(room(), circle(), circle().map_from_base[[0, 30, 60, 99]], loops, "drive.bag")
+    texts = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert [text for text in texts if "loop" in text] == entries
+
+
 def test_same_run_same_bytes(tmp_path: Path) -> None:
     for name in ("a.png", "b.png"):
         save_map_picture(tmp_path / name, room(), circle(), circle().map_from_base[[0, 99]], [], "drive.bag")
