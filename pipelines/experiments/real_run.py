@@ -30,11 +30,14 @@ from racecar.pipelines.experiments.recording import Recording, StandIn
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
 from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
+from racecar.pipelines.pictures.driven_time import DrivenTime
 from racecar.pipelines.pictures.map_picture import draw_grid
 
 _MOMENTS = 4
-_PAUSE = 1.0
-"""Seconds between two scans."""
+_JITTER = 0.1
+"""Metres by which the estimate of a car that stands still moves at most, by judgement."""
+_STANDING = 1e-5
+"""Metres that a scan counts as without motion: next to nothing beside a path, by judgement."""
 _DECADES = tuple(10.0**power for power in range(-3, 6))
 _STAND_IN_SECONDS, _QUICK_STAND_IN_SECONDS = 40.0, 15.0
 _VIEW = 6.0
@@ -208,6 +211,7 @@ class RealRun:
 
     def _over_time(self) -> Picture:
         run = self.run
+        time = DrivenTime(run.seconds)
         with drawing(130) as figure:
             walls, extent, size, latency = panels = figure.subplots(4, 1, sharex=True)
             for axes, values, color, label in (
@@ -217,11 +221,12 @@ class RealRun:
                 (size, run.effective_sizes, BLUE, None),
                 (latency, 1e3 * run.update_seconds, BLUE, None),
             ):
-                axes.plot(*_with_gaps(run.seconds, values), color=color, linewidth=0.7, label=label)
+                axes.plot(*time.line(run.seconds, values), color=color, linewidth=0.7, label=label)
             walls.set(ylabel="end points\non walls (%)", ylim=(0, 103))
             extent.set(ylabel="particles'\nextent (m)", yscale="log")
             size.set(ylabel="effective\nsample size", yscale="log")
-            latency.set(ylabel="latency (ms)", yscale="log", xlabel="time (s)")
+            latency.set(ylabel="latency (ms)", yscale="log")
+            time.mark(*panels)
             for axes in panels[1:]:
                 show_plain_ticks(axes.yaxis, _DECADES)
             figure.align_ylabels()
@@ -267,17 +272,10 @@ def real_run(settings: ExperimentSettings, sweep: ParameterSweep) -> RealRun:
     )
 
 
-def _with_gaps(
-    seconds: NDArray[np.float64], values: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Both with a nan wherever the recording pauses, so that no line is drawn over it."""
-    pauses = np.flatnonzero(np.diff(seconds) > _PAUSE) + 1
-    return np.insert(seconds, pauses, np.nan), np.insert(values, pauses, np.nan)
-
-
 def _look_again(recording: Recording, run: Track, shares: Sequence[float]) -> list[SeenMoment]:
-    """Moments evenly over the run, their scans read anew: to keep all of a long recording takes memory."""
-    chosen = np.linspace(0, len(shares) - 1, 2 * _MOMENTS + 1).round().astype(int)[1::2]
+    """Moments evenly along the path, their scans read anew: to keep all of a long recording takes memory."""
+    metres = _driven(run.map_from_base[:, :2])
+    chosen = np.searchsorted(metres, np.linspace(0.0, metres[-1], 2 * _MOMENTS + 1)[1::2])
     moments: list[SeenMoment] = []
     scans = (message for message in recording.messages() if isinstance(message, Scan))
     for index, scan in enumerate(scans):
@@ -286,6 +284,19 @@ def _look_again(recording: Recording, run: Track, shares: Sequence[float]) -> li
             points = transform_points(pose, scan.points_in_base())
             moments.append(SeenMoment(float(run.seconds[index]), pose, points, shares[index]))
     return moments
+
+
+def _driven(places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """(S,) metres of path until each scan at places (S, 2), without the jitter of a pose that stands; of a
+    car that never drives they grow with the scans."""
+    metres, last, steps = 0.0, places[0], []
+    for place in places:
+        step = float(np.hypot(*(place - last)))
+        if step >= _JITTER:
+            metres, last = metres + step, place
+        steps.append(metres)
+    metres_driven: NDArray[np.float64] = np.array(steps) + _STANDING * np.arange(len(places))
+    return metres_driven
 
 
 def _write_number(axes: Axes, number: int, map_from_base: Pose) -> None:

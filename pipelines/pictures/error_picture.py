@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.pictures.driven_time import DrivenTime
 from racecar.pipelines.pictures.map_picture import (
     END_COLOR,
     LOOP_COLOR,
@@ -71,13 +72,15 @@ def error_picture(paths: Sequence[MeasuredPath]) -> Figure:
     scale: dict[str, Any] = {"orientation": "horizontal", "extend": "max", "shrink": 0.5, "aspect": 40}
     figure.colorbar(colored, ax=panels, label="error in position (m)", **scale)
     place, heading = figure.add_subplot(layout[rows, :]), figure.add_subplot(layout[rows + 1, :])
+    time = DrivenTime(*(path.seconds for path in paths))
     for number, path in enumerate(paths):
-        color = _LINE_COLORS[number % len(_LINE_COLORS)]
-        place.plot(path.seconds, path.positions, color=color, linewidth=1.0, label=path.name)
-        heading.plot(path.seconds, np.rad2deg(path.headings), color=color, linewidth=1.0)
+        style: dict[str, Any] = {"color": _LINE_COLORS[number % len(_LINE_COLORS)], "linewidth": 1.0}
+        place.plot(*time.line(path.seconds, path.positions), label=path.name, **style)
+        heading.plot(*time.line(path.seconds, np.rad2deg(path.headings)), **style)
+    time.mark(place, heading)
     place.set(ylabel="error in position (m)", ylim=(0, None))
     place.tick_params(labelbottom=False)
-    heading.set(ylabel="error in heading (°)", ylim=(0, None), xlabel="time (s)")
+    heading.set(ylabel="error in heading (°)", ylim=(0, None))
     heading.sharex(place)
     if len(paths) > 1:
         handles, labels = place.get_legend_handles_labels()

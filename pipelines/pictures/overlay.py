@@ -26,6 +26,8 @@ from racecar.pipelines.pictures.moment import Moment
 _SCAN_COLOR = LOOP_COLOR
 _PANEL_COLUMNS = 3
 OVERLAY_DOTS_PER_INCH = 150
+_SHORT_DRIVE = 60.0
+"""Seconds, below which moments are told apart by tenths of a second."""
 _MARGIN = 1.0
 """Metres around what is known."""
 _SMALLEST_VIEW, _LARGEST_VIEW = 3.0, 12.0
@@ -52,11 +54,12 @@ def overlay(
     _draw_path(axes, trajectory, moments)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     draw_title(axes, title)
+    digits = 1 if trajectory.stamps[-1] - trajectory.stamps[0] < _SHORT_DRIVE * 1e9 else 0
     for number, moment in enumerate(moments, start=1):
         row, column = divmod(number - 1, _PANEL_COLUMNS)
         seconds = (moment.stamp - trajectory.stamps[0]) * 1e-9
         panel = figure.add_subplot(layout[row + 1, column])
-        _draw_moment(panel, grid, trajectory, moment, f"{number}: {seconds:.0f} s")
+        _draw_moment(panel, grid, trajectory, moment, f"{number}: {seconds:.{digits}f} s")
     add_legend(figure, axes)
     return figure
 

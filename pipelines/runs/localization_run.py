@@ -27,6 +27,7 @@ from racecar.pipelines.files.optional_packages import is_installed, left_out
 from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.pictures.moment import Moment
+from racecar.pipelines.pictures.moments_along import MomentsAlong
 from racecar.pipelines.runs.map_cautions import cautions_of_fit, cautions_of_resolution, cautions_of_walls
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.view.recorder import Recorder
@@ -36,7 +37,7 @@ LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", REPORT_FILE)
 _CONVERGED = 0.2
 """Metres of standard deviation within which the pose counts as found."""
 _MOMENTS = 6
-"""Scans that are laid over the map, evenly over the drive: two rows of panels."""
+"""Scans that are laid over the map, evenly along the path: two rows of panels."""
 _SAME_TIME = 1_000_000_000
 """Nanoseconds within which the mapping trajectory has a pose for the first scan: by judgement, as the mapper
 leaves out scans before the first odometry."""
@@ -50,7 +51,8 @@ class LocalizationRun:
     estimates: list[PoseEstimate] = field(default_factory=list)
     shares_on_wall: list[float] = field(default_factory=list)
     update_seconds: list[float] = field(default_factory=list)
-    moments: list[Moment] = field(default_factory=list)
+    along: MomentsAlong = field(default_factory=lambda: MomentsAlong(_MOMENTS))
+    """Scans to be laid over the map."""
 
     @property
     def quality(self) -> DriveQuality:
@@ -94,8 +96,7 @@ def run_localization(
                 with report.stage("localizing"):
                     _add_scan(run, message, localizer)
                 with report.stage("judging"):
-                    progress = reader.messages_read / max(reader.message_count, 1)
-                    _judge(run, message, walls, 1.0 if run.judge.is_hopeless else progress)
+                    _judge(run, message, walls)
             else:
                 feed(message, localizer)
             if recorder is not None:
@@ -134,7 +135,7 @@ def save_localization(
             from racecar.pipelines.pictures.map_picture import save_figure
             from racecar.pipelines.pictures.overlay import OVERLAY_DOTS_PER_INCH, overlay
 
-            figure = overlay(grid, run.trajectory, run.moments, title)
+            figure = overlay(grid, run.trajectory, run.along.moments, title)
             save_figure(folder / "overlay.png", figure, OVERLAY_DOTS_PER_INCH)
         else:
             report.warn(left_out("overlay.png was not drawn", "matplotlib"))
@@ -174,14 +175,13 @@ def _record(message: Measurement, run: LocalizationRun, localizer: Localizer, re
         recorder.write_particles(message.stamp, *localizer.particles())
 
 
-def _judge(run: LocalizationRun, scan: Scan, walls: WallFit, progress: float) -> None:
-    """How much of the scan lies on walls, and at a few moments of the drive the scan itself."""
+def _judge(run: LocalizationRun, scan: Scan, walls: WallFit) -> None:
+    """How much of the scan lies on walls, and now and then along the path the scan itself."""
     map_from_base = run.estimates[-1].map_from_base
     points = transform_points(map_from_base, scan.points_in_base())
     share = walls.share_of_points(points)
     run.shares_on_wall.append(share)
-    if progress * _MOMENTS >= len(run.moments) + 0.5:
-        run.moments.append(Moment(scan.stamp, map_from_base, points, share))
+    run.along.add(run.judge.path_metres, Moment(scan.stamp, map_from_base, points, share))
 
 
 def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, report: Report) -> None:

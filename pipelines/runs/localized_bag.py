@@ -82,7 +82,9 @@ class LocalizedBag:
         from racecar.pipelines.pictures.map_picture import figure_to_show
         from racecar.pipelines.pictures.overlay import overlay
 
-        return overlay(self.grid, self.trajectory, self.run.moments, self.title, new_figure=figure_to_show)
+        return overlay(
+            self.grid, self.trajectory, self.run.along.moments, self.title, new_figure=figure_to_show
+        )
 
     def save(self, folder: str | Path) -> None:
         """Write the files that ``racecar localize`` writes: trajectory.tum, overlay.png and report.json.

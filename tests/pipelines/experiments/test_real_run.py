@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from racecar.localization.config import LocalizationConfig
+from racecar.pipelines.experiments import real_run as module
 from racecar.pipelines.experiments.html_report import html_report
 from racecar.pipelines.experiments.real_run import RealRun, real_run
 from racecar.pipelines.experiments.recording import StandIn
@@ -37,6 +38,14 @@ def test_moments_lie_on_the_walls(run: RealRun) -> None:
     assert len(run.moments) == 4
     assert all(moment.share_on_wall > 0.8 for moment in run.moments)
     assert run.moments[0].seconds < run.moments[-1].seconds
+
+
+def test_moments_are_chosen_by_the_distance_driven() -> None:
+    stood = np.repeat([[0.0, 0.0]], 400, axis=0) + 0.02 * np.sin(np.arange(400))[:, None]
+    driven = np.column_stack([np.arange(101) * 0.1, np.zeros(101)])
+    metres = module._driven(np.vstack([stood, driven]))
+    assert metres[399] < 0.1
+    assert metres[-1] == pytest.approx(10.0, abs=0.3)
 
 
 def test_the_tape_measure_is_compared_in_place_and_heading_as_far_as_measured(run: RealRun) -> None:
