@@ -13,7 +13,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.cli import run
 from racecar.pipelines.files import point_map
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs import map_outputs
+from racecar.pipelines.runs import map_outputs, mapped_bag
 from racecar.pipelines.runs.map_outputs import MapOutputKind, WrittenMap, outputs_with
 from racecar.pipelines.runs.mapping_run import save_mapping
 
@@ -61,9 +61,7 @@ def test_a_cloud_without_open3d_is_refused_before_the_bag_is_read(
     arguments = ["--map", "track", "--out", str(bag), "--duration", "1", "--quiet"]
     assert run(["simulate", *arguments]) == 0
     monkeypatch.setattr(point_map, "find_spec", lambda name: None)
-    monkeypatch.setattr(
-        "racecar.pipelines.runs.mapping_run.build_map", lambda *_, **__: pytest.fail("mapped")
-    )
+    monkeypatch.setattr(mapped_bag, "build_map", lambda *_, **__: pytest.fail("mapped"))
     assert run(["map", str(bag), "--out", str(out), "--ply"]) == 2
     shown = capsys.readouterr().err
     assert shown.count("\n") == 1
