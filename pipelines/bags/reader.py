@@ -324,6 +324,7 @@ class BagReader:
                 self._counter["scans"] += 1
             elif isinstance(item, Odometry):
                 self._repeats.add_odometry(item)
+                self._gaps.add_odometry(item)
                 self.odometry_facts.add(item)
                 self._counter["odometry"] += 1
             else:

@@ -1,12 +1,42 @@
 """Gaps between the scans of a bag."""
 
+import math
+from collections import deque
+from dataclasses import dataclass
+from statistics import median
+
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.findings import Finding
 
-GAP_SECONDS = 10.0
-"""Between two scans; more is worth reporting, since few recorders pause for that long: by judgement."""
+_LONG = 10.0
+"""Seconds between two scans; more is worth reporting, since few recorders pause for so long: by judgement."""
+_NOTABLE = 1.0
+"""Seconds; a gap as long is worth reporting where the car drove meanwhile, by judgement."""
+_DRIVEN = 2.0
+"""Metres by the wheels within a gap from which what is seen before and after it may differ, by judgement."""
+_TIMES_THE_USUAL = 5.0
+"""Times as long as between the scans before, so that scans that are rare throughout are no gaps."""
+_USUAL_OF = 25
+"""Scans whose spacing is the usual one."""
+_FASTEST = 30.0
+"""m/s; odometry that steps faster was set elsewhere and drove nothing."""
 _LISTED = 5
 """So that the sentence stays readable."""
+
+
+@dataclass(frozen=True)
+class _Gap:
+    seconds: float
+    after: int
+    """Scans before it."""
+    metres: float
+    """By the wheels; 0 also where there are none."""
+
+    def __str__(self) -> str:
+        driven = f", in which the wheels drove {self.metres:.1f} m" if self.metres >= _DRIVEN else ""
+        return f"a gap of {self.seconds:.0f} s after scan {self.after}{driven}"
 
 
 class ScanGaps:
@@ -16,17 +46,33 @@ class ScanGaps:
         self.count = 0
         self._scans = 0
         self._last_stamp: int | None = None
-        self._listed: list[str] = []
+        self._spacings: deque[float] = deque(maxlen=_USUAL_OF)
+        self._wheels: tuple[int, Pose] | None = None
+        self._metres = 0.0
+        self._was_driven = False
+        self._listed: list[_Gap] = []
 
     def add(self, scan: Scan) -> None:
         """Take note of the next scan."""
         seconds = 0.0 if self._last_stamp is None else (scan.stamp - self._last_stamp) * 1e-9
-        if seconds > GAP_SECONDS:
+        if self._is_gap(seconds):
             self.count += 1
+            self._was_driven |= self._metres >= _DRIVEN
             if len(self._listed) < _LISTED:
-                self._listed.append(f"a gap of {seconds:.0f} s after scan {self._scans}")
+                self._listed.append(_Gap(seconds, self._scans, self._metres))
+        elif seconds > 0.0:
+            self._spacings.append(seconds)
         self._scans += 1
-        self._last_stamp = scan.stamp
+        self._last_stamp, self._metres = scan.stamp, 0.0
+
+    def add_odometry(self, odometry: Odometry) -> None:
+        """Take note of what the wheels drive until the next scan."""
+        if self._wheels is not None:
+            stamp, before = self._wheels
+            step = math.hypot(*(odometry.odom_from_base - before)[:2])
+            if step <= _FASTEST * (odometry.stamp - stamp) * 1e-9:
+                self._metres += step
+        self._wheels = odometry.stamp, odometry.odom_from_base
 
     @property
     def findings(self) -> list[Finding]:
@@ -34,11 +80,15 @@ class ScanGaps:
         if not self._listed:
             return []
         more = self.count - len(self._listed)
-        what = f"There is {', '.join(self._listed)}{f' and {more} more' if more else ''}."
-        return [
-            Finding(
-                what,
-                "No action is needed if the car stood still meanwhile; otherwise look whether the map breaks "
-                "there, and find out what stopped the laser or the recorder.",
-            )
-        ]
+        what = f"There is {'; '.join(map(str, self._listed))}{f'; and {more} more' if more else ''}."
+        remedy = "find out what stopped the laser or the recorder."
+        if self._was_driven:
+            return [Finding(what, f"Look whether the map breaks there, and {remedy}")]
+        stood = "No action is needed if the car stood still meanwhile; otherwise look whether the map breaks"
+        return [Finding(what, f"{stood} there, and {remedy}")]
+
+    def _is_gap(self, seconds: float) -> bool:
+        if seconds > _LONG:
+            return True
+        usual = median(self._spacings) if self._spacings else math.inf
+        return seconds > max(_NOTABLE, _TIMES_THE_USUAL * usual) and self._metres >= _DRIVEN
