@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
@@ -20,6 +19,7 @@ from racecar.pipelines.experiments.figure_style import (
     Picture,
     drawing,
     finish,
+    height_of_map,
     legend_below,
 )
 from racecar.pipelines.experiments.filters import COLORS, start_filter
@@ -172,14 +172,17 @@ class Autograde:
 
     def _path(self) -> Picture:
         true, ours = self.truths["full"].map_from_base, self.drives["full"][OURS_NAME][0].map_from_base
-        with drawing(70) as figure:
+        low, high = true[:, :2].min(axis=0) - 2.0, true[:, :2].max(axis=0) + 2.0
+        with drawing(height_of_map(low, high, around_mm=26)) as figure:
             axes = figure.subplots()
             draw_grid(axes, self.grid)
             errors = 100 * place_errors(ours, true)
             x, y = true[:, :2].T
             drawn = axes.scatter(x, y, s=5, c=errors, cmap=MAP_OF_NUMBERS, linewidths=0, zorder=3)
             figure.colorbar(drawn, ax=axes, location="top", shrink=0.9, label="deviation (cm)")
-            _show_about(axes, true)
+            axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+            axes.set(xlabel="x (m)", ylabel="y (m)")
+            axes.grid(visible=False)
             return finish(
                 figure,
                 "autograde-path",
@@ -231,12 +234,6 @@ def grade_drive(config: SimulationConfig, variant: LocalizationConfig | CourseSe
         float(place_errors(estimated, true).mean()),
         float(heading_errors(estimated, true).mean()),
     )
-
-
-def _show_about(axes: Axes, path: Pose) -> None:
-    low, high = path[:, :2].min(axis=0) - 2.0, path[:, :2].max(axis=0) + 2.0
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    axes.grid(visible=False)
 
 
 def _plus_minus(values: NDArray[np.float64], digits: int) -> str:

@@ -20,6 +20,8 @@ OURS, COURSE, TRUTH = BLUE, VERMILLION, BLACK
 OURS_NAME, COURSE_NAME = "racecar", "course"
 MAP_OF_NUMBERS = "cividis"
 _COLUMN_MM, _MM_PER_INCH = 85.0, 25.4
+_AXES_MM = 72.0
+"""Of the column's width, what numbers and the name of the axis leave."""
 _DOTS_PER_INCH = 300
 _STYLE: Any = {
     "font.size": 8,
@@ -60,6 +62,13 @@ def drawing(height_mm: float, width_mm: float = _COLUMN_MM) -> Iterator[Figure]:
         figure = Figure(figsize=(width_mm / _MM_PER_INCH, height_mm / _MM_PER_INCH), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure
+
+
+def height_of_map(low: Sequence[float], high: Sequence[float], around_mm: float) -> float:
+    """Millimetres of a figure of a column's width whose only axes show a map between two corners (2,),
+    with so much around it for labels and a legend: no more than the map fills."""
+    width, height = (float(last - first) for first, last in zip(low, high, strict=True))
+    return min(_AXES_MM * height / width, _COLUMN_MM) + around_mm
 
 
 def legend_below(figure: Figure, columns: int = 2) -> None:

@@ -8,11 +8,11 @@ from racecar.pipelines.experiments.figure_style import Picture
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable, Finished
 
 _STYLE = """
-body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 46rem; margin: 2rem auto;
+body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 38rem; margin: 2rem auto;
        padding: 0 1rem; }
 h1 { font-size: 1.7rem; }
 h2 { font-size: 1.25rem; margin-top: 3rem; border-top: 1px solid #dfe3e8; padding-top: 1rem; }
-figure { margin: 1.5rem 0; } figure img { width: 27rem; max-width: 100%; height: auto; }
+figure { margin: 1.5rem 0; } figure img { width: 100%; height: auto; }
 figcaption { color: #4a525a; font-size: 0.9rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; font-size: 0.85rem; margin: 1rem 0; }

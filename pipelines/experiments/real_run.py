@@ -23,6 +23,7 @@ from racecar.pipelines.experiments.figure_style import (
     Picture,
     drawing,
     finish,
+    height_of_map,
     legend_below,
     show_plain_ticks,
 )
@@ -154,7 +155,10 @@ class RealRun:
 
     def _path(self) -> Picture:
         path = self.run.map_from_base[:, :2]
-        with drawing(90) as figure:
+        middle, reach = (path.max(axis=0) + path.min(axis=0)) / 2, np.ptp(path, axis=0) / 2 + 3.0
+        reach = np.maximum(reach, reach.max() / 2)
+        low, high = middle - reach, middle + reach
+        with drawing(height_of_map(low, high, around_mm=20)) as figure:
             axes = figure.subplots()
             draw_grid(axes, self.grid)
             axes.plot(*path.T, color=BLUE, linewidth=1.0, label="path")
@@ -164,9 +168,6 @@ class RealRun:
                 axes.plot(*self.end_pose[:2], "x", color=PURPLE, linestyle="none", label="end, measured")
             for number, moment in enumerate(self.moments, start=1):
                 _write_number(axes, number, moment.map_from_base)
-            middle, reach = (path.max(axis=0) + path.min(axis=0)) / 2, np.ptp(path, axis=0) / 2 + 3.0
-            reach = np.maximum(reach, reach.max() / 2)
-            low, high = middle - reach, middle + reach
             axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
             axes.set(xlabel="x (m)", ylabel="y (m)")
             axes.grid(visible=False)
