@@ -28,7 +28,9 @@ def result(request: pytest.FixtureRequest) -> ExperimentResult:
     if request.param == "motion-model":
         return motion_model(SETTINGS, SWEEP)
     errors = np.linspace(0.01, 0.03, 2 * 3 * 2).reshape(2, 3, 2)
-    return BeamsAndParticles((25, 400), (200, 2000, 20_000), errors, 1 + 10 * errors[..., 0], (100, 4000))
+    leads, scatters = errors[::-1], errors / 2
+    times = 1 + 10 * errors[..., 0]
+    return BeamsAndParticles((25, 400), (200, 2000, 20_000), errors, leads, scatters, times, (100, 4000))
 
 
 def test_figures_are_as_wide_as_a_column(result: ExperimentResult) -> None:
@@ -44,6 +46,10 @@ def test_the_same_figures_are_the_same_bytes(result: ExperimentResult) -> None:
     for first, second in zip(result.pictures(), result.pictures(), strict=True):
         assert first.png == second.png
         assert first.svg == second.svg
+
+
+def test_texts_are_whole(result: ExperimentResult) -> None:
+    assert not re.search(r"[{}]", " ".join(result.text()))
 
 
 def test_tables_are_whole_and_name_their_units(result: ExperimentResult) -> None:
