@@ -56,6 +56,20 @@ def test_the_least_noise_is_picked_among_those_that_are_as_good() -> None:
     assert sweep.best(OURS_NAME) == NOISES[1]
 
 
+@pytest.mark.parametrize(("course_seconds", "is_explained"), [(0.8, True), (1.2, False)])
+def test_the_text_says_why_the_course_is_faster_where_it_is(
+    course_seconds: float, is_explained: bool
+) -> None:
+    def runs(seconds: float, spread: float) -> dict[float, list[StepResponse]]:
+        return {noise: [StepResponse(np.zeros((240, 2)), seconds, spread, noise)] * 2 for noise in NOISES}
+
+    sweep = NoiseSweep(np.zeros(240), {OURS_NAME: runs(0.9, 0.01), COURSE_NAME: runs(course_seconds, 0.3)})
+    text = " ".join(sweep.text())
+    assert "{" not in text
+    assert ("the course's filter wins: 0.80 s" in text) == is_explained
+    assert ("spreads by 30.0 cm, this library's by 1.0 cm" in text) == is_explained
+
+
 def test_more_noise_follows_faster_and_is_less_calm() -> None:
     """The course's filter shows the trade-off that the experiment is about."""
     little, much = (step_response(CourseSettings(noise=noise), 0, 0) for noise in (0.02, 0.5))
