@@ -72,7 +72,8 @@ def _section(config: type[BaseModel], prefix: str) -> Iterator[str]:
     if plain:
         yield "\n| setting | default | range | meaning |\n|---|---|---|---|"
     for name, field in plain.items():
-        bounds = bounds_in_words(field)
+        bounds = bounds_in_words(field).replace("≥ ", "≥&nbsp;").replace("≤ ", "≤&nbsp;")
+        bounds = bounds.replace("> ", ">&nbsp;").replace("< ", "<&nbsp;")
         yield f"| `{name}` | {_value(field.default)} | {bounds} | {_cell(field.description or '')} |"
     for name, field in config.model_fields.items():
         if _is_section(field):
