@@ -111,3 +111,11 @@ def test_broken_links_are_noticed(tmp_path: Path) -> None:
     page.write_text("# A page\n[a](other.md) [b](#a-page) [c](#b) [d](page.md#a-page) `mapping/nothing.py`\n")
     assert broken_links(page) == ["other.md", "#b"]
     assert missing_sources(page) == ["mapping/nothing.py"]
+
+
+def test_no_node_of_a_diagram_has_the_name_of_a_keyword() -> None:
+    for page in OF_THE_SITE:
+        for block in blocks(page):
+            if block.language == "mermaid":
+                nodes = re.findall(r"(?:^|-->)\s*(\w+)", "\n".join(block.text.splitlines()[1:]), re.MULTILINE)
+                assert not {"graph", "end", "subgraph", "flowchart", "class", "style"} & set(nodes), page
