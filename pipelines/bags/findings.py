@@ -29,8 +29,8 @@ BY_SCANS_ALONE = (
 
 
 def times(count: int) -> str:
-    """Such as "once" and "3 times"."""
-    return "once" if count == 1 else f"{count} times"
+    """Such as "once", "twice" and "3 times"."""
+    return {1: "once", 2: "twice"}.get(count, f"{count} times")
 
 
 _COUNTED = {

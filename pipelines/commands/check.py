@@ -1,6 +1,6 @@
 """``racecar check``: what is in a bag, and its problems."""
 
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -21,6 +21,8 @@ from racecar.pipelines.commands.options import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rich.table import Table
 
     from racecar.pipelines.bags.check import BagCheck
@@ -113,7 +115,7 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
     if scans["beams_most"] != scans["beams_fewest"]:
         beams += f" to {scans['beams_most']}"
     sweep = f"a sweep takes {scans['sweep_s'] * 1e3:.1f} ms" if scans["sweep_s"] else "no time per beam"
-    x, y, yaw = sensor["place"]
+    x, y, yaw = (round(float(each), 3) + 0.0 for each in sensor["place"])  # + 0.0: no "-0"
     hangs = ", upside down" if sensor["upside_down"] else ""
     rows = [
         (
@@ -123,8 +125,7 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
         ("beams", f"{beams} over {scans['field_of_view_deg']:g}°; {sweep}"),
         (
             "ranges",
-            f"returns from {scans['nearest_return_m']} to {scans['farthest_return_m']} m, "
-            f"misses from {scans['max_range_m']:g} m on",
+            f"{_returns(scans)}, misses from {scans['max_range_m']:g} m on",
         ),
         (
             "beams that",
@@ -162,3 +163,8 @@ def _findings_table(result: "BagCheck") -> "Table | str":
     for finding in result.findings:
         table.add_row(finding.what, finding.remedy, style="bold" if finding.spoils_map else None)
     return table
+
+
+def _returns(scans: "Mapping[str, Any]") -> str:
+    nearest, farthest = scans["nearest_return_m"], scans["farthest_return_m"]
+    return "no returns" if nearest is None else f"returns from {nearest:.2f} to {farthest:.2f} m"

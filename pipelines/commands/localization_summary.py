@@ -27,7 +27,7 @@ def print_localization(report: Report, quality: DriveQuality, folder: Path, json
         console.print(f"The mapping trajectory is {error:.3f} m away on average.")
     if update["mean"] is not None:
         console.print(
-            f"A scan took {update['mean']:.1f} ms, 99 % of them under {update['percentile_99']:.1f} ms."
+            f"A scan took {update['mean']:.1f} ms, 99% of them under {update['percentile_99']:.1f} ms."
         )
     fault = figures.get("odometry_faults", {"distance": 0.0})["distance"]
     # A car that is lost learns nothing true.

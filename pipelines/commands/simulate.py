@@ -167,7 +167,8 @@ def simulate(
     save_tum(simulation.ground_truth, truth)
     if not quiet:
         driven = abs(simulation.drive.speed).mean() * simulation.drive.seconds
-        Console().print(
+        Console(highlight=False, soft_wrap=True).print(
             f"Drove {driven:.0f} m in {simulation.drive.seconds:.0f} s: {out} holds "
-            f"{len(simulation.ground_truth)} scans, {truth} the true path."
+            f"{len(simulation.ground_truth)} scans, {truth} the true path.",
+            markup=False,
         )

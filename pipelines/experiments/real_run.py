@@ -107,7 +107,7 @@ class RealRun:
             ("standard deviation of the particles, median (m)", f"{np.median(self.run.deviations):.3f}"),
             ("effective sample size, median", f"{np.median(self.run.effective_sizes):.0f}"),
             ("latency, mean (ms)", f"{milliseconds.mean():.2f}"),
-            ("latency, 99 % of scans under (ms)", f"{np.quantile(milliseconds, 0.99):.2f}"),
+            ("latency, 99% of scans under (ms)", f"{np.quantile(milliseconds, 0.99):.2f}"),
         ]
         if self.end_pose is not None:
             place, heading = self._end_errors()

@@ -93,6 +93,13 @@ def test_the_command_prints_and_writes_json(tmp_path, capsys):
     assert content["findings"] == []
 
 
+def test_numbers_are_printed_as_people_write_them(tmp_path, capsys):
+    assert run(["check", str(write_bag(tmp_path / "drive.bag"))]) == 0
+    assert "returns from 2.00 to 2.20 m" in capsys.readouterr().out
+    assert run(["check", str(blind_bag(tmp_path / "blind.bag"))]) == 0
+    assert "no returns, misses from" in capsys.readouterr().out
+
+
 def test_the_command_passes_a_cut_bag_with_findings(tmp_path, capsys):
     path = cut(write_bag(tmp_path / "drive.bag"), tmp_path / "cut.bag", 0.5)
     assert run(["check", str(path)]) == 0

@@ -33,7 +33,9 @@ def test_two_drives_in_a_folder_keep_their_own_true_paths(
         bag = tmp_path / name
         assert run(["simulate", "--map", map_, "--out", str(bag), "--duration", "1"]) == 0
         truths.append(ground_truth_file(bag))
-        assert str(truths[-1]) in capsys.readouterr().out.replace("\n", "")
+        shown = capsys.readouterr().out
+        assert str(truths[-1]) in shown
+        assert shown.count("\n") == 1
     assert [path.name for path in truths] == ["a.ground_truth.tum", "b.c.ground_truth.tum"]
     assert truths[0].read_text() != truths[1].read_text()
 
