@@ -17,7 +17,6 @@ from racecar.localization.odometry.published_pose import PublishedPose, publish
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.hung_odometry import HungOdometry
 from racecar.localization.recovery.hypotheses import Hypotheses
-from racecar.localization.recovery.pose_hypothesis import is_known_within
 from racecar.localization.recovery.surveyed_map import survey, survey_settings
 from racecar.localization.sensor.beams import select_beams
 from racecar.maps.geometry.se2 import Pose, compose
@@ -44,7 +43,7 @@ class Localizer:
         self._map = survey(grid, config)
         self._motion = MotionSource(config)
         self._learning = OdometryLearning(self._motion, config)
-        self._hung = HungOdometry(self._motion)
+        self._hung = HungOdometry(self._motion, self._learning)
         self._hypotheses = Hypotheses(self._map, config, rng)
         self._last: PoseEstimate | None = None
         self._published: PublishedPose | None = None
@@ -58,7 +57,7 @@ class Localizer:
         with self._lock:
             start = draw_start(map_from_base, covariance, self._map.free_space, self._config, self._rng)
             self._hypotheses.start_from(start)
-            self._do_not_continue()
+            self._learning.start_anew()
             self._show_particles()
 
     def set_position(self, point_in_map: NDArray[np.float64], radius: float) -> None:
@@ -68,14 +67,14 @@ class Localizer:
         """
         with self._lock:
             self._hypotheses.start_in(region_about(point_in_map, radius, self._map.free_space))
-            self._do_not_continue()
+            self._learning.start_anew()
             self._show_particles()
 
     def scatter(self) -> None:
         """Start anew from anywhere on the map."""
         with self._lock:
             self._hypotheses.start_in(ANYWHERE)
-            self._do_not_continue()
+            self._learning.start_anew()
             self._show_particles()
 
     def reconfigure(self, config: LocalizationConfig) -> None:
@@ -102,7 +101,7 @@ class Localizer:
     def add_scan(self, scan: Scan) -> PoseEstimate:
         """The pose at a scan's stamp; a scan out of order gives the last scan's pose again."""
         with self._lock:
-            if self._last is not None and self._is_out_of_order(scan.stamp, self._last.stamp):
+            if self._last is not None and self._motion.is_out_of_order(scan.stamp):
                 return replace(self._last, is_start=False)
             step = self._motion.step_to(scan.stamp)
             self._predict(step)
@@ -112,9 +111,10 @@ class Localizer:
             is_start = self._goes_on_elsewhere(scan, step) or is_start
             estimate = self._hypotheses.contest(beams, scan.stamp, step.seconds, is_start)
             if estimate.is_start and not is_start:
-                self._do_not_continue()
+                self._learning.start_anew()
             self._hypotheses.resample()
-            self._learn(step, estimate)
+            believed = self._hypotheses.believed
+            self._learning.follow(step, believed.particles.lag, estimate, believed.is_trusted)
             self._last, self._published = estimate, publish(estimate, self._motion)
             self._show_particles()
             return estimate
@@ -144,17 +144,13 @@ class Localizer:
         """What the turns by wheels and gyroscope have proven to be worth so far."""
         return self._motion.turns.model
 
-    def _is_out_of_order(self, stamp: int, last: int) -> bool:
-        """Whether a scan is older than the last one, but not because the clock was set back."""
-        return 0 <= last - stamp < self._config.motion.restart_seconds * 1e9
-
     def _predict(self, step: MotionStep) -> None:
         """Move the particles; after a gap, start over where the odometry leads."""
         if self._last is not None and self._hypotheses.is_started and step.is_over_gap:
             predicted = compose(self._last.map_from_base, step.base_from_next_base)
             start = draw_about(predicted, self._config.particles, self._config, self._rng)
             self._hypotheses.start_from(start)
-            self._do_not_continue()
+            self._learning.start_anew()
         else:
             self._hypotheses.predict(step, self._learning.slip_scale)
 
@@ -167,20 +163,7 @@ class Localizer:
             return False
         noise = self._rng.standard_normal((self._config.particles, 3))
         hypotheses.go_on_from(gone_to + hypotheses.pushed * noise)
-        self._learning.start_anew()
         return True
-
-    def _learn(self, step: MotionStep, estimate: PoseEstimate) -> None:
-        """Hold the odometry against the estimates, where these are sure."""
-        trusted = self._config.tracking.trusted_within
-        is_known = is_known_within(trusted, estimate.covariance, estimate.cluster_weight, self._config)
-        self._learning.follow(step, self._hypotheses.believed.particles.lag, estimate, is_known)
-        self._motion.follow(estimate.stamp, estimate.map_from_base)
-
-    def _do_not_continue(self) -> None:
-        """The estimates to come do not continue those before: the car did not move by what lies between."""
-        self._motion.forget_speed()
-        self._learning.start_anew()
 
     def _show_particles(self) -> None:
         particles = self._hypotheses.believed.particles

@@ -87,6 +87,11 @@ class MotionSource:
                 self._gyro.start_anew()
             self._gyro.add(yaw_rate)
 
+    def is_out_of_order(self, stamp: int) -> bool:
+        """Whether a scan is older than that of the last step, but not because the clock was set back."""
+        last = self._stamp
+        return last is not None and 0 <= last - stamp < self._config.motion.restart_seconds * 1e9
+
     def knows(self, stamp: int) -> bool:
         """Whether the odometry reaches to a stamp, or nearly."""
         latest = self._odometry.latest_stamp

@@ -1,4 +1,4 @@
-"""What is learned of odometry while the car's place is known: constant faults, and how far to trust it."""
+"""What the estimates say of the car's motion: its speed, and while its place is known how odometry is off."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +9,7 @@ from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.segments import OdometrySegments
 from racecar.localization.odometry.trust import OdometryTrust
 from racecar.localization.pose_estimate import PoseEstimate
+from racecar.maps.geometry.se2 import Pose
 
 
 class OdometryLearning:
@@ -33,14 +34,24 @@ class OdometryLearning:
         return self._trust.slip_scale(self._slip)
 
     def start_anew(self) -> None:
-        """The estimates to come do not continue those before."""
+        """The estimates to come do not continue those before: the car did not move by what lies between."""
+        self._source.forget_speed()
+        self._segments.start_anew()
+
+    def leave_out_odometry(self, stamp: int, speed: Pose) -> None:
+        """What the odometry repeats at a stamp is no motion, and not held against it as such.
+
+        The car goes on at a speed (3,) per second.
+        """
+        self._source.leave_out_odometry(stamp, speed)
         self._segments.start_anew()
 
     def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate, is_known: bool) -> None:
-        """Take in the estimate after a step, which counts where the place is known well."""
+        """Take in the estimate after a step, which counts against odometry where the place is known well."""
         continues = is_known and not estimate.is_start
         self._source.learn_turn(estimate.map_from_base if continues else None)
         segment = self._segments.follow(step, lag, estimate if is_known else None)
         if segment is not None:
             self._trust.learn(segment, self._slip)
             self._source.calibration.learn(segment, self._slip)
+        self._source.follow(estimate.stamp, estimate.map_from_base)

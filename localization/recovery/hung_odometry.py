@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.odometry_learning import OdometryLearning
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.moving_rival import MovingRival
 from racecar.localization.recovery.perception import Perception
@@ -16,9 +17,9 @@ from racecar.maps.sensing.scan import Scan
 class HungOdometry:
     """Follows the car as if it moved, from when its odometry begins to repeat one pose."""
 
-    def __init__(self, source: MotionSource) -> None:
-        """Odometry that has proven to hang is left out from the source."""
-        self._source = source
+    def __init__(self, source: MotionSource, learning: OdometryLearning) -> None:
+        """Odometry that has proven to hang is left out from both."""
+        self._source, self._learning = source, learning
         self._rival: MovingRival | None = None
 
     def follow(
@@ -46,5 +47,5 @@ class HungOdometry:
         if not rival.has_won:
             return None
         self._rival = None
-        self._source.leave_out_odometry(scan.stamp, rival.speed)
+        self._learning.leave_out_odometry(scan.stamp, rival.speed)
         return rival.map_from_base

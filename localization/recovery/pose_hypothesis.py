@@ -19,6 +19,8 @@ class PoseHypothesis:
         self.particles = particles
         self.lost = lost
         self.is_narrow = self._is_tracked = False
+        self.is_trusted = False
+        """Whether the last estimate is so sure that it may be held against the odometry."""
         self._stamp = stamp
 
     def weigh(self, beams: Beams, travel: float, perception: Perception) -> None:
@@ -42,10 +44,12 @@ class PoseHypothesis:
         """The pose by all scans so far, judged by how this one agrees, so many seconds after the last."""
         map_from_base, covariance, weight = self.particles.moments()
         tracking = perception.config.tracking
-        self.is_narrow = is_known_within(tracking.narrow_within, covariance, weight, perception.config)
-        if is_known_within(tracking.tracked_within, covariance, weight, perception.config):
+        is_dominant = weight > tracking.dominant
+        self.is_narrow = is_dominant and _is_within(tracking.narrow_within, covariance)
+        if is_dominant and _is_within(tracking.tracked_within, covariance):
             map_from_base, covariance = perception.aligned(map_from_base, covariance, beams)
-        self._is_tracked = is_known_within(tracking.tracked_within, covariance, weight, perception.config)
+        self._is_tracked = is_dominant and _is_within(tracking.tracked_within, covariance)
+        self.is_trusted = is_dominant and _is_within(tracking.trusted_within, covariance)
         agreement = perception.agreement(map_from_base, beams)
         if agreement is not None:
             self.lost.judge(agreement.shares, seconds)
@@ -75,9 +79,6 @@ class PoseHypothesis:
         return (stamp - self._stamp) * 1e-9 >= trial_seconds and self.lost.probability >= 0.5
 
 
-def is_known_within(
-    metres: float, covariance: NDArray[np.float64], cluster_weight: float, config: LocalizationConfig
-) -> bool:
-    """Whether one place dominates, and its standard deviation is below so many metres."""
-    is_dominant = cluster_weight > config.tracking.dominant
-    return bool(is_dominant and covariance[0, 0] + covariance[1, 1] < metres**2)
+def _is_within(metres: float, covariance: NDArray[np.float64]) -> bool:
+    """Whether the standard deviation of the place is below so many metres."""
+    return bool(covariance[0, 0] + covariance[1, 1] < metres**2)
