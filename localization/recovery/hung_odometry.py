@@ -7,8 +7,8 @@ from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.odometry_learning import OdometryLearning
 from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.recovery.hypotheses import Hypotheses
 from racecar.localization.recovery.moving_rival import MovingRival
-from racecar.localization.recovery.perception import Perception
 from racecar.localization.sensor.beams import select_beams
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.scan import Scan
@@ -22,18 +22,19 @@ class HungOdometry:
         self._source, self._learning = source, learning
         self._rival: MovingRival | None = None
 
-    def follow(
-        self, scan: Scan, step: MotionStep, last: PoseEstimate | None, is_narrow: bool, perception: Perception
-    ) -> Pose | None:
-        """Where the car has gone (3,), once that is proven; the estimate of the last scan may be narrow."""
-        rival = self._rival
+    def follow(self, scan: Scan, step: MotionStep, last: PoseEstimate | None, hypotheses: Hypotheses) -> bool:
+        """Whether the car is proven to have moved on; what is believed then goes on from there.
+
+        Scans come with the step and the estimate before them.
+        """
+        rival, perception, is_narrow = self._rival, hypotheses.perception, hypotheses.believed.is_narrow
         if last is None or step.is_over_gap or not self._source.repeats(scan.stamp):
             rival = None  # in a gap the car may have been carried, whatever its odometry does
         elif is_narrow and (rival is None or rival.has_failed):
             rival = MovingRival(last, self._source.speed, perception.config.moving_rival)
         self._rival = rival
         if rival is None:
-            return None
+            return False
 
         def poses_in_sweep(stamps: NDArray[np.int64]) -> Pose:
             return (stamps - scan.stamp)[:, None] * 1e-9 * rival.speed
@@ -45,7 +46,8 @@ class HungOdometry:
             lambda poses: perception.log_likelihood(poses, beams),
         )
         if not rival.has_won:
-            return None
+            return False
         self._rival = None
         self._learning.leave_out_odometry(scan.stamp, rival.speed)
-        return rival.map_from_base
+        hypotheses.go_on_about(rival.map_from_base)
+        return True
