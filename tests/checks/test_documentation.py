@@ -20,6 +20,7 @@ from tests.checks.documentation import (
     shown_commands,
 )
 
+ROS_PACKAGE = REPOSITORY / "ros" / "racecar_slam"
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(REPOSITORY)))
 
 
@@ -80,6 +81,17 @@ def test_the_version_is_the_same_wherever_it_is_written() -> None:
         r"^## (.*)$", (REPOSITORY / "CHANGELOG.md").read_text(encoding="utf-8"), re.MULTILINE
     )
     assert changes[0] == version
+    assert f"<version>{version}</version>" in (ROS_PACKAGE / "package.xml").read_text(encoding="utf-8")
+    assert f'version="{version}"' in (ROS_PACKAGE / "setup.py").read_text(encoding="utf-8")
+
+
+def test_the_ros_package_installs_the_files_that_the_command_names() -> None:
+    assert {path.name for path in (ROS_PACKAGE / "launch").iterdir()} == {
+        path.name for path in (REPOSITORY / "pipelines/live/share").iterdir()
+    }
+    name = re.findall("<name>(.*)</name>", (ROS_PACKAGE / "package.xml").read_text(encoding="utf-8"))[0]
+    assert name == ROS_PACKAGE.name
+    assert (ROS_PACKAGE / "resource" / name).is_file()
 
 
 def test_each_page_of_the_docs_is_in_the_navigation_and_on_the_home_page() -> None:
