@@ -15,6 +15,9 @@ from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.mapping.quality.statistics import MapStatistics
 
+_FIRST = 1000.0
+"""A weight beyond that of any contradiction that can be measured; by judgement."""
+
 
 @dataclass(frozen=True, eq=False)
 class _Weighed:
@@ -87,12 +90,13 @@ def _wheel_conflicts(
 def _unseen_stands(
     map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
 ) -> Iterator[_Weighed]:
-    """Steps in which the car stood by its wheels, and nothing else tells whether it did."""
+    """Steps in which the car stood by its wheels, and nothing else tells whether it did; of all that is
+    doubtful, the user alone can settle these, so they come first."""
     stands = statistics.unseen_stands
-    for k in np.flatnonzero(stands > config.longest_unseen_stand).tolist():
+    for k in np.flatnonzero(stands > config.most_unseen_way).tolist():
         run = (k, k + 1)
         why = f"Near {_at(map_, run)}, {_when(map_, run)}, the car may have been carried unseen."
-        yield _Weighed(float(stands[k] / config.longest_unseen_stand), _segment(map_, why, run))
+        yield _Weighed(_FIRST + float(stands[k] / config.most_unseen_way), _segment(map_, why, run))
 
 
 def _segment(

@@ -91,7 +91,7 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     figures = statistics.figures
     local, whole = _MODEL.errors(figures)
     verdict = _verdict(local, whole, config)
-    doubts = list(_doubts(map_.wheel_scale, figures, config))
+    doubts = tuple(_doubts(map_.wheel_scale, figures, config))
     if verdict == Verdict.GOOD and not doubts:
         return MapQuality(verdict, local, whole, (), (), figures)
     segments = doubtful_segments(map_, statistics, config.segments)
@@ -100,7 +100,7 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     complaints = _MODEL.complaints(figures, config.complaint_share, named) if verdict != Verdict.GOOD else []
     reasons = (*doubts, *complaints, *(segment.why for segment in segments))
     verdict = Verdict.DOUBTFUL if verdict == Verdict.GOOD else verdict
-    return MapQuality(verdict, local, whole, reasons, segments, figures)
+    return MapQuality(verdict, local, whole, reasons, segments, figures, doubts)
 
 
 def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityConfig) -> Iterator[str]:
@@ -120,10 +120,10 @@ def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityCon
             f"Somewhere the wheels drove {figures['denied_by_map_m']:.1f} m that the map denies, and no loop "
             "closure tells which of the two is right: drive through there again."
         )
-    if figures["unseen_stand_s"] > config.segments.longest_unseen_stand:
+    if figures["unseen_way_m"] > config.segments.most_unseen_way:
         yield (
-            f"The car stood for {figures['unseen_stand_s']:.0f} s between walls that would not show it being "
-            "carried along them: if it was, that way is missing in the map."
+            "The car stood between walls that would not show it being carried along them, for as long as it "
+            f"usually takes to go {figures['unseen_way_m']:.0f} m: if it was, they are missing in the map."
         )
 
 

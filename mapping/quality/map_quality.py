@@ -60,6 +60,8 @@ class MapQuality:
     """The weightiest first."""
     statistics: dict[str, float]
     """What it was judged by; NaN where there was nothing to measure."""
+    doubts: tuple[str, ...] = ()
+    """The first of the reasons: what the expected errors do not allow for."""
 
     def is_better_than(self, other: "MapQuality") -> bool:
         """Do passes contradict each other less, and is less error expected? The first is asked because any
@@ -80,9 +82,11 @@ class MapQuality:
         )
         if self.verdict == Verdict.GOOD:
             return f"The map is good: {expected}."
-        where = [segment.why for segment in self.segments]
-        why = " ".join(dict.fromkeys([*self.reasons[:1], *where[:1]]))
-        return f"The map is {self.verdict.value}: {expected}. {why}".rstrip()
+        is_map, where = f"The map is {self.verdict.value}:", [segment.why for segment in self.segments[:1]]
+        if self.doubts:
+            doubt = self.doubts[0]
+            return " ".join([is_map, doubt[0].lower() + doubt[1:], f"Otherwise it is {expected}.", *where])
+        return " ".join(dict.fromkeys([is_map, f"{expected}.", *self.reasons[:1], *where]))
 
     def as_dict(self) -> dict[str, object]:
         """For reports."""

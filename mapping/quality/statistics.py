@@ -33,7 +33,7 @@ class MapStatistics:
     ties: StepTies
     wheels: WheelAgreement
     unseen_stands: NDArray[np.float64]
-    """(K - 1,) seconds in each step, see `unseen_stands`."""
+    """(K - 1,) metres in each step, see `unseen_stands`."""
 
 
 def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
@@ -48,7 +48,8 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
     wheels = wheel_agreement(session.constraints, poses, path, config.wheel_window)
     has_wheels = np.zeros(len(poses), dtype=np.bool_)
     has_wheels[edges.ends[edges.are("odometry"), 1]] = True
-    are_bare, are_closed = weakest_hold(store) < _BARE, closed_steps(edges, len(poses) - 1)
+    are_bare = weakest_hold(store) < _BARE
+    are_closed = closed_steps(edges, are_bare)
     stands = unseen_stands(map_, has_wheels, are_bare, are_closed)
     local, whole = _spreads(edges, poses, path, config)
     is_seen = places.judged > config.segments.min_judged
@@ -63,7 +64,7 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
         "bare_without_wheels": _share_bare(has_wheels, are_bare, map_),
         "overruled_wheels": map_.overruled_wheels,
         "denied_by_map_m": wheels.unsettled(are_closed),
-        "unseen_stand_s": float(stands.max()),
+        "unseen_way_m": float(stands.max()),
     }
     return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels, stands)
 

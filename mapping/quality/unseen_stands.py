@@ -18,16 +18,16 @@ def unseen_stands(
     are_bare: NDArray[np.bool_],
     are_closed: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
-    """(K - 1,) seconds that each step took beyond what it takes at the usual pace of the drive, where only
-    the wheels tell that the car stood: the keyframe after it ``has_wheels`` (K,), walls at one of its ends
-    ``are_bare`` (K,), and no loop closure spans it, of steps that ``are_closed`` (K - 1,) or not. Before its
-    first step every car stands, and nothing is said of that."""
+    """(K - 1,) metres that the car would have gone at the usual pace of the drive while it stood within each
+    step, where only the wheels tell that it did: the keyframe after it ``has_wheels`` (K,), walls at one of
+    its ends ``are_bare`` (K,), and no loop closure spans it, of steps that ``are_closed`` (K - 1,) or not.
+    Before its first step every car stands, and nothing is said of that."""
     steps, seconds = np.diff(map_.path), np.nan_to_num(np.diff(map_.seconds))
     tells_pace = (steps > _LEAST_STEP) & (seconds > 0.0)
     if not tells_pace.any():
         return np.zeros(len(steps))
-    stood = seconds - steps / np.median(steps[tells_pace] / seconds[tells_pace])
+    pace = np.median(steps[tells_pace] / seconds[tells_pace])
     untold = (are_bare[1:] | are_bare[:-1]) & has_wheels[1:] & ~are_closed
     untold[np.argmax(np.isfinite(map_.seconds[:-1]))] = False
-    stands: NDArray[np.float64] = np.where(untold, np.maximum(stood, 0.0), 0.0)
+    stands: NDArray[np.float64] = np.where(untold, np.maximum(pace * seconds - steps, 0.0), 0.0)
     return stands

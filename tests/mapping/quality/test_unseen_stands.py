@@ -20,6 +20,7 @@ from tests.mapping.worlds import CORRIDOR, ROOM, store_of
 PATH = np.column_stack([np.linspace(-3.0, 2.0, 11), np.zeros(11), np.zeros(11)])
 INFORMATION = np.diag([1e4, 1e4, 1e5])
 BARE = np.ones(len(PATH), dtype=np.bool_)
+WALLED = ~BARE
 
 
 def stood_in(step: int, seconds: float) -> np.ndarray:
@@ -47,14 +48,14 @@ def drive(
 def stands(map_: FinishedMap, are_bare: np.ndarray = BARE) -> list[float]:
     edges = GraphEdges.of(map_.session.constraints, map_.poses)
     has_wheels = np.isin(np.arange(len(PATH)), edges.ends[edges.are("odometry"), 1])
-    return unseen_stands(map_, has_wheels, are_bare, closed_steps(edges, len(PATH) - 1)).tolist()
+    return unseen_stands(map_, has_wheels, are_bare, closed_steps(edges, WALLED)).tolist()
 
 
 def verdict(map_: FinishedMap) -> MapQuality:
     return judge(map_, QualityConfig())
 
 
-def test_a_stand_between_bare_walls_is_what_the_step_took_beyond_the_usual_pace() -> None:
+def test_a_stand_between_bare_walls_counts_by_the_usual_pace() -> None:
     assert stands(drive(stood_in(4, 8.0))) == pytest.approx([0, 0, 0, 0, 8.0, 0, 0, 0, 0, 0])
 
 
@@ -81,10 +82,17 @@ def test_a_loop_that_ends_before_the_stand_tells_nothing_of_it() -> None:
     assert max(stands(drive(stood_in(4, 8.0), loop))) == pytest.approx(8.0)
 
 
+def test_a_loop_between_bare_walls_tells_nothing() -> None:
+    loop = Constraint(2, 9, between(PATH[2], PATH[9]), INFORMATION, "loop_closure")
+    edges = GraphEdges.of(ConstraintList([loop]), PATH)
+    assert not closed_steps(edges, BARE).any()
+    assert np.flatnonzero(closed_steps(edges, WALLED)).tolist() == [2, 3, 4, 5, 6, 7, 8]
+
+
 def test_a_map_with_such_a_stand_is_doubtful_and_says_when_it_was() -> None:
     quality = verdict(drive(stood_in(4, 8.0)))
     assert quality.verdict == Verdict.DOUBTFUL
-    assert "stood for 8 s between walls" in quality.summary
+    assert "as long as it usually takes to go 8 m" in quality.summary
     assert any("at 2 to 10 s, the car may have been carried unseen" in why for why in quality.reasons)
 
 
