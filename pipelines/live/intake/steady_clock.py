@@ -251,8 +251,7 @@ class _Seen:
 
     def follows(self, before: "_Seen", pace: float) -> bool:
         """Whether no clock was set in between, where the headers go so many times as fast as the arrivals."""
-        ahead = pace * (max(self.arrival - before.arrival, 0) + _AHEAD)
-        return -_BACK < self.header - before.header < ahead
+        return -_BACK < self.header - before.header < pace * max(self.arrival - before.arrival, 0) + _AHEAD
 
     def jump_from(self, before: "_Seen", pace: float) -> int:
         """By how much the headers' clock was set."""
@@ -260,10 +259,7 @@ class _Seen:
 
 
 class _Pace:
-    """How fast the headers go beside the arrivals: faster where a bag is played so.
-
-    The fastest pace so far counts: a player that cannot keep up falls behind, and catches up in pauses.
-    """
+    """How fast the headers go beside the arrivals: faster where a bag is played so."""
 
     def __init__(self) -> None:
         self.of_headers = 1.0
@@ -277,7 +273,7 @@ class _Pace:
         self._seen.append(seen)
         arrivals = seen.arrival - self._seen[0].arrival
         if arrivals >= _PACE_OVER:
-            self.of_headers = max((seen.header - self._seen[0].header) / arrivals, self.of_headers)
+            self.of_headers = max((seen.header - self._seen[0].header) / arrivals, 1.0)
 
     def forget(self) -> None:
         """The clock was set: what was seen before says nothing of the pace from here on, which stays."""

@@ -77,17 +77,6 @@ def test_a_bag_that_is_played_fast_and_paused_in_its_recording_sets_no_clock(spe
     assert reports == Reports()
 
 
-def test_a_player_that_falls_behind_and_catches_up_in_a_pause_sets_no_clock() -> None:
-    topic, reports = clock()
-    arrival, header = 0, WALL
-    for pace, seconds in ((10, 20), (4, 40), (10, 20)):
-        for _ in range(seconds * SECOND // PERIOD):
-            arrival, header = arrival + PERIOD // pace, header + PERIOD
-            assert topic.steady(header, arrival) == header
-        arrival, header = arrival + 3 * SECOND, header + 31 * SECOND
-    assert reports == Reports()
-
-
 def test_a_clock_that_is_set_while_a_bag_is_played_fast_is_noticed() -> None:
     topic, reports = clock()
     for i in range(4000):
