@@ -36,11 +36,6 @@ _USUAL_OF = 60
 those of a drive, as delays seem to grow where a bag is played slowly. By judgement."""
 
 
-_PACE_EVERY, _PACE_OF, _PACE_OVER = 100_000_000, 50, 1_000_000_000
-"""The pace of the headers is that over 50 messages, each 0.1 s after the one before, and known after 1 s:
-so long that messages that waited and came at once do not make it. By judgement."""
-
-
 class ClockReports(Protocol):
     """Is told what is wrong with the stamps of a topic."""
 
@@ -133,7 +128,6 @@ class TopicClock:
         self._repeats = self._moves = 0
         self._is_still = False
         self._usual: deque[int] = deque(maxlen=_USUAL_OF)
-        self._pace = _Pace()
 
     @property
     def correction(self) -> int:
@@ -212,22 +206,19 @@ class TopicClock:
             shift = self._shared.nearest_shift(seen.header + self._correction - expected)
         if shift != self._shift and self._last is not None:
             self._reports.jumped((shift - self._shift) * 1e-9)
-        self._pace.forget()
         self._shift, self._last, self._suspected = shift, seen, None
 
     def _by_header(self, seen: "_Seen") -> int | None:
         if self._last is None:
             self._shift = self._shared.first_shift(seen.header, seen.arrival)
-        elif not seen.follows(self._last, self._pace.of_headers):
-            if self._suspected is None or not seen.follows(self._suspected, self._pace.of_headers):
+        elif not seen.follows(self._last):
+            if self._suspected is None or not seen.follows(self._suspected):
                 self._suspected = seen
                 return None
-            jump = self._suspected.jump_from(self._last, self._pace.of_headers)
+            jump = self._suspected.jump_from(self._last)
             self._shift = self._shared.nearest_shift(self._shift + jump)
             self._reports.jumped(jump * 1e-9)
-            self._pace.forget()
         self._last, self._suspected = seen, None
-        self._pace.follow(seen)
         return seen.header - self._shift + self._correction
 
     def _compare(self, arrival: int, offset: int) -> None:
@@ -249,32 +240,10 @@ class _Seen:
     header: int
     arrival: int
 
-    def follows(self, before: "_Seen", pace: float) -> bool:
-        """Whether no clock was set in between, where the headers go so many times as fast as the arrivals."""
-        return -_BACK < self.header - before.header < pace * max(self.arrival - before.arrival, 0) + _AHEAD
+    def follows(self, before: "_Seen") -> bool:
+        """Whether no clock was set in between."""
+        return -_BACK < self.header - before.header < max(self.arrival - before.arrival, 0) + _AHEAD
 
-    def jump_from(self, before: "_Seen", pace: float) -> int:
+    def jump_from(self, before: "_Seen") -> int:
         """By how much the headers' clock was set."""
-        return self.header - before.header - round(pace * (self.arrival - before.arrival))
-
-
-class _Pace:
-    """How fast the headers go beside the arrivals: faster where a bag is played so."""
-
-    def __init__(self) -> None:
-        self.of_headers = 1.0
-        """Times as fast, at least 1: what goes slower is never ahead."""
-        self._seen: deque[_Seen] = deque(maxlen=_PACE_OF)
-
-    def follow(self, seen: _Seen) -> None:
-        """Take in a message whose clock was not set."""
-        if self._seen and seen.arrival - self._seen[-1].arrival < _PACE_EVERY:
-            return
-        self._seen.append(seen)
-        arrivals = seen.arrival - self._seen[0].arrival
-        if arrivals >= _PACE_OVER:
-            self.of_headers = max((seen.header - self._seen[0].header) / arrivals, 1.0)
-
-    def forget(self) -> None:
-        """The clock was set: what was seen before says nothing of the pace from here on, which stays."""
-        self._seen.clear()
+        return self.header - before.header - (self.arrival - before.arrival)

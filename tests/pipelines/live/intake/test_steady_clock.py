@@ -66,24 +66,6 @@ def test_a_jump_costs_one_message_and_leaves_no_gap(seconds: int) -> None:
     assert [round(jump) for jump in reports.jumps] == [seconds]
 
 
-@pytest.mark.parametrize("speed", [1.0, 2.0, 10.0, 50.0])
-def test_a_bag_that_is_played_fast_and_paused_in_its_recording_sets_no_clock(speed: float) -> None:
-    topic, reports = clock()
-    pause = 33 * SECOND
-    headers = [WALL + i * PERIOD + pause * (i >= 4000) for i in range(8000)]
-    for header in headers:
-        late = 300_000_000 if 5_000 <= (header - WALL) // PERIOD < 5_010 else 0  # a busy machine
-        assert topic.steady(header, round((header - WALL) / speed) + late) == header
-    assert reports == Reports()
-
-
-def test_a_clock_that_is_set_while_a_bag_is_played_fast_is_noticed() -> None:
-    topic, reports = clock()
-    for i in range(4000):
-        topic.steady(WALL + i * PERIOD + 100 * SECOND * (i >= 2000), i * PERIOD // 10)
-    assert [round(jump) for jump in reports.jumps] == [100]
-
-
 def test_two_topics_agree_on_a_jump_to_the_nanosecond() -> None:
     scans, odometry, _, _ = pair()
     late = 3_000_000
