@@ -239,6 +239,13 @@ class SeeThroughConfig(Settings):
         description="Radians between two returns of the viewer, up to which what lies between them is "
         "known. By judgement: one missing beam of a laser of one degree.",
     )
+    spacings: float = Field(
+        default=1.5,
+        gt=0.0,
+        le=10.0,
+        description="The same in usual spacings of the viewer's returns, for lasers of few beams, between "
+        "which nothing would be known otherwise. By judgement: no beam is missing.",
+    )
 
 
 class ScanMatchingConfig(Settings):

@@ -43,6 +43,7 @@ class _Limits(NamedTuple):
     tolerance: float
     tolerance_per_metre: float
     max_gap: float
+    spacings: float
 
 
 def see_through(store: ScanStore, pairs: NDArray[np.int64], first: Pose, second: Pose) -> SeeThrough:
@@ -88,6 +89,7 @@ def _count(
     A point is judged where the viewer has beams on both sides of its bearing, near enough to each other, and
     it lies beyond both or before both of their returns.
     """
+    max_gap = max(limits.max_gap, limits.spacings * _usual_spacing(viewer, limits.max_gap))
     c, s = np.cos(viewer_from_points[2]), np.sin(viewer_from_points[2])
     for i in range(len(points)):
         x = c * points[i, 0] - s * points[i, 1] + viewer_from_points[0]
@@ -105,7 +107,7 @@ def _count(
             continue
         left = np.arctan2(viewer[j - 1, 1], viewer[j - 1, 0])
         right = np.arctan2(viewer[j, 1], viewer[j, 0])
-        if right - left > limits.max_gap:
+        if right - left > max_gap:
             tally[2] += 1
             continue
         before = np.sqrt(viewer[j - 1, 0] ** 2 + viewer[j - 1, 1] ** 2)
@@ -119,3 +121,13 @@ def _count(
             tally[1] += 1
         else:
             tally[2] += 1
+
+
+@njit(cache=True, nogil=True)
+def _usual_spacing(viewer: NDArray[np.float32], dense: float) -> float:
+    """Radians from one of (M, 2) returns to the next, the median; 0 where these are so many that it is below
+    ``dense`` anyway."""
+    if len(viewer) < 2 or len(viewer) * dense > 2.0 * np.pi:
+        return 0.0
+    spacing = np.median(np.diff(np.arctan2(viewer[:, 1], viewer[:, 0])))
+    return float(spacing)

@@ -70,3 +70,29 @@ def test_scans_back_to_back_tell_nothing() -> None:
     seen = judge(store_of(wall, poses), poses[0], poses[1])
     assert seen.on_surface == seen.looked_through == 0
     assert seen.agreement == seen.coverage == 0.0
+
+
+def of_few_beams(*poses: Pose) -> ScanStore:
+    """Scans with a return every 6 degrees."""
+    store = ScanStore(len(poses))
+    for pose in poses:
+        store.add(prepare_scan(points_at(ROOM, pose)[::8]))
+    return store
+
+
+@settings(max_examples=30)
+@given(places, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-0.4, 0.4))
+def test_a_laser_of_few_beams_knows_what_lies_between_them(
+    first: Pose, x: float, y: float, yaw: float
+) -> None:
+    second = compose(first, [x, y, yaw])
+    seen = judge(of_few_beams(first, second), first, second)
+    assert seen.agreement > 0.97
+    assert seen.coverage > 0.5
+
+
+@settings(max_examples=30)
+@given(places, st.floats(1.0, 2.0), st.floats(-np.pi, np.pi))
+def test_a_wrong_claim_is_refuted_by_few_beams(first: Pose, distance: float, towards: float) -> None:
+    claimed = compose(first, [distance * np.cos(towards), distance * np.sin(towards), 0.0])
+    assert judge(of_few_beams(first, first), first, claimed).agreement < 0.85
