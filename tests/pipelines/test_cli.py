@@ -95,8 +95,8 @@ def test_a_wrong_path_is_told_before_anything_heavy_is_loaded(command: list[str]
         (["mapp"], "No such command"),
         (["evaluate"], "Missing argument 'TRAJ'"),
         (["evaluate", "a.tum", "--refrence", "b.tum"], "--refrence"),
-        (["evaluate", "a.tum"], "--reference REF.tum or --relations FILE"),
-        (["evaluate", "a.tum", "--reference", "b.tum"], "Cannot read a.tum"),
+        (["evaluate", "a.tum"], "--reference REF or --relations FILE"),
+        (["evaluate", "a.tum", "--reference", "b.tum"], "Cannot read b.tum"),
     ],
 )
 def test_mistakes_of_the_user(
@@ -197,5 +197,5 @@ def test_too_little_memory_is_no_fault_of_ours(
 
 
 def test_an_error_is_one_line_whatever_a_file_is_called(capsys: pytest.CaptureFixture[str]) -> None:
-    assert cli.run(["evaluate", "a\nb\x1b[2J\udcff.tum", "--reference", "b.tum"]) == 2
+    assert cli.run(["evaluate", "b.tum", "--reference", "a\nb\x1b[2J\udcff.tum"]) == 2
     assert "Cannot read a b?[2J?.tum: no such file or directory." in capsys.readouterr().err
