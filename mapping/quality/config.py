@@ -157,8 +157,8 @@ class QualityConfig(Settings):
         gt=0.0,
         le=100.0,
         description="Share of `wheel_window` that the map may deny the wheels where no loop closure decides. "
-        "On 237 maps of known error no good one with wheels that were not turned round had 0.48; of 9 wrong "
-        "ones that nothing else told, 4 had more than 0.8.",
+        "On 237 maps of known error no good one with wheels that were not turned round had more than 0.48; "
+        "of 9 wrong ones that nothing else told, 4 had more than 0.8.",
     )
     complaint_share: float = Field(
         default=0.25,
