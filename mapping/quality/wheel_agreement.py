@@ -17,7 +17,6 @@ class WheelAgreement:
     """(W, 2) the first and the last."""
     metres: NDArray[np.float64]
     """(W,) by which the last keyframe lies elsewhere than the wheels say, as seen from the first."""
-
     denied: NDArray[np.float64]
     """(W,) metres of the way by the wheels, step by step, that the map denies. A car that is lifted moves
     while its wheels claim nothing, and that denies none of it."""
@@ -40,7 +39,6 @@ def wheel_agreement(
     of_wheels = np.flatnonzero(constraints.are("odometry") & (ends[:, 1] == ends[:, 0] + 1))
     steps = np.full((len(poses), 3), np.nan)
     steps[ends[of_wheels, 1]] = arrays["poses"][of_wheels]
-    denied = _denied(steps, poses)
     windows, moved = [], []
     start, by_wheels, driven = 0, np.zeros(3), 0.0
     for k in range(1, len(poses)):
@@ -53,14 +51,11 @@ def wheel_agreement(
             windows.append((start, k))
             moved.append(by_wheels)
             start, by_wheels, driven = k, np.zeros(3), 0.0
-    measured = np.array(moved).reshape(-1, 3)
     keyframes = np.array(windows, dtype=np.int64).reshape(-1, 2)
-    off = between(measured, between(poses[keyframes[:, 0]], poses[keyframes[:, 1]]))
-    denied_before = np.concatenate([[0.0], np.cumsum(np.nan_to_num(denied))])
     first, last = keyframes.T
-    return WheelAgreement(
-        keyframes, np.hypot(off[:, 0], off[:, 1]), denied_before[last + 1] - denied_before[first + 1]
-    )
+    off = between(np.array(moved).reshape(-1, 3), between(poses[first], poses[last]))
+    denied_until = np.cumsum(np.nan_to_num(_denied(steps, poses)))
+    return WheelAgreement(keyframes, np.hypot(off[:, 0], off[:, 1]), denied_until[last] - denied_until[first])
 
 
 def _denied(steps: Pose, poses: Pose) -> NDArray[np.float64]:
