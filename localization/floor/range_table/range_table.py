@@ -1,6 +1,7 @@
 """Expected ranges, computed beforehand for every free cell and heading, a byte each."""
 
 import logging
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -156,16 +157,21 @@ def _fill(
     """(R, headings): sweep the grid along each direction, by columns or, where they are steeper, by rows."""
     by_column, by_row = view_columns(kinds.T, viewpoints[:, ::-1]), view_columns(kinds, viewpoints)
     ranges = np.empty((len(viewpoints), headings), dtype=np.uint8)
-    for octant, angles in enumerate(2.0 * np.pi * np.arange(headings).reshape(8, -1) / headings):
+    angles = (2.0 * np.pi * np.arange(headings) / headings).reshape(8, -1)
+
+    def fill(octant: int) -> None:
         is_steep = octant % 4 in (1, 2)
         view = by_row if is_steep else by_column
-        seen = np.empty((len(angles), len(viewpoints)), dtype=np.uint8)
-        for i, (cos, sin) in enumerate(zip(np.cos(angles), np.sin(angles), strict=True)):
+        seen = np.empty((angles.shape[1], len(viewpoints)), dtype=np.uint8)
+        for i, (cos, sin) in enumerate(zip(np.cos(angles[octant]), np.sin(angles[octant]), strict=True)):
             along, across = (sin, cos) if is_steep else (cos, sin)
             is_forward = along < 0  # what lies ahead is what a line has passed that comes from there
             code_of_half_columns = _code_of_half_columns(1.0 / abs(along), codes, steps_per_cell)
             sweep(view, across / along, is_forward, code_of_half_columns, seen[i])
-        ranges[view.numbers, octant * len(angles) : (octant + 1) * len(angles)] = seen.T
+        ranges[view.numbers, octant * len(seen) : (octant + 1) * len(seen)] = seen.T
+
+    with ThreadPoolExecutor(2) as pool:  # the sweep, which takes most of the time, releases the GIL
+        list(pool.map(fill, range(8)))
     return ranges
 
 

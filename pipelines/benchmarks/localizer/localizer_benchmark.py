@@ -1,8 +1,8 @@
 """How fast the localizer is, beside the memory loads it cannot do without and a filter written plainly.
 
-All in one process and, but for the check of threads, in one thread, warmed up. What is compared takes turns,
-so that other work on the machine slows both; times are medians of this thread's time of the processor, and
-ratios of times medians of those within a round.
+All in one process and, but for the checks of threads and cores, in one thread, warmed up. What is compared
+takes turns, so that other work on the machine slows both; times are medians of this thread's time of the
+processor, and ratios of times medians of those within a round.
 """
 
 from dataclasses import dataclass
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.free_space import FreeSpace, find_free_space
 from racecar.localization.floor.range_table.range_table import RangeTable, affordable_cells, build_range_table
+from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.sensor.beam_model import BeamModel
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.errors import UserError
@@ -24,6 +25,7 @@ from racecar.maps.shipped import shipped_map
 from racecar.pipelines.benchmarks.localizer.interleaved_timing import PARTS, InterleavedTiming
 from racecar.pipelines.benchmarks.localizer.measured_drive import MeasuredDrive
 from racecar.pipelines.benchmarks.localizer.other_thread import pace_of_other_thread
+from racecar.pipelines.benchmarks.localizer.second_core import time_second_core
 from racecar.pipelines.benchmarks.localizer.stopwatch import Stopwatch
 from racecar.pipelines.benchmarks.recordings_folder import recordings_folder
 
@@ -48,6 +50,7 @@ class Workload:
     """Of the drive in each round."""
     warm_up_steps: int = 40
     table_builds: int = 3
+    searches: int = 10
     pace_rounds: int = 20
     pace_steps: int = 20
     wide_clouds: int = 10
@@ -82,6 +85,11 @@ class LocalizerFigures:
     cloud_ns_per_particle: float
     spread_ns_per_particle: float
     table_seconds: float
+    """By the clock, on both cores."""
+    table_gain: float
+    """The time that it takes on one core over that on both."""
+    search_gain: float
+    """The same of the search of the whole map for a scan."""
     table_megabytes: float
     rays_off: float
     """Share of the table's rays that differ from exact ones by more than 0.15 m."""
@@ -118,11 +126,15 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
     )
     watch = Stopwatch()
     free_space, table = _build_table(grid, config)
-    for _ in range(workload.table_builds):
-        free_space, table = watch.time("table", lambda: _build_table(grid, config))
+    building = time_second_core(lambda: _build_table(grid, config), workload.table_builds)
     drive = MeasuredDrive(grid, config, workload.steps_in_all, workload.warm_up_steps, seed)
     rng = np.random.default_rng([seed, 1])
     model = BeamModel(free_space, table, config.beam_model, config.squash)
+    places = PlaceSearch(free_space, table, config.place_search)
+    beams = drive.beams
+    searching = time_second_core(
+        lambda: places.find(beams, config.squash, config.particles, rng), workload.searches
+    )
     turns = InterleavedTiming(drive, model, free_space, table, workload.spread_particles, rng)
     turns.take(workload.steps, Stopwatch())  # compiles what is compared
     for _ in range(workload.rounds):
@@ -143,7 +155,9 @@ def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> Loc
         plain_error_m=float(np.mean(turns.plain_errors)),
         cloud_ns_per_particle=1e6 * watch.milliseconds("sensor") / workload.particles,
         spread_ns_per_particle=1e6 * watch.milliseconds("spread sensor") / workload.spread_particles,
-        table_seconds=1e-3 * watch.milliseconds("table"),
+        table_seconds=building.seconds,
+        table_gain=building.gain,
+        search_gain=searching.gain,
         table_megabytes=1e-6 * (table.ranges.nbytes + table.cell_index.nbytes),
         rays_off=rays_off(free_space, table, drive.beams.bearings, config, rng),
         log_weight_correlation=_log_weight_correlation(drive, free_space, table, workload, rng),

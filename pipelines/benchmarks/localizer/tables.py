@@ -41,6 +41,8 @@ CHECKS = (
     Check("plain filter / full step", lambda f: f.plain_ratio, 40.0, False, ".1f"),
     Check("a spread particle / one of a cloud", lambda f: f.spread_ratio, 3.0, True),
     Check("range table built (s)", lambda f: f.table_seconds, 2.0, True),
+    Check("range table, one core / both", lambda f: f.table_gain, 1.6, False),
+    Check("search of the map, one core / both", lambda f: f.search_gain, 1.6, False),
     Check("range table (MB)", lambda f: f.table_megabytes, 130.0, True, ".1f"),
     Check("rays off by over 0.15 m", lambda f: f.rays_off, 0.05, True, ".2%"),
     Check("log-weight correlation", lambda f: f.log_weight_correlation, 0.997, False, ".4f"),

@@ -33,6 +33,7 @@ SMALL = Workload(
     steps=3,
     warm_up_steps=10,
     table_builds=1,
+    searches=1,
     pace_rounds=2,
     pace_steps=30,
     wide_clouds=2,
@@ -49,6 +50,8 @@ FIGURES = LocalizerFigures(
     cloud_ns_per_particle=100.0,
     spread_ns_per_particle=200.0,
     table_seconds=1.5,
+    table_gain=1.8,
+    search_gain=1.7,
     table_megabytes=120.0,
     rays_off=0.04,
     log_weight_correlation=0.998,
@@ -95,6 +98,9 @@ def test_the_figures_of_a_small_map(
     assert 0.0 < figures["rays_off"] < 0.1
     assert 0.98 < figures["log_weight_correlation"] < 1.0
     assert figures["loads_ms"] > 0.0
+    assert figures["table_seconds"] > 0.0
+    assert not figures["table_gain"] <= 0.0  # not a number on a machine with one core
+    assert not figures["search_gain"] <= 0.0
     assert sum(figures["step_parts_ms"].values()) == pytest.approx(figures["step_ms"])
     check = report["checks"]["plain filter / full step"]
     assert check["ring"]["value"] == figures["plain_ratio"]
