@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.region import ANYWHERE
-from racecar.localization.odometry.calibration import OdometryFaults
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.odometry.odometry_learning import OdometryLearning
 from racecar.localization.odometry.published_pose import PublishedPose, publish
@@ -19,6 +18,7 @@ from racecar.localization.sensor.beams import select_beams
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_faults import OdometryFaults
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.maps.sensing.yaw_rate import YawRate

@@ -1,12 +1,9 @@
 """What a car's odometry always gets wrong, learned while it drives.
 
-Wheels are smaller than the settings of the motor driver say, a servo turns by more, and its middle is not
-straight ahead: so distances and turns are off by a factor each, and the car turns by a trim per metre. These
-three faults show in how the estimates and odometry differ, segment after segment; a Kalman filter keeps them
-(Thrun, Burgard and Fox: Probabilistic Robotics, 2005, section 3.2).
+Its three `OdometryFaults` show in how the estimates and odometry differ, segment after segment; a Kalman
+filter keeps them (Thrun, Burgard and Fox: Probabilistic Robotics, 2005, section 3.2).
 """
 
-from dataclasses import dataclass
 from math import exp
 
 import numpy as np
@@ -14,24 +11,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.odometry.config import OdometryCalibrationConfig
 from racecar.localization.odometry.segments import OdometrySegment
-from racecar.maps.geometry.se2 import Pose
-
-
-@dataclass(frozen=True)
-class OdometryFaults:
-    """What odometry leaves out."""
-
-    distance: float = 0.0
-    turn: float = 0.0
-    """Shares of what it reports."""
-    trim: float = 0.0
-    """Radians per metre by which the car turns left where odometry says straight ahead."""
-
-    def corrected(self, base_from_next_base: Pose) -> Pose:
-        """A measured increment (3,) with what was left out."""
-        x, y, turn = base_from_next_base.tolist()
-        scale = 1.0 + self.distance
-        return np.array([scale * x, scale * y, (1.0 + self.turn) * turn + self.trim * x])
+from racecar.maps.sensing.odometry_faults import OdometryFaults
 
 
 class OdometryCalibration:

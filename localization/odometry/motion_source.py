@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
-from racecar.localization.odometry.calibration import OdometryCalibration, OdometryFaults
+from racecar.localization.odometry.calibration import OdometryCalibration
 from racecar.localization.odometry.motion_model import drift_deviations, odometry_deviations, travel
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.speed_memory_kernels import SpeedMemory
@@ -17,6 +17,7 @@ from racecar.maps.sensing.frozen_odometry import FrozenOdometry
 from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation, OdometryBuffer
+from racecar.maps.sensing.odometry_faults import OdometryFaults
 from racecar.maps.sensing.turn_fusion import TurnFusion, turned_more
 from racecar.maps.sensing.yaw_rate import YawRate
 

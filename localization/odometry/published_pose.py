@@ -2,12 +2,12 @@
 
 from dataclasses import dataclass, replace
 
-from racecar.localization.odometry.calibration import OdometryFaults
 from racecar.localization.odometry.motion_model_kernels import carry
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.gyro_buffer import GyroReading
+from racecar.maps.sensing.odometry_faults import OdometryFaults
 
 
 @dataclass(frozen=True, eq=False)

@@ -26,7 +26,7 @@ class OdometrySegment:
     """(3,) from where odometry says that it ended to where the estimates say."""
     by_faults: NDArray[np.float64]
     """(3, 3) by what the end moves, for faults (columns) of distance, turn and trim, see
-    `racecar.localization.odometry.calibration`."""
+    `OdometryFaults`."""
     begin_variances: NDArray[np.float64]
     """(2,) of the estimated place, along any direction, and heading."""
     end_variances: NDArray[np.float64]

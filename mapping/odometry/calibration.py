@@ -1,13 +1,12 @@
 """Wheel odometry calibrated from the log itself: its systematic errors, and how far it can be trusted.
 
-Wheels of unequal size turn a straight drive by so much per metre; a wrong track width scales every turn, a
-wrong wheel radius every length. All three show against the motion that scan matching measured over spans of
+All three of its `OdometryFaults` show against the motion that scan matching measured over spans of
 some steps. What grows with the length of a span is the wheels' fault; scans err too, by ground that moves
 along with a tilted laser for instance, but not more over a long span than over a short one.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 from functools import cached_property
 
 import numpy as np
@@ -16,6 +15,7 @@ from scipy.optimize import nnls
 
 from racecar.mapping.odometry.config import WheelCalibrationConfig
 from racecar.maps.geometry.se2 import Pose, between, chained, wrap_angle
+from racecar.maps.sensing.odometry_faults import OdometryFaults, forward
 
 _ITERATIONS = 20
 """Of reweighted least squares: more than enough, because the weights change little after the first few."""
@@ -30,10 +30,7 @@ _SMALLEST = 1e-6
 class WheelCalibration:
     """Corrections and standard deviations per keyframe step."""
 
-    turn_per_metre: float
-    """Radians of turn that the wheels miss per metre forward."""
-    turn_scale: float
-    path_scale: float
+    faults: OdometryFaults
     sigma_distance: float
     """Metres."""
     sigma_turn: float
@@ -49,11 +46,22 @@ class WheelCalibration:
     def unknown(cls, config: WheelCalibrationConfig) -> "WheelCalibration":
         """Wheels as they are, while nothing is known about them."""
         sigma = config.initial_sigma
-        return cls(0.0, 1.0, 1.0, sigma, sigma, sigma, sigma, config.initial_step)
+        return cls(OdometryFaults(), sigma, sigma, sigma, sigma, config.initial_step)
+
+    def to_array(self) -> NDArray[np.float64]:
+        """(8,) the fields, those of the faults first."""
+        faults, *worth = astuple(self)
+        return np.array([*faults, *worth])
+
+    @classmethod
+    def from_array(cls, fields: NDArray[np.generic]) -> "WheelCalibration":
+        """From fields (8,)."""
+        faults, worth = fields[:3].tolist(), fields[3:].tolist()
+        return cls(OdometryFaults(*faults), *worth)
 
     def correct(self, steps: Pose) -> Pose:
         """Odometry steps (..., 3) without the systematic errors."""
-        return _corrected(steps, self.turn_per_metre, self.turn_scale, self.path_scale)
+        return self.faults.corrected(steps)
 
     def worth(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of a corrected ``step`` (3,) before scans were matched: it may be one of the bad
@@ -128,8 +136,8 @@ def calibrate(
         return WheelCalibration.unknown(config)
     steps = np.nan_to_num(steps)
     turn = _fit_turns(steps, spans, config)
-    turn_per_metre, turn_scale, _ = turn.solution.tolist()
-    chain = chained(fused(_corrected(steps, turn_per_metre, turn_scale, 1.0)))
+    trim, turn_scale, _ = turn.solution.tolist()
+    chain = chained(fused(OdometryFaults(turn=turn_scale - 1.0, trim=trim).corrected(steps)))
     by_wheels = between(chain[spans.first], chain[spans.end])
     reach = np.hypot(by_wheels[:, 0], by_wheels[:, 1])
     towards = np.column_stack(
@@ -146,9 +154,7 @@ def calibrate(
     lengths = np.hypot(steps[:, 0], steps[:, 1])
     driven = lengths[lengths > config.min_reach]
     return WheelCalibration(
-        turn_per_metre,
-        turn_scale,
-        scale,
+        OdometryFaults(scale - 1.0, turn_scale - 1.0, trim),
         config.clipped(path.sigma_per_step),
         config.clipped(turn.sigma_per_step),
         config.clipped(max(path.sigma_per_step, _tail(error[single & tell, :2], config))),
@@ -165,7 +171,7 @@ class _SpanFit:
 
 def _fit_turns(steps: Pose, spans: MatchedSpans, config: WheelCalibrationConfig) -> _SpanFit:
     """Turn per metre, turn scale and the bias of a match."""
-    summed = np.cumsum(np.column_stack([_forward(steps), steps[:, 2]]), axis=0)
+    summed = np.cumsum(np.column_stack([forward(steps), steps[:, 2]]), axis=0)
     sums = np.concatenate([np.zeros((1, 2)), summed])
     driven, turned = (sums[spans.end] - sums[spans.first]).T
     design = np.column_stack([driven, turned, np.ones_like(driven)])
@@ -249,17 +255,3 @@ def _median(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
 def _tail(error: NDArray[np.float64], config: WheelCalibrationConfig) -> float:
     """What most errors (M,) or (M, 2) stay below."""
     return float(np.quantile(np.abs(error), config.tail_share)) if len(error) else config.initial_sigma
-
-
-def _corrected(steps: Pose, turn_per_metre: float, turn_scale: float, path_scale: float) -> Pose:
-    steps = np.asarray(steps, dtype=np.float64)
-    turn = turn_per_metre * _forward(steps) + turn_scale * steps[..., 2]
-    corrected: Pose = path_scale * steps
-    corrected[..., 2] = wrap_angle(turn)
-    return corrected
-
-
-def _forward(steps: Pose) -> NDArray[np.float64]:
-    """(...) metres of steps (..., 3), negative backwards."""
-    length: NDArray[np.float64] = np.hypot(steps[..., 0], steps[..., 1])
-    return np.copysign(length, steps[..., 0])

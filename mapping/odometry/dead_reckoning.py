@@ -1,7 +1,6 @@
 """Dead reckoning: the laser's motion since the last keyframe, by wheels and gyroscope, by scans and at a
 steady velocity."""
 
-from dataclasses import astuple
 from math import isnan
 
 import numpy as np
@@ -340,8 +339,8 @@ class DeadReckoning:
     def to_arrays(self) -> Arrays:
         """The whole state; right after `restart_scan_odometry` another goes on from it to the same bits.
 
-        Poses (3,) are float64, metres and radians; stamps int64, nanoseconds. ``calibration`` (7,) holds the
-        fields of `WheelCalibration`, ``mounts`` those of the lasers, ``odometry_stamps`` (M,) and
+        Poses (3,) are float64, metres and radians; stamps int64, nanoseconds. ``wheel_calibration`` (8,)
+        holds the fields of `WheelCalibration`, ``mounts`` those of the lasers, ``odometry_stamps`` (M,) and
         ``odometry_poses`` (M, 3) are the latest odom_from_base. ``by_scans`` and ``by_wheels`` are the laser
         now, in the frames of scan odometry and of the wheels, ``keyframe_by_...`` the same at the last
         keyframe; NaN where the wheels were silent. ``last_motion`` leads from the last scan to this one;
@@ -350,7 +349,7 @@ class DeadReckoning:
         """
         stamps, poses = self._odometry.samples
         return {
-            "calibration": np.array(astuple(self.calibration)),
+            "wheel_calibration": self.calibration.to_array(),
             "scans_without_odometry": np.array(self.scans_without_odometry),
             **named("mounts", self.mounts.to_arrays()),
             "odometry_stamps": stamps,
@@ -381,7 +380,7 @@ class DeadReckoning:
     ) -> "DeadReckoning":
         """Dead reckoning that goes on from where another was."""
         reckoning = cls(config, matching=matching)
-        reckoning.calibration = WheelCalibration(*arrays["calibration"].tolist())
+        reckoning.calibration = WheelCalibration.from_array(arrays["wheel_calibration"])
         reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
         reckoning.mounts = _mounts_of(arrays)
         reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays), config.lag)

@@ -82,7 +82,7 @@ def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
     return FinishedMap(
         session,
         _seconds_of_keyframes(state, session),
-        state.reckoning.calibration.path_scale,
+        1.0 + state.reckoning.calibration.faults.distance,
         float(np.mean(state.are_refuted)) if state.are_refuted else 0.0,
     )
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
-from racecar.localization.odometry.calibration import OdometryFaults
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, between, compose, wrap_angle
@@ -20,6 +19,7 @@ from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
+from racecar.maps.sensing.odometry_faults import OdometryFaults
 from racecar.maps.sensing.scan import Scan
 from tests.maps.drives import BASE_FROM_LASER, BEARINGS, GO_ON, Drive, drive, pose_at, room
 

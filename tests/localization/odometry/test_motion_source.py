@@ -4,11 +4,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.localization.config import LocalizationConfig
-from racecar.localization.odometry.calibration import OdometryFaults
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_faults import OdometryFaults
 from racecar.maps.sensing.yaw_rate import YawRate
 
 MILLISECOND, SECOND = 1_000_000, 1_000_000_000

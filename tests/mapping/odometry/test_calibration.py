@@ -50,8 +50,8 @@ def test_faults_are_found_in_spite_of_slip(per_metre: float, turn_scale: float, 
     wheels = wheels_of(true, per_metre, turn_scale, path_scale)
     wheels[::40] *= 1.5
     result = calibrate(wheels, matched(true, rng), WheelCalibrationConfig())
-    assert abs(result.path_scale - path_scale) < 0.01
-    assert abs(result.turn_per_metre - per_metre) < 0.002
+    assert abs(result.faults.distance - (path_scale - 1.0)) < 0.01
+    assert abs(result.faults.trim - per_metre) < 0.002
     assert np.median(np.abs(result.correct(wheels)[:, 2] - true[:, 2])) < 0.003
 
 
@@ -59,7 +59,7 @@ def test_a_bias_of_each_match_is_no_fault_of_the_wheels() -> None:
     rng = np.random.default_rng(1)
     true = drive(rng, 300)
     result = calibrate(true, matched(true, rng, bias=0.003), WheelCalibrationConfig())
-    assert abs(result.turn_per_metre) < 0.0005
+    assert abs(result.faults.trim) < 0.0005
 
 
 def test_errors_of_matches_do_not_count_as_those_of_the_wheels() -> None:
@@ -79,7 +79,7 @@ def test_where_scans_do_not_observe_distances_the_path_is_left_as_it_is() -> Non
     true = drive(rng, 300)
     spans = matched(true, rng, observes=False)
     result = calibrate(wheels_of(true, 0.0, 1.0, 0.9), spans, WheelCalibrationConfig())
-    assert abs(result.path_scale - 1.0) < 0.01
+    assert abs(result.faults.distance) < 0.01
     assert abs(result.sigma_distance - WheelCalibrationConfig().initial_sigma) < 0.005
 
 
@@ -91,7 +91,7 @@ def test_matches_that_tell_little_each_tell_the_path_together() -> None:
     motions = spans.motions + np.column_stack([rng.normal(0.0, 0.3, len(little)), np.zeros((len(little), 2))])
     poor = MatchedSpans(spans.first, spans.end, motions, little)
     result = calibrate(wheels_of(true, 0.0, 1.0, 0.9), poor, WheelCalibrationConfig())
-    assert abs(result.path_scale - 0.9) < 0.02
+    assert abs(result.faults.distance + 0.1) < 0.02
 
 
 def test_steps_that_no_wheels_measured_are_left_out() -> None:
@@ -99,7 +99,7 @@ def test_steps_that_no_wheels_measured_are_left_out() -> None:
     true = drive(rng, 300)
     wheels = wheels_of(true, 0.0, 1.0, 0.97)
     wheels[100:110] = np.nan
-    assert abs(calibrate(wheels, matched(true, rng), WheelCalibrationConfig()).path_scale - 0.97) < 0.01
+    assert abs(calibrate(wheels, matched(true, rng), WheelCalibrationConfig()).faults.distance + 0.03) < 0.01
 
 
 def test_few_steps_calibrate_nothing() -> None:

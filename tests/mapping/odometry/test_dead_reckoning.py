@@ -12,6 +12,7 @@ from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.odometry_faults import OdometryFaults
 from tests.mapping.worlds import ROOM, points_at, scan_at
 
 PERIOD = 100_000_000
@@ -74,7 +75,7 @@ def test_the_mount_of_the_laser_may_become_known_late(known_from: int) -> None:
 def test_wheels_are_trusted_first_and_corrected() -> None:
     reckoning = drive(np.array([0.1, 0.0, 0.02]), 3)
     measured = reckoning.wheel_step()
-    reckoning.calibration = replace(reckoning.calibration, turn_per_metre=0.1, turn_scale=1.1, path_scale=0.9)
+    reckoning.calibration = replace(reckoning.calibration, faults=OdometryFaults(-0.1, 0.1, 0.1))
     assert not np.allclose(reckoning.calibration.correct(measured), measured, atol=0.01)
     np.testing.assert_allclose(reckoning.guesses().motions[0], reckoning.calibration.correct(measured))
     np.testing.assert_allclose(reckoning.wheel_step(), measured)
