@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache, partial
 
+from racecar.maps.geometry.se2 import IDENTITY, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.sensing.measurement import Measurement
@@ -30,6 +31,9 @@ _GAP = 3_000_000_000
 _HANGS = (0.3, 0.6)
 """Shares of the drive between which the odometry hangs: long enough that it is noticed meanwhile, and that
 the car goes on with odometry for as long. By judgement, so that both count."""
+_HALVES, _HALVED_FOR = (0.25, 0.5, 0.75), 1_000_000_000
+"""Shares of the drive from which on the odometry tells half of the motion, and for how many nanoseconds: a
+chain skips or a wheel lifts, after the odometry has proven right."""
 
 
 def simulated_drives(seconds: float) -> dict[str, Callable[[int], AblationDrive]]:
@@ -73,6 +77,28 @@ def _with_hung_odometry(grid: OccupancyGrid, seed: int, seconds: float) -> Simul
     return replace(drive, messages=messages)
 
 
+def _with_halved_odometry(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
+    drive = tracking_drive(grid, seed, seconds, NoiseLevel.SLIGHT)
+    first, last = drive.messages[0].stamp, drive.messages[-1].stamp
+    begins = [first + round(share * (last - first)) for share in _HALVES]
+    messages: list[Measurement] = []
+    before: Odometry | None = None
+    pose = IDENTITY
+    for message in drive.messages:
+        if not isinstance(message, Odometry):
+            messages.append(message)
+            continue
+        if before is None:
+            pose = message.odom_from_base
+        else:
+            step = between(before.odom_from_base, message.odom_from_base)
+            is_halved = any(begin <= message.stamp < begin + _HALVED_FOR for begin in begins)
+            pose = compose(pose, 0.5 * step if is_halved else step)
+        messages.append(replace(message, odom_from_base=pose))
+        before = message
+    return replace(drive, messages=messages)
+
+
 _KINDS: Mapping[str, Simulate] = {
     "noise": partial(tracking_drive, noise=NoiseLevel.FULL),
     "racing": racing_drive,
@@ -81,5 +107,6 @@ _KINDS: Mapping[str, Simulate] = {
     "carried in a gap": partial(kidnapped_drive, pause=_GAP),
     "no odometry": _without_odometry,
     "hung odometry": _with_hung_odometry,
+    "halved odometry": _with_halved_odometry,
     "gyroscope": partial(tracking_drive, noise=NoiseLevel.FULL, imu_rate=100.0),
 }

@@ -20,6 +20,7 @@ from racecar.pipelines.benchmarks.ablation.recorded_drives import recorded_drive
 from racecar.pipelines.benchmarks.ablation.simulated_drives import simulated_drives
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.simulation.path_smoothing import lengths_along
 from racecar.pipelines.simulation.simulated_drive import simulate_drive
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
@@ -105,6 +106,10 @@ def test_what_some_drives_are_for_is_in_them() -> None:
     hung = [each for each in drives["hung odometry, track"](0).messages if isinstance(each, Odometry)]
     repeats = [np.array_equal(a.odom_from_base, b.odom_from_base) for a, b in pairwise(hung)]
     assert 0.2 < np.mean(repeats) < 0.5
+    halved = drives["halved odometry, track"](0)
+    told = [each.odom_from_base[:2] for each in halved.messages if isinstance(each, Odometry)]
+    driven = halved.truth.map_from_base[:, :2]
+    assert 0.4 < lengths_along(np.array(told))[-1] / lengths_along(driven)[-1] < 0.9
     carried = drives["carried in a gap, track"](0)
     stamps = np.array([each.stamp for each in carried.messages if isinstance(each, Scan)])
     gap = int(np.argmax(np.diff(stamps)))
