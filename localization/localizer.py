@@ -119,7 +119,7 @@ class Localizer:
             # Resample, and learn from the estimate how odometry measures.
             hypotheses.resample()
             winner = hypotheses.believed
-            self._learning.follow(step, winner.particles.lag, estimate, winner.is_trusted)
+            self._learning.follow(step, winner.particles.lag, estimate, winner.is_known)
             self._last, self._published = estimate, publish(estimate, self._motion)
             return estimate
 

@@ -27,10 +27,10 @@ class HungOdometry:
 
         Scans come with the step and the estimate before them.
         """
-        rival, perception, is_narrow = self._rival, hypotheses.perception, hypotheses.believed.is_narrow
+        rival, perception, is_known = self._rival, hypotheses.perception, hypotheses.believed.is_known
         if last is None or step.is_over_gap or not self._source.repeats(scan.stamp):
             rival = None  # in a gap the car may have been carried, whatever its odometry does
-        elif is_narrow and (rival is None or rival.has_failed):
+        elif is_known and (rival is None or rival.has_failed):
             rival = MovingRival(last, self._source.speed, perception.config.moving_rival)
         self._rival = rival
         if rival is None:

@@ -1,8 +1,5 @@
 """A hypothesis of where the car is: weighed, estimated and judged by itself."""
 
-import numpy as np
-from numpy.typing import NDArray
-
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.pose_estimate import PoseEstimate
@@ -18,19 +15,18 @@ class PoseHypothesis:
         """The stamp (nanoseconds) is when the place was found; the detector judges that place."""
         self.particles = particles
         self.lost = lost
-        self.is_narrow = self._is_tracked = False
-        self.is_trusted = False
-        """Whether the last estimate is so sure that it may be held against the odometry."""
+        self.is_known = False
+        """Whether the cloud lies at one place."""
         self._stamp = stamp
 
     def weigh(self, beams: Beams, travel: float, perception: Perception) -> None:
         """Take in a scan so many metres plus radians after the last.
 
-        While the cloud is narrow, only what the map explains counts, and where beams fit better beside it, a
+        While the place is known, only what the map explains counts, and where beams fit better beside it, a
         few particles go there.
         """
         evidence = 1.0
-        if self.is_narrow:
+        if self.is_known:
             explained = perception.explanation(self.particles, beams)
             beams, evidence = explained.beams, explained.evidence
             if explained.better is not None:
@@ -44,12 +40,10 @@ class PoseHypothesis:
         """The pose by all scans so far, judged by how this one agrees, so many seconds after the last."""
         map_from_base, covariance, weight = self.particles.moments()
         tracking = perception.config.tracking
-        is_dominant = weight > tracking.dominant
-        self.is_narrow = is_dominant and _is_within(tracking.narrow_within, covariance)
-        if is_dominant and _is_within(tracking.tracked_within, covariance):
+        variance = float(covariance[0, 0] + covariance[1, 1])
+        self.is_known = weight > tracking.dominant and variance < tracking.known_within**2
+        if self.is_known:
             map_from_base, covariance = perception.aligned(map_from_base, covariance, beams)
-        self._is_tracked = is_dominant and _is_within(tracking.tracked_within, covariance)
-        self.is_trusted = is_dominant and _is_within(tracking.trusted_within, covariance)
         agreement = perception.agreement(map_from_base, beams)
         if agreement is not None:
             self.lost.judge(agreement.shares, seconds)
@@ -67,18 +61,11 @@ class PoseHypothesis:
 
     def resample(self, config: LocalizationConfig) -> None:
         """Draw as many particles as the place needs."""
-        if self.is_narrow:
+        if self.is_known:
             self.particles.resample(min(config.fewest_particles, config.particles))
-        elif self._is_tracked:
-            self.particles.resample(config.particles)
         else:
-            self.particles.resample(min(len(self.particles), config.scattered_particles))
+            self.particles.resample(max(config.particles, len(self.particles)))
 
     def has_failed(self, stamp: int, trial_seconds: float) -> bool:
         """Whether it has had its trial, and is more probably wrong than right."""
         return (stamp - self._stamp) * 1e-9 >= trial_seconds and self.lost.probability >= 0.5
-
-
-def _is_within(metres: float, covariance: NDArray[np.float64]) -> bool:
-    """Whether the standard deviation of the place is below so many metres."""
-    return bool(covariance[0, 0] + covariance[1, 1] < metres**2)

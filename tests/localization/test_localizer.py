@@ -424,7 +424,7 @@ def test_settings_within_settings_change_while_running() -> None:
     filter.set_pose(driven.truth[0])
     half = len(driven.messages) // 2
     first = replay(filter, driven.messages[:half])
-    exacting = {"fewest_particles": 500, "particles": 2000, "tracking": {"narrow_within": 1e-4}}
+    exacting = {"fewest_particles": 500, "particles": 2000, "tracking": {"known_within": 1e-4}}
     filter.reconfigure(LocalizationConfig.model_validate(exacting))
     second = replay(filter, driven.messages[half:])
     assert (first[-1].particle_count, second[-1].particle_count) == (500, 2000)

@@ -82,7 +82,6 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     "odometry": {
         "calibration": _settings(odometry_calibration={"farthest": _NONE}),
         "trust": _replaced(OdometryTrust, "learn", _nothing),
-        "learning where sure": _settings(tracking={"trusted_within": 10.0}),
         "segments": _settings(odometry_segments={"shortest": 100.0, "longest": 100.0}),
         "slip": _settings(slip=0.0),
         "usual slip": _slips(usual_share=0.0),
@@ -109,11 +108,10 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "rival discount": _settings(moving_rival={"scans_per_second": 40.0, "largest_rate": 1000.0}),
     },
     "explanation": {
-        "explaining where sure": _settings(tracking={"narrow_within": 100.0}),
+        "known place": _settings(tracking={"known_within": 100.0}),
         "beam skipping": _settings(beam_skipping={"fewest_left": 1.0}),
         "asking the alignment": _settings(beam_skipping={"notably_more": 1.0}),
         "proposals": _replaced(ParticleFilter, "propose", _nothing),
-        "aligning where sure": _settings(tracking={"tracked_within": 100.0}),
         "alignment": _settings(alignment={"fewest_points": 10_000}),
         "alignment widths": _settings(alignment={"scales": (0.07,) * 6}),
     },
