@@ -24,6 +24,7 @@ from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.drawing import draw_map
 from racecar.mapping.session.earlier_map import EarlierMap
+from racecar.mapping.session.forgetting import forget_outdated
 from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState, Snapshot
@@ -177,6 +178,7 @@ class Mapper:
                 session = merge(
                     earlier, session, config.loops, config.place_recognition, config.graph, config.keyframes
                 )
+                session = forget_outdated(session, config.forgetting)
             quality = self._judge(session)
         report(0.3)
         map_from_laser = place_all_scans(state, session)

@@ -59,6 +59,14 @@ class RenderingConfig(Settings):
         lt=0.5,
         description="The same from one scan that passes it. By judgement: three passes outweigh a hit.",
     )
+    settled_probability: float = Field(
+        default=0.9,
+        gt=0.8,
+        lt=1.0,
+        description="Probability, at most, of what earlier drives saw of a cell, occupied or free, so that a "
+        "later drive that sees otherwise is soon believed. By judgement: ten passes free a cell, three hits "
+        "occupy one.",
+    )
     cleared_by_miss: float = Field(
         default=5.0,
         ge=0.0,

@@ -118,12 +118,14 @@ def returns_of(rays: Sequence[Rays], map_from_laser: Pose) -> list[NDArray[np.fl
 def render(
     rays: Sequence[Rays],
     map_from_laser: Pose,
+    drives: NDArray[np.int32],
     resolution: float,
     config: RenderingConfig,
     box: Box | None = None,
 ) -> OccupancyGrid:
     """The grid that rays (K) seen from poses (K, 3) draw, with cells of ``resolution`` metres: all that they
-    touch, with a margin, or what of it lies in a ``box``."""
+    touch, with a margin, or what of it lies in a ``box``. Where drives (K,) see otherwise than those of lower
+    numbers did, the cells are as these see them."""
     touched = [touched_by(ray, pose) for pose, ray in zip(map_from_laser, rays, strict=True)]
     low, high = seen_box(touched, config.margin)
     if box is not None:
@@ -132,10 +134,16 @@ def render(
     columns, rows = np.ceil((high - low) / resolution).astype(np.int64)
     hits, passes = np.zeros((rows, columns), dtype=np.uint16), np.zeros((rows, columns), dtype=np.uint16)
     marks = np.full((rows, columns), -1, dtype=np.int32)
+    mark = 0
     for points in touched:  # in place, because a day's rays take hundreds of megabytes
         points -= low
         points /= resolution
-    cast(touched, [ray.returns for ray in rays], 0, marks, hits, passes, config)
+    for drive in np.unique(drives):
+        scans = np.flatnonzero(drives == drive).tolist()
+        cells, returns = [touched[k] for k in scans], [rays[k].returns for k in scans]
+        settle(hits, passes, config)
+        cast(cells, returns, mark, marks, hits, passes, config)
+        mark += 2 * len(scans)
     return OccupancyGrid(occupancy(hits, passes, config), resolution, np.array([low[0], low[1], 0.0]))
 
 
@@ -175,6 +183,18 @@ def cast(
         if count < len(cells) - 1:
             column, row = cells[-1]
             cast_misses(column, row, cells[:-1], count, k, marks, hits, passes, passes_per_hit)
+
+
+def settle(hits: NDArray[np.uint16], passes: NDArray[np.uint16], config: RenderingConfig) -> None:
+    """Let what was counted so far (rows, columns) speak no louder than `settled_probability`, before a later
+    drive counts: clamped, evidence is forgotten where something contradicts it and nowhere else (Yguel,
+    Aycard and Laugier, "Update policy of dense maps", 2008)."""
+    per_hit, per_pass = _log_odds(config.hit_probability), _log_odds(config.pass_probability)
+    bound = _log_odds(config.settled_probability)
+    seen = np.nonzero(hits + passes)
+    log_odds = np.clip(per_hit * hits[seen] + per_pass * passes[seen], -bound, bound)
+    hits[seen] = np.where(log_odds > 0.0, np.maximum(np.rint(log_odds / per_hit), 1.0), 0.0)
+    passes[seen] = np.where(log_odds > 0.0, 0.0, np.maximum(np.rint(log_odds / per_pass), 1.0))
 
 
 def occupancy(

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays
 from racecar.mapping.graph.constraint import Constraint
@@ -70,6 +71,16 @@ class LoopHistory:
     def followed_by(self, later: "LoopHistory") -> "LoopHistory":
         """The submaps of both, see `SubmapGraph.followed_by`, and neither's hypotheses."""
         return LoopHistory(self.graph.followed_by(later.graph))
+
+    def only(self, is_left: NDArray[np.bool_]) -> "LoopHistory":
+        """That of the keyframes that are left (K,), and of the submaps and hypotheses that are whole."""
+        graph, number = self.graph.only(is_left)
+        hypotheses = [
+            replace(each, fixed=graph.submaps[fixed], moving=graph.submaps[moving])
+            for each in self.hypotheses
+            if (fixed := number[each.fixed.index]) >= 0 and (moving := number[each.moving.index]) >= 0
+        ]
+        return LoopHistory(graph, hypotheses, dict(self.log))
 
     def to_arrays(self) -> Arrays:
         """The whole state, by the names that `Session` documents."""

@@ -76,6 +76,51 @@ class SubmapGraph:
         before = self.variances[-2:] or [0.0, 0.0]
         self.variances.extend((np.cumsum(of_steps, axis=0) + before).ravel())
 
+    def only(self, is_left: NDArray[np.bool_]) -> "tuple[SubmapGraph, list[int]]":
+        """That of the keyframes that are left (K,), with the submaps that are whole; and which each of the
+        submaps has become, -1 where it is not whole."""
+        before, keyframe = np.append(0, np.cumsum(is_left)), np.cumsum(is_left) - 1
+        whole = [s for s in self.submaps if before[s.last + 1] - before[s.first] == s.last + 1 - s.first]
+        number = np.full(len(self.submaps), -1)
+        number[[s.index for s in whole]] = np.arange(len(whole))
+        submaps = [
+            Submap(k, int(keyframe[s.first]), int(keyframe[s.middle]), int(keyframe[s.last]))
+            for k, s in enumerate(whole)
+        ]
+        edges = np.concatenate([_chain(len(whole)), self._closures_passed_on(number)])
+        path, erred = np.array(self.path), np.reshape(self.variances, (-1, 2))
+        graph = SubmapGraph(
+            submaps,
+            array("d", path[is_left].tolist()),
+            array("l", edges.ravel().tolist()),
+            array("d", erred[is_left[: len(erred)]].ravel().tolist()),
+        )
+        return graph, number.tolist()
+
+    def _closures_passed_on(self, number: NDArray[np.int64]) -> NDArray[np.int64]:
+        """(E, 3) the closures between submaps that go on under numbers (S,), not negative; those of one that
+        goes pass on to another that it is connected to."""
+        closed: dict[int, set[int]] = {k: set() for k in range(len(self.submaps))}
+        for first, second, is_closure in np.reshape(self.edges, (-1, 3)).tolist():
+            if is_closure or number[first] < 0 or number[second] < 0:
+                closed[first].add(second)
+                closed[second].add(first)
+        for going in np.flatnonzero(number < 0).tolist():
+            others = closed.pop(going)
+            for other in others:
+                closed[other].discard(going)
+            heir = min(others, key=lambda other: (number[other] < 0, abs(other - going)), default=going)
+            for other in others - {heir}:
+                closed[heir].add(other)
+                closed[other].add(heir)
+        pairs = [
+            (number[first], number[second], 1)
+            for first, others in closed.items()
+            for second in sorted(others)
+            if first < second
+        ]
+        return np.array(pairs, dtype=np.int64).reshape(-1, 3)
+
     def close(self, fixed: Submap, moving: Submap) -> None:
         """Connect two submaps by a loop closure."""
         self.edges.extend((fixed.index, moving.index, 1))
@@ -165,3 +210,9 @@ class SubmapGraph:
             array("l", [*self.edges, *edges.ravel().tolist()]),
             self.variances + unknown * erred + array("d", later_erred.ravel()),
         )
+
+
+def _chain(count: int) -> NDArray[np.int64]:
+    """(E, 3) the edges that connect each of so many submaps to the next along the path."""
+    numbers = np.arange(count)
+    return np.column_stack([numbers[:-1], numbers[1:], np.zeros(max(count - 1, 0))]).astype(np.int64)

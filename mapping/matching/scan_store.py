@@ -1,5 +1,6 @@
 """Prepared scans: points sorted by bearing with their normals, packed for the matching kernels."""
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -120,6 +121,13 @@ class ScanStore:
         for name in _BY_ROW:
             rows = getattr(self, name)
             setattr(self, name, _with_room(rows[kept_rows], len(kept_rows) + _ROOM))
+
+    def only(self, chosen: NDArray[np.bool_]) -> "ScanStore":
+        """A store of some of the scans (K,)."""
+        store = copy(self)
+        store.trim(np.flatnonzero(~chosen))
+        store._row_of, store._size = store.row_of[chosen], int(np.count_nonzero(chosen))
+        return store
 
     def extend(self, other: "ScanStore") -> None:
         """Append all scans of another store."""

@@ -11,6 +11,7 @@ from racecar.mapping.grid.config import DespecklingConfig, RenderingConfig
 from racecar.mapping.grid.despeckling import despeckled
 from racecar.mapping.grid.rendering import Box, Rays, render, returns_of, seen_box, touched_by
 from racecar.mapping.matching.scan_store import ScanStore
+from racecar.mapping.session.session import Session
 from racecar.mapping.session.wall_direction import wall_direction
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
@@ -31,14 +32,23 @@ class Sights:
     """(S, 3)"""
     seconds: NDArray[np.float64]
     """(S,) since the drive began; NaN where that is not known, as of earlier drives."""
+    drives: NDArray[np.int32]
+    """(S,) the drive that each is of, in the order of time: what a later one sees is believed."""
     keyframes: int
     """How many of them are keyframes."""
+
+    @classmethod
+    def of(cls, session: Session, seconds: NDArray[np.float64] | None = None) -> "Sights":
+        """Of the keyframes of a session, whose ``seconds`` (K,) are known or not."""
+        count = len(session.rays)
+        seconds = np.full(count, np.nan) if seconds is None else seconds
+        return cls(session.rays, session.map_from_keyframe, seconds, session.drives, count)
 
     def only(self, chosen: NDArray[np.bool_]) -> "Sights":
         """Those of a choice (S,)."""
         rays = [rays for rays, is_chosen in zip(self.rays, chosen.tolist(), strict=True) if is_chosen]
         keyframes = int(np.sum(chosen[: self.keyframes]))
-        return Sights(rays, self.map_from_laser[chosen], self.seconds[chosen], keyframes)
+        return Sights(rays, self.map_from_laser[chosen], self.seconds[chosen], self.drives[chosen], keyframes)
 
     def moved(self, new_from_map: Pose) -> "Sights":
         """The same in another frame."""
@@ -84,7 +94,7 @@ def draw_map(
         sights = sights.moved(np.array([0.0, 0.0, turn]))
     shown, not_left_out = _without_left_out(sights, rendering)
     box, not_cropped = _box(shown, rendering)
-    grid = render(shown.rays, shown.map_from_laser, resolution, rendering, box)
+    grid = render(shown.rays, shown.map_from_laser, shown.drives, resolution, rendering, box)
     grid = despeckled(grid, shown.of_keyframes, despeckling)
     if rendering.crop == "driven":
         grid = _driven(grid, shown.path, rendering.driven_margin)

@@ -73,6 +73,7 @@ def _side_by_side(earlier: Session, later: Session) -> Session:
         np.concatenate([earlier.map_from_keyframe, later.map_from_keyframe]),
         ConstraintList([*earlier.constraints, *shifted]),
         earlier.loops.followed_by(later.loops),
+        np.concatenate([earlier.drives, earlier.drives.max() + 1 + later.drives]),
     )
 
 

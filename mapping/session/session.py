@@ -7,6 +7,7 @@ name                          shape, type         meaning
 ============================  ==================  ============================================================
 keyframe_from_base            (K, 3) float64      inverse of the laser's mount on the car: metres, radians
 map_from_keyframe             (K, 3) float64      poses of the laser in the map: metres, radians
+drives                        (K,) int32          the drive that each keyframe is of, in the order of time
 scans.counts                  (K,) int16          points of each keyframe; 0 where it was trimmed
 scans.points                  (sum, 2) float32    metres in the laser frame, ascending in bearing
 scans.normals                 (sum, 2) float32    unit vectors towards the laser; (0, 0) where there is none
@@ -63,6 +64,8 @@ class Session:
     """(K, 3)"""
     constraints: ConstraintList
     loops: LoopHistory
+    drives: NDArray[np.int32]
+    """(K,) the number of the drive that each keyframe is of, in the order of time."""
 
     def frozen(self) -> "Session":
         """The same as it is now, for another thread to write; what never changes is shared."""
@@ -73,6 +76,7 @@ class Session:
             self.map_from_keyframe.copy(),
             self.constraints.copy(),
             self.loops.frozen(),
+            self.drives,
         )
 
     def moved(self, new_from_map: Pose) -> "Session":
@@ -105,6 +109,7 @@ class Session:
         return {
             "keyframe_from_base": self.keyframe_from_base,
             "map_from_keyframe": self.map_from_keyframe,
+            "drives": self.drives,
             **named("scans", self.keyframes.to_arrays()),
             **named("rays", {"ends": ends, "lengths": lengths, "returns": returns}),
             **named("constraints", self.constraints.to_arrays()),
@@ -114,7 +119,8 @@ class Session:
     @classmethod
     def from_arrays(cls, arrays: Arrays, matching: ScanMatchingConfig = _MATCHING) -> "Session":
         """The session that `to_arrays` wrote. Raises ValueError that names the array when one is missing or
-        cannot be of a session."""
+        cannot be of a session. One from before drives were told apart counts as a single drive."""
+        arrays = {"drives": one_drive(len(arrays.get("map_from_keyframe", ()))), **arrays}
         check_session(arrays)
         ends = unpack(arrays["rays.ends"].astype(np.float32), arrays["rays.lengths"])
         returns = arrays["rays.returns"].tolist()
@@ -125,4 +131,10 @@ class Session:
             arrays["map_from_keyframe"].astype(np.float64),
             ConstraintList.from_arrays(part_of("constraints", arrays)),
             LoopHistory.from_arrays(part_of("loops", arrays)),
+            arrays["drives"].astype(np.int32),
         )
+
+
+def one_drive(keyframes: int) -> NDArray[np.int32]:
+    """(K,) the drives of so many keyframes that are all of the same one."""
+    return np.zeros(keyframes, dtype=np.int32)

@@ -40,6 +40,7 @@ _INT32 = float(np.iinfo(np.int32).max)
 _SESSION: dict[str, _Numbers] = {
     "keyframe_from_base": _places("K", 3),
     "map_from_keyframe": _places("K", 3),
+    "drives": _whole(0, _INT32, "K"),
     "scans.counts": _whole(0, np.iinfo(np.int16).max, "K"),
     "scans.points": _places("points", 2),
     "scans.normals": _Numbers(ArrayLayout("f", ("points", 2)), -_UNIT, _UNIT),

@@ -23,7 +23,7 @@ from racecar.mapping.loops.verifiers import verifiers
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.odometry.calibration import MatchedSpans, calibrate
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
-from racecar.mapping.session.session import Session
+from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
 
 Snapshot: TypeAlias = Callable[[], Arrays]
@@ -186,6 +186,7 @@ class MapperState:
             self.map_from_keyframe,
             self.graph.constraints,
             self.loops.history,
+            one_drive(len(self.keyframes)),
         )
 
     def snapshot(self) -> Snapshot:

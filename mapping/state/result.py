@@ -96,6 +96,7 @@ def sights_of(state: MapperState, session: Session, map_from_laser: Pose) -> Sig
         rays=[*session.rays, *state.held_rays.values()],
         map_from_laser=np.concatenate([session.map_from_keyframe, map_from_laser[held]]),
         seconds=np.concatenate([_seconds_of_keyframes(state, session), seconds_of_held]),
+        drives=np.append(session.drives, np.repeat(session.drives[-1:], len(held))),
         keyframes=len(session.rays),
     )
 

@@ -79,9 +79,14 @@ def draw_merged(run: MergedRun, config: Config, report: Report) -> MergedMap:
     mapping, session = config.mapping, run.session
     unknown = np.full(len(session.rays), np.nan)
     with report.stage("rendering"):
-        sights = Sights(session.rays, session.map_from_keyframe, unknown, len(session.rays))
         drawn = draw_map(
-            *(sights, session.keyframes, mapping.resolution, mapping.rendering, mapping.despeckling),
+            *(
+                Sights.of(session),
+                session.keyframes,
+                mapping.resolution,
+                mapping.rendering,
+                mapping.despeckling,
+            ),
             keep_frame=True,
         )
     for sentence in drawn.disregarded:

@@ -89,11 +89,10 @@ class LocalizerSearch:
     def _grid(self) -> OccupancyGrid:
         """All that the earlier drives saw, whatever part of it somebody wants drawn."""
         session, config = self.earlier, self.mapping
-        count = len(session.rays)
-        sights = Sights(session.rays, session.map_from_keyframe, np.full(count, np.nan), count)
         rendering = config.rendering.model_copy(update={"crop": None, "left_out": ()})
         return draw_map(
-            sights, session.keyframes, config.resolution, rendering, config.despeckling, keep_frame=True
+            *(Sights.of(session), session.keyframes, config.resolution, rendering, config.despeckling),
+            keep_frame=True,
         ).grid
 
 

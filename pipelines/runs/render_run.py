@@ -57,7 +57,7 @@ def render_run(folder: Path, config: MappingConfig, edits: MapEdits, report: Rep
             "is missing or of another map."
         )
     with report.stage("rendering"):
-        sights = Sights(session.rays, session.map_from_keyframe, seconds, len(session.rays))
+        sights = Sights.of(session, seconds)
         drawn = draw_map(sights, session.keyframes, config.resolution, config.rendering, config.despeckling)
     if drawn.disregarded:
         raise UserError(drawn.disregarded[0])

@@ -6,7 +6,7 @@ from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.config import SubmapConfig
 from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.session.session import Session
+from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from tests.mapping.worlds import box, store_of
 
@@ -49,4 +49,6 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
     ]
     rays = [Rays.to(store.points_of(k), len(store.points_of(k))) for k in range(len(true))]
     laser_from_base = np.tile(inverse(base_from_laser), (len(true), 1))
-    return Session(store, rays, laser_from_base, known, ConstraintList(constraints), loops)
+    return Session(
+        store, rays, laser_from_base, known, ConstraintList(constraints), loops, one_drive(len(true))
+    )

@@ -55,6 +55,7 @@ def found(poses: Pose, config: FeedbackConfig) -> list[Hypothesis]:
             poses,
             session.constraints,
             LoopHistory(),
+            session.drives,
         ),
         np.arange(len(poses), dtype=np.float64),
     )

@@ -7,6 +7,7 @@ from racecar.mapping.grid.config import GrowingGridConfig, RenderingConfig
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.grid.rendering import render as render_with
+from racecar.mapping.session.session import one_drive
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD, UNKNOWN, OccupancyGrid
 
@@ -19,7 +20,7 @@ def growing_grid(redrawn_at_once: int = 200) -> GrowingGrid:
 
 
 def render(rays: list[Rays], poses: Pose) -> OccupancyGrid:
-    return render_with(rays, poses, RESOLUTION, RenderingConfig())
+    return render_with(rays, poses, one_drive(len(rays)), RESOLUTION, RenderingConfig())
 
 
 @pytest.fixture

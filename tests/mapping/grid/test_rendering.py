@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 from racecar.mapping.grid import rendering
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, pack_rays, returns_of
+from racecar.mapping.session.session import one_drive
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 from racecar.maps.sensing.scan import Scan
@@ -27,7 +28,7 @@ def rays_of(scan: Scan, points: np.ndarray, config: RenderingConfig = DEFAULT) -
 
 
 def render(rays: list[Rays], poses: Pose, resolution: float) -> OccupancyGrid:
-    return rendering.render(rays, poses, resolution, DEFAULT)
+    return rendering.render(rays, poses, one_drive(len(rays)), resolution, DEFAULT)
 
 
 def rays_at(pose: Pose) -> Rays:
@@ -213,3 +214,29 @@ def test_a_far_return_does_not_blow_up_the_map() -> None:
     points = np.array([[2.0, 0.0], [500.0, 0.0]])
     scan = Scan(0, BEARINGS[:2], np.array([2.0, 500.0]), np.zeros(2), IDENTITY, 1000.0)
     assert render([rays_of(scan, points)], at_origin, RESOLUTION).cells.size < 10_000
+
+
+def cells_of_drives(drives: list[list[float]], places: list[float]) -> list[int]:
+    """Percent occupied at distances straight ahead, where drives saw returns at some distances each."""
+    rays = [ray(reach) for drive in drives for reach in drive]
+    numbers = np.repeat(np.arange(len(drives)), [len(drive) for drive in drives]).astype(np.int32)
+    grid = rendering.render(rays, np.zeros((len(rays), 3)), numbers, RESOLUTION, DEFAULT)
+    return occupancy_at(grid, np.array([[place, 0.01] for place in places])).tolist()
+
+
+def test_what_a_later_drive_sees_is_believed() -> None:
+    gone, new = [2.0] * 60, [3.0] * 12
+    box, wall = cells_of_drives([gone, new], [2.01, 3.01])
+    assert box < 20 and wall >= OCCUPIED_FROM
+    box, free = cells_of_drives([new, gone], [2.01, 1.0])
+    assert box >= OCCUPIED_FROM and free < 20
+
+
+def test_a_glance_does_not_contradict_what_a_drive_saw_often() -> None:
+    assert cells_of_drives([[2.0] * 60, [3.0] * 2], [2.01])[0] >= OCCUPIED_FROM
+    assert cells_of_drives([[3.0] * 60, [2.0]], [2.01])[0] < OCCUPIED_FROM
+
+
+def test_what_no_later_drive_sees_stays_as_it_was() -> None:
+    seen, free, unknown = cells_of_drives([[2.0] * 60, *([[0.5]] * 30)], [2.01, 1.0, 2.5])
+    assert seen >= OCCUPIED_FROM and 0 <= free < 20 and unknown == UNKNOWN

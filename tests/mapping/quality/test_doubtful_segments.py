@@ -12,7 +12,7 @@ from racecar.mapping.quality.doubtful_segments import doubtful_segments
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.mapping.quality.statistics import measure
-from racecar.mapping.session.session import Session
+from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import between
 from tests.mapping.worlds import ROOM, store_of
 
@@ -25,7 +25,15 @@ WHEELS = np.diag([30.0, 30.0, 60.0])
 def segments(mapped: np.ndarray, tied: ConstraintList) -> tuple[DoubtfulSegment, ...]:
     """Of a drive through the room whose keyframes were mapped to (K, 3)."""
     nothing = [Rays.none() for _ in TRUE]
-    session = Session(store_of(ROOM, TRUE), nothing, np.zeros_like(TRUE), mapped, tied, LoopHistory())
+    session = Session(
+        store_of(ROOM, TRUE),
+        nothing,
+        np.zeros_like(TRUE),
+        mapped,
+        tied,
+        LoopHistory(),
+        one_drive(len(mapped)),
+    )
     map_ = FinishedMap(session, 0.5 * np.arange(len(TRUE)))
     config = QualityConfig()
     return doubtful_segments(map_, measure(map_, config), config.segments)

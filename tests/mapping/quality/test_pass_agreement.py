@@ -10,7 +10,7 @@ from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.quality.config import PassAgreementConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.pass_agreement import PassAgreement, agreement_of, near_pairs
-from racecar.mapping.session.session import Session
+from racecar.mapping.session.session import Session, one_drive
 from tests.mapping.worlds import ROOM, store_of
 
 PASS = np.column_stack([np.linspace(-2.5, 0.0, 8), np.full(8, -0.5), np.linspace(0.0, 0.3, 8)])
@@ -81,7 +81,15 @@ def test_neighbours_follow_each_other_and_passes_come_back() -> None:
     poses = np.concatenate([there, there[::-1] + np.array([0.0, 0.5, np.pi])])
     nothing = [Rays.none() for _ in poses]
     ties, history = ConstraintList(), LoopHistory()
-    session = Session(store_of(ROOM, 0.2 * poses), nothing, np.zeros_like(poses), poses, ties, history)
+    session = Session(
+        store_of(ROOM, 0.2 * poses),
+        nothing,
+        np.zeros_like(poses),
+        poses,
+        ties,
+        history,
+        one_drive(len(poses)),
+    )
     map_ = FinishedMap(session, np.arange(32.0))
     neighbours, passes = near_pairs(map_, PassAgreementConfig(reach=4.0, apart=5.0))
     assert len(neighbours)

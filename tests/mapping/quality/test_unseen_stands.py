@@ -13,7 +13,7 @@ from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.quality.unseen_stands import unseen_stands
-from racecar.mapping.session.session import Session
+from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import between
 from tests.mapping.worlds import CORRIDOR, ROOM, store_of
 
@@ -41,7 +41,15 @@ def drive(
     ]
     nothing = [Rays.none() for _ in PATH]
     constraints = ConstraintList([*steps, *loops])
-    session = Session(store_of(walls, PATH), nothing, np.zeros_like(PATH), PATH, constraints, LoopHistory())
+    session = Session(
+        store_of(walls, PATH),
+        nothing,
+        np.zeros_like(PATH),
+        PATH,
+        constraints,
+        LoopHistory(),
+        one_drive(len(PATH)),
+    )
     return FinishedMap(session, seconds)
 
 

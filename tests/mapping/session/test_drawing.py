@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from racecar.mapping.grid.config import DespecklingConfig, RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
 from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
+from racecar.mapping.session.session import one_drive
 from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 from tests.mapping.worlds import ROOM, points_at, store_of
@@ -21,7 +22,7 @@ def sights() -> Sights:
     """Of a room that lies turned in its map; a keyframe in a second."""
     rays = [Rays.to(points, len(points)) for points in (points_at(ROOM, pose) for pose in PATH)]
     poses: Pose = compose(MAP_FROM_WORLD, PATH)
-    return Sights(rays, poses, np.arange(len(PATH), dtype=np.float64), len(PATH))
+    return Sights(rays, poses, np.arange(len(PATH), dtype=np.float64), one_drive(len(PATH)), len(PATH))
 
 
 def drawn(rendering: RenderingConfig, *, keep_frame: bool = False) -> DrawnMap:
@@ -42,7 +43,7 @@ def test_by_default_the_frame_is_that_of_the_scans() -> None:
     plain = drawn(settings())
     assert plain.drawn_from_map is None
     assert plain.disregarded == ()
-    expected = render(sights().rays, sights().map_from_laser, RESOLUTION, RenderingConfig())
+    expected = render(sights().rays, sights().map_from_laser, sights().drives, RESOLUTION, RenderingConfig())
     np.testing.assert_array_equal(plain.grid.map_from_grid, expected.map_from_grid)
     np.testing.assert_array_equal(plain.grid.cells, expected.cells)
 
@@ -100,7 +101,11 @@ def test_scans_of_chosen_times_draw_nothing() -> None:
     last = drawn(settings(left_out=[[0.0, 5.0], [8.0, 18.0]]))
     chosen = [6, 7, 19]
     expected = render(
-        [sights().rays[k] for k in chosen], sights().map_from_laser[chosen], RESOLUTION, RenderingConfig()
+        [sights().rays[k] for k in chosen],
+        sights().map_from_laser[chosen],
+        one_drive(len(chosen)),
+        RESOLUTION,
+        RenderingConfig(),
     )
     np.testing.assert_array_equal(last.grid.cells > 50, expected.cells > 50)
 

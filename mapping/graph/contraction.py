@@ -1,0 +1,78 @@
+"""Contraction of the pose graph: keyframes go, and what their constraints said of the others stays.
+
+A keyframe that goes is merged with the one that it is tied to most firmly, to which its other ties pass on,
+as loose as both in a row (Eade, Fong and Munich, "Monocular graph SLAM with complexity reduction", IROS
+2010). The poses of the ties are those of the solution, as in Carlevaris-Bianco and Eustice, "Long-term
+simultaneous localization and mapping with generic linear constraint node removal", IROS 2013, so that it
+stays the solution.
+"""
+
+from collections import defaultdict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.maps.geometry.se2 import Pose, adjoint, between, inverse
+
+_Ties = dict[int, dict[int, NDArray[np.float64]]]
+"""By both keyframes, either way: the covariance (3, 3) as a twist in the map, where those of ties in a row
+add up (Barfoot and Furgale, "Associating uncertainty with three-dimensional poses", 2014)."""
+
+
+def contracted(constraints: ConstraintList, poses: Pose, is_left: NDArray[np.bool_]) -> ConstraintList:
+    """The constraints between the keyframes that are left (K,) of those at solved ``poses`` (K, 3), numbered
+    among themselves: those they have, and those that they inherit from the ones that go."""
+    ends = constraints.to_arrays()["keyframes"]
+    left = list(constraints.chosen(np.flatnonzero(is_left[ends].all(axis=1))))
+    tied = {(min(pair), max(pair)) for pair in ends.tolist()}
+    for (first, second), tie in _inherited(_ties(constraints, poses), is_left).items():
+        if (first, second) not in tied:
+            map_from_second = adjoint(poses[second])
+            information = map_from_second.T @ np.linalg.inv(tie) @ map_from_second
+            step = between(poses[first], poses[second])
+            left.append(Constraint(first, second, step, information, "scan_matching"))
+    number = (np.cumsum(is_left) - 1).tolist()
+    return ConstraintList(
+        Constraint(
+            number[each.from_keyframe],
+            number[each.to_keyframe],
+            each.from_pose_to_pose,
+            each.information,
+            each.kind,
+        )
+        for each in sorted(left, key=lambda each: each.to_keyframe)
+    )
+
+
+def _ties(constraints: ConstraintList, poses: Pose) -> _Ties:
+    """The firmest constraint of each pair."""
+    arrays = constraints.to_arrays()
+    second_from_map = adjoint(inverse(poses[arrays["keyframes"][:, 1]]))
+    in_map = np.swapaxes(second_from_map, 1, 2) @ arrays["information"] @ second_from_map
+    covariances = np.linalg.inv(in_map)
+    ties: _Ties = defaultdict(dict)
+    for k in np.argsort(np.linalg.det(covariances))[::-1].tolist():
+        first, second = arrays["keyframes"][k].tolist()
+        ties[first][second] = ties[second][first] = covariances[k]
+    return ties
+
+
+def _inherited(ties: _Ties, is_left: NDArray[np.bool_]) -> dict[tuple[int, int], NDArray[np.float64]]:
+    """The ties, by rising pairs, once those of all keyframes that go have passed on."""
+    for going in np.flatnonzero(~is_left).tolist():
+        of_going = ties.pop(going, {})
+        for other in of_going:
+            del ties[other][going]
+        if not of_going:
+            continue
+        heir = min(of_going, key=lambda other: (not is_left[other], np.linalg.det(of_going[other])))
+        for other, tie in of_going.items():
+            if other != heir and other not in ties[heir]:
+                ties[heir][other] = ties[other][heir] = of_going[heir] + tie
+    return {
+        (first, second): tie
+        for first, of_first in ties.items()
+        for second, tie in of_first.items()
+        if first < second
+    }

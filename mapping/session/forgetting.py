@@ -1,0 +1,45 @@
+"""What a map forgets when later drives have shown the same places, so that a session grows with the places
+and not with the drives, and shows them as they are now.
+
+What goes is a keyframe that later drives passed: their scans are newer, and as good. Its constraints pass on
+to the keyframes that stay. (Keeping the map of a changing place small by what scans are worth: Kretzschmar
+and Stachniss, IJRR 2012; dropping the scans of what has changed: Walcott-Bryant et al., "Dynamic pose graph
+SLAM", IROS 2012.)
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from racecar.mapping.graph.contraction import contracted
+from racecar.mapping.session.config import ForgettingConfig
+from racecar.mapping.session.session import Session
+from racecar.maps.geometry.se2 import wrap_angle
+
+
+def forget_outdated(session: Session, config: ForgettingConfig) -> Session:
+    """The session without the keyframes that enough later drives passed."""
+    is_left = _drives_later(session, config) < config.later_drives
+    if is_left.all():
+        return session
+    return Session(
+        session.keyframes.only(is_left),
+        [session.rays[k] for k in np.flatnonzero(is_left)],
+        session.keyframe_from_base[is_left],
+        session.map_from_keyframe[is_left],
+        contracted(session.constraints, session.map_from_keyframe, is_left),
+        session.loops.only(is_left),
+        session.drives[is_left],
+    )
+
+
+def _drives_later(session: Session, config: ForgettingConfig) -> NDArray[np.int64]:
+    """(K,) how many later drives passed each keyframe, and saw something there."""
+    poses, drives = session.map_from_keyframe, session.drives.astype(np.int64)
+    pairs = cKDTree(poses[:, :2]).query_pairs(config.reach, output_type="ndarray")
+    pairs = np.take_along_axis(pairs, np.argsort(drives[pairs], axis=1), axis=1)
+    earlier, later = pairs.T
+    face_alike = np.abs(wrap_angle(poses[earlier, 2] - poses[later, 2])) < config.max_turn
+    shows = (drives[later] > drives[earlier]) & face_alike & session.keyframes.is_kept[later]
+    passed = np.unique(np.column_stack([earlier[shows], drives[later[shows]]]), axis=0)
+    return np.bincount(passed[:, 0], minlength=len(poses))
