@@ -12,7 +12,7 @@ from racecar.mapping.moving_along.config import MovingAlongConfig
 from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
-from racecar.mapping.session.config import ForgettingConfig, PlaceRecognitionConfig
+from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.maps.settings import Settings
 
 
@@ -126,6 +126,5 @@ class MappingConfig(Settings):
     despeckling: DespecklingConfig = DespecklingConfig()
     growing_grid: GrowingGridConfig = GrowingGridConfig()
     place_recognition: PlaceRecognitionConfig = PlaceRecognitionConfig()
-    forgetting: ForgettingConfig = ForgettingConfig()
     quality: QualityConfig = QualityConfig()
     feedback: FeedbackConfig = FeedbackConfig()

@@ -178,7 +178,7 @@ class Mapper:
                 session = merge(
                     earlier, session, config.loops, config.place_recognition, config.graph, config.keyframes
                 )
-                session = forget_outdated(session, config.forgetting)
+                session = forget_outdated(session, config.keyframes.revisits)
             quality = self._judge(session)
         report(0.3)
         map_from_laser = place_all_scans(state, session)

@@ -81,6 +81,13 @@ class ConstraintList:
         """Some of them, in that order."""
         return ConstraintList.from_arrays({name: rows[indices] for name, rows in self.to_arrays().items()})
 
+    def among(self, keyframes: NDArray[np.bool_]) -> "ConstraintList":
+        """Those that lie between some of all keyframes (K,), which are numbered among themselves."""
+        arrays, number = self.to_arrays(), np.cumsum(keyframes) - 1
+        left = keyframes[arrays["keyframes"]].all(axis=1)
+        chosen = {name: rows[left] for name, rows in arrays.items()}
+        return ConstraintList.from_arrays({**chosen, "keyframes": number[chosen["keyframes"]]})
+
     def since(self, start: int) -> "ConstraintList":
         """Those from number ``start`` on, at a cost that does not grow with those before."""
         later = ConstraintList()

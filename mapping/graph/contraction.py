@@ -23,26 +23,15 @@ add up (Barfoot and Furgale, "Associating uncertainty with three-dimensional pos
 def contracted(constraints: ConstraintList, poses: Pose, is_left: NDArray[np.bool_]) -> ConstraintList:
     """The constraints between the keyframes that are left (K,) of those at solved ``poses`` (K, 3), numbered
     among themselves: those they have, and those that they inherit from the ones that go."""
-    ends = constraints.to_arrays()["keyframes"]
-    left = list(constraints.chosen(np.flatnonzero(is_left[ends].all(axis=1))))
-    tied = {(min(pair), max(pair)) for pair in ends.tolist()}
+    left, number = list(constraints.among(is_left)), (np.cumsum(is_left) - 1).tolist()
+    tied = {(min(pair), max(pair)) for pair in constraints.to_arrays()["keyframes"].tolist()}
     for (first, second), tie in _inherited(_ties(constraints, poses), is_left).items():
         if (first, second) not in tied:
             map_from_second = adjoint(poses[second])
             information = map_from_second.T @ np.linalg.inv(tie) @ map_from_second
             step = between(poses[first], poses[second])
-            left.append(Constraint(first, second, step, information, "scan_matching"))
-    number = (np.cumsum(is_left) - 1).tolist()
-    return ConstraintList(
-        Constraint(
-            number[each.from_keyframe],
-            number[each.to_keyframe],
-            each.from_pose_to_pose,
-            each.information,
-            each.kind,
-        )
-        for each in sorted(left, key=lambda each: each.to_keyframe)
-    )
+            left.append(Constraint(number[first], number[second], step, information, "scan_matching"))
+    return ConstraintList(sorted(left, key=lambda each: each.to_keyframe))
 
 
 def _ties(constraints: ConstraintList, poses: Pose) -> _Ties:

@@ -307,6 +307,13 @@ class RevisitConfig(Settings):
         le=100,
         description="Keyframes of the first pass to which one is tied at most. By judgement.",
     )
+    outdated_after: int = Field(
+        default=2,
+        ge=1,
+        le=1_000_000,
+        description="Later drives near a keyframe, from which on what it saw is forgotten. By judgement: one "
+        "could be misled by people, two show what stays.",
+    )
     known_after: int = Field(
         default=6,
         ge=1,

@@ -160,6 +160,14 @@ class QualityConfig(Settings):
         "On 237 maps of known error no good one with wheels that were not turned round had more than 0.48; "
         "of 9 wrong ones that nothing else told, 4 had more than 0.8.",
     )
+    most_unlike_earlier: float = Field(
+        default=0.3,
+        gt=0.0,
+        le=1.0,
+        description="Share of what earlier drives saw that the last one may look through at most places. "
+        "Measured where half of the furniture was moved between drives: 0.1; with the last one 0.2 m off "
+        "0.26, with 0.5 m or 3 degrees 0.4 to 0.8.",
+    )
     complaint_share: float = Field(
         default=0.25,
         gt=0.0,

@@ -1,6 +1,6 @@
 """What is judged: a finished map, with the path and the graph that it was made of."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +21,22 @@ class FinishedMap:
     """Length by the scans over length by the wheels, as it was learned; 1 where it was not."""
     overruled_wheels: float = 0.0
     """Share of the drive's steps in which the scans refuted the wheels."""
+
+    @property
+    def first_of_last_drive(self) -> int:
+        """Where the keyframes of the last drive begin, or of all that count as such."""
+        drives = self.session.drives
+        return int(np.argmax(drives == drives[-1]))
+
+    @property
+    def last_drive(self) -> "FinishedMap":
+        """The same of the last drive alone: between drives the world may have changed, and earlier ones were
+        judged in their time."""
+        first = self.first_of_last_drive
+        if first == 0:
+            return self
+        session = self.session.only(np.arange(len(self.seconds)) >= first)
+        return replace(self, session=session, seconds=self.seconds[first:])
 
     @property
     def poses(self) -> Pose:

@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping
 
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.doubtful_segments import doubtful_segments
+from racecar.mapping.quality.earlier_drives import unlike_earlier
 from racecar.mapping.quality.error_model import NOTHING, ErrorModel, Power, Term
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
@@ -83,18 +84,22 @@ everywhere alike, such as mirrored, and drift where nothing is passed twice."""
 
 
 def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
-    """The verdict on a finished map."""
-    if len(map_.poses) < 2:
+    """The verdict on a finished map: on its last drive, and on how that lies on what earlier ones saw."""
+    last = map_.last_drive
+    if len(last.poses) < 2:
         # What was seen from one place cannot contradict itself.
         return MapQuality(Verdict.GOOD, _MODEL.local, _MODEL.whole, (), (), {})
-    statistics = measure(map_, config)
+    statistics = measure(last, config)
     figures = statistics.figures
+    if last is not map_:
+        figures = {**figures, "unlike_earlier": unlike_earlier(map_, config)}
     local, whole = _MODEL.errors(figures)
     verdict = _verdict(local, whole, config)
     doubts = tuple(_doubts(map_.wheel_scale, figures, config))
     if verdict == Verdict.GOOD and not doubts:
         return MapQuality(verdict, local, whole, (), (), figures)
-    segments = doubtful_segments(map_, statistics, config.segments)
+    found = doubtful_segments(last, statistics, config.segments)
+    segments = tuple(segment.shifted(map_.first_of_last_drive) for segment in found)
     # Passes that contradict each other are named, one by one, with their places.
     named = {"looked_through_by_passes"} if any(s.contradicted_by for s in segments) else set()
     complaints = _MODEL.complaints(figures, config.complaint_share, named) if verdict != Verdict.GOOD else []
@@ -106,7 +111,13 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
 def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityConfig) -> Iterator[str]:
     """What leaves a map doubtful whatever error is expected: scans and wheels that cannot both be right, by
     the scale between them, the share of steps on which wheels were overruled or the way that is denied them;
-    or a car that may have been carried unseen."""
+    or a car that may have been carried unseen, or a drive that may lie elsewhere on the map."""
+    unlike = figures.get("unlike_earlier", 0.0)
+    if unlike > config.most_unlike_earlier:
+        yield (
+            f"At most places that the drives share, one looks through {unlike:.0%} of what another saw: the "
+            "last one was joined at a wrong place, or nearly everything was moved. Look at the map first."
+        )
     if max(wheel_scale, 1.0 / max(wheel_scale, 1e-9)) > config.most_wheel_scale:
         yield (
             f"By its scans the car drove {wheel_scale:.2f} times as far as by its wheels: one of the two is "

@@ -1,6 +1,6 @@
 """The verdict on a finished map, for people and for programs."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -30,6 +30,12 @@ class DoubtfulSegment:
     """Since the drive began; None in an earlier drive."""
     contradicted_by: tuple[int, int] | None = None
     """The keyframes of another pass that saw it otherwise."""
+
+    def shifted(self, keyframes: int) -> "DoubtfulSegment":
+        """The same where so many keyframes come before."""
+        runs = (self.keyframes, self.contradicted_by)
+        own, other = (None if run is None else (run[0] + keyframes, run[1] + keyframes) for run in runs)
+        return replace(self, keyframes=own or self.keyframes, contradicted_by=other)
 
     def as_dict(self) -> dict[str, object]:
         """For reports."""

@@ -1,4 +1,4 @@
-"""Settings of session merging, and of what a session forgets."""
+"""Settings of session merging."""
 
 import math
 
@@ -104,29 +104,4 @@ class PlaceRecognitionConfig(Settings):
         ge=1,
         le=1000,
         description="How many times as many submaps they must be as those of any other place. By judgement.",
-    )
-
-
-class ForgettingConfig(Settings):
-    """When what an earlier drive saw is outdated."""
-
-    later_drives: int = Field(
-        default=2,
-        ge=1,
-        le=1_000_000,
-        description="Drives that passed a place later, from which on what the earlier ones saw there is "
-        "forgotten. By judgement: one could be misled by people, two show what stays.",
-    )
-    reach: float = Field(
-        default=1.0,
-        gt=0.0,
-        le=100.0,
-        description="Metres within which a drive passes a keyframe. By judgement: half the width of a "
-        "corridor, from where the same is seen.",
-    )
-    max_turn: float = Field(
-        default=0.5,
-        gt=0.0,
-        le=math.pi,
-        description="Radians within which it faces alike, so that it sees the same. By judgement.",
     )

@@ -7,33 +7,28 @@ and Stachniss, IJRR 2012; dropping the scans of what has changed: Walcott-Bryant
 SLAM", IROS 2012.)
 """
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from racecar.mapping.graph.contraction import contracted
-from racecar.mapping.session.config import ForgettingConfig
+from racecar.mapping.keyframes.config import RevisitConfig
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import wrap_angle
 
 
-def forget_outdated(session: Session, config: ForgettingConfig) -> Session:
+def forget_outdated(session: Session, config: RevisitConfig) -> Session:
     """The session without the keyframes that enough later drives passed."""
-    is_left = _drives_later(session, config) < config.later_drives
+    is_left = _drives_later(session, config) < config.outdated_after
     if is_left.all():
         return session
-    return Session(
-        session.keyframes.only(is_left),
-        [session.rays[k] for k in np.flatnonzero(is_left)],
-        session.keyframe_from_base[is_left],
-        session.map_from_keyframe[is_left],
-        contracted(session.constraints, session.map_from_keyframe, is_left),
-        session.loops.only(is_left),
-        session.drives[is_left],
-    )
+    constraints = contracted(session.constraints, session.map_from_keyframe, is_left)
+    return replace(session.only(is_left), constraints=constraints)
 
 
-def _drives_later(session: Session, config: ForgettingConfig) -> NDArray[np.int64]:
+def _drives_later(session: Session, config: RevisitConfig) -> NDArray[np.int64]:
     """(K,) how many later drives passed each keyframe, and saw something there."""
     poses, drives = session.map_from_keyframe, session.drives.astype(np.int64)
     pairs = cKDTree(poses[:, :2]).query_pairs(config.reach, output_type="ndarray")

@@ -83,6 +83,18 @@ class Session:
         """The same in another frame; constraints and loops are seen from keyframes and stay."""
         return replace(self, map_from_keyframe=compose(new_from_map, self.map_from_keyframe))
 
+    def only(self, chosen: NDArray[np.bool_]) -> "Session":
+        """Some of the keyframes (K,), and what is known among these."""
+        return Session(
+            self.keyframes.only(chosen),
+            [self.rays[k] for k in np.flatnonzero(chosen)],
+            self.keyframe_from_base[chosen],
+            self.map_from_keyframe[chosen],
+            self.constraints.among(chosen),
+            self.loops.only(chosen),
+            self.drives[chosen],
+        )
+
     @property
     def map_from_base(self) -> Pose:
         """(K, 3) of the car at the keyframes."""

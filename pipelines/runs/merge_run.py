@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
@@ -139,18 +140,27 @@ def _join(run: MergedRun, folder: Path, session: Session, config: Config, seed: 
     """Join a session to those before; whether it was recognized there."""
     search = LocalizerSearch(run.session, config.mapping, config.localization, seed, None)
     mapping, first = config.mapping, len(run.session.rays)
+    earlier = run.session
     try:
         run.session = merge(
-            EarlierMap(run.session, search),
+            EarlierMap(earlier, search),
             session,
             *(mapping.loops, mapping.place_recognition, mapping.graph, mapping.keyframes),
         )
     except NotRecognizedError as error:
         run.left_out[folder] = _as_clause(str(error))
         return False
+    run.session.drives = _alongside(earlier.drives, session.drives)
     run.left_out.pop(folder, None)
     run.first_keyframes[folder] = first
     return True
+
+
+def _alongside(one: NDArray[np.int32], other: NDArray[np.int32]) -> NDArray[np.int32]:
+    """(K + L,) the drives (K,) and (L,) of two maps of which neither is known to be newer: their last drives
+    count as of the same time."""
+    last = max(one.max(), other.max())
+    return np.concatenate([one + last - one.max(), other + last - other.max()])
 
 
 def _as_clause(sentence: str) -> str:

@@ -8,12 +8,14 @@ import pytest
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.mapper import Mapper
+from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
+from racecar.mapping.session.session import Session
 from racecar.mapping.state.result import MappingResult
-from racecar.maps.geometry.se2 import compose, inverse
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
 from racecar.maps.sensing.scan import Scan
 from tests.maps.drives import drive, room
 
@@ -142,3 +144,40 @@ def test_a_way_that_is_denied_to_the_wheels_is_told() -> None:
         session.constraints = constraints
     assert quality.verdict == Verdict.DOUBTFUL
     assert "the wheels drove 1.5 m that the map denies" in quality.summary
+
+
+def twice(later_from_earlier: Pose) -> MapQuality:
+    """The verdict on two drives of the same room, of which the later one lies elsewhere."""
+    session, second = mapped().session, mapped().session.map_from_keyframe
+    count = len(second)
+    keyframes = ScanStore(2 * count, session.keyframes.config)
+    keyframes.extend(session.keyframes)
+    keyframes.extend(session.keyframes)
+    arrays = session.constraints.to_arrays()
+    moved = {name: np.concatenate([rows, rows]) for name, rows in arrays.items()}
+    moved["keyframes"] = np.concatenate([arrays["keyframes"], arrays["keyframes"] + count])
+    joint = Session(
+        keyframes,
+        [*session.rays, *session.rays],
+        np.tile(session.keyframe_from_base, (2, 1)),
+        np.concatenate([second, compose(later_from_earlier, second)]),
+        ConstraintList.from_arrays(moved),
+        session.loops.followed_by(session.loops),
+        np.repeat(np.array([0, 1], dtype=np.int32), count),
+    )
+    seconds = np.append(np.full(count, np.nan), np.arange(count, dtype=np.float64))
+    return judge(FinishedMap(joint, seconds), QualityConfig())
+
+
+def test_of_a_map_that_is_carried_on_the_last_drive_is_judged() -> None:
+    quality = twice(IDENTITY)
+    assert quality.verdict == Verdict.GOOD
+    assert quality.error_per_10_m == pytest.approx(mapped().quality.error_per_10_m, abs=0.02)
+    assert quality.statistics["unlike_earlier"] < 0.1
+
+
+def test_a_drive_that_was_joined_at_a_wrong_place_is_doubtful() -> None:
+    quality = twice(np.array([0.6, 0.4, 0.1]))
+    assert quality.verdict == Verdict.DOUBTFUL
+    assert quality.statistics["unlike_earlier"] > 0.3
+    assert "joined at a wrong place" in quality.reasons[0]

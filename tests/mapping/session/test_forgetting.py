@@ -6,8 +6,9 @@ import numpy as np
 
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.pose_graph import PoseGraph
+from racecar.mapping.keyframes.config import RevisitConfig
 from racecar.mapping.loops.config import LoopClosureConfig
-from racecar.mapping.session.config import ForgettingConfig, PlaceRecognitionConfig
+from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.forgetting import forget_outdated
 from racecar.mapping.session.merging import merge
@@ -16,7 +17,7 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 from tests.mapping.ring_drives import RING, path, session
 
 ELSEWHERE = np.array([40.0, -25.0, 2.5])
-CONFIG = ForgettingConfig()
+CONFIG = RevisitConfig()
 
 
 def carried_on(earlier: Session, true: Pose) -> Session:
