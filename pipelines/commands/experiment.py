@@ -174,13 +174,13 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
     from racecar.pipelines.experiments.html_report import html_report
     from racecar.pipelines.experiments.result import ExperimentSettings, Finished
     from racecar.pipelines.experiments.result_files import as_rich, save_result
-    from racecar.pipelines.experiments.sweep import ParameterSweep
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
+    from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
     settings = ExperimentSettings(load_config(flags.config).localization, flags.seed, flags.quick, recording)
-    sweep = ParameterSweep(flags.scheduler, flags.quiet)
+    parallel = ParallelRuns(flags.scheduler, flags.quiet)
     report = Report(f"racecar experiment {name}")
     report.add(
         "inputs", {"seed": flags.seed, "quick": flags.quick, "settings": settings.localization.model_dump()}
@@ -197,7 +197,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
         for number, entry in enumerate(entries, start=1):
             announce.print(f"{number}/{len(entries)} {entry.name}", markup=False)
             with report.stage(entry.name):
-                result = entry.load()(settings, sweep)
+                result = entry.load()(settings, parallel)
                 done[entry.name] = Finished(result, result.pictures())
                 save_result(entry.name, done[entry.name], folder)
             report.add(entry.name, result.figures())
