@@ -1,7 +1,7 @@
 """``racecar map``: a bag becomes a map."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -22,7 +22,7 @@ from racecar.pipelines.commands.options import (
     ScanTopicOption,
     SeedOption,
     StartOption,
-    open_bag,
+    bag_reading,
 )
 from racecar.pipelines.commands.rendering_options import (
     DxfOption,
@@ -31,6 +31,9 @@ from racecar.pipelines.commands.rendering_options import (
     SvgOption,
     requested_files,
 )
+
+if TYPE_CHECKING:
+    from racecar.pipelines.runs.mapping_job import MappingJob
 
 ContinueOption = Annotated[
     Path | None,
@@ -87,64 +90,58 @@ def map(
 
     Another day: racecar map more.bag --out runs/both --continue runs/drive
     """
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.runs.mapping_job import MappingJob
+
+    loaded = load_config(config)
+    reading = bag_reading(
+        scan_topic=scan_topic,
+        odom_topic=odom_topic,
+        no_odom=no_odom,
+        laser_pose=laser_pose,
+        imu_topic=imu_topic,
+        no_imu=no_imu,
+        start=start,
+        duration=duration,
+    )
+    job = MappingJob(
+        bag,
+        out,
+        loaded,
+        config_file=config,
+        reading=reading,
+        continued=continue_,
+        initial_pose=initial_pose,
+        requested=requested_files(ply=ply, png=png, svg=svg, dxf=dxf),
+        record=record,
+        seed=seed,
+    )
+    _map_one(job, strict=strict, json=json, quiet=quiet)
+
+
+def _map_one(job: "MappingJob", *, strict: bool, json: Path | None, quiet: bool) -> None:
     from rich.console import Console
 
-    from racecar.pipelines.files.config_file import load_config
-    from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
+    from racecar.pipelines.runs.interrupts import STOP_SIGNALS
+    from racecar.pipelines.runs.mapping_job import carry_out
 
     report = Report("racecar map")
-    loaded = load_config(config)
-    report.add("inputs", {"bag": bag, "config": config})
-    with (
-        output_folder(out) as folder,
-        open_bag(
-            bag,
-            scan_topic=scan_topic,
-            odom_topic=odom_topic,
-            no_odom=no_odom,
-            laser_pose=laser_pose,
-            imu_topic=imu_topic,
-            no_imu=no_imu,
-            start=start,
-            duration=duration,
-        ) as reader,
-    ):
-        with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
-            from racecar.mapping.quality.map_quality import Verdict
-            from racecar.pipelines.commands.mapping_summary import print_mapping
-            from racecar.pipelines.runs.checkpoint import checkpoint_file
-            from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
-            from racecar.pipelines.runs.interrupts import STOP_SIGNALS
-            from racecar.pipelines.runs.map_outputs import outputs_with
-            from racecar.pipelines.runs.mapped_bag import map_reader
-            from racecar.pipelines.view.mapping_record import record_mapping
-        requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
-        outputs_with(requested)  # what is missing for them is reported now, not after hours
-        edits = edits_of_new_map(out, continue_, report)
-        console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
-        mapped = map_reader(
-            reader,
-            loaded,
-            report,
-            continued=continue_,
-            initial_pose=initial_pose,
-            seed=seed,
-            quiet=quiet,
-            checkpoint_beside=out,
-            announce=lambda sentence: console.print(sentence, markup=False),
-            stop_signals=STOP_SIGNALS,
-        )
-        if record:
-            with report.stage("recording"):
-                record_mapping(reader, mapped.result, folder)
-        mapped.write(folder, edits, requested)
-    remove_old_masks(out, edits)
-    checkpoint_file(out).unlink(missing_ok=True)
+    console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
+    mapped = carry_out(
+        job,
+        report,
+        quiet=quiet,
+        announce=lambda sentence: console.print(sentence, markup=False),
+        stop_signals=STOP_SIGNALS,
+    )
     if json is not None:
         report.write(json)
+    from racecar.mapping.quality.map_quality import Verdict
+    from racecar.pipelines.commands.mapping_summary import print_mapping
+
     if not quiet:
-        print_mapping(report, mapped.quality, out, json)
+        print_mapping(report, mapped.quality, job.out, json)
     if report.as_dict()["counts"].get("interrupted"):
         raise typer.Exit(INTERRUPTED)
     if strict and mapped.quality.verdict == Verdict.WRONG:

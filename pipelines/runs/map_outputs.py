@@ -69,6 +69,11 @@ class MapOutputKind:
     package: str | None = None
     """Without which they are left out, with a warning."""
 
+    @property
+    def is_possible(self) -> bool:
+        """Whether that package is there."""
+        return self.package is None or is_installed(self.package)
+
 
 def _write_map(map_: WrittenMap) -> None:
     save_map(map_.grid, map_.folder / "map.yaml", **_pixels(map_.rendering))
@@ -170,8 +175,8 @@ def write_outputs(map_: WrittenMap, report: Report, requested: Collection[str] =
     with report.stage("writing"):
         map_ = replace(map_, grid=edited(map_.grid, map_.edits.edits))
         for output in outputs_with(requested):
-            if output.package is None or is_installed(output.package):
+            if output.is_possible:
                 output.write(map_)
-            else:
+            elif output.package is not None:
                 report.warn(left_out(f"{output.files[0]} was not drawn", output.package))
     report.write(map_.folder / REPORT_FILE)
