@@ -20,6 +20,7 @@ from racecar.pipelines.commands.options import (
     OutputFolderOption,
     QuietOption,
     ScanTopicOption,
+    SchedulerOption,
     SeedOption,
     parse_laser_pose,
 )
@@ -34,16 +35,6 @@ QuickOption = Annotated[
     bool,
     typer.Option(
         "--quick", help="Few repetitions: enough to see that everything works, not to draw conclusions."
-    ),
-]
-SchedulerOption = Annotated[
-    str | None,
-    typer.Option(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Run on a dask cluster, such as tcp://192.168.0.5:8786; by default on all cores of this "
-        "machine.",
-        show_default=False,
     ),
 ]
 RecordingOption = Annotated[

@@ -7,7 +7,6 @@ import typer
 
 from racecar.pipelines.commands.exit_codes import INTERRUPTED, NOT_GOOD_ENOUGH
 from racecar.pipelines.commands.options import (
-    BagArgument,
     ConfigOption,
     DurationOption,
     ImuTopicOption,
@@ -20,6 +19,7 @@ from racecar.pipelines.commands.options import (
     QuietOption,
     RecordOption,
     ScanTopicOption,
+    SchedulerOption,
     SeedOption,
     StartOption,
     bag_reading,
@@ -56,9 +56,42 @@ InitialPoseOption = Annotated[
 ]
 
 
+OptionalBagArgument = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="[BAG]",
+        help="A ROS 1 .bag, a ROS 2 bag folder, or a single .db3 or .mcap file; none with --batch.",
+        show_default=False,
+    ),
+]
+BatchOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--batch",
+        metavar="LIST",
+        help="Map many bags: those that a text file names, a path per line, or all that are in a folder, "
+        "each into a folder of its own in --out.",
+        show_default=False,
+    ),
+]
+JobsOption = Annotated[
+    int | None,
+    typer.Option(
+        "--jobs",
+        metavar="N",
+        min=1,
+        help="With --batch: map at most N bags at once; by default as many as there are cores.",
+        show_default=False,
+    ),
+]
+
+
 def map(
-    bag: BagArgument,
     out: OutputFolderOption,
+    bag: OptionalBagArgument = None,
+    batch: BatchOption = None,
+    jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
     config: ConfigOption = None,
     scan_topic: ScanTopicOption = None,
     odom_topic: OdomTopicOption = None,
@@ -75,7 +108,13 @@ def map(
     svg: SvgOption = False,
     dxf: DxfOption = False,
     record: RecordOption = False,
-    strict: Annotated[bool, typer.Option("--strict", help="Exit code 3 when the map is wrong.")] = False,
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            help="Exit code 3 when the map is wrong; with --batch when any is not good, or missing.",
+        ),
+    ] = False,
     seed: SeedOption = 0,
     json: JsonOption = None,
     quiet: QuietOption = False,
@@ -89,10 +128,13 @@ def map(
     Example: racecar map drive.bag --out runs/drive
 
     Another day: racecar map more.bag --out runs/both --continue runs/drive
+
+    Many bags at once, and a page of what became of each: racecar map --batch recordings --out runs
     """
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.runs.mapping_job import MappingJob
 
+    _refuse_contradiction(bag, batch, jobs, scheduler, continue_, initial_pose)
     loaded = load_config(config)
     reading = bag_reading(
         scan_topic=scan_topic,
@@ -105,7 +147,7 @@ def map(
         duration=duration,
     )
     job = MappingJob(
-        bag,
+        bag or Path(),
         out,
         loaded,
         config_file=config,
@@ -116,7 +158,37 @@ def map(
         record=record,
         seed=seed,
     )
-    _map_one(job, strict=strict, json=json, quiet=quiet)
+    if batch is None:
+        _map_one(job, strict=strict, json=json, quiet=quiet)
+    else:
+        from racecar.pipelines.commands.map_many import map_many
+        from racecar.pipelines.runs.parallel_runs import ParallelRuns
+
+        map_many(job, batch, ParallelRuns(scheduler, quiet, jobs), strict=strict, json=json)
+
+
+def _refuse_contradiction(
+    bag: Path | None,
+    batch: Path | None,
+    jobs: int | None,
+    scheduler: str | None,
+    continued: Path | None,
+    initial_pose: tuple[float, float, float] | None,
+) -> None:
+    from racecar.maps.errors import UserError
+
+    if batch is None and bag is None:
+        raise UserError("There is nothing to map: give a BAG, or a list or folder of bags with --batch.")
+    if batch is None and (jobs is not None or scheduler is not None):
+        raise UserError("--jobs and --scheduler are for many bags: name these with --batch.")
+    if batch is not None and bag is not None:
+        raise UserError(f"Give {bag} or --batch, not both; a list for --batch may name {bag}, too.")
+    if batch is not None and (continued is not None or initial_pose is not None):
+        raise UserError(
+            "--continue and --initial-pose are for one bag; `racecar merge` joins the maps that --batch made."
+        )
+    if jobs is not None and scheduler is not None:
+        raise UserError("--jobs is for this machine; on a cluster, start fewer workers or more instead.")
 
 
 def _map_one(job: "MappingJob", *, strict: bool, json: Path | None, quiet: bool) -> None:

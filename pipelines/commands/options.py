@@ -158,6 +158,16 @@ JsonOption = Annotated[
     Path | None,
     typer.Option("--json", metavar="FILE", help="Also write the figures to this file.", show_default=False),
 ]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Run on a dask cluster, such as tcp://192.168.0.5:8786; by default on all cores of this "
+        "machine.",
+        show_default=False,
+    ),
+]
 RecordOption = Annotated[
     bool,
     typer.Option(

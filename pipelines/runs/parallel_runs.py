@@ -1,7 +1,7 @@
 """Many runs that do not depend on each other, on all cores or on a cluster."""
 
 import multiprocessing
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -33,6 +33,13 @@ class ParallelRuns:
         cores: int = joblib.cpu_count()
         return cores if self.jobs is None else min(self.jobs, cores)
 
+    def threads_of_each(self, runs: int) -> int:
+        """How many threads each of so many runs may use, for all of them to have a core."""
+        if self.scheduler is not None:
+            return 1  # a cluster's workers have a core for each run that they do at once
+        cores: int = joblib.cpu_count()
+        return max(1, cores // min(self.workers, runs))
+
     def run(
         self, what: str, work: Callable[..., _Result], arguments: Sequence[tuple[Any, ...]]
     ) -> list[_Result]:
@@ -50,7 +57,7 @@ class ParallelRuns:
         arguments: Sequence[tuple[Any, ...]],
         *,
         starts_process: bool = False,
-    ) -> Iterator[tuple[int, _Result]]:
+    ) -> Generator[tuple[int, _Result], None, None]:
         """Yield i and ``work(*arguments[i])``, each as soon as it is there, with progress shown.
 
         Work that ``starts_process`` only waits for a process of its own, which a thread can do; these
