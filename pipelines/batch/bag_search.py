@@ -114,7 +114,7 @@ def _is_bag_folder(folder: Path) -> bool:
     except UserError:
         return False
     endings = "|".join(re.escape(suffix) for suffix in ROS2_SUFFIXES)
-    part = re.compile(rf"{re.escape(folder.name)}_\d+({endings})(\.zstd|\.zst)?")
+    part = re.compile(rf"{re.escape(folder.name)}(_\d+)?({endings})(\.zstd|\.zst)?")
     return (folder / METADATA).is_file() or all(part.fullmatch(file.name) for file in bag.files)
 
 

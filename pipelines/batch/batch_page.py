@@ -10,19 +10,19 @@ from racecar.pipelines.batch.batch_row import BatchRow, Outcome
 from racecar.pipelines.batch.thumbnail import Thumbnail
 
 _STYLE = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #1b1f24; max-width: 76rem; margin: 2rem auto;
+body { font: 15px/1.45 system-ui, sans-serif; color: #1b1f24; max-width: 84rem; margin: 2rem auto;
        padding: 0 1rem; }
 h1 { font-size: 1.6rem; margin-bottom: 0.2rem; }
 .note { color: #4a525a; margin: 0 0 1.2rem; max-width: 60rem; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; }
-th, td { border-bottom: 1px solid #dfe3e8; padding: 0.5rem 0.9rem 0.5rem 0; text-align: left;
+th, td { border-bottom: 1px solid #dfe3e8; padding: 0.5rem 0.8rem 0.5rem 0; text-align: left;
          vertical-align: top; }
 th { font-weight: 600; font-size: 0.85rem; vertical-align: bottom; }
-.number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
+.number { text-align: right; font-variant-numeric: tabular-nums; }
 .picture { width: 220px; } .picture img { display: block; width: 220px; height: auto; }
-.bag { min-width: 9rem; } .path { color: #4a525a; font-size: 0.8rem; overflow-wrap: anywhere; }
-.why { min-width: 14rem; max-width: 26rem; overflow-wrap: anywhere; }
+.bag { min-width: 10rem; } .path { color: #4a525a; font-size: 0.8rem; overflow-wrap: anywhere; }
+.why { min-width: 15rem; overflow-wrap: anywhere; }
 .why p { margin: 0 0 0.3rem; } .warning { color: #4a525a; font-size: 0.85rem; }
 .verdict { display: inline-block; padding: 0 0.5rem; border-radius: 0.6rem; font-weight: 600; }
 .good { background: #d5efe5; color: #00523b; } .doubtful { background: #fbe7b8; color: #5c4300; }
@@ -30,13 +30,8 @@ th { font-weight: 600; font-size: 0.85rem; vertical-align: bottom; }
 a { color: #0072B2; }
 """
 _NUMBERS = (
-    "path (m)",
-    "drive (s)",
-    "off per 10 m (m)",
-    "off in all (m)",
-    "residual (mm)",
-    "loops",
-    "took (s)",
+    *("path<br>(m)", "drive<br>(s)", "off per<br>10 m (m)", "off in<br>all (m)"),
+    *("residual<br>(mm)", "loops", "took<br>(s)"),
 )
 
 
@@ -75,25 +70,9 @@ def headline(rows: Sequence[BatchRow]) -> str:
     return f"{len(rows)} {'bag' if len(rows) == 1 else 'bags'}: {', '.join(parts)}"
 
 
-def figures(row: BatchRow) -> tuple[str, ...]:
-    """The numbers of a row as they are shown, empty where there are none.
-
-    Metres of path, seconds of the drive, metres off per 10 m and in all, millimetres of residual, loops
-    closed, seconds of work.
-    """
-    return (
-        _shown(row.path_m, "{:.1f}"),
-        _shown(row.log_seconds, "{:.0f}"),
-        _shown(row.error_per_10_m, "{:.3f}"),
-        _shown(row.error_of_whole_m, "{:.3f}"),
-        _shown(None if row.residual_m is None else 1e3 * row.residual_m, "{:.1f}"),
-        _shown(row.loop_closures, "{:d}"),
-        _shown(row.seconds, "{:.1f}"),
-    )
-
-
-def _shown(value: float | None, pattern: str) -> str:
-    return "" if value is None else pattern.format(value)
+def shown(value: float | None, decimals: int) -> str:
+    """A number, or nothing where there is none."""
+    return "" if value is None else f"{value:.{decimals}f}"
 
 
 def _row(row: BatchRow, thumbnail: Thumbnail | None) -> str:
@@ -103,12 +82,28 @@ def _row(row: BatchRow, thumbnail: Thumbnail | None) -> str:
         source = f"data:image/jpeg;base64,{b64encode(thumbnail.jpeg).decode('ascii')}"
         picture = f'<a href="{folder}{thumbnail.shows}"><img src="{source}" alt="The map of {name}"></a>'
     title = f'<a href="{folder}">{name}</a>' if row.outcome.has_map else name
-    numbers = "".join(f'<td class="number">{text}</td>' for text in figures(row))
-    warnings = "".join(f'<p class="warning">{escape(sentence)}</p>' for sentence in row.warnings)
+    sentences = f"<p>{escape(row.reason)}</p>" if row.reason else ""
+    sentences += "".join(f'<p class="warning">{escape(sentence)}</p>' for sentence in row.warnings)
+    if row.outcome.has_map:
+        cells = "".join(f'<td class="number">{text}</td>' for text in _numbers(row))
+        cells += f'<td class="why">{sentences}</td>'
+    else:
+        cells = f'<td class="why" colspan="{len(_NUMBERS) + 1}">{sentences}</td>'
     outcome = row.outcome.value
     return (
         f'<tr><td class="picture">{picture}</td>'
         f'<td class="bag">{title}<div class="path">{escape(str(row.job.bag))}</div></td>'
-        f'<td><span class="verdict {outcome}">{outcome}</span></td>{numbers}'
-        f'<td class="why">{f"<p>{escape(row.reason)}</p>" if row.reason else ""}{warnings}</td></tr>'
+        f'<td><span class="verdict {outcome}">{outcome}</span></td>{cells}</tr>'
+    )
+
+
+def _numbers(row: BatchRow) -> tuple[str, ...]:
+    return (
+        shown(row.path_m, 1),
+        shown(row.log_seconds, 0),
+        shown(row.error_per_10_m, 3),
+        shown(row.error_of_whole_m, 3),
+        shown(None if row.residual_m is None else 1e3 * row.residual_m, 1),
+        shown(row.loop_closures, 0),
+        shown(row.seconds, 1),
     )

@@ -2,10 +2,11 @@
 
 from collections.abc import Sequence
 
+from rich import box
 from rich.markup import escape
 from rich.table import Table
 
-from racecar.pipelines.batch.batch_page import figures
+from racecar.pipelines.batch.batch_page import shown
 from racecar.pipelines.batch.batch_row import BatchRow, Outcome
 
 _COLORS = {
@@ -18,20 +19,19 @@ _COLORS = {
 
 
 def batch_table(rows: Sequence[BatchRow]) -> Table:
-    """A line for each bag."""
-    table = Table()
-    table.add_column("bag", overflow="fold")
+    """A line for each bag, with what fits on a terminal; the page has more."""
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    table.add_column("bag", overflow="fold", min_width=12)
     table.add_column("verdict", no_wrap=True)
-    units = (
-        *("path\n(m)", "drive\n(s)", "off per\n10 m (m)", "off in\nall (m)"),
-        *("residual\n(mm)", "loops", "took\n(s)"),
-    )
-    for column in units:
+    for column in ("path\n(m)", "off per 10 m,\nin all (m)", "took\n(s)"):
         table.add_column(column, justify="right", no_wrap=True)
-    table.add_column("why", overflow="fold")
+    table.add_column("why", overflow="fold", min_width=20)
     for row in rows:
         outcome = f"[{_COLORS[row.outcome]}]{row.outcome.value}[/]"
-        table.add_row(escape(row.name), outcome, *figures(row), escape(row.reason))
+        errors = (row.error_per_10_m, row.error_of_whole_m)
+        off = ", ".join(shown(error, 3) for error in errors if error is not None)
+        numbers = (shown(row.path_m, 1), off, shown(row.seconds, 1))
+        table.add_row(escape(row.name), outcome, *numbers, escape(row.reason))
     return table
 
 
