@@ -20,7 +20,7 @@ th, td { border-bottom: 1px solid #dfe3e8; padding: 0.5rem 0.8rem 0.5rem 0; text
          vertical-align: top; }
 th { font-weight: 600; font-size: 0.85rem; vertical-align: bottom; }
 .number { text-align: right; font-variant-numeric: tabular-nums; }
-.picture { width: 220px; } .picture img { display: block; width: 220px; height: auto; }
+.picture { width: 220px; } .picture img { display: block; max-width: 220px; max-height: 150px; }
 .bag { min-width: 10rem; } .path { color: #4a525a; font-size: 0.8rem; overflow-wrap: anywhere; }
 .why { min-width: 15rem; overflow-wrap: anywhere; }
 .why p { margin: 0 0 0.3rem; } .warning { color: #4a525a; font-size: 0.85rem; }
