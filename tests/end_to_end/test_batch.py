@@ -92,9 +92,15 @@ def test_what_does_not_go_together(
 
 
 def start(*arguments: object, log: Path) -> "subprocess.Popen[bytes]":
+    """The command, which hears Ctrl-C even where the tests run in the background and do not."""
     command = [sys.executable, "-m", "racecar.pipelines.cli", *map(str, arguments)]
     with log.open("w") as error:
-        return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=error)
+        return subprocess.Popen(
+            command,
+            stdout=subprocess.DEVNULL,
+            stderr=error,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
+        )
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +128,7 @@ def test_a_batch_that_was_ended_half_way_goes_on(
         assert monotonic() < deadline
         sleep(0.1)
     running.send_signal(number)
-    assert running.wait(30.0) == (-number if number == signal.SIGKILL else 130)
+    assert running.wait(60.0) == (-number if number == signal.SIGKILL else 130)
     sleep(3.0)
     before = written(out)
     assert 6 <= len(before) <= 18
