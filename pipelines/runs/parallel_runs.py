@@ -1,5 +1,6 @@
 """Many runs that do not depend on each other, on all cores or on a cluster."""
 
+import logging
 import multiprocessing
 from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -118,6 +119,8 @@ def _on_cluster(scheduler: str) -> Iterator[None]:
         raise UserError(
             "--scheduler needs dask; install it with: pip install 'racecar-slam[dask]'."
         ) from error
+    for name in ("distributed", "distributed.client"):  # they log tracebacks of what we explain
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = Client(scheduler, timeout="5s")  # type: ignore[no-untyped-call]
     except (OSError, ValueError) as error:
