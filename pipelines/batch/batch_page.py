@@ -19,7 +19,7 @@ table { border-collapse: collapse; width: 100%; }
 th, td { border-bottom: 1px solid #dfe3e8; padding: 0.5rem 0.8rem 0.5rem 0; text-align: left;
          vertical-align: top; }
 th { font-weight: 600; font-size: 0.85rem; vertical-align: bottom; }
-.number { text-align: right; font-variant-numeric: tabular-nums; }
+.number { text-align: right; white-space: nowrap; font-variant-numeric: tabular-nums; }
 .picture { width: 220px; } .picture img { display: block; max-width: 220px; max-height: 150px; }
 .bag { min-width: 10rem; } .path { color: #4a525a; font-size: 0.8rem; overflow-wrap: anywhere; }
 .why { min-width: 15rem; overflow-wrap: anywhere; }
@@ -54,7 +54,7 @@ def batch_page(rows: Sequence[BatchRow], thumbnails: Mapping[str, Thumbnail], ma
 places 10 m of path apart and over the whole map; <em>residual</em> is by how much the matches of scans
 disagree with the map on average.</p>
 <div class="wide"><table>
-<thead><tr><th>map</th><th>bag</th><th>verdict</th>{numbers}<th>why</th></tr></thead>
+<thead><tr><th>map</th><th>bag</th><th>verdict</th>{numbers}<th>remarks</th></tr></thead>
 <tbody>
 {body}
 </tbody></table></div>

@@ -59,7 +59,7 @@ InitialPoseOption = Annotated[
 OptionalBagArgument = Annotated[
     Path | None,
     typer.Argument(
-        metavar="[BAG]",
+        metavar="BAG",
         help="A ROS 1 .bag, a ROS 2 bag folder, or a single .db3 or .mcap file; none with --batch.",
         show_default=False,
     ),
