@@ -39,7 +39,7 @@ class ParallelRuns:
         if self.scheduler is not None:
             return 1  # a cluster's workers have a core for each run that they do at once
         cores: int = joblib.cpu_count()
-        return max(1, cores // min(self.workers, runs))
+        return max(1, cores // max(min(self.workers, runs), 1))
 
     def run(
         self, what: str, work: Callable[..., _Result], arguments: Sequence[tuple[Any, ...]]

@@ -58,6 +58,12 @@ def test_a_broken_bag_is_a_row_and_what_is_done_stays(racecar: Racecar, tmp_path
     assert again.stderr.count("\n") == 1
     assert written(out) == before
 
+    (bags / "broken.bag").unlink()
+    nothing_left = racecar(*command, "--strict")
+    assert nothing_left.returncode == 0, nothing_left.stderr
+    assert "2 of 2 bags are mapped already" in nothing_left.stderr
+    assert written(out) == before
+
 
 def test_a_batch_without_one_map_is_the_users_mistake(racecar: Racecar, tmp_path: Path) -> None:
     (tmp_path / "broken.bag").write_text("no bag")
