@@ -67,11 +67,13 @@ def build_map(
         try:
             reader.require_returns()
             result = start.mapper.finish(advance_to, earlier)
-        except UserError as error:
+        except NotRecognizedError as error:  # the checkpoint stays, for what the remedy names goes on from it
+            if earlier is None:
+                raise
+            raise UserError(f"{error}; {_remedy(earlier)}") from error
+        except UserError:
             if checkpoint is not None:
                 checkpoint.remove()  # to go on from it would end the same way
-            if earlier is not None and isinstance(error, NotRecognizedError):
-                raise UserError(f"{error}; {_remedy(earlier)}") from error
             raise
     report.add("inputs", reader.inputs)
     report.add("counts", {**result.counts, "messages": reader.counts})
