@@ -18,6 +18,7 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.maps.grid.raster import Raster
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
 
@@ -54,6 +55,8 @@ larger by a sixth."""
 _MOST_CELLS = 16_000_000
 """Of a grid that is drawn as it is, because a picture has a quarter as many dots and matplotlib takes some 30
 bytes for each cell."""
+_STRIP = 512
+"""Rows of a huge grid that are thinned at a time, to see few of its cells at once."""
 _MARGIN = 1.0
 """Metres around what is known."""
 
@@ -170,8 +173,8 @@ def known_cells(grid: OccupancyGrid) -> NDArray[np.int64]:
     return step * np.argwhere(grid.cells[::step, ::step] != UNKNOWN)
 
 
-def _thinning(grid: OccupancyGrid, most_cells: int) -> int:
-    return max(1, int(np.ceil(np.sqrt(grid.cells.size / most_cells))))
+def _thinning(grid: Raster, most_cells: int) -> int:
+    return max(1, int(np.ceil(np.sqrt(grid.size / most_cells))))
 
 
 def _cropped(grid: OccupancyGrid, low: NDArray[np.float64], high: NDArray[np.float64]) -> OccupancyGrid:
@@ -185,18 +188,19 @@ def _cropped(grid: OccupancyGrid, low: NDArray[np.float64], high: NDArray[np.flo
     return OccupancyGrid(cells, grid.resolution, compose(grid.map_from_grid, moved))
 
 
-def thinned(grid: OccupancyGrid, most_cells: int = _MOST_CELLS) -> OccupancyGrid:
+def thinned(grid: Raster, most_cells: int = _MOST_CELLS) -> OccupancyGrid:
     """With blocks of cells in place of a huge grid's; a block shows its most occupied cell."""
     step = _thinning(grid, most_cells)
-    if step == 1:
-        return grid
-    rows, columns = (-(-size // step) for size in grid.cells.shape)
-    blocks = np.full((rows, columns), UNKNOWN, dtype=np.int8)
-    for row in range(step):
-        for column in range(step):
-            part = grid.cells[row::step, column::step]
-            shown = blocks[: part.shape[0], : part.shape[1]]
-            np.maximum(shown, part, out=shown)
+    rows, columns = grid.shape
+    blocks = np.full((-(-rows // step), -(-columns // step)), UNKNOWN, dtype=np.int8)
+    strip = step * max(1, _STRIP // step)
+    for first in range(0, rows, strip):
+        cells = grid.rows(first, min(first + strip, rows))
+        for row in range(min(step, len(cells))):
+            for column in range(min(step, columns)):
+                part = cells[row::step, column::step]
+                shown = blocks[first // step : first // step + part.shape[0], : part.shape[1]]
+                np.maximum(shown, part, out=shown)
     return OccupancyGrid(blocks, step * grid.resolution, grid.map_from_grid)
 
 

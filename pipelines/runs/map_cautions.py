@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.mapping.moving_along.left_out import LeftOut
 from racecar.maps.grid.edits import Edit, covered
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.pipelines.evaluation.wall_fit import ON_WALL, WallFit
 
 _COARSE = 0.25
@@ -46,13 +46,13 @@ def cautions_of_resolution(resolution: float) -> list[str]:
     ]
 
 
-def cautions_of_edits(grid: OccupancyGrid, edits: Sequence[Edit]) -> list[str]:
+def cautions_of_edits(grid: TiledGrid, edits: Sequence[Edit]) -> list[str]:
     """For a map that is not cropped, over which edits were drawn."""
     return [
         f"Edit {n}, {edit.kind}, lies outside the map, so that it changes nothing; are its points in metres, "
         "in the map's frame?"
         for n, edit in enumerate(edits, start=1)
-        if not covered(grid, edit).any()
+        if not any(covered(grid, edit))
     ]
 
 

@@ -13,8 +13,8 @@ from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.mapping.session.session import Session
 from racecar.maps.grid.edits import edited
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import image_of, load_map, save_map
+from racecar.maps.grid.tiled_grid import TiledGrid
+from racecar.maps.map_files import as_written, load_map, save_map, save_map_image
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits
@@ -34,7 +34,7 @@ class WrittenMap:
     """What is written, and where to; all of it lies in one frame."""
 
     session: Session
-    grid: OccupancyGrid
+    grid: TiledGrid
     rendering: RenderingConfig
     """The settings by which the grid is written."""
     trajectory: Trajectory | None
@@ -82,8 +82,7 @@ def _write_edits(map_: WrittenMap) -> None:
 
 
 def _write_image(map_: WrittenMap) -> None:
-    with write_atomically(map_.folder / "map_image.png") as partial:
-        image_of(map_.grid, **_pixels(map_.rendering)).save(partial, format="PNG")
+    save_map_image(map_.grid, map_.folder / "map_image.png", **_pixels(map_.rendering))
 
 
 def _pixels(rendering: RenderingConfig) -> dict[str, Any]:
@@ -101,11 +100,11 @@ def _write_graph(map_: WrittenMap) -> None:
 
 
 def _write_picture(map_: WrittenMap) -> None:
-    from racecar.pipelines.pictures.map_picture import MAP_DOTS_PER_INCH, map_picture, save_figure
+    from racecar.pipelines.pictures.map_picture import MAP_DOTS_PER_INCH, map_picture, save_figure, thinned
 
     keyframes = map_.session.map_from_base
     figure = map_picture(
-        load_map(map_.folder),  # as whoever reads the files sees it
+        thinned(as_written(map_.grid, **_pixels(map_.rendering))),
         map_.trajectory or Trajectory(np.arange(len(keyframes)), keyframes),
         keyframes,
         list(map_.session.constraints_between_bases()),

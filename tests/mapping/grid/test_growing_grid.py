@@ -19,7 +19,7 @@ def growing_grid(redrawn_at_once: int = 200) -> GrowingGrid:
 
 
 def render(rays: list[Rays], poses: Pose) -> OccupancyGrid:
-    return render_with(rays, poses, RESOLUTION, RenderingConfig())
+    return render_with(rays, poses, RESOLUTION, RenderingConfig()).in_one_piece()
 
 
 @pytest.fixture

@@ -27,7 +27,7 @@ def rays_of(scan: Scan, points: np.ndarray, config: RenderingConfig = DEFAULT) -
 
 
 def render(rays: list[Rays], poses: Pose, resolution: float) -> OccupancyGrid:
-    return rendering.render(rays, poses, resolution, DEFAULT)
+    return rendering.render(rays, poses, resolution, DEFAULT).in_one_piece()
 
 
 def rays_at(pose: Pose) -> Rays:
@@ -69,7 +69,7 @@ def test_walls_are_occupied_and_the_way_to_them_is_free(poses: list[Pose]) -> No
     lasers = np.array(poses)
     rays = [rays_at(pose) for pose in lasers]
     grid = render(rays, lasers, RESOLUTION)
-    ends = np.concatenate(returns_of(rays, lasers))
+    ends = np.concatenate(list(returns_of(rays, lasers)))
     for pose, seen in zip(lasers, rays, strict=True):
         hits = transform_points(pose, seen.ends)
         ways = np.concatenate([pose[:2] + share * (hits - pose[:2]) for share in (0.0, 0.2, 0.5, 0.8)])
