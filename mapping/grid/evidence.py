@@ -1,13 +1,14 @@
 """How many scans hit and passed each cell, counted in tiles that exist where beams came."""
 
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.log_odds import log_odds, occupancy
-from racecar.mapping.grid.rendering_kernels import Counts, Window, cast_misses, cast_returns
+from racecar.mapping.grid.rendering_kernels import cast_misses, cast_returns
 from racecar.maps.grid.tiled_grid import TILE, Tile, tiles_in
 
 Box = tuple[slice, slice]
@@ -25,7 +26,10 @@ class Evidence:
         """(tile rows, tile columns) which of the tiles of the counts each is, -1 where there is none."""
         self._first = Tile(0, 0)
         """The first of the index."""
-        self._counts = _counts(most_tiles)
+        self._hits, self._passes = _no_counts(most_tiles), _no_counts(most_tiles)
+        """(T, TILE, TILE)"""
+        self._used = np.zeros(1, dtype=np.int64)
+        """(1,) how many of the T there are; of the others, memory is set aside."""
         self._marks: NDArray[np.int32] = np.zeros((0, 0), dtype=np.int32)
         self._mark = 0
 
@@ -38,25 +42,27 @@ class Evidence:
         """Count the cells that scans (K) hit and passed, all or those ``within`` some rows and columns.
 
         Of what a scan ``touched``, (N + 1, 2) column and row in fractions of cells, the first are ``returns``
-        (K), and the last is the laser; between are the ends of misses. It is asked for twice, since that of a
-        day's scans takes hundreds of megabytes. Returns come first, because a miss ends where they show a
-        wall: it may have been lost there, on glass or black paint, and shows nothing of what lies behind.
+        (K), and the last is the laser; between are the ends of misses. It may be asked for twice, since that
+        of a day's scans takes hundreds of megabytes.
+
+        Returns come first, because a miss ends where they show a wall: it may have been lost there, on glass
+        or black paint, and shows nothing of what lies behind.
         """
+        with_misses = []
         for scan, count in enumerate(returns):
+            cells = touched(scan)
+            if count < len(cells) - 1:
+                with_misses.append(scan)
+            if (window := self._window(cells, within)) is not None:
+                column, row = cells[-1]
+                cast_returns(column, row, cells[:count], self._mark, window, *self._canvas)
+        hit, passed = log_odds(self._config.hit_probability), log_odds(self._config.pass_probability)
+        for scan in with_misses:
             cells = touched(scan)
             if (window := self._window(cells, within)) is not None:
                 column, row = cells[-1]
-                cast_returns(column, row, cells[:count], self._mark, window, self._counts)
-        passes_per_hit = float(
-            -log_odds(self._config.hit_probability) / log_odds(self._config.pass_probability)
-        )
-        for scan, count in enumerate(returns):
-            cells = touched(scan)
-            if count < len(cells) - 1 and (window := self._window(cells, within)) is not None:
-                column, row = cells[-1]
-                cast_misses(
-                    *(column, row, cells[:-1], count, self._mark, window, self._counts, passes_per_hit)
-                )
+                seen = (column, row, cells[:-1], returns[scan])
+                cast_misses(*seen, float(-hit / passed), self._mark, window, *self._canvas)
 
     def cells(self) -> dict[Tile, NDArray[np.int8]]:
         """Percent occupied, or unknown, of the cells of each tile."""
@@ -74,14 +80,12 @@ class Evidence:
         copy = Evidence(self._config)
         if known:
             rows, columns = np.array(known).T
-            copy._make_room(
-                (slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)), len(known)
-            )
+            copy._reach_over((slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)))
+            copy._set_aside(len(known))
             copy._index[rows - copy._first.row, columns - copy._first.column] = np.arange(len(known))
             copied = [numbers[tile] for tile in known]
-            copy._counts.hits[: len(known)] = self._counts.hits[copied]
-            copy._counts.passes[: len(known)] = self._counts.passes[copied]
-            copy._counts.used[0] = len(known)
+            copy._hits[: len(known)], copy._passes[: len(known)] = self._hits[copied], self._passes[copied]
+            copy._used[0] = len(known)
         return copy
 
     def _numbers(self) -> dict[Tile, int]:
@@ -91,32 +95,31 @@ class Evidence:
         return dict(zip(tiles, numbers, strict=True))
 
     def _cells_of(self, number: int) -> NDArray[np.int8]:
-        return occupancy(self._counts.hits[number], self._counts.passes[number], self._config)
+        return occupancy(self._hits[number], self._passes[number], self._config)
 
-    def _window(self, cells: NDArray[np.float64], within: Box | None) -> Window | None:
-        """What is counted of what the next scan touches, with room for it; None where that is nothing."""
+    @property
+    def _canvas(self) -> tuple[Any, ...]:
+        """What scans are counted on, as the kernels take it."""
+        return self._first, self._index, self._marks, self._hits, self._passes, self._used
+
+    def _window(self, cells: NDArray[np.float64], within: Box | None) -> tuple[int, int, int, int] | None:
+        """The cells that are counted of what the next scan touches, after room for them was made: the first
+        row and the one after the last, the same of columns; None where there are none."""
         rows, columns = box_of(cells)
         if within is not None:
             rows, columns = _common(rows, within[0]), _common(columns, within[1])
             if rows.start >= rows.stop or columns.start >= columns.stop:
                 return None
-        tiles = _tile_box((rows, columns))
-        self._make_room(tiles, 0)
-        place = tuple(
-            slice(part.start - first, part.stop - first)
-            for part, first in zip(tiles, self._first, strict=True)
-        )
-        index = self._index[place]
-        used = int(self._counts.used[0])
-        self._set_aside(used + int(np.count_nonzero(index < 0)))
+        new_tiles = self._reach_over(_tile_box((rows, columns)))
+        self._set_aside(int(self._used[0]) + new_tiles)
         height, width = rows.stop - rows.start, columns.stop - columns.start
         if height > self._marks.shape[0] or width > self._marks.shape[1]:
             self._marks = np.zeros(np.maximum(self._marks.shape, (height, width)), dtype=np.int32)
         self._mark += 1
-        return Window(rows.start, rows.stop, columns.start, columns.stop, index, self._marks)
+        return rows.start, rows.stop, columns.start, columns.stop
 
-    def _make_room(self, tiles: Box, count: int) -> None:
-        """Let the index reach over some rows and columns of tiles, and set memory aside for so many."""
+    def _reach_over(self, tiles: Box) -> int:
+        """Let the index reach over some rows and columns of tiles; how many of these there are not yet."""
         rows, columns = tiles
         if self._index.size == 0:
             self._first = Tile(rows.start, columns.start)
@@ -128,16 +131,17 @@ class Evidence:
         if any(before) or any(after):
             self._index = np.pad(self._index, list(zip(before, after, strict=True)), constant_values=-1)
             self._first = Tile(self._first.row - before[0], self._first.column - before[1])
-        self._set_aside(count)
+        row, column = self._first
+        part = self._index[rows.start - row : rows.stop - row, columns.start - column : columns.stop - column]
+        return int(np.count_nonzero(part < 0))
 
     def _set_aside(self, tiles: int) -> None:
         """Set memory aside for so many tiles."""
-        if tiles <= len(self._counts.hits):
+        if tiles <= len(self._hits):
             return
-        grown, used = _counts(2 * tiles), int(self._counts.used[0])
-        grown.hits[:used], grown.passes[:used] = self._counts.hits[:used], self._counts.passes[:used]
-        grown.used[0] = used
-        self._counts = grown
+        used, hits, passes = int(self._used[0]), self._hits, self._passes
+        self._hits, self._passes = _no_counts(2 * tiles), _no_counts(2 * tiles)
+        self._hits[:used], self._passes[:used] = hits[:used], passes[:used]
 
 
 def box_of(cells: NDArray[np.float64]) -> Box:
@@ -162,8 +166,5 @@ def _tile_box(box: Box) -> Box:
     return rows, columns
 
 
-def _counts(tiles: int) -> Counts:
-    shape = (tiles, TILE, TILE)
-    return Counts(
-        np.zeros(shape, dtype=np.uint16), np.zeros(shape, dtype=np.uint16), np.zeros(1, dtype=np.int64)
-    )
+def _no_counts(tiles: int) -> NDArray[np.uint16]:
+    return np.zeros((tiles, TILE, TILE), dtype=np.uint16)
