@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
-from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.colors import LinearSegmentedColormap, to_rgba_array
 from matplotlib.figure import Figure
 from matplotlib.transforms import Affine2D, ScaledTranslation
 from numpy.typing import NDArray
@@ -31,9 +31,9 @@ PATH_COLOR, LOOP_COLOR, START_COLOR, END_COLOR, DOUBT_COLOR = (
 )
 """Okabe and Ito's palette, which the colour-blind can distinguish too."""
 _UNKNOWN_COLOR = "#dfe3e8"
-_OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24"]).with_extremes(
-    bad=_UNKNOWN_COLOR
-)
+_OCCUPANCY = LinearSegmentedColormap.from_list("occupancy", ["#ffffff", "#1b1f24"])(np.linspace(0, 1, 101))
+_COLORS = np.rint(255 * np.concatenate([to_rgba_array(_UNKNOWN_COLOR), _OCCUPANCY])).astype(np.uint8)
+"""(102, 4) of an unknown cell, and then of each percentage."""
 _SCALE_BAR_COLOR = "#5b6570"
 _SCALE_BAR_BELOW = 44.0
 """Points from the map's frame down to the bar, past the numbers and the name of the axis."""
@@ -53,8 +53,7 @@ _COMPRESSION = 3
 """zlib's level. Measured on a map of 4 million cells: 0.5 s less than with the usual 6, in a file
 larger by a sixth."""
 _MOST_CELLS = 16_000_000
-"""Of a grid that is drawn as it is, because a picture has a quarter as many dots and matplotlib takes some 30
-bytes for each cell."""
+"""Of a grid that is drawn as it is, because a picture has a quarter as many dots."""
 _STRIP = 512
 """Rows of a huge grid that are thinned at a time, to see few of its cells at once."""
 _MARGIN = 1.0
@@ -155,10 +154,7 @@ def draw_grid(
     rows, columns = grid.cells.shape
     x, y, yaw = grid.map_from_grid
     axes.imshow(
-        np.ma.masked_equal(grid.cells, UNKNOWN),
-        cmap=_OCCUPANCY,
-        vmin=0,
-        vmax=100,
+        _COLORS[grid.cells.astype(np.int16) - UNKNOWN],  # what matplotlib makes itself takes 30 bytes a cell
         origin="lower",
         extent=(0, columns * grid.resolution, 0, rows * grid.resolution),
         interpolation_stage="rgba",
