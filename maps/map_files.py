@@ -35,6 +35,8 @@ Mode = Literal["trinary", "scale", "raw"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 _IMAGE_ENDS: dict[Mode, str] = {"trinary": ".pgm", "scale": "_image.png", "raw": ".pgm"}
 """Of an image, after the name of its YAML file; not ``.png``, since ``map.png`` shows the path as well."""
+MOST_PIXELS = 89_478_485
+"""Of an image that is read: Pillow's limit, beyond which a file may be made to fill the memory."""
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
 OCCUPIED_THRESHOLD = 0.65
 BLACK, GREY, WHITE = 0, 205, 254
@@ -339,8 +341,8 @@ def _open_image(image_path: Path, yaml_path: Path) -> Image.Image:
             image.load()
     except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
         raise UserError(
-            f"The image {image_path}, named in {yaml_path}, has more than {Image.MAX_IMAGE_PIXELS} pixels; "
-            "crop it or save it at a coarser resolution."
+            f"The image {image_path}, named in {yaml_path}, has more than {MOST_PIXELS} pixels; "
+            "crop it or save it at a coarser resolution, which `racecar render` does (--crop, --resolution)."
         ) from error
     except MemoryError:
         raise

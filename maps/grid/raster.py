@@ -37,6 +37,10 @@ class Raster(ABC):
         rows, columns = self.shape
         return columns * self.resolution, rows * self.resolution
 
+    def coarser(self, most_cells: int) -> float:
+        """Metres per cell, in whole centimetres, of which the same ground has so many at most."""
+        return float(np.ceil(100.0 * self.resolution * np.sqrt(self.size / most_cells))) / 100.0
+
     def cell_of(self, points_in_map: ArrayLike) -> NDArray[np.int64]:
         """(N, 2) row and column of points (N, 2); they may lie outside the grid."""
         points_in_grid = transform_points(inverse(self.map_from_grid), points_in_map)

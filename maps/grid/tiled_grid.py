@@ -79,10 +79,9 @@ class TiledGrid(Raster):
     def in_one_piece(self) -> OccupancyGrid:
         """The same grid with all its cells. Raises UserError when these are too many."""
         if self.size > _MOST_CELLS:
-            wanted = self.resolution * np.sqrt(self.size / _MOST_CELLS)
             raise UserError(
                 f"A map of {self.width} × {self.height} cells is too large to be held in one piece; draw it "
-                f"with cells of {np.ceil(100 * wanted) / 100:g} m (--resolution), or a part of it (--crop)."
+                f"with cells of {self.coarser(_MOST_CELLS):g} m (--resolution), or a part of it (--crop)."
             )
         return OccupancyGrid(self.rows(0, self.height), self.resolution, self.map_from_grid)
 

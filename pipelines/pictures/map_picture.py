@@ -18,7 +18,7 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
-from racecar.maps.grid.raster import Raster
+from racecar.maps.grid.thinning import thinned, thinning
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
 
@@ -52,10 +52,9 @@ MAP_DOTS_PER_INCH = 200
 _COMPRESSION = 3
 """zlib's level. Measured on a map of 4 million cells: 0.5 s less than with the usual 6, in a file
 larger by a sixth."""
-_MOST_CELLS = 16_000_000
-"""Of a grid that is drawn as it is, because a picture has a quarter as many dots."""
-_STRIP = 512
-"""Rows of a huge grid that are thinned at a time, to see few of its cells at once."""
+MOST_DRAWN_CELLS = 8_000_000
+"""Of a grid that is drawn as it is, because a picture has half as many dots and matplotlib takes 37 bytes for
+each cell."""
 _MARGIN = 1.0
 """Metres around what is known."""
 
@@ -150,7 +149,7 @@ def draw_grid(
     A huge one is drawn no finer than it can be seen, and only in the ``window`` from one corner (2,) to the
     other (2,) when that is given.
     """
-    grid = thinned(grid if window is None else _cropped(grid, *window))
+    grid = thinned(grid if window is None else _cropped(grid, *window), MOST_DRAWN_CELLS)
     rows, columns = grid.cells.shape
     x, y, yaw = grid.map_from_grid
     axes.imshow(
@@ -165,16 +164,12 @@ def draw_grid(
 
 def known_cells(grid: OccupancyGrid) -> NDArray[np.int64]:
     """(N, 2) row and column of the cells that are known; of a huge grid some, evenly over it."""
-    step = _thinning(grid, _MOST_CELLS)
+    step = thinning(grid, MOST_DRAWN_CELLS)
     return step * np.argwhere(grid.cells[::step, ::step] != UNKNOWN)
 
 
-def _thinning(grid: Raster, most_cells: int) -> int:
-    return max(1, int(np.ceil(np.sqrt(grid.size / most_cells))))
-
-
 def _cropped(grid: OccupancyGrid, low: NDArray[np.float64], high: NDArray[np.float64]) -> OccupancyGrid:
-    if grid.cells.size <= _MOST_CELLS:
+    if grid.cells.size <= MOST_DRAWN_CELLS:
         return grid
     corners = grid.cell_of(np.array([low, high, [low[0], high[1]], [high[0], low[1]]]))
     first = np.clip(corners.min(axis=0) - 1, 0, np.array(grid.cells.shape) - 1)
@@ -182,22 +177,6 @@ def _cropped(grid: OccupancyGrid, low: NDArray[np.float64], high: NDArray[np.flo
     moved = np.array([first[1] * grid.resolution, first[0] * grid.resolution, 0.0])
     cells = grid.cells[first[0] : last[0], first[1] : last[1]]
     return OccupancyGrid(cells, grid.resolution, compose(grid.map_from_grid, moved))
-
-
-def thinned(grid: Raster, most_cells: int = _MOST_CELLS) -> OccupancyGrid:
-    """With blocks of cells in place of a huge grid's; a block shows its most occupied cell."""
-    step = _thinning(grid, most_cells)
-    rows, columns = grid.shape
-    blocks = np.full((-(-rows // step), -(-columns // step)), UNKNOWN, dtype=np.int8)
-    strip = step * max(1, _STRIP // step)
-    for first in range(0, rows, strip):
-        cells = grid.rows(first, min(first + strip, rows))
-        for row in range(min(step, len(cells))):
-            for column in range(min(step, columns)):
-                part = cells[row::step, column::step]
-                shown = blocks[first // step : first // step + part.shape[0], : part.shape[1]]
-                np.maximum(shown, part, out=shown)
-    return OccupancyGrid(blocks, step * grid.resolution, grid.map_from_grid)
 
 
 def draw_title(axes: Axes, title: str) -> None:

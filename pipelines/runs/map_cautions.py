@@ -6,6 +6,7 @@ from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.mapping.moving_along.left_out import LeftOut
 from racecar.maps.grid.edits import Edit, covered
 from racecar.maps.grid.tiled_grid import TiledGrid
+from racecar.maps.map_files import MOST_PIXELS
 from racecar.pipelines.evaluation.wall_fit import ON_WALL, WallFit
 
 _COARSE = 0.25
@@ -43,6 +44,17 @@ def cautions_of_resolution(resolution: float) -> list[str]:
     return [
         f"The map's cells are {resolution:g} m wide, so walls and poses are known no better than that; 0.05 "
         "is usual."
+    ]
+
+
+def cautions_of_size(grid: TiledGrid) -> list[str]:
+    """For a map whose image is too large to be read again."""
+    if grid.size <= MOST_PIXELS:
+        return []
+    return [
+        f"The map has {grid.width} × {grid.height} cells, too many to localize on it, to look at it in the "
+        f"studio or to draw its walls; for that, render it with cells of {grid.coarser(MOST_PIXELS):g} m "
+        "(racecar render --resolution), or a part of it (--crop)."
     ]
 
 
