@@ -145,10 +145,9 @@ class Evidence:
 
 
 def box_of(cells: NDArray[np.float64]) -> Box:
-    """The rows and columns that a scan may touch, from what it touches (N, 2), column and row: one more on
-    each side, as rounding may lead a beam through the corner of a cell."""
-    first = np.floor(cells.min(axis=0)).astype(np.int64) - 1
-    until = np.floor(cells.max(axis=0)).astype(np.int64) + 2
+    """The rows and columns that a scan touches, from the ends of its beams (N, 2), column and row."""
+    first = np.floor(cells.min(axis=0)).astype(np.int64)
+    until = np.floor(cells.max(axis=0)).astype(np.int64) + 1
     return slice(int(first[1]), int(until[1])), slice(int(first[0]), int(until[0]))
 
 

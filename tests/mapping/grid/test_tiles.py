@@ -55,6 +55,19 @@ def test_scans_draw_the_same_cells(seed: int, count: int, box: Box | None, margi
     np.testing.assert_array_equal(grid.in_one_piece().cells, expected.cells)
 
 
+def test_a_wall_beyond_the_box_ends_no_miss_that_comes_into_it() -> None:
+    """Cells beyond it are not counted, though they lie in a tile with some that are."""
+    along = np.linspace(-1.0, 1.0, 81)
+    wall = Rays.to(np.column_stack([np.full(81, 2.02), along]), 81)
+    misses = Rays.to(np.column_stack([np.full(81, 4.9), along]), 0)
+    rays, poses = [*[wall] * 6, misses], np.zeros((7, 3))
+    box = np.array([3.0, -0.5]), np.array([4.5, 0.5])
+    grid = render(rays, poses, RESOLUTION, RenderingConfig(), box).in_one_piece()
+    expected = untiled(rays, poses, RESOLUTION, RenderingConfig(), box)
+    assert np.mean(expected.cells != UNKNOWN) > 0.9
+    np.testing.assert_array_equal(grid.cells, expected.cells)
+
+
 def specked(seed: int) -> OccupancyGrid:
     """Specks, lines and open floor over several tiles, many of them about the corners of tiles."""
     rng = np.random.default_rng(seed)
