@@ -342,7 +342,7 @@ def _open_image(image_path: Path, yaml_path: Path) -> Image.Image:
     except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
         raise UserError(
             f"The image {image_path}, named in {yaml_path}, has more than {MOST_PIXELS} pixels; "
-            "crop it or save it at a coarser resolution, which `racecar render` does (--crop, --resolution)."
+            "crop it or save it at a coarser resolution."
         ) from error
     except MemoryError:
         raise
