@@ -109,7 +109,7 @@ def save_mapping(
     """
     map_ = WrittenMap(
         session=result.session,
-        grid=result.grid,
+        grid=result.tiled,
         rendering=result.rendering,
         trajectory=result.trajectory,
         doubtful=result.quality.segments,
@@ -240,11 +240,10 @@ def _timed(read: Iterable[Measurement], moving_along: MovingAlong, report: Repor
 def _describe_result(result: MappingResult) -> dict[str, object]:
     places = result.trajectory.map_from_base[result.keyframe_indices, :2]  # the scans between them jitter
     seconds = (result.trajectory.stamps[-1] - result.trajectory.stamps[0]) * 1e-9
-    rows, columns = result.grid.cells.shape
     return {
         "log_seconds": seconds,
         "path_metres": np.sum(np.hypot(*np.diff(places, axis=0).T)),
-        "map_metres": [columns * result.grid.resolution, rows * result.grid.resolution],
+        "map_metres": list(result.tiled.metres),
     }
 
 
