@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecar.pipelines.commands.live_simulate import simulate
 from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
 from racecar.pipelines.live.ros.arguments import RosCommand
 
@@ -216,6 +217,9 @@ def map(
         console.print("Optimizing the map; a second Ctrl-C abandons it.")
         drive.save()
         console.print(f"The map is saved. {where_to_look(out, 'map.png', json)}", markup=False)
+
+
+live.command(cls=RosCommand)(simulate)
 
 
 @live.command()
