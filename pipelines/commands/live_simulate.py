@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 
 _NEAR = 0.5
-"""Metres from where the car is to start to where it can."""
+"""Metres from where the car is to start to where it can drive."""
 
 
 def simulate(
@@ -84,7 +84,7 @@ def simulate(
     wanted = None if start is None else np.array(start)
     simulation = DrivenSimulation(load_or_draw(map), settings.conditions(), seed, wanted, laser)
     if start is not None:
-        _check_start(simulation, start)
+        _put_at_start(simulation, start)
     in_namespace = ["--ros-args", "-r", f"__ns:=/{namespace.strip('/')}"] if namespace else []
     with (
         stop_request(signal.SIGINT, signal.SIGTERM) as stop,
@@ -95,15 +95,24 @@ def simulate(
         spin(node, car.faults.report_failure, stop)
 
 
-def _check_start(simulation: "DrivenSimulation", start: tuple[float, float, float]) -> None:
-    """Raises UserError where the car cannot stand near a start."""
+def _put_at_start(simulation: "DrivenSimulation", start: tuple[float, float, float]) -> None:
+    """Move the car from the place nearby where the simulation has found room to the very start.
+
+    Raises UserError where the car cannot stand there.
+    """
     import math
+
+    import numpy as np
 
     from racecar.maps.errors import UserError
 
     x, y, yaw = simulation.truth.tolist()
-    if not math.dist((x, y), start[:2]) <= _NEAR or not math.isfinite(start[2]):
+    try:
+        if not math.dist((x, y), start[:2]) <= _NEAR or not math.isfinite(start[2]):
+            raise UserError("It is too far from any place with room to drive.")
+        simulation.put_at(np.array(start))
+    except UserError as error:
         raise UserError(
             f"The car cannot start at {' '.join(f'{value:g}' for value in start)}; the nearest place with "
-            f"room for it is {x:.2f} {y:.2f} {yaw:.2f}: give --start a place on free floor."
-        )
+            f"room to drive is {x:.2f} {y:.2f} {yaw:.2f}: give --start a place on free floor."
+        ) from error
