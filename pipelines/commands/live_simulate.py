@@ -62,8 +62,8 @@ def simulate(
 ) -> None:
     """Be a car that drives in a map: it publishes /scan, /odom, /tf and /ground_truth. Ctrl-C ends it.
 
-    It drives to what comes on /goal_pose (RViz's 2D Goal Pose), or as /cmd_vel or /drive say; a command holds
-    for 0.6 s. Of a laser that turns faster, 20 scans a second are published.
+    It drives to goals on /goal_pose (RViz's 2D Goal Pose), or follows commands on /cmd_vel or /drive, each of
+    which holds for 0.6 s. Of a laser that turns faster, 20 scans a second are published.
 
     Example: racecar live simulate --map building
     """

@@ -88,7 +88,6 @@ class Goals:
             return frame_from_goal
         else:
             raise UserError(
-                f"Nothing tells where its frame {frame} lies; give it in {frames.map}, {frames.odom} or "
-                f"{frames.base}."
+                f"Its frame {frame} is not known; give it in {frames.map}, {frames.odom} or {frames.base}."
             )
         return compose(self._simulation.truth, compose(base_from_frame, frame_from_goal))
