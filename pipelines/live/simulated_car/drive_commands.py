@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+from racecar.pipelines.bags.messages import ACKERMANN, ros2_types
 from racecar.pipelines.live.intake.typed_topic import TypedTopic
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.live.ros.message_types import message_class
@@ -11,7 +12,6 @@ from racecar.pipelines.simulation.car import steering_for
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 
 _VELOCITIES = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
-_ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
 _DEPTH = 10
 """Commands that may wait; each replaces the one before."""
 
@@ -28,9 +28,10 @@ class DriveCommands:
         """Where the last command came from, while it lets the car move."""
         self._velocity = TypedTopic(node, "cmd_vel", _VELOCITIES, self._on_velocity, _DEPTH)
         self._drive_name: str = node.resolve_topic_name("drive")
-        self._understands_drive = message_class(_ACKERMANN) is not None
-        if self._understands_drive:
-            node.create_subscription(message_class(_ACKERMANN), "drive", self._on_drive, _DEPTH)
+        kind = message_class(ACKERMANN)
+        self._understands_drive = kind is not None
+        if kind is not None:
+            node.create_subscription(kind, "drive", self._on_drive, _DEPTH, raw=True)
 
     def forget(self) -> None:
         """Something else drives the car now."""
@@ -70,7 +71,8 @@ class DriveCommands:
         speed = twist.linear.x
         self._steer(self._velocity.name, speed, steering_for(speed, twist.angular.z))
 
-    def _on_drive(self, message: Any) -> None:
+    def _on_drive(self, serialized: bytes) -> None:
+        message: Any = ros2_types().deserialize_cdr(serialized, ACKERMANN)
         self._steer(self._drive_name, message.drive.speed, message.drive.steering_angle)
 
     def _steer(self, topic: str, speed: float, steering: float) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.bags.converters.odometry import planar_pose
-from racecar.pipelines.bags.messages import nanoseconds
+from racecar.pipelines.bags.messages import ACKERMANN, nanoseconds, ros2_types
 from tests.pipelines.live.live_car import wait_for
 
 
@@ -75,6 +75,19 @@ class Driver:
             self.say("cmd_vel", message)
             time.sleep(0.05)
 
+    def command_steering(self, speed: float, steering: float, seconds: float) -> None:
+        """Say so again and again, as to race cars."""
+        from racecar.pipelines.live.ros.ackermann_type import ackermann_message_type
+
+        topic = f"{self.namespace}/drive"
+        publisher = self.node.create_publisher(ackermann_message_type(), topic, 10)
+        wait_for(lambda: bool(publisher.get_subscription_count()), 10.0, lambda: f"nobody listens to {topic}")
+        until = time.monotonic() + seconds
+        while time.monotonic() < until:
+            publisher.publish(ackermann_command(speed, steering))
+            time.sleep(0.05)
+        self.node.destroy_publisher(publisher)
+
     def distance_to(self, goal: Pose) -> float:
         return float(np.linalg.norm(self.place[:2] - goal[:2]))
 
@@ -83,3 +96,14 @@ class Driver:
         assert pose is not None
         self.truth[nanoseconds(message.header.stamp)] = pose
         self.speed = message.twist.twist.linear.x
+
+
+def ackermann_command(speed: float, steering: float) -> bytes:
+    """A serialized AckermannDriveStamped."""
+    types = ros2_types().types
+    stamp = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
+    drive = types["ackermann_msgs/msg/AckermannDrive"](
+        steering_angle=steering, steering_angle_velocity=0.0, speed=speed, acceleration=0.0, jerk=0.0
+    )
+    header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+    return bytes(ros2_types().serialize_cdr(types[ACKERMANN](header=header, drive=drive), ACKERMANN))

@@ -172,6 +172,16 @@ def test_the_car_is_driven_by_velocity_and_stops_when_commands_stop(stage: Stage
     wait_for(lambda: driver.speed == 0.0, 2.0, lambda: f"{driver.speed} m/s")
 
 
+def test_the_car_is_driven_by_steering_angle(stage: Stage) -> None:
+    stage.carry_to(START)
+    stage.said.clear()
+    stage.driver.command_steering(0.6, -0.3, 1.0)
+    moved = between(START, stage.driver.place)
+    assert moved[0] > 0.2
+    assert moved[2] < -0.1
+    stage.await_words("Commands have stopped coming on /car1/drive: the car brakes.")
+
+
 def test_a_command_takes_the_wheel_from_a_goal(stage: Stage) -> None:
     stage.carry_to(START)
     stage.driver.send_goal(np.array([6.0, 3.0, 0.0]))
