@@ -113,7 +113,7 @@ class SimulatorNode:
             elif isinstance(measured, Scan):
                 self._topics.publish_scan(measured)
         self._commands.watch_silence()
-        self._goals.watch_arrival()
+        self._goals.watch_way()
 
     def _on_initial_pose(self, message: Any) -> None:
         frame = frame_name(message.header.frame_id)

@@ -18,6 +18,8 @@ from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 _SHORT = 0.25
 """Metres before the goal at which the way may end without a word: more than from one place that the planner
 knows to the next."""
+_PATIENCE = 5.0
+"""Seconds for which the car may stand on its way without a word, as people walk by; by judgement."""
 
 
 class Goals:
@@ -39,6 +41,8 @@ class Goals:
         self._frames, self._simulation, self._faults, self._inform = frames, simulation, faults, inform
         self._links = MapLinks(node, frames.odom)
         self._is_awaited = False
+        self._moved_at = 0.0
+        """Simulated seconds when the car moved last."""
         self.odom_from_base: Pose = IDENTITY
         """(3,) as the odometry tells now."""
         node.create_subscription(PoseStamped, "goal_pose", self._on_goal, 10)
@@ -47,11 +51,23 @@ class Goals:
         """Something else drives the car now."""
         self._is_awaited = False
 
-    def watch_arrival(self) -> None:
-        """Say when the car has come to its goal."""
-        if self._is_awaited and not self._simulation.is_underway:
+    def watch_way(self) -> None:
+        """Say when the car has come to its goal, or does not get on; to be called at every step."""
+        simulation = self._simulation
+        if not self._is_awaited:
+            return
+        if simulation.speed != 0.0:
+            self._moved_at = simulation.seconds
+        if not simulation.is_underway:
             self._is_awaited = False
             self._inform("The car has arrived at the goal.")
+        elif simulation.seconds - self._moved_at > _PATIENCE:
+            self._faults.report(
+                "stuck",
+                "The car stands still on its way to the goal: a wall or a person is in its way. Drive it "
+                "free with commands, or send another goal.",
+                lasting=False,
+            )
 
     def _on_goal(self, message: Any) -> None:
         goal = pose_in_plane(message.pose)
@@ -66,7 +82,7 @@ class Goals:
         simulation = self._simulation
         simulation.drive_to(map_from_goal)
         self._take_over()
-        self._is_awaited = True
+        self._is_awaited, self._moved_at = True, simulation.seconds
         end = simulation.planned[-1] if simulation.is_underway else simulation.truth[:2]
         left = float(np.linalg.norm(end - map_from_goal[:2]))
         if left > _SHORT:

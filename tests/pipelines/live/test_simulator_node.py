@@ -191,6 +191,17 @@ def test_a_command_takes_the_wheel_from_a_goal(stage: Stage) -> None:
     assert not stage.simulator._simulation.is_underway
 
 
+def test_a_car_that_does_not_get_on_is_told_of(stage: Stage) -> None:
+    stage.carry_to(START)
+    stage.driver.send_goal(np.array([6.0, 3.0, 0.0]))
+    wait_for(lambda: abs(stage.driver.speed) > 0.3, 10.0, stage.said.__str__)
+    simulation = stage.simulator._simulation
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(simulation, "_is_someone_ahead", lambda speed: True)
+        stage.await_words("stands still on its way")
+    wait_for(lambda: stage.driver.speed > 0.3, 10.0, lambda: "it waits on")
+
+
 def test_commands_that_no_car_can_follow_get_a_sentence(stage: Stage) -> None:
     stage.said.clear()
     stage.driver.command(np.nan, 0.0, 0.1)
