@@ -32,12 +32,12 @@ ViewPortOption = Annotated[
     ),
 ]
 
-live = typer.Typer(help="The ROS 2 nodes that run on the car.")
+live = typer.Typer(help="The ROS 2 nodes that run on the car, or are one.")
 
 
 @live.callback()
 def _describe() -> None:
-    """The ROS 2 nodes that run on the car, and the files to start them with."""
+    """The ROS 2 nodes that run on the car, one that is a car, and the files to start them with."""
 
 
 def _state_folder() -> Path:

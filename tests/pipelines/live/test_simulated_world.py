@@ -51,6 +51,7 @@ class World:
 
 @pytest.fixture(scope="module")
 def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
+    from geometry_msgs.msg import PoseStamped
     from nav_msgs.msg import Odometry as OdometryMessage
 
     from racecar.pipelines.live.ros.processes import private_environment, racecar_process
@@ -74,6 +75,8 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
             assert pose is not None
             world.poses[nanoseconds(message.header.stamp)] = pose
 
+        mapped: list[Any] = []
+        node.create_subscription(PoseStamped, "/tracked_pose", mapped.append, 10)
         node.create_subscription(OdometryMessage, "/pf/pose/odom", hear, 1000)
         processes.enter_context(served(node))
         processes.enter_context(racecar_process(simulate, environment, log))
@@ -82,7 +85,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
         processes.enter_context(world.mapper)
         world.mapper.enter_context(racecar_process(mapping, environment, log))
         wait_for(lambda: bool(world.poses), 90.0, world.said)
-        wait_for(lambda: node.count_publishers("/tracked_pose") > 0, 90.0, world.said)
+        wait_for(lambda: bool(mapped), 90.0, world.said)
         yield world
 
 
