@@ -11,7 +11,8 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.feedback.missed_loops import missed_loops
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.mapping.grid.rendering import Rays, looks_until_free, pack_rays, rays_of
+from racecar.mapping.grid.log_odds import looks_until_free
+from racecar.mapping.grid.rendering import Rays, pack_rays, rays_of
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
 from racecar.mapping.keyframes.final_optimization import matched_again, mean_bend
 from racecar.mapping.keyframes.gap import Gap, gap_after

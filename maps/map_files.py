@@ -12,7 +12,7 @@ import reprlib
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -23,6 +23,9 @@ from PIL import Image
 
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import FREE, FREE_THRESHOLD, OCCUPIED, UNKNOWN, OccupancyGrid
+from racecar.maps.grid.raster import Raster
+from racecar.maps.grid.tiled_grid import TiledGrid
+from racecar.maps.image_files import write_pgm, write_png
 from racecar.maps.shipped import shipped_map, shipped_names
 from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
@@ -32,6 +35,8 @@ Mode = Literal["trinary", "scale", "raw"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 _IMAGE_ENDS: dict[Mode, str] = {"trinary": ".pgm", "scale": "_image.png", "raw": ".pgm"}
 """Of an image, after the name of its YAML file; not ``.png``, since ``map.png`` shows the path as well."""
+MOST_PIXELS = 89_478_485
+"""Of an image that is read: Pillow's limit, beyond which a file may be made to fill the memory."""
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
 OCCUPIED_THRESHOLD = 0.65
 BLACK, GREY, WHITE = 0, 205, 254
@@ -45,7 +50,8 @@ _FARTHEST_ORIGIN = 1e8
 _MOST_YAW = 6.3
 """Radians: a whole turn and a little; what is larger was meant as degrees."""
 _STRIP = 256
-"""Rows of an image that are worked on at a time, because NumPy takes eight bytes for each pixel of them."""
+"""Rows of an image that are worked on at a time, because NumPy takes eight bytes for each pixel of them, and
+large grids are kept in tiles of what was seen."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +93,7 @@ def load_map(path: str | Path) -> OccupancyGrid:
 
 
 def save_map(
-    grid: OccupancyGrid,
+    grid: Raster,
     yaml_path: str | Path,
     *,
     mode: Mode = "trinary",
@@ -101,7 +107,6 @@ def save_map(
     transparent pixels are unknown there. ``raw`` keeps every cell as it is. What was written is read as such.
     """
     yaml_path = Path(yaml_path)
-    image = image_of(grid, mode, occupied_threshold, free_threshold)
     image_path = yaml_path.with_name(yaml_path.stem + _IMAGE_ENDS[mode])
     header = {
         "image": image_path.name,
@@ -112,30 +117,51 @@ def save_map(
         "occupied_thresh": OCCUPIED_THRESHOLD,
         "free_thresh": FREE_THRESHOLD,
     }
-    with write_atomically(image_path) as beside:
-        image.save(beside, format="PNG" if mode == "scale" else "PPM")
+    save_map_image(
+        grid, image_path, mode=mode, occupied_threshold=occupied_threshold, free_threshold=free_threshold
+    )
     with write_atomically(yaml_path) as beside:
         beside.write_text(yaml.safe_dump(header, sort_keys=False, default_flow_style=None), encoding="utf-8")
 
 
-def image_of(
-    grid: OccupancyGrid, mode: Mode, occupied_threshold: float, free_threshold: float
-) -> Image.Image:
-    """The image that `save_map` writes, its top row the farthest along y."""
-    cells = grid.cells[::-1]
-    if mode == "raw":
-        return Image.fromarray(np.where(cells == UNKNOWN, 255, cells).astype(np.uint8))
-    is_unknown = cells == UNKNOWN
-    is_free = ~is_unknown & (cells <= 100 * free_threshold)
-    is_occupied = cells >= 100 * occupied_threshold
-    if mode == "trinary":
-        return Image.fromarray(np.select([is_free, is_occupied], [WHITE, BLACK], GREY).astype(np.uint8))
-    percent = np.arange(OCCUPIED + 1) / OCCUPIED
-    shade = np.rint(255 * (1.0 - FREE_THRESHOLD - percent * (OCCUPIED_THRESHOLD - FREE_THRESHOLD)))
-    grey = np.select([is_free, is_occupied], [WHITE, BLACK], shade[np.maximum(cells, 0)])
-    return Image.merge(
-        "LA", [Image.fromarray(band.astype(np.uint8)) for band in (grey, np.where(is_unknown, 0, 255))]
+def save_map_image(
+    grid: Raster, path: Path, *, mode: Mode, occupied_threshold: float, free_threshold: float
+) -> None:
+    """Write the image of `save_map` alone, its top row the farthest along y: a PNG or a PGM, by its name."""
+    pixels = _pixel_of_cell(mode, occupied_threshold, free_threshold)
+    strips = (
+        pixels[grid.rows(max(0, until - _STRIP), until)[::-1].astype(np.int16) - UNKNOWN]
+        for until in range(grid.shape[0], 0, -_STRIP)
     )
+    with write_atomically(path) as beside, beside.open("wb") as file:
+        write = write_png if path.suffix == ".png" else write_pgm
+        write(strips, grid.shape, file)
+
+
+def as_written(grid: TiledGrid, *, mode: Mode, occupied_threshold: float, free_threshold: float) -> TiledGrid:
+    """The grid that whoever reads what `save_map` writes sees."""
+    pixels = _pixel_of_cell(mode, occupied_threshold, free_threshold)
+    image = Image.fromarray(pixels[None], mode="LA" if mode == "scale" else "L")
+    header = _Header(Path(), 1.0, np.zeros(3), False, OCCUPIED_THRESHOLD, FREE_THRESHOLD, mode)
+    read = _cells_of(image, header)[0]
+    tiles = {tile: read[cells.astype(np.int16) - UNKNOWN] for tile, cells in grid.tiles.items()}
+    return replace(grid, tiles=tiles)
+
+
+def _pixel_of_cell(mode: Mode, occupied_threshold: float, free_threshold: float) -> NDArray[np.uint8]:
+    """(102,) or, with opacity, (102, 2) the pixel of an unknown cell, and then of each percentage."""
+    percent = np.arange(UNKNOWN, OCCUPIED + 1)
+    is_unknown = percent == UNKNOWN
+    if mode == "raw":
+        return np.where(is_unknown, 255, percent).astype(np.uint8)
+    is_free = ~is_unknown & (percent <= 100 * free_threshold)
+    is_occupied = percent >= 100 * occupied_threshold
+    if mode == "trinary":
+        return np.select([is_free, is_occupied], [WHITE, BLACK], GREY).astype(np.uint8)
+    share = np.maximum(percent, 0) / OCCUPIED
+    shade = np.rint(255 * (1.0 - FREE_THRESHOLD - share * (OCCUPIED_THRESHOLD - FREE_THRESHOLD)))
+    grey = np.select([is_free, is_occupied], [WHITE, BLACK], shade)
+    return np.column_stack([grey, np.where(is_unknown, 0, 255)]).astype(np.uint8)
 
 
 def _read_header(yaml_path: Path) -> _Header:
@@ -315,7 +341,7 @@ def _open_image(image_path: Path, yaml_path: Path) -> Image.Image:
             image.load()
     except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
         raise UserError(
-            f"The image {image_path}, named in {yaml_path}, has more than {Image.MAX_IMAGE_PIXELS} pixels; "
+            f"The image {image_path}, named in {yaml_path}, has more than {MOST_PIXELS} pixels; "
             "crop it or save it at a coarser resolution."
         ) from error
     except MemoryError:

@@ -1,6 +1,5 @@
 """The command ``racecar``."""
 
-import errno
 import logging
 import os
 import sys
@@ -29,25 +28,13 @@ from racecar.pipelines.commands.simulate import simulate
 from racecar.pipelines.commands.studio import studio
 from racecar.pipelines.commands.terminal import leave_terminal, one_line, prepare_terminal
 from racecar.pipelines.commands.track import track
-from racecar.pipelines.files.optional_packages import OPTIONAL, how_to_install
 from racecar.pipelines.live.ros.arguments import ROS_ARGUMENTS, RosCommand
+from racecar.pipelines.runs.error_sentences import in_one_sentence, is_mendable_by_user
 from racecar.pipelines.runs.interrupts import end_like_ctrl_c
 
 _USER_ERROR = 2
 _UNREAD = 141
 """What a shell reports of a program that wrote to nobody."""
-_NO_ROOM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS}
-_MENDABLE_BY_USER = _NO_ROOM | {
-    errno.EACCES,
-    errno.EPERM,
-    errno.EIO,
-    errno.ELOOP,
-    errno.EMFILE,
-    errno.ENAMETOOLONG,
-    errno.ENFILE,
-    errno.ENOMEM,
-    errno.ESTALE,
-}
 
 app = typer.Typer(pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]})
 
@@ -148,41 +135,11 @@ def _is_unread(error: BaseException) -> bool:
 
 
 def _explain(error: BaseException) -> int:
-    if isinstance(error, UserError):
-        _say(str(error))
-        return _USER_ERROR
     if hasattr(error, "format_message"):  # typer's usage errors, whose class moved between its releases
         _say(f"{error.format_message().rstrip('.')} (see --help).")
         return _USER_ERROR
-    if (
-        isinstance(error, ModuleNotFoundError)
-        and (package := (error.name or "").partition(".")[0]) in OPTIONAL
-    ):
-        _say(f"This needs a package: {how_to_install(package)}.")
-        return _USER_ERROR
-    if isinstance(error, MemoryError):
-        _say(
-            f"There is not enough memory for this ({_peak_gigabytes():.1f} GB were in use): close other "
-            "programs, take a smaller map or a part of the recording, or a machine with more memory."
-        )
-        return _USER_ERROR
-    if isinstance(error, OSError) and error.errno in _MENDABLE_BY_USER:
-        place = error.filename if isinstance(error.filename, str) else "a file"
-        verb = "write" if error.errno in _NO_ROOM else "use"
-        _say(f"Cannot {verb} {place}: {(error.strerror or '').lower()}.")
-        return _USER_ERROR
-    summary = " ".join(str(error).split()) or "no message"
-    _say(
-        f"This is a fault in racecar, not yours ({type(error).__name__}: {summary}); please run it again "
-        "with RACECAR_DEBUG=1 and report what it prints."
-    )
-    return 1
-
-
-def _peak_gigabytes() -> float:
-    from racecar.pipelines.files.report import peak_memory_mb
-
-    return peak_memory_mb() / 1e3
+    _say(in_one_sentence(error))
+    return _USER_ERROR if is_mendable_by_user(error) else 1
 
 
 def _say(sentence: str) -> None:

@@ -82,19 +82,24 @@ class PlaceSearch:
         rough_beams, fine_beams = beams.thinned(config.rough_beams), beams.thinned(config.beams)
         likely = max(int(np.ceil(config.likely_places * len(places))), _FEW)
         if likely < len(places):
-            roughly = self._scores(places, config.rough_headings, rough_beams, squash).max(axis=1)
+            roughly = in_two_threads(
+                lambda some: self._scores(some, config.rough_headings, rough_beams, squash).max(axis=1),
+                places,
+            )
             places = places[np.argpartition(roughly, len(roughly) - likely)[-likely:]]
-        scores = self._scores(places, config.headings, fine_beams, squash)
-        best_count = min(config.poses, scores.size)
-        best = np.argpartition(scores.ravel(), scores.size - best_count)[-best_count:]
-        best = best[np.argsort(scores.ravel()[best])[::-1]]
-        weights = np.exp(0.5 * (scores.ravel()[best] - scores.ravel()[best[0]]))
-        weights /= weights.sum()
-        chosen = np.concatenate([best, rng.choice(best, count - min(count, best_count), p=weights)])
-        place, heading = np.divmod(chosen[:count], scores.shape[1])
-        spacing = 2.0 * np.pi / scores.shape[1]
-        turned = np.column_stack([np.zeros((count, 2)), spacing * (heading + rng.uniform(-0.5, 0.5, count))])
-        map_from_laser = compose(self._map_from_place[places[place]], turned)
+        best = in_two_threads(
+            lambda some: _best(some, self._scores(some, config.headings, fine_beams, squash), config.poses),
+            places,
+        )
+        scores, place, turn = best[np.argsort(best[:, 0])[::-1][: config.poses]].T
+        weights = np.exp(0.5 * (scores - scores[0]))
+        chosen = np.append(
+            np.arange(len(scores)),
+            rng.choice(len(scores), max(count - len(scores), 0), p=weights / weights.sum()),
+        )[:count]
+        turns = turn[chosen] + rng.uniform(-0.5, 0.5, count)
+        turned = np.column_stack([np.zeros((count, 2)), self._turn_of(config.headings) * turns])
+        map_from_laser = compose(self._map_from_place[place[chosen].astype(np.int64)], turned)
         map_from_laser[:, :2] += rng.uniform(-0.5, 0.5, (count, 2)) * self._spacing
         return compose(map_from_laser, inverse(beams.base_from_laser))
 
@@ -105,16 +110,27 @@ class PlaceSearch:
         log_probabilities = beam_log_probabilities(
             beams.ranges, beams.max_range, squash, self._config.beam_model, self._codes
         )
-        headings = self._views.shape[1]
+        headings, step = self._views.shape[1], self._step_of(fewest_headings)
         offsets = np.rint(beams.bearings / (2.0 * np.pi) * headings).astype(np.int64) % headings
-        step = 1 << int(np.log2(max(headings / fewest_headings, 1.0)))  # powers of two divide their number
+        scores = np.empty((len(places), headings // step), dtype=np.float32)
+        fill_scores(self._views, self._view_of_place[places], step, offsets, log_probabilities, scores)
+        return scores
 
-        def fill(view_of_place: NDArray[np.int64]) -> NDArray[np.float32]:
-            scores = np.empty((len(view_of_place), headings // step), dtype=np.float32)
-            fill_scores(self._views, view_of_place, step, offsets, log_probabilities, scores)
-            return scores
+    def _step_of(self, fewest_headings: int) -> int:
+        """Of how many headings one is tried: a power of two, which divides their number."""
+        return 1 << int(np.log2(max(self._views.shape[1] / fewest_headings, 1.0)))
 
-        return in_two_threads(fill, self._view_of_place[places])
+    def _turn_of(self, fewest_headings: int) -> float:
+        """Radians between two that are tried."""
+        return 2.0 * np.pi * self._step_of(fewest_headings) / int(self._views.shape[1])
+
+
+def _best(places: NDArray[np.int64], scores: NDArray[np.float32], most: int) -> NDArray[np.float64]:
+    """(M, 3) the best of scores (P, H): each with its place, of places (P,), and its heading, by number."""
+    count = min(most, scores.size)
+    best = np.argpartition(scores.ravel(), scores.size - count)[scores.size - count :]
+    place, heading = np.divmod(best, scores.shape[1])
+    return np.column_stack([scores.ravel()[best], places[place], heading])
 
 
 def _lattice(free_space: FreeSpace, step: int) -> NDArray[np.int64]:

@@ -188,12 +188,6 @@ class GrowingGridConfig(Settings):
         description="Keyframes redrawn in one call, so that the next map comes within a second or so. "
         "Measured with 2200 keyframes: drawn in one call, nothing was published for 3 to 4 s.",
     )
-    growth: float = Field(
-        default=10.0,
-        ge=0.0,
-        le=1000.0,
-        description="Metres of spare room when the grid must grow. By judgement: copies become rare.",
-    )
 
 
 class DespecklingConfig(Settings):
@@ -202,7 +196,7 @@ class DespecklingConfig(Settings):
     max_size: float = Field(
         default=0.6,
         gt=0.0,
-        le=100.0,
+        le=10.0,
         description="Metres of a blob's longer side: a walking person's, by judgement.",
     )
     min_keyframes: int = Field(

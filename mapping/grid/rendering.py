@@ -1,11 +1,7 @@
-"""The occupancy grid, rendered from the optimized poses: ray casting with log odds for hits and passes.
-
-Moravec and Elfes, "High resolution maps from wide angle sonar", ICRA 1985; looks of different scans at a cell
-count as independent.
-"""
+"""The occupancy grid, rendered from the optimized poses: what scans show of the floor, cast into tiles."""
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,9 +10,9 @@ from numpy.typing import NDArray
 
 from racecar.mapping.arrays import side_by_side
 from racecar.mapping.grid.config import RenderingConfig
-from racecar.mapping.grid.rendering_kernels import cast_misses, cast_returns
+from racecar.mapping.grid.evidence import Evidence, box_of
 from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD, UNKNOWN, OccupancyGrid
+from racecar.maps.grid.tiled_grid import TILE, TiledGrid
 from racecar.maps.sensing.scan import Scan
 
 _ORIGIN = np.zeros((1, 2), dtype=np.int16)
@@ -27,8 +23,6 @@ Box = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Lower left and upper right (2,), metres in the map."""
 LONGEST_RAY = 65.5
 """Metres that an end may be away along an axis, since 16 bits reach 65.534 m."""
-_SURE = 20.0
-"""Log odds beyond which a cell is 0 or 100 percent occupied anyway, so that the exponential stays finite."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,12 +101,10 @@ def pack_rays(rays: list[Rays]) -> None:
         rays[k] = Rays(packed, rays[k].returns)
 
 
-def returns_of(rays: Sequence[Rays], map_from_laser: Pose) -> list[NDArray[np.float64]]:
+def returns_of(rays: Sequence[Rays], map_from_laser: Pose) -> Iterator[NDArray[np.float64]]:
     """Per keyframe (N, 2) metres in the map: the returns among rays (K) seen from poses (K, 3)."""
-    return [
-        transform_points(pose, ray.ends[: ray.returns])
-        for pose, ray in zip(map_from_laser, rays, strict=True)
-    ]
+    for pose, ray in zip(map_from_laser, rays, strict=True):
+        yield transform_points(pose, ray.ends[: ray.returns])
 
 
 def render(
@@ -122,37 +114,45 @@ def render(
     resolution: float,
     config: RenderingConfig,
     box: Box | None = None,
-) -> OccupancyGrid:
+) -> TiledGrid:
     """The grid that rays (K) seen from poses (K, 3) draw, with cells of ``resolution`` metres: all that they
     touch, with a margin, or what of it lies in a ``box``. Where drives (K,) see otherwise than those of lower
     numbers did, the cells are as these see them."""
-    touched = [touched_by(ray, pose) for pose, ray in zip(map_from_laser, rays, strict=True)]
-    low, high = seen_box(touched, config.margin)
+    bounds = bounds_of(rays, map_from_laser)
+    low, high = seen_box(bounds, config.margin)
     if box is not None:
         low, high = np.maximum(low, box[0]), np.minimum(high, box[1])
     low = np.floor(low / resolution) * resolution
-    columns, rows = np.ceil((high - low) / resolution).astype(np.int64)
-    hits, passes = np.zeros((rows, columns), dtype=np.uint16), np.zeros((rows, columns), dtype=np.uint16)
-    marks = np.full((rows, columns), -1, dtype=np.int32)
-    mark = 0
-    for points in touched:  # in place, because a day's rays take hundreds of megabytes
-        points -= low
-        points /= resolution
+    columns, rows = np.ceil((high - low) / resolution).astype(np.int64).tolist()
+
+    def touched_among(scans: list[int]) -> Callable[[int], NDArray[np.float64]]:
+        return lambda k: (touched_by(rays[scans[k]], map_from_laser[scans[k]]) - low) / resolution
+
+    evidence = Evidence(config, _most_tiles((bounds - low) / resolution, rows, columns))
     for drive in np.unique(drives):
         scans = np.flatnonzero(drives == drive).tolist()
-        cells, returns = [touched[k] for k in scans], [rays[k].returns for k in scans]
-        settle(hits, passes, config)
-        cast(cells, returns, mark, marks, hits, passes, config)
-        mark += 2 * len(scans)
-    return OccupancyGrid(occupancy(hits, passes, config), resolution, np.array([low[0], low[1], 0.0]))
+        evidence.settle()
+        evidence.count(
+            touched_among(scans),
+            [rays[scan].returns for scan in scans],
+            within=(slice(0, rows), slice(0, columns)),
+        )
+    return TiledGrid(evidence.cells(), rows, columns, resolution, np.array([low[0], low[1], 0.0]))
 
 
-def seen_box(touched: Sequence[NDArray[np.float64]], margin: float) -> Box:
-    """What contains all that scans touched, at least one, with a margin in metres."""
-    corners = np.array(
-        [points.min(axis=0) for points in touched] + [points.max(axis=0) for points in touched]
-    )
-    return corners.min(axis=0) - margin, corners.max(axis=0) + margin
+def bounds_of(rays: Sequence[Rays], map_from_laser: Pose) -> NDArray[np.float64]:
+    """(K, 2, 2) metres in the map: lower left and upper right of what each of rays (K) seen from poses (K, 3)
+    touches."""
+    bounds = np.empty((len(rays), 2, 2))
+    for k, (pose, ray) in enumerate(zip(map_from_laser, rays, strict=True)):
+        points = touched_by(ray, pose)
+        bounds[k] = points.min(axis=0), points.max(axis=0)
+    return bounds
+
+
+def seen_box(bounds: NDArray[np.float64], margin: float) -> Box:
+    """What contains all that scans touched within bounds (K, 2, 2), K at least 1, with a margin in metres."""
+    return bounds[:, 0].min(axis=0) - margin, bounds[:, 1].max(axis=0) + margin
 
 
 def touched_by(rays: Rays, map_from_laser: Pose) -> NDArray[np.float64]:
@@ -160,56 +160,13 @@ def touched_by(rays: Rays, map_from_laser: Pose) -> NDArray[np.float64]:
     return np.concatenate([transform_points(map_from_laser, rays.ends), map_from_laser[None, :2]])
 
 
-def cast(
-    touched: Sequence[NDArray[np.float64]],
-    returns: Sequence[int],
-    mark: int,
-    marks: NDArray[np.int32],
-    hits: NDArray[np.uint16],
-    passes: NDArray[np.uint16],
-    config: RenderingConfig,
-) -> None:
-    """Count the cells that scans (K) hit and passed, by what each touched, as `touched_by` but in cells.
-
-    Returns come first, because a miss ends where they show a wall: it may have been lost there, on glass or
-    black paint, and shows nothing of what lies behind. In ``marks`` (rows, columns), cells remember the last
-    scan that touched them, by numbers of which those from ``mark`` on were not used before, 2 K of them.
-    """
-    for k, (cells, count) in enumerate(zip(touched, returns, strict=True), start=mark):
-        column, row = cells[-1]
-        cast_returns(column, row, cells[:count], k, marks, hits, passes)
-    passes_per_hit = float(-_log_odds(config.hit_probability) / _log_odds(config.pass_probability))
-    for k, (cells, count) in enumerate(zip(touched, returns, strict=True), start=mark + len(touched)):
-        if count < len(cells) - 1:
-            column, row = cells[-1]
-            cast_misses(column, row, cells[:-1], count, k, marks, hits, passes, passes_per_hit)
-
-
-def settle(hits: NDArray[np.uint16], passes: NDArray[np.uint16], config: RenderingConfig) -> None:
-    """Let what was counted so far (rows, columns) speak no louder than `settled_probability`, before a later
-    drive counts: clamped, evidence is forgotten where something contradicts it and nowhere else (Yguel,
-    Aycard and Laugier, "Update policy of dense maps", 2008)."""
-    per_hit, per_pass = _log_odds(config.hit_probability), _log_odds(config.pass_probability)
-    bound = _log_odds(config.settled_probability)
-    seen = np.nonzero(hits + passes)
-    log_odds = np.clip(per_hit * hits[seen] + per_pass * passes[seen], -bound, bound)
-    hits[seen] = np.where(log_odds > 0.0, np.maximum(np.rint(log_odds / per_hit), 1.0), 0.0)
-    passes[seen] = np.where(log_odds > 0.0, 0.0, np.maximum(np.rint(log_odds / per_pass), 1.0))
-
-
-def occupancy(
-    hits: NDArray[np.uint16], passes: NDArray[np.uint16], config: RenderingConfig
-) -> NDArray[np.int8]:
-    """Percent occupied, or unknown, of cells that so many scans hit and passed."""
-    log_odds = _log_odds(config.hit_probability) * hits + _log_odds(config.pass_probability) * passes
-    percent = np.rint(100.0 / (1.0 + np.exp(-np.clip(log_odds, -_SURE, _SURE))))
-    return np.where(hits + passes > 0, percent, UNKNOWN).astype(np.int8)
-
-
-def looks_until_free(config: RenderingConfig) -> int:
-    """How many scans must pass a cell until it counts as free."""
-    return int(np.ceil(_log_odds(FREE_THRESHOLD) / _log_odds(config.pass_probability)))
-
-
-def _log_odds(probability: float) -> np.float64:
-    return np.float64(np.log(probability / (1.0 - probability)))
+def _most_tiles(bounds: NDArray[np.float64], rows: int, columns: int) -> int:
+    """Over how many tiles of a grid what lies within bounds (K, 2, 2), in cells, may be spread."""
+    is_reached = np.zeros((-(-rows // TILE), -(-columns // TILE)), dtype=np.bool_)
+    for corners in bounds:
+        row, column = box_of(corners)
+        is_reached[
+            max(0, row.start // TILE) : max(0, -(-row.stop // TILE)),
+            max(0, column.start // TILE) : max(0, -(-column.stop // TILE)),
+        ] = True
+    return int(np.count_nonzero(is_reached))

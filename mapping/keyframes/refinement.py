@@ -13,13 +13,14 @@ from racecar.mapping.keyframes.config import ScanRefinementConfig
 from racecar.mapping.keyframes.placement import differ
 from racecar.mapping.matching.scan_matching import Matches, Pairings, match
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
+from racecar.mapping.threads import thread_count
 from racecar.maps.geometry.se2 import Pose, between, compose, wrap_angle
 
 _DEFAULT = ScanRefinementConfig()
 _CHUNK = 1000
 """Scans that are prepared and matched at once, so that a long drive needs the memory of few at a time."""
 _WORKERS = 2
-"""Threads, so that one chunk is prepared while another is matched."""
+"""Threads at most, so that one chunk is prepared while another is matched."""
 
 
 def guess_scans(
@@ -64,7 +65,7 @@ def refine_scans(
         part = slice(first, first + _CHUNK)
         poses[part] = _refine_chunk(points[part], after_keyframe[part], guesses[part], among, config)
 
-    with ThreadPoolExecutor(_WORKERS) as pool:
+    with ThreadPoolExecutor(thread_count(_WORKERS)) as pool:
         list(pool.map(refine, range(0, len(points), _CHUNK)))
     return poses
 

@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from racecar.mapping.matching.config import PointToLineConfig
 from racecar.mapping.matching.scan_matching_kernels import MatchLimits, PairedRows, match_groups
 from racecar.mapping.matching.scan_store import ScanStore
+from racecar.mapping.threads import thread_count
 from racecar.maps.geometry.se2 import Pose
 
 _NO_PRIOR = np.zeros((3, 3))
 """The information of a guess that is worth nothing, by definition."""
 _WORKERS = 2
-"""Threads, since the computers of small cars have few cores and other work to do."""
+"""Threads at most, since the computers of small cars have few cores and other work to do."""
 _WORTH_THREADS = 64
 """Groups from which on threads are used, since starting them takes as long as matching a few groups. By
 judgement."""
@@ -106,7 +107,7 @@ def match(
     if groups < _WORTH_THREADS:
         work(np.arange(groups))
     else:
-        with ThreadPoolExecutor(_WORKERS) as pool:
+        with ThreadPoolExecutor(thread_count(_WORKERS)) as pool:
             list(pool.map(work, np.array_split(np.arange(groups), 4 * _WORKERS)))
     return Matches(poses, hessians, qualities[:, 0], qualities[:, 1], qualities[:, 2])
 

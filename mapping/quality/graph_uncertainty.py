@@ -5,6 +5,8 @@ columns of it come from a sparse factorization (Kaess and Dellaert, "Covariance 
 information matrix for data association", Robotics and Autonomous Systems 57, 2009).
 """
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
@@ -18,6 +20,9 @@ _LOOSE = 0.5
 keyframes are due. By judgement; it also keeps the equations solvable."""
 _AT_ONCE = 64
 """Columns that are solved for at once, so that of a long drive they take some megabytes."""
+_WORKERS = 2
+"""Threads, since the solver works without the interpreter's lock and the computers of small cars have few
+cores."""
 
 
 def spreads(edges: GraphEdges, poses: Pose, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -49,13 +54,17 @@ def _covariance(edges: GraphEdges, poses: Pose, nodes: NDArray[np.int64]) -> NDA
     )
     columns = (3 * nodes[:, None] + np.arange(3)).ravel()
     covariance = np.zeros((len(columns), len(columns)))
-    for start in range(0, len(columns), _AT_ONCE):
+
+    def solve(start: int) -> None:
         asked = columns[start : start + _AT_ONCE]
         unit = np.zeros((size, len(asked)))
         unit[asked, np.arange(len(asked))] = 1.0
         solved = np.zeros_like(unit)
         solved[3:] = factor.solve(unit[3:])
         covariance[:, start : start + _AT_ONCE] = solved[columns]
+
+    with ThreadPoolExecutor(_WORKERS) as pool:
+        list(pool.map(solve, range(0, len(columns), _AT_ONCE)))
     return covariance.reshape(len(nodes), 3, len(nodes), 3)
 
 

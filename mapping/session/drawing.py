@@ -1,20 +1,22 @@
 """The map that scans draw, as it is wanted: turned, cropped, shifted to its origin, with scans left out."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from racecar.mapping.grid.config import DespecklingConfig, RenderingConfig
 from racecar.mapping.grid.despeckling import despeckled
-from racecar.mapping.grid.rendering import Box, Rays, render, returns_of, seen_box, touched_by
+from racecar.mapping.grid.near_path import near_path
+from racecar.mapping.grid.rendering import Box, Rays, bounds_of, render, returns_of, seen_box
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.wall_direction import wall_direction
 from racecar.maps.geometry.se2 import Pose, compose
-from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.tiled_grid import TiledGrid
 
 _FRAME_IS_KEPT = (
     "The map was carried on in the frame that it has, so it was neither turned nor given another origin: "
@@ -60,7 +62,7 @@ class Sights:
         return self.map_from_laser[: self.keyframes, :2]
 
     @property
-    def of_keyframes(self) -> list[NDArray[np.float64]]:
+    def of_keyframes(self) -> Iterator[NDArray[np.float64]]:
         """Per keyframe (N, 2) metres in the map: its returns."""
         return returns_of(self.rays[: self.keyframes], self.map_from_laser[: self.keyframes])
 
@@ -69,11 +71,16 @@ class Sights:
 class DrawnMap:
     """A grid, and the frame in which it is drawn."""
 
-    grid: OccupancyGrid
+    tiled: TiledGrid
     drawn_from_map: Pose | None
     """(3,) the frame of the scans seen from that of the grid; None where they are the same."""
     disregarded: tuple[str, ...]
     """Sentences on settings that could not be followed, or left nothing to draw."""
+
+    @cached_property
+    def grid(self) -> OccupancyGrid:
+        """The grid in one piece. Raises UserError when it is too large for that."""
+        return self.tiled.in_one_piece()
 
 
 def draw_map(
@@ -95,9 +102,9 @@ def draw_map(
     shown, not_left_out = _without_left_out(sights, rendering)
     box, not_cropped = _box(shown, rendering)
     grid = render(shown.rays, shown.map_from_laser, shown.drives, resolution, rendering, box)
-    grid = despeckled(grid, shown.of_keyframes, despeckling)
+    grid = despeckled(grid, shown.of_keyframes, shown.keyframes, despeckling)
     if rendering.crop == "driven":
-        grid = _driven(grid, shown.path, rendering.driven_margin)
+        grid = near_path(grid, shown.path, rendering.driven_margin)
     shift = np.zeros(2) if keep_frame else _shift(grid, rendering)
     if shift.any():
         grid = replace(grid, map_from_grid=grid.map_from_grid + np.append(shift, 0.0))
@@ -139,9 +146,7 @@ def _box(sights: Sights, rendering: RenderingConfig) -> tuple[Box | None, list[s
         margin = rendering.driven_margin
         return (sights.path.min(axis=0) - margin, sights.path.max(axis=0) + margin), []
     low, high = np.array(rendering.crop[:2]), np.array(rendering.crop[2:])
-    seen_low, seen_high = seen_box(
-        [touched_by(*each) for each in zip(sights.rays, sights.map_from_laser, strict=True)], 0.0
-    )
+    seen_low, seen_high = seen_box(bounds_of(sights.rays, sights.map_from_laser), 0.0)
     if np.any(low >= seen_high) or np.any(high <= seen_low):
         return None, [
             f"Nothing was seen in the box {_in_words(low, high)}, to which the map is to be cropped; what "
@@ -154,16 +159,7 @@ def _in_words(low: NDArray[np.float64], high: NDArray[np.float64]) -> str:
     return f"x {low[0]:.1f} to {high[0]:.1f} m, y {low[1]:.1f} to {high[1]:.1f} m"
 
 
-def _driven(grid: OccupancyGrid, path: NDArray[np.float64], margin: float) -> OccupancyGrid:
-    """The grid without what lies farther than a margin from a path (K, 2)."""
-    is_far = np.ones(grid.cells.shape, dtype=np.bool_)
-    rows, columns = grid.cell_of(path).T
-    is_far[rows, columns] = False
-    distances = distance_transform_edt(is_far, sampling=grid.resolution)
-    return replace(grid, cells=np.where(distances <= margin, grid.cells, UNKNOWN).astype(np.int8))
-
-
-def _shift(grid: OccupancyGrid, rendering: RenderingConfig) -> NDArray[np.float64]:
+def _shift(grid: TiledGrid, rendering: RenderingConfig) -> NDArray[np.float64]:
     """(2,) metres by which the map is moved to have its origin where that is wanted."""
     if rendering.origin is None:
         return np.zeros(2)

@@ -13,10 +13,11 @@ from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap import Submap
 from racecar.mapping.matching.correlative_search import Fit, LikelihoodPyramid, Window, search, search_apart
 from racecar.mapping.session.config import PlaceRecognitionConfig
+from racecar.mapping.threads import thread_count
 from racecar.maps.geometry.se2 import Pose, between, compose
 
 _WORKERS = 2
-"""Threads, since the search is one kernel without the interpreter's lock and small machines have two
+"""Threads at most, since the search is one kernel without the interpreter's lock and small machines have two
 cores."""
 
 
@@ -52,7 +53,7 @@ class RivalPlaces:
             there = between(self._poses[place[0].middle], map_from_moving)
             return search_apart(place[1], points, there, config.reach, least)
 
-        with ThreadPoolExecutor(_WORKERS) as pool:
+        with ThreadPoolExecutor(thread_count(_WORKERS)) as pool:
             fits = [
                 (found, submap)
                 for found, (submap, _) in zip(pool.map(fit, self._places), self._places, strict=True)

@@ -103,7 +103,7 @@ class Session:
     @property
     def points(self) -> NDArray[np.float32]:
         """(N, 2) metres in the map: the returns of all keyframes."""
-        return np.concatenate(returns_of(self.rays, self.map_from_keyframe)).astype(np.float32)
+        return np.concatenate(list(returns_of(self.rays, self.map_from_keyframe))).astype(np.float32)
 
     def constraints_between_bases(self) -> ConstraintList:
         """The same constraints between the bases of the keyframes instead of the lasers."""

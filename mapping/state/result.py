@@ -1,6 +1,7 @@
 """What a mapping run yields."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from racecar.mapping.session.session import Session
 from racecar.mapping.state.mapper_state import MapperState
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.trajectory import Trajectory
 
 WITHOUT_WHEELS = (
@@ -30,7 +32,7 @@ class MappingResult:
 
     trajectory: Trajectory
     """One pose of the base per scan."""
-    grid: OccupancyGrid
+    tiled: TiledGrid
     rendering: RenderingConfig
     """How the grid was drawn, and is to be written."""
     map_from_keyframe: Pose
@@ -50,6 +52,11 @@ class MappingResult:
     clouds: KeyframeClouds | None = None
     """Of the L keyframes of this drive, in their laser frames; None where they were not asked for."""
 
+    @cached_property
+    def grid(self) -> OccupancyGrid:
+        """The grid in one piece. Raises UserError when it is too large for that."""
+        return self.tiled.in_one_piece()
+
 
 def result_of(
     state: MapperState,
@@ -63,7 +70,7 @@ def result_of(
     map_from_base = compose(map_from_laser, laser_from_base)
     return MappingResult(
         trajectory=Trajectory(np.array(state.drive.stamps, dtype=np.int64), map_from_base),
-        grid=drawn.grid,
+        tiled=drawn.tiled,
         rendering=state.config.rendering,
         map_from_keyframe=session.map_from_base,
         keyframe_indices=np.array(state.drive.keyframe_scans, dtype=np.int64),

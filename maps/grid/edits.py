@@ -1,14 +1,16 @@
 """Edits of a map: what people know better than scans, drawn over the grid at every rendering."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN
+from racecar.maps.grid.tiled_grid import TILE, Tile, TiledGrid, tiles_in
 
 EditKind = Literal["erase", "wall", "free", "unknown", "keepout", "speed"]
 EDIT_KINDS: tuple[EditKind, ...] = get_args(EditKind)
@@ -33,65 +35,85 @@ class Edit:
         return replace(self, points=transform_points(new_from_map, self.points))
 
 
-def edited(grid: OccupancyGrid, edits: Iterable[Edit]) -> OccupancyGrid:
+def edited(grid: TiledGrid, edits: Iterable[Edit]) -> TiledGrid:
     """The grid with edits drawn over it, the later over the earlier ones."""
-    cells = grid.cells.copy()
     for edit in edits:
-        if edit.kind in ("keepout", "speed"):
-            continue
-        area = covered(grid, edit)
         if edit.kind == "erase":
-            cells[area & (cells != UNKNOWN)] = FREE
-        else:
-            cells[area] = {"free": FREE, "unknown": UNKNOWN, "wall": OCCUPIED}[edit.kind]
-    return replace(grid, cells=cells)
+            grid = _drawn_over(grid, edit, FREE, only_known=True)
+        elif edit.kind not in ("keepout", "speed"):
+            grid = _drawn_over(grid, edit, {"free": FREE, "unknown": UNKNOWN, "wall": OCCUPIED}[edit.kind])
+    return grid
 
 
-def keepout_mask(grid: OccupancyGrid, edits: Iterable[Edit]) -> OccupancyGrid:
+def keepout_mask(grid: TiledGrid, edits: Iterable[Edit]) -> TiledGrid:
     """100 where no robot may be, else 0, on the cells of a grid."""
-    cells = np.zeros_like(grid.cells)
+    mask = replace(grid, tiles={}, elsewhere=FREE)
     for edit in edits:
         if edit.kind == "keepout":
-            cells[covered(grid, edit)] = OCCUPIED
-    return replace(grid, cells=cells)
+            mask = _drawn_over(mask, edit, OCCUPIED)
+    return mask
 
 
-def speed_mask(grid: OccupancyGrid, edits: Iterable[Edit]) -> tuple[OccupancyGrid, float]:
+def speed_mask(grid: TiledGrid, edits: Iterable[Edit]) -> tuple[TiledGrid, float]:
     """How fast a robot may be on the cells of a grid, 1 to 100, and 0 where there is no limit; and the metres
     per second that 1 stands for. Where areas overlap, the lowest limit holds."""
     limited = [edit for edit in edits if edit.kind == "speed"]
     unit = max((edit.limit for edit in limited), default=0.0) / OCCUPIED
-    cells = np.zeros_like(grid.cells)
+    mask = replace(grid, tiles={}, elsewhere=0)
     for edit in sorted(limited, key=lambda edit: -edit.limit):
-        cells[covered(grid, edit)] = max(1, int(np.floor(edit.limit / unit + 1e-9)))
-    return replace(grid, cells=cells), unit
+        mask = _drawn_over(mask, edit, max(1, int(np.floor(edit.limit / unit + 1e-9))))
+    return mask, unit
 
 
-def covered(grid: OccupancyGrid, edit: Edit) -> NDArray[np.bool_]:
-    """(rows, columns) the cells whose centres an edit covers; of a wall also those that its line passes."""
+def _drawn_over(grid: TiledGrid, edit: Edit, value: int, *, only_known: bool = False) -> TiledGrid:
+    """The grid with a value in the cells that an edit covers, or in those of them that are known."""
+    tiles = dict(grid.tiles)
+    for tile, area in covered(grid, edit):
+        cells = grid.tile(tile)
+        tiles[tile] = np.where(area & (cells != UNKNOWN) if only_known else area, np.int8(value), cells)
+    return replace(grid, tiles=tiles)
+
+
+def covered(grid: TiledGrid, edit: Edit) -> Iterator[tuple[Tile, NDArray[np.bool_]]]:
+    """Tiles of which an edit covers cells, and (TILE, TILE) which: those whose centres lie in it; of a wall
+    also those that its line passes."""
     from skimage.draw import polygon2mask  # few maps have edits, and it takes a while to load
 
-    shape = grid.cells.shape
+    rings = [grid.raster_of(ring) for ring in _rings(edit)]
+    line = _passed(grid, edit.points) if edit.kind == "wall" else np.zeros((0, 2), dtype=np.int64)
+    corners = np.concatenate([*rings, line])
+    low = np.clip(np.floor(corners.min(axis=0)), 0, grid.shape).astype(np.int64)
+    high = np.clip(np.ceil(corners.max(axis=0)) + 1, 0, grid.shape).astype(np.int64)
+    for tile in tiles_in(*(slice(*span) for span in zip(low.tolist(), high.tolist(), strict=True))):
+        first = np.array(tile.first_cell)
+        area = np.zeros((TILE, TILE), dtype=np.bool_)
+        for ring in rings:  # the first is the outer one
+            area ^= polygon2mask(area.shape, ring - first)
+        here = line - first
+        area[tuple(here[np.all((here >= 0) & (here < TILE), axis=1)].T)] = True
+        height, width = np.minimum(np.array(grid.shape) - first, TILE).tolist()
+        area[height:], area[:, width:] = False, False
+        if area.any():
+            yield tile, area
+
+
+def _rings(edit: Edit) -> list[NDArray[np.float64]]:
+    """(N, 2) metres in the map: the outline of what an edit covers, then its holes; no thin wall has any."""
     if edit.kind != "wall":
-        return np.asarray(polygon2mask(shape, grid.raster_of(edit.points)), dtype=np.bool_)
-    mask = np.zeros(shape, dtype=np.bool_)
-    for start, end in zip(edit.points[:-1], edit.points[1:], strict=True):
-        mask |= _passed(grid, start, end)
-    if edit.width > 0.0:
-        from shapely import LineString
+        return [edit.points]
+    if edit.width == 0.0:
+        return []
+    from shapely import LineString
 
-        outline = LineString(edit.points).buffer(edit.width / 2, cap_style="flat", join_style="mitre")
-        rings = [outline.exterior, *outline.interiors]
-        inside, *holes = [polygon2mask(shape, grid.raster_of(np.array(ring.coords))) for ring in rings]
-        mask |= inside & ~np.any(holes, axis=0)
-    return mask
+    outline = LineString(edit.points).buffer(edit.width / 2, cap_style="flat", join_style="mitre")
+    return [np.array(ring.coords) for ring in (outline.exterior, *outline.interiors)]
 
 
-def _passed(grid: OccupancyGrid, start: NDArray[np.float64], end: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """The cells from one point to another, without a gap through which a ray would pass."""
-    steps = 2 + int(np.ceil(4.0 * np.hypot(*(end - start)) / grid.resolution))
-    cells = grid.cell_of(start + np.linspace(0.0, 1.0, steps)[:, None] * (end - start))
-    rows, columns = cells[grid.contains(cells)].T
-    mask = np.zeros(grid.cells.shape, dtype=np.bool_)
-    mask[rows, columns] = True
-    return mask
+def _passed(grid: TiledGrid, points: NDArray[np.float64]) -> NDArray[np.int64]:
+    """(M, 2) the cells of a grid from point to point (N, 2), without a gap through which a ray would pass."""
+    passed = []
+    for start, end in pairwise(points):
+        steps = 2 + int(np.ceil(4.0 * np.hypot(*(end - start)) / grid.resolution))
+        cells = grid.cell_of(start + np.linspace(0.0, 1.0, steps)[:, None] * (end - start))
+        passed.append(cells[grid.contains(cells)])
+    return np.concatenate(passed)

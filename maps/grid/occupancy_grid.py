@@ -3,9 +3,10 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import Pose, inverse, transform_points
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.raster import Raster
 
 UNKNOWN = -1
 FREE = 0
@@ -17,7 +18,7 @@ FREE_THRESHOLD = 0.196
 
 
 @dataclass(frozen=True, eq=False)
-class OccupancyGrid:
+class OccupancyGrid(Raster):
     """Cells over the plane, in the convention of ``nav_msgs/OccupancyGrid``."""
 
     cells: NDArray[np.int8]
@@ -27,24 +28,12 @@ class OccupancyGrid:
     map_from_grid: Pose
     """(3,) pose of the outer corner of cell (0, 0); the yaw may be any (MIT's maps have 3.14)."""
 
-    def cell_of(self, points_in_map: ArrayLike) -> NDArray[np.int64]:
-        """(N, 2) row and column of points (N, 2); they may lie outside the grid."""
-        points_in_grid = transform_points(inverse(self.map_from_grid), points_in_map)
-        return np.floor(points_in_grid[:, ::-1] / self.resolution).astype(np.int64)
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        rows, columns = self.cells.shape
+        return rows, columns
 
-    def raster_of(self, points_in_map: ArrayLike) -> NDArray[np.float64]:
-        """(N, 2) row and column of points (N, 2), fractions and all; 0 is the middle of the first cell."""
-        points_in_grid = transform_points(inverse(self.map_from_grid), points_in_map)
-        raster: NDArray[np.float64] = points_in_grid[:, ::-1] / self.resolution - 0.5
-        return raster
-
-    def center_of(self, cells: ArrayLike) -> NDArray[np.float64]:
-        """(N, 2) centres in the map frame of cells (N, 2), row and column."""
-        points_in_grid = (np.asarray(cells, dtype=np.float64)[:, ::-1] + 0.5) * self.resolution
-        return transform_points(self.map_from_grid, points_in_grid)
-
-    def contains(self, cells: ArrayLike) -> NDArray[np.bool_]:
-        """(N,) whether cells (N, 2) lie on the grid."""
-        cells = np.asarray(cells)
-        inside: NDArray[np.bool_] = np.all((cells >= 0) & (cells < np.array(self.cells.shape)), axis=1)
-        return inside
+    def rows(self, first: int, until: int) -> NDArray[np.int8]:
+        """(until - first, columns) cells of some rows."""
+        return self.cells[first:until]

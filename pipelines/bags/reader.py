@@ -221,10 +221,15 @@ class BagReader:
         return self._scans[0].clock_offset, odometry.clock_offset if odometry else None
 
     @property
+    def fingerprint(self) -> str:
+        """A digest of the bag's content."""
+        return self._fingerprint
+
+    @property
     def inputs(self) -> dict[str, object]:
         """What is read, and what is assumed of the car, for reports."""
         inputs: dict[str, object] = {
-            "bag_fingerprint": self._fingerprint,
+            "bag_fingerprint": self.fingerprint,
             **({} if self._part.is_whole else {"part": asdict(self._part)}),
             "scan_topic": self.scan_topic,
             "odom_topic": self.odom_topic,

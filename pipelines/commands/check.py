@@ -17,7 +17,7 @@ from racecar.pipelines.commands.options import (
     QuietOption,
     ScanTopicOption,
     StartOption,
-    open_bag,
+    bag_reading,
 )
 
 if TYPE_CHECKING:
@@ -58,8 +58,7 @@ def check(
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.runs.progress import progress_bar
 
-    with open_bag(
-        bag,
+    with bag_reading(
         scan_topic=scan_topic,
         odom_topic=odom_topic,
         no_odom=no_odom,
@@ -68,7 +67,7 @@ def check(
         no_imu=no_imu,
         start=start,
         duration=duration,
-    ) as reader:
+    ).open(bag) as reader:
         from racecar.mapping.self_calibration.config import SelfCalibrationConfig
         from racecar.pipelines.runs.calibration_run import calibrate
 

@@ -20,6 +20,7 @@ from racecar.pipelines.commands.options import (
     OutputFolderOption,
     QuietOption,
     ScanTopicOption,
+    SchedulerOption,
     SeedOption,
     parse_laser_pose,
 )
@@ -34,16 +35,6 @@ QuickOption = Annotated[
     bool,
     typer.Option(
         "--quick", help="Few repetitions: enough to see that everything works, not to draw conclusions."
-    ),
-]
-SchedulerOption = Annotated[
-    str | None,
-    typer.Option(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Run on a dask cluster, such as tcp://192.168.0.5:8786; by default on all cores of this "
-        "machine.",
-        show_default=False,
     ),
 ]
 RecordingOption = Annotated[
@@ -174,13 +165,13 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
     from racecar.pipelines.experiments.html_report import html_report
     from racecar.pipelines.experiments.result import ExperimentSettings, Finished
     from racecar.pipelines.experiments.result_files import as_rich, save_result
-    from racecar.pipelines.experiments.sweep import ParameterSweep
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
+    from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
     settings = ExperimentSettings(load_config(flags.config).localization, flags.seed, flags.quick, recording)
-    sweep = ParameterSweep(flags.scheduler, flags.quiet)
+    parallel = ParallelRuns(flags.scheduler, flags.quiet)
     report = Report(f"racecar experiment {name}")
     report.add(
         "inputs", {"seed": flags.seed, "quick": flags.quick, "settings": settings.localization.model_dump()}
@@ -197,7 +188,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
         for number, entry in enumerate(entries, start=1):
             announce.print(f"{number}/{len(entries)} {entry.name}", markup=False)
             with report.stage(entry.name):
-                result = entry.load()(settings, sweep)
+                result = entry.load()(settings, parallel)
                 done[entry.name] = Finished(result, result.pictures())
                 save_result(entry.name, done[entry.name], folder)
             report.add(entry.name, result.figures())

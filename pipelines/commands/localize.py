@@ -22,7 +22,7 @@ from racecar.pipelines.commands.options import (
     ScanTopicOption,
     SeedOption,
     StartOption,
-    open_bag,
+    bag_reading,
 )
 
 
@@ -78,8 +78,7 @@ def localize(
     report.add("inputs", {"bag": bag, "map": map, "config": config})
     with (
         output_folder(out) as folder,
-        open_bag(
-            bag,
+        bag_reading(
             scan_topic=scan_topic,
             odom_topic=odom_topic,
             no_odom=no_odom,
@@ -88,7 +87,7 @@ def localize(
             no_imu=no_imu,
             start=start,
             duration=duration,
-        ) as reader,
+        ).open(bag) as reader,
     ):
         grid = load_map(map)
         with report.stage("loading"):  # after bag and map, so that their faults are reported at once

@@ -1,13 +1,12 @@
 """``racecar map``: a bag becomes a map."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from racecar.pipelines.commands.exit_codes import INTERRUPTED, NOT_GOOD_ENOUGH
 from racecar.pipelines.commands.options import (
-    BagArgument,
     ConfigOption,
     DurationOption,
     ImuTopicOption,
@@ -20,9 +19,10 @@ from racecar.pipelines.commands.options import (
     QuietOption,
     RecordOption,
     ScanTopicOption,
+    SchedulerOption,
     SeedOption,
     StartOption,
-    open_bag,
+    bag_reading,
 )
 from racecar.pipelines.commands.rendering_options import (
     DxfOption,
@@ -31,6 +31,9 @@ from racecar.pipelines.commands.rendering_options import (
     SvgOption,
     requested_files,
 )
+
+if TYPE_CHECKING:
+    from racecar.pipelines.runs.mapping_job import MappingJob
 
 ContinueOption = Annotated[
     Path | None,
@@ -53,9 +56,42 @@ InitialPoseOption = Annotated[
 ]
 
 
+OptionalBagArgument = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="BAG",
+        help="A ROS 1 .bag, a ROS 2 bag folder, or a single .db3 or .mcap file; none with --batch.",
+        show_default=False,
+    ),
+]
+BatchOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--batch",
+        metavar="LIST",
+        help="Map many bags: those that a text file names, a path per line, or all that are in a folder, "
+        "each into a folder of its own in --out.",
+        show_default=False,
+    ),
+]
+JobsOption = Annotated[
+    int | None,
+    typer.Option(
+        "--jobs",
+        metavar="N",
+        min=1,
+        help="With --batch: map at most N bags at once; by default as many as there are cores.",
+        show_default=False,
+    ),
+]
+
+
 def map(
-    bag: BagArgument,
     out: OutputFolderOption,
+    bag: OptionalBagArgument = None,
+    batch: BatchOption = None,
+    jobs: JobsOption = None,
+    scheduler: SchedulerOption = None,
     config: ConfigOption = None,
     scan_topic: ScanTopicOption = None,
     odom_topic: OdomTopicOption = None,
@@ -72,7 +108,13 @@ def map(
     svg: SvgOption = False,
     dxf: DxfOption = False,
     record: RecordOption = False,
-    strict: Annotated[bool, typer.Option("--strict", help="Exit code 3 when the map is wrong.")] = False,
+    strict: Annotated[
+        bool,
+        typer.Option(
+            "--strict",
+            help="Exit code 3 when the map is wrong; with --batch when any is not good, or missing.",
+        ),
+    ] = False,
     seed: SeedOption = 0,
     json: JsonOption = None,
     quiet: QuietOption = False,
@@ -86,65 +128,92 @@ def map(
     Example: racecar map drive.bag --out runs/drive
 
     Another day: racecar map more.bag --out runs/both --continue runs/drive
+
+    Many bags at once, and a page of what became of each: racecar map --batch recordings --out runs
     """
+    from racecar.pipelines.files.config_file import load_config
+    from racecar.pipelines.runs.mapping_job import MappingJob
+
+    _refuse_contradiction(bag, batch, jobs, scheduler, continue_, initial_pose)
+    loaded = load_config(config)
+    reading = bag_reading(
+        scan_topic=scan_topic,
+        odom_topic=odom_topic,
+        no_odom=no_odom,
+        laser_pose=laser_pose,
+        imu_topic=imu_topic,
+        no_imu=no_imu,
+        start=start,
+        duration=duration,
+    )
+    job = MappingJob(
+        bag or Path(),
+        out,
+        loaded,
+        config_file=config,
+        reading=reading,
+        continued=continue_,
+        initial_pose=initial_pose,
+        requested=requested_files(ply=ply, png=png, svg=svg, dxf=dxf),
+        record=record,
+        seed=seed,
+    )
+    if batch is None:
+        _map_one(job, strict=strict, json=json, quiet=quiet)
+    else:
+        from racecar.pipelines.commands.map_many import map_many
+        from racecar.pipelines.runs.parallel_runs import ParallelRuns
+
+        map_many(job, batch, ParallelRuns(scheduler, quiet, jobs), strict=strict, json=json)
+
+
+def _refuse_contradiction(
+    bag: Path | None,
+    batch: Path | None,
+    jobs: int | None,
+    scheduler: str | None,
+    continued: Path | None,
+    initial_pose: tuple[float, float, float] | None,
+) -> None:
+    from racecar.maps.errors import UserError
+
+    if batch is None and bag is None:
+        raise UserError("There is nothing to map: give a BAG, or a list or folder of bags with --batch.")
+    if batch is None and (jobs is not None or scheduler is not None):
+        raise UserError("--jobs and --scheduler are for many bags: name these with --batch.")
+    if batch is not None and bag is not None:
+        raise UserError(f"Give {bag} or --batch, not both; a list for --batch may name {bag}, too.")
+    if batch is not None and (continued is not None or initial_pose is not None):
+        raise UserError(
+            "--continue and --initial-pose are for one bag; `racecar merge` joins the maps that --batch made."
+        )
+    if jobs is not None and scheduler is not None:
+        raise UserError("--jobs is for this machine; on a cluster, start fewer workers or more instead.")
+
+
+def _map_one(job: "MappingJob", *, strict: bool, json: Path | None, quiet: bool) -> None:
     from rich.console import Console
 
-    from racecar.pipelines.files.config_file import load_config
-    from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
+    from racecar.pipelines.runs.interrupts import STOP_SIGNALS
+    from racecar.pipelines.runs.mapping_job import carry_out
 
     report = Report("racecar map")
-    loaded = load_config(config)
-    report.add("inputs", {"bag": bag, "config": config})
-    with (
-        output_folder(out) as folder,
-        open_bag(
-            bag,
-            scan_topic=scan_topic,
-            odom_topic=odom_topic,
-            no_odom=no_odom,
-            laser_pose=laser_pose,
-            imu_topic=imu_topic,
-            no_imu=no_imu,
-            start=start,
-            duration=duration,
-        ) as reader,
-    ):
-        with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
-            from racecar.mapping.quality.map_quality import Verdict
-            from racecar.pipelines.commands.mapping_summary import print_mapping
-            from racecar.pipelines.runs.checkpoint import checkpoint_file
-            from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
-            from racecar.pipelines.runs.interrupts import STOP_SIGNALS
-            from racecar.pipelines.runs.map_outputs import outputs_with
-            from racecar.pipelines.runs.mapped_bag import map_reader
-            from racecar.pipelines.view.mapping_record import record_mapping
-        requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
-        outputs_with(requested)  # what is missing for them is reported now, not after hours
-        edits = edits_of_new_map(out, continue_, report)
-        console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
-        mapped = map_reader(
-            reader,
-            loaded,
-            report,
-            continued=continue_,
-            initial_pose=initial_pose,
-            seed=seed,
-            quiet=quiet,
-            checkpoint_beside=out,
-            announce=lambda sentence: console.print(sentence, markup=False),
-            stop_signals=STOP_SIGNALS,
-        )
-        if record:
-            with report.stage("recording"):
-                record_mapping(reader, mapped.result, folder)
-        mapped.write(folder, edits, requested)
-    remove_old_masks(out, edits)
-    checkpoint_file(out).unlink(missing_ok=True)
+    console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
+    mapped = carry_out(
+        job,
+        report,
+        quiet=quiet,
+        announce=lambda sentence: console.print(sentence, markup=False),
+        stop_signals=STOP_SIGNALS,
+    )
     if json is not None:
         report.write(json)
+    from racecar.mapping.quality.map_quality import Verdict
+    from racecar.pipelines.commands.mapping_summary import print_mapping
+
     if not quiet:
-        print_mapping(report, mapped.quality, out, json)
+        print_mapping(report, mapped.quality, job.out, json)
     if report.as_dict()["counts"].get("interrupted"):
         raise typer.Exit(INTERRUPTED)
     if strict and mapped.quality.verdict == Verdict.WRONG:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from racecar.pipelines.bags.reader import BagReader
+    from racecar.pipelines.runs.bag_reading import BagReading
 
 PAGE_WIDTH = 200
 """Characters of a line where tables go to a file or a pipe, so that none of their cells is broken."""
@@ -158,6 +158,16 @@ JsonOption = Annotated[
     Path | None,
     typer.Option("--json", metavar="FILE", help="Also write the figures to this file.", show_default=False),
 ]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Run on a dask cluster, such as tcp://192.168.0.5:8786; by default on all cores of this "
+        "machine.",
+        show_default=False,
+    ),
+]
 RecordOption = Annotated[
     bool,
     typer.Option(
@@ -168,8 +178,7 @@ RecordOption = Annotated[
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.", callback=_print_errors_only)]
 
 
-def open_bag(
-    path: Path,
+def bag_reading(
     *,
     scan_topic: list[str] | None,
     odom_topic: str | None,
@@ -179,20 +188,17 @@ def open_bag(
     no_imu: bool = False,
     start: float = 0.0,
     duration: float | None = None,
-) -> "BagReader":
-    """The bag, read as the flags say. Raises UserError when it cannot be."""
-    import numpy as np
+) -> "BagReading":
+    """How the flags say that a bag is read. Raises UserError when the laser's pose is none."""
+    from racecar.pipelines.runs.bag_reading import BagReading
 
-    from racecar.pipelines.bags.reader import BagReader
-
-    return BagReader(
-        path,
-        scan_topic=scan_topic,
+    return BagReading(
+        scan_topics=tuple(scan_topic or ()),
         odom_topic=odom_topic,
         imu_topic=imu_topic,
         use_odometry=not no_odom,
         use_imu=not no_imu,
-        base_from_laser=None if laser_pose is None else np.array(parse_laser_pose(laser_pose)),
+        base_from_laser=None if laser_pose is None else parse_laser_pose(laser_pose),
         start=start,
         duration=duration,
     )

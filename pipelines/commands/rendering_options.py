@@ -101,10 +101,10 @@ _FLAGS = {
 }
 
 
-def requested_files(*, ply: bool, png: bool, svg: bool, dxf: bool) -> list[str]:
+def requested_files(*, ply: bool, png: bool, svg: bool, dxf: bool) -> tuple[str, ...]:
     """The files that flags ask for."""
     wanted = {"points.ply": ply, "map_image.png": png, "walls.svg": svg, "walls.dxf": dxf}
-    return [name for name, is_wanted in wanted.items() if is_wanted]
+    return tuple(name for name, is_wanted in wanted.items() if is_wanted)
 
 
 def drawn_as(

@@ -25,9 +25,9 @@ from racecar.pipelines.experiments.figure_style import (
 from racecar.pipelines.experiments.filters import COLORS, start_filter
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
 from racecar.pipelines.experiments.shared_drives import simulated_drive
-from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import heading_errors, place_errors, track
 from racecar.pipelines.pictures.map_picture import draw_grid
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 SCENARIOS: Mapping[str, SimulationConfig] = {
@@ -197,7 +197,7 @@ class Autograde:
         return np.degrees([drive.heading_deviation for drive in self.drives[scenario][name]])
 
 
-def autograde(settings: ExperimentSettings, sweep: ParameterSweep) -> Autograde:
+def autograde(settings: ExperimentSettings, parallel: ParallelRuns) -> Autograde:
     """Three scenarios, 10 seeds each (2 on a shorter drive when quick)."""
     seeds, seconds = (range(2), 10.0) if settings.quick else (range(10), 30.0)
     variants: dict[str, LocalizationConfig | CourseSettings] = {
@@ -210,7 +210,7 @@ def autograde(settings: ExperimentSettings, sweep: ParameterSweep) -> Autograde:
         for seed in seeds
     }
     arguments = [(config, variant) for config in drives.values() for variant in variants.values()]
-    done = iter(sweep.run("Autograde", grade_drive, arguments))
+    done = iter(parallel.run("Autograde", grade_drive, arguments))
     graded = {key: {name: next(done) for name in variants} for key in drives}
     truths = {name: simulated_drive(_MAP, drives[name, 0]) for name in SCENARIOS}
     return Autograde(

@@ -21,8 +21,8 @@ from racecar.pipelines.experiments.figure_style import (
 from racecar.pipelines.experiments.filters import start_filter
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
 from racecar.pipelines.experiments.shared_drives import simulated_drive
-from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import Track, place_errors, track
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
@@ -163,7 +163,7 @@ class BeamsAndParticles:
             axes.text(column, row, f"{value:.1f}", ha="center", va="center", color=color, fontsize=6)
 
 
-def beams_and_particles(settings: ExperimentSettings, sweep: ParameterSweep) -> BeamsAndParticles:
+def beams_and_particles(settings: ExperimentSettings, parallel: ParallelRuns) -> BeamsAndParticles:
     """All pairs; 3 seeds for the accuracy. When quick, fewer of both, one seed and a shorter drive."""
     beams = _BEAMS[::2] if settings.quick else _BEAMS
     particles = _PARTICLES[::3] if settings.quick else _PARTICLES
@@ -175,11 +175,11 @@ def beams_and_particles(settings: ExperimentSettings, sweep: ParameterSweep) -> 
         SimulationConfig(noise=NoiseLevel.FULL, seed=1000 * settings.seed + seed, duration=seconds)
         for seed in seeds
     ]
-    errors = sweep.run(
+    errors = parallel.run(
         "Beams and particles", drive_errors, [(config, drive) for config in configs for drive in drives]
     )
     warm_up(LocalizationConfig())
-    times = sweep.here("Timing", milliseconds, [(config, drives[0]) for config in configs])
+    times = parallel.here("Timing", milliseconds, [(config, drives[0]) for config in configs])
     shape = (len(beams), len(particles))
     means, leads, scatters = np.moveaxis(np.array(errors).reshape(*shape, len(seeds), 3), -1, 0)
     return BeamsAndParticles(

@@ -25,8 +25,8 @@ from racecar.pipelines.experiments.filters import COLORS, start_filter
 from racecar.pipelines.experiments.lab_room import CircleDrive, draw_lab_room
 from racecar.pipelines.experiments.recording import Recording, first_seconds, known_start
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
-from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import Track, track
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 _SPREAD = (0.5, 0.5, 0.25)
 """Standard deviations of the start: metres, metres, radians."""
@@ -131,7 +131,7 @@ class Convergence:
             )
 
 
-def convergence(settings: ExperimentSettings, sweep: ParameterSweep) -> Convergence:
+def convergence(settings: ExperimentSettings, parallel: ParallelRuns) -> Convergence:
     """Both filters in the lab room, 20 seeds (3 when quick), and on a recording when there is one."""
     variants: dict[str, LocalizationConfig | CourseSettings] = {
         OURS_NAME: settings.localization,
@@ -147,7 +147,7 @@ def convergence(settings: ExperimentSettings, sweep: ParameterSweep) -> Converge
         for variant in variants.values()
         for index in seeds
     ]
-    done = iter(sweep.run("Convergence", converge, arguments))
+    done = iter(parallel.run("Convergence", converge, arguments))
     return Convergence({place: {name: [next(done) for _ in seeds] for name in variants} for place in places})
 
 

@@ -26,7 +26,7 @@ from racecar.pipelines.experiments.figure_style import (
 )
 from racecar.pipelines.experiments.filters import with_motion_noise
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
-from racecar.pipelines.experiments.sweep import ParameterSweep
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 _SPEED, _RADIUS, _PERIOD = 2.0, 2.0, 0.05
 """Metres per second, metres, seconds."""
@@ -102,7 +102,7 @@ class MotionModelResult:
             ]
 
 
-def motion_model(settings: ExperimentSettings, sweep: ParameterSweep) -> MotionModelResult:
+def motion_model(settings: ExperimentSettings, parallel: ParallelRuns) -> MotionModelResult:
     """The same drive without noise and with noise."""
     config = settings.localization
     variants = {
@@ -110,7 +110,7 @@ def motion_model(settings: ExperimentSettings, sweep: ParameterSweep) -> MotionM
         "with noise": config,
     }
     path = _path()
-    clouds = sweep.here(
+    clouds = parallel.here(
         "Motion model", drive_blindly, [(config, settings.seed) for config in variants.values()]
     )
     return MotionModelResult(dict(zip(variants, clouds, strict=True)), path)

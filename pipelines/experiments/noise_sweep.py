@@ -22,8 +22,8 @@ from racecar.pipelines.experiments.figure_style import (
 from racecar.pipelines.experiments.filters import COLORS, start_filter, with_motion_noise
 from racecar.pipelines.experiments.lab_room import SCAN_PERIOD, CircleDrive, draw_lab_room
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
-from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import track
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 NOISES = (0.02, 0.10, 0.25, 0.5, 0.75, 1.0)
 """Standard deviations, metres and radians: after a metre or radian for ours, per update for the course."""
@@ -226,7 +226,7 @@ class NoiseSweep:
 _OWNERS = {OURS_NAME: "this library's", COURSE_NAME: "the course's"}
 
 
-def noise_sweep(settings: ExperimentSettings, sweep: ParameterSweep) -> NoiseSweep:
+def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> NoiseSweep:
     """Both filters, each noise, 20 seeds (2 when quick)."""
     seeds = range(2 if settings.quick else 20)
     variants: dict[str, dict[float, LocalizationConfig | CourseSettings]] = {
@@ -239,7 +239,7 @@ def noise_sweep(settings: ExperimentSettings, sweep: ParameterSweep) -> NoiseSwe
         for variant in by_noise.values()
         for index in seeds
     ]
-    done = iter(sweep.run("Noise sweep", step_response, arguments))
+    done = iter(parallel.run("Noise sweep", step_response, arguments))
     responses = {
         name: {noise: [next(done) for _ in seeds] for noise in by_noise}
         for name, by_noise in variants.items()

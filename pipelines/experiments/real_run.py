@@ -29,10 +29,10 @@ from racecar.pipelines.experiments.figure_style import (
 )
 from racecar.pipelines.experiments.recording import Recording, StandIn
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
-from racecar.pipelines.experiments.sweep import ParameterSweep
 from racecar.pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
 from racecar.pipelines.pictures.driven_time import DrivenTime
 from racecar.pipelines.pictures.map_picture import draw_grid
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 _MOMENTS = 4
 _JITTER = 0.1
@@ -240,7 +240,7 @@ class RealRun:
             )
 
 
-def real_run(settings: ExperimentSettings, sweep: ParameterSweep) -> RealRun:
+def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> RealRun:
     """Localize over a recording, from where it starts if that is known, else from anywhere.
 
     Where none is given, a simulated drive stands in. Raises UserError when the recording cannot be read.
@@ -260,7 +260,7 @@ def real_run(settings: ExperimentSettings, sweep: ParameterSweep) -> RealRun:
     def watch(scan: Scan, estimate: Estimate) -> None:
         shares.append(walls.share(scan, estimate.map_from_base))
 
-    run = sweep.here("Real run", track, [(localizer, recording.messages(), watch)])[0]
+    run = parallel.here("Real run", track, [(localizer, recording.messages(), watch)])[0]
     return RealRun(
         recording.title,
         recording.is_real,

@@ -7,7 +7,7 @@ from typing import Any, Protocol
 from racecar.localization.config import LocalizationConfig
 from racecar.pipelines.experiments.figure_style import Picture
 from racecar.pipelines.experiments.recording import Recording
-from racecar.pipelines.experiments.sweep import ParameterSweep
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 
 @dataclass(frozen=True)
@@ -63,5 +63,5 @@ class Finished:
 class Experiment(Protocol):
     """Something that can be run."""
 
-    def __call__(self, settings: ExperimentSettings, sweep: ParameterSweep) -> ExperimentResult:
+    def __call__(self, settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
         """Do it."""

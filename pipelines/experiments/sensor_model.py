@@ -23,7 +23,7 @@ from racecar.pipelines.experiments.figure_style import (
     legend_below,
 )
 from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
-from racecar.pipelines.experiments.sweep import ParameterSweep
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 _SLICE = 100
 """Pixels that the map says in the slice."""
@@ -130,6 +130,6 @@ class SensorModelResult:
             )
 
 
-def sensor_model(settings: ExperimentSettings, sweep: ParameterSweep) -> SensorModelResult:
+def sensor_model(settings: ExperimentSettings, parallel: ParallelRuns) -> SensorModelResult:
     """The table as it is; nothing is measured."""
     return SensorModelResult(sensor_table())

@@ -12,7 +12,7 @@ from typing import Any
 import yaml
 
 from racecar.maps.grid.edits import Edit, keepout_mask, speed_mask
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.map_files import save_map
 from racecar.maps.whole_files import write_atomically
 
@@ -25,7 +25,7 @@ def filter_files(name: str) -> tuple[str, ...]:
     return f"{name}_mask.yaml", f"{name}_mask.pgm", f"{name}_filter.yaml"
 
 
-def save_filter_masks(grid: OccupancyGrid, edits: Sequence[Edit], folder: Path) -> None:
+def save_filter_masks(grid: TiledGrid, edits: Sequence[Edit], folder: Path) -> None:
     """Write the masks that edits ask for, on the cells of a grid. Raises UserError when the place cannot be
     written to."""
     if any(edit.kind == "keepout" for edit in edits):
@@ -35,7 +35,7 @@ def save_filter_masks(grid: OccupancyGrid, edits: Sequence[Edit], folder: Path) 
         _save(mask, "speed", metres_per_second, folder)
 
 
-def _save(mask: OccupancyGrid, name: str, multiplier: float, folder: Path) -> None:
+def _save(mask: TiledGrid, name: str, multiplier: float, folder: Path) -> None:
     mask_yaml, _, parameters_yaml = filter_files(name)
     save_map(mask, folder / mask_yaml, mode="raw")  # each value as it is
     topic = f"/{name}_filter_mask"

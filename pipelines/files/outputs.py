@@ -35,11 +35,15 @@ def written_to(path: Path) -> tuple[str, ...]:
 
 
 def _move_files(source: Path, destination: Path) -> None:
+    from racecar.pipelines.files.report import REPORT_FILE  # loads NumPy, which the command line does without
+
     try:
-        for folder, _, names in os.walk(source):
+        for folder, _, names in os.walk(
+            source, topdown=False
+        ):  # so that the report, which is on top, is last
             target = destination / Path(folder).relative_to(source)
             target.mkdir(parents=True, exist_ok=True)
-            for name in names:
+            for name in sorted(names, key=lambda name: name == REPORT_FILE):
                 move_into_place(Path(folder, name), target / name)
     except BrokenPipeError:
         raise

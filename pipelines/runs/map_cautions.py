@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.mapping.moving_along.left_out import LeftOut
 from racecar.maps.grid.edits import Edit, covered
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.tiled_grid import TiledGrid
+from racecar.maps.map_files import MOST_PIXELS
 from racecar.pipelines.evaluation.wall_fit import ON_WALL, WallFit
 
 _COARSE = 0.25
@@ -46,13 +47,24 @@ def cautions_of_resolution(resolution: float) -> list[str]:
     ]
 
 
-def cautions_of_edits(grid: OccupancyGrid, edits: Sequence[Edit]) -> list[str]:
+def cautions_of_size(grid: TiledGrid) -> list[str]:
+    """For a map whose image is too large to be read again."""
+    if grid.size <= MOST_PIXELS:
+        return []
+    return [
+        f"The map has {grid.width} × {grid.height} cells, too many to localize on it, to look at it in the "
+        f"studio or to draw its walls; for that, render it with cells of {grid.coarser(MOST_PIXELS):g} m "
+        "(racecar render --resolution), or a part of it (--crop)."
+    ]
+
+
+def cautions_of_edits(grid: TiledGrid, edits: Sequence[Edit]) -> list[str]:
     """For a map that is not cropped, over which edits were drawn."""
     return [
         f"Edit {n}, {edit.kind}, lies outside the map, so that it changes nothing; are its points in metres, "
         "in the map's frame?"
         for n, edit in enumerate(edits, start=1)
-        if not covered(grid, edit).any()
+        if not any(covered(grid, edit))
     ]
 
 

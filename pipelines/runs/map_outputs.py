@@ -13,8 +13,9 @@ from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.mapping.session.session import Session
 from racecar.maps.grid.edits import edited
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import image_of, load_map, save_map
+from racecar.maps.grid.thinning import thinned
+from racecar.maps.grid.tiled_grid import TiledGrid
+from racecar.maps.map_files import MOST_PIXELS, as_written, load_map, save_map, save_map_image
 from racecar.maps.trajectory import Trajectory
 from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits
@@ -26,7 +27,7 @@ from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.session_file import SESSION_FILE, save_session
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.files.wall_drawings import save_walls_dxf, save_walls_svg
-from racecar.pipelines.runs.map_cautions import cautions_of_edits
+from racecar.pipelines.runs.map_cautions import cautions_of_edits, cautions_of_size
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +35,7 @@ class WrittenMap:
     """What is written, and where to; all of it lies in one frame."""
 
     session: Session
-    grid: OccupancyGrid
+    grid: TiledGrid
     rendering: RenderingConfig
     """The settings by which the grid is written."""
     trajectory: Trajectory | None
@@ -68,6 +69,14 @@ class MapOutputKind:
     """Raises UserError when what is needed to write them is not installed."""
     package: str | None = None
     """Without which they are left out, with a warning."""
+    reads_image: bool = False
+    """Whether they are made of the image as a whole, so that they are left out, too, where that is too
+    large."""
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether that package is there."""
+        return self.package is None or is_installed(self.package)
 
 
 def _write_map(map_: WrittenMap) -> None:
@@ -82,8 +91,7 @@ def _write_edits(map_: WrittenMap) -> None:
 
 
 def _write_image(map_: WrittenMap) -> None:
-    with write_atomically(map_.folder / "map_image.png") as partial:
-        image_of(map_.grid, **_pixels(map_.rendering)).save(partial, format="PNG")
+    save_map_image(map_.grid, map_.folder / "map_image.png", **_pixels(map_.rendering))
 
 
 def _pixels(rendering: RenderingConfig) -> dict[str, Any]:
@@ -101,11 +109,16 @@ def _write_graph(map_: WrittenMap) -> None:
 
 
 def _write_picture(map_: WrittenMap) -> None:
-    from racecar.pipelines.pictures.map_picture import MAP_DOTS_PER_INCH, map_picture, save_figure
+    from racecar.pipelines.pictures.map_picture import (
+        MAP_DOTS_PER_INCH,
+        MOST_DRAWN_CELLS,
+        map_picture,
+        save_figure,
+    )
 
     keyframes = map_.session.map_from_base
     figure = map_picture(
-        load_map(map_.folder),  # as whoever reads the files sees it
+        thinned(as_written(map_.grid, **_pixels(map_.rendering)), MOST_DRAWN_CELLS),
         map_.trajectory or Trajectory(np.arange(len(keyframes)), keyframes),
         keyframes,
         list(map_.session.constraints_between_bases()),
@@ -132,12 +145,14 @@ MAP_OUTPUTS = (
         ("walls.svg",),
         lambda map_: save_walls_svg(map_.walls, map_.grid.resolution, map_.folder / "walls.svg"),
         only_on_request=True,
+        reads_image=True,
     ),
     MapOutputKind(
         ("walls.dxf",),
         lambda map_: save_walls_dxf(map_.walls, map_.folder / "walls.dxf"),
         only_on_request=True,
         require=lambda: require("ezdxf", "--dxf"),
+        reads_image=True,
     ),
 )
 """In the order in which they are written: the picture shows the map as its files hold it."""
@@ -163,15 +178,18 @@ def outputs_with(requested: Collection[str] = ()) -> list[MapOutputKind]:
 
 def write_outputs(map_: WrittenMap, report: Report, requested: Collection[str] = ()) -> None:
     """Write what every run writes, and the files that are ``requested`` too, of a map with its edits; last
-    the report, with a warning of each edit that lies outside a map that is not cropped."""
+    the report. It warns of each edit that lies outside a map that is not cropped, and where the map is too
+    large to be read again."""
     if map_.rendering.crop is None:
         for sentence in cautions_of_edits(map_.grid, map_.edits.edits):
             report.warn(sentence)
+    for sentence in cautions_of_size(map_.grid):
+        report.warn(sentence)
     with report.stage("writing"):
         map_ = replace(map_, grid=edited(map_.grid, map_.edits.edits))
         for output in outputs_with(requested):
-            if output.package is None or is_installed(output.package):
-                output.write(map_)
-            else:
+            if not output.is_possible and output.package is not None:
                 report.warn(left_out(f"{output.files[0]} was not drawn", output.package))
+            elif not output.reads_image or map_.grid.size <= MOST_PIXELS:
+                output.write(map_)
     report.write(map_.folder / REPORT_FILE)

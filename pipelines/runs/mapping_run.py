@@ -67,11 +67,13 @@ def build_map(
         try:
             reader.require_returns()
             result = start.mapper.finish(advance_to, earlier)
-        except UserError as error:
+        except NotRecognizedError as error:  # the checkpoint stays, for what the remedy names goes on from it
+            if earlier is None:
+                raise
+            raise UserError(f"{error}; {_remedy(earlier)}") from error
+        except UserError:
             if checkpoint is not None:
                 checkpoint.remove()  # to go on from it would end the same way
-            if earlier is not None and isinstance(error, NotRecognizedError):
-                raise UserError(f"{error}; {_remedy(earlier)}") from error
             raise
     report.add("inputs", reader.inputs)
     report.add("counts", {**result.counts, "messages": reader.counts})
@@ -107,7 +109,7 @@ def save_mapping(
     """
     map_ = WrittenMap(
         session=result.session,
-        grid=result.grid,
+        grid=result.tiled,
         rendering=result.rendering,
         trajectory=result.trajectory,
         doubtful=result.quality.segments,
@@ -238,11 +240,10 @@ def _timed(read: Iterable[Measurement], moving_along: MovingAlong, report: Repor
 def _describe_result(result: MappingResult) -> dict[str, object]:
     places = result.trajectory.map_from_base[result.keyframe_indices, :2]  # the scans between them jitter
     seconds = (result.trajectory.stamps[-1] - result.trajectory.stamps[0]) * 1e-9
-    rows, columns = result.grid.cells.shape
     return {
         "log_seconds": seconds,
         "path_metres": np.sum(np.hypot(*np.diff(places, axis=0).T)),
-        "map_metres": [columns * result.grid.resolution, rows * result.grid.resolution],
+        "map_metres": list(result.tiled.metres),
     }
 
 

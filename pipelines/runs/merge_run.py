@@ -102,16 +102,15 @@ def save_merged(
     merged: MergedMap, config: Config, report: Report, folder: Path, *, requested: Collection[str]
 ) -> None:
     """Write every file of a merged map into an existing folder."""
-    run, grid = merged.run, merged.drawn.grid
+    run, grid = merged.run, merged.drawn.tiled
     names = ("x_m", "y_m", "yaw_rad")
     frames = {str(source): dict(zip(names, pose, strict=True)) for source, pose in run.frames.items()}
     report.add("inputs", {"settings": config.mapping.model_dump()})
     report.add("counts", {"keyframes": len(run.session.rays), "sessions": len(run.frames)})
-    rows, columns = grid.cells.shape
     report.add(
         "result",
         {
-            "map_metres": [columns * grid.resolution, rows * grid.resolution],
+            "map_metres": list(grid.metres),
             "frames_of_sources": frames,
             "left_out": {str(source): why for source, why in run.left_out.items()},
         },

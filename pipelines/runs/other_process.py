@@ -1,32 +1,50 @@
 """Work in other processes: a fresh one, whose memory and state are its own, or a copy of this one."""
 
+import os
 import signal
 import traceback
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import current_process, get_context, parent_process
 from multiprocessing.connection import Connection
+from threading import Lock, Thread
 from typing import Any, TypeVar
 
 _T = TypeVar("_T")
 
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""The variables by which libraries are told how many threads to use, before they are loaded."""
+_environment = Lock()
 
-def in_fresh_process(work: Callable[[], _T]) -> _T:
+
+class ProcessDiedError(RuntimeError):
+    """A process ended without a result, as when it was killed."""
+
+    def __init__(self, exit_code: int) -> None:
+        """``exit_code`` is negative for the number of a signal."""
+        super().__init__(f"the process of a run ended with code {exit_code}")
+        self.exit_code = exit_code
+
+
+def in_fresh_process(work: Callable[[], _T], *, threads: int | None = None) -> _T:
     """Call a picklable function in a new interpreter and wait for it; what it raises is raised here.
 
-    The process does not outlive the call, Ctrl-C included. Raises RuntimeError when it dies without a word.
+    It uses ``threads``; None: as many as its libraries like. The process outlives neither the call, Ctrl-C
+    included, nor this process, even when that is killed. Raises ProcessDiedError when it dies without a word.
     """
     context = get_context("spawn")
     receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_deliver, args=(work, sender))
-    with _deaf_to_interrupts():
+    process = context.Process(target=_deliver, args=(work, sender), daemon=True)
+    if current_process().daemon:  # as a dask worker is, lest its children outlive it, which ours do not
+        current_process().daemon = False
+    with _deaf_to_interrupts(), _limited(threads):
         process.start()
     sender.close()
     try:
         value, error, trace = receiver.recv()
     except EOFError:
         process.join()
-        raise RuntimeError(f"the process of a run ended with code {process.exitcode}") from None
+        raise ProcessDiedError(process.exitcode or 0) from None
     except BaseException:
         process.kill()
         raise
@@ -49,10 +67,37 @@ def start_beside(work: Callable[[], None]) -> None:
 
 
 def _deliver(work: Callable[[], Any], sender: Connection) -> None:
+    Thread(target=_end_with_parent, daemon=True).start()
     try:
         sender.send((work(), None, ""))
     except Exception as error:
         sender.send((None, error, traceback.format_exc()))
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
+
+
+@contextmanager
+def _limited(threads: int | None) -> Iterator[None]:
+    """Processes started meanwhile use so many threads."""
+    if threads is None:
+        yield
+        return
+    with _environment:
+        before = {name: os.environ.get(name) for name in _THREADS}
+        os.environ.update(dict.fromkeys(_THREADS, str(threads)))
+        try:
+            yield
+        finally:
+            for name, value in before.items():
+                if value is None:
+                    del os.environ[name]
+                else:
+                    os.environ[name] = value
 
 
 @contextmanager

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.grid.rendering import looks_until_free
+from racecar.mapping.grid.log_odds import looks_until_free
 from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
 from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
@@ -83,18 +83,17 @@ def save_rendering(
     requested: Collection[str],
 ) -> None:
     """Write every file of a run that was rendered again from a ``source`` into an existing folder."""
-    grid = run.drawn.grid
+    grid = run.drawn.tiled
     move = IDENTITY if run.drawn.drawn_from_map is None else run.drawn.drawn_from_map
     for section, values in _carried_over(source).items():
         report.add(section, values)
     report.add(
         "inputs", {"rendered_from": source, "settings": config.model_dump(), "edits": len(run.edits.edits)}
     )
-    rows, columns = grid.cells.shape
     report.add(
         "result",
         {
-            "map_metres": [columns * grid.resolution, rows * grid.resolution],
+            "map_metres": list(grid.metres),
             "frame_of_source": dict(zip(("x_m", "y_m", "yaw_rad"), move, strict=True)),
         },
     )

@@ -49,7 +49,7 @@ def find_track(folder: Path, config: TrackConfig, report: Report) -> MeasuredTra
                 f"which it left it, at most {config.closing_distance:g} m beside it; drive on past where you "
                 "began."
             )
-        grid = edited(run.drawn.grid, run.edits.edits)
+        grid = edited(run.drawn.tiled, run.edits.edits).in_one_piece()
         line = centre_line(grid, lap, run.session.points, config)
     if line is None:
         raise UserError(

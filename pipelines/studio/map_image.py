@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
-from racecar.pipelines.pictures.map_picture import thinned
+from racecar.maps.grid.thinning import thinned
 from racecar.pipelines.studio.palette import Backdrop
 
 _MOST_CELLS = 16_000_000

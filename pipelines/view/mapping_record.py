@@ -3,6 +3,8 @@
 from pathlib import Path
 
 from racecar.mapping.state.result import MappingResult
+from racecar.maps.grid.thinning import thinned
+from racecar.maps.map_files import MOST_PIXELS
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
@@ -16,7 +18,7 @@ def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> No
     """
     trajectory = result.trajectory
     poses = dict(zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True))
-    with Recorder(folder, result.grid) as recorder:
+    with Recorder(folder, thinned(result.tiled, MOST_PIXELS)) as recorder:
         for message in reader:
             if isinstance(message, Odometry):
                 recorder.write_odometry(message)

@@ -15,8 +15,9 @@ from PIL import Image
 
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import find_map, load_map, save_map
+from racecar.maps.map_files import MODES, MOST_PIXELS, Mode, as_written, find_map, load_map, save_map
 from racecar.maps.shipped import shipped_names
+from tests.maps.grid.tiles import in_tiles
 
 DATA = Path(os.environ.get("RACECAR_DATA", Path(__file__).parents[2].parent / "shared" / "data"))
 
@@ -294,6 +295,21 @@ def test_raw_keeps_every_cell(tmp_path: Path) -> None:
     save_map(OccupancyGrid(GRADED, 0.05, np.zeros(3)), tmp_path / "map.yaml", mode="raw")
     np.testing.assert_array_equal(load_map(tmp_path).cells, GRADED)
     assert "mode: raw" in (tmp_path / "map.yaml").read_text()
+
+
+@pytest.mark.parametrize("mode", MODES)
+@pytest.mark.parametrize(("occupied", "free"), [(0.65, 0.196), (0.9, 0.1), (0.31, 0.3)])
+def test_a_grid_as_it_is_written_is_the_one_that_is_read(
+    tmp_path: Path, mode: Mode, occupied: float, free: float
+) -> None:
+    grid = in_tiles(OccupancyGrid(np.tile(GRADED, (300, 6)), 0.05, np.zeros(3)))
+    save_map(grid, tmp_path / "map.yaml", mode=mode, occupied_threshold=occupied, free_threshold=free)
+    written = as_written(grid, mode=mode, occupied_threshold=occupied, free_threshold=free)
+    np.testing.assert_array_equal(written.in_one_piece().cells, load_map(tmp_path).cells)
+
+
+def test_as_many_pixels_are_read_as_pillow_reads() -> None:
+    assert Image.MAX_IMAGE_PIXELS == MOST_PIXELS
 
 
 def test_chosen_thresholds_hold_and_unknown_cells_stay_unknown(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ class BagFolder:
 def read_folder(folder: Path) -> BagFolder:
     """Raises UserError when no bag is in the folder, or it cannot be read."""
     try:
-        present = sorted((path for path in folder.iterdir() if path.is_file()), key=_natural_order)
+        present = sorted((path for path in folder.iterdir() if path.is_file()), key=natural_order)
     except OSError as error:
         raise UserError(f"{folder} cannot be read: {error.strerror}.") from error
     bag_files = [path for path in present if _unpacked_name(path).endswith(ROS2_SUFFIXES)]
@@ -91,7 +91,7 @@ def _recording(path: Path) -> tuple[str, str]:
     return re.sub(r"_\d+$", "", name.stem), name.suffix
 
 
-def _natural_order(path: Path) -> list[tuple[int, str]]:
+def natural_order(path: Path) -> list[tuple[int, str]]:
     """For sorting; numbers in names count as numbers."""
     parts = re.split(r"(\d+)", path.name)
     return [(int(part), "") if part.isdecimal() and len(part) < 20 else (-1, part) for part in parts]

@@ -20,7 +20,7 @@ def growing_grid(redrawn_at_once: int = 200) -> GrowingGrid:
 
 
 def render(rays: list[Rays], poses: Pose) -> OccupancyGrid:
-    return render_with(rays, poses, one_drive(len(rays)), RESOLUTION, RenderingConfig())
+    return render_with(rays, poses, one_drive(len(rays)), RESOLUTION, RenderingConfig()).in_one_piece()
 
 
 @pytest.fixture

@@ -28,7 +28,7 @@ def rays_of(scan: Scan, points: np.ndarray, config: RenderingConfig = DEFAULT) -
 
 
 def render(rays: list[Rays], poses: Pose, resolution: float) -> OccupancyGrid:
-    return rendering.render(rays, poses, one_drive(len(rays)), resolution, DEFAULT)
+    return rendering.render(rays, poses, one_drive(len(rays)), resolution, DEFAULT).in_one_piece()
 
 
 def rays_at(pose: Pose) -> Rays:
@@ -70,7 +70,7 @@ def test_walls_are_occupied_and_the_way_to_them_is_free(poses: list[Pose]) -> No
     lasers = np.array(poses)
     rays = [rays_at(pose) for pose in lasers]
     grid = render(rays, lasers, RESOLUTION)
-    ends = np.concatenate(returns_of(rays, lasers))
+    ends = np.concatenate(list(returns_of(rays, lasers)))
     for pose, seen in zip(lasers, rays, strict=True):
         hits = transform_points(pose, seen.ends)
         ways = np.concatenate([pose[:2] + share * (hits - pose[:2]) for share in (0.0, 0.2, 0.5, 0.8)])
@@ -220,7 +220,7 @@ def cells_of_drives(drives: list[list[float]], places: list[float]) -> list[int]
     """Percent occupied at distances straight ahead, where drives saw returns at some distances each."""
     rays = [ray(reach) for drive in drives for reach in drive]
     numbers = np.repeat(np.arange(len(drives)), [len(drive) for drive in drives]).astype(np.int32)
-    grid = rendering.render(rays, np.zeros((len(rays), 3)), numbers, RESOLUTION, DEFAULT)
+    grid = rendering.render(rays, np.zeros((len(rays), 3)), numbers, RESOLUTION, DEFAULT).in_one_piece()
     return occupancy_at(grid, np.array([[place, 0.01] for place in places])).tolist()
 
 

@@ -43,7 +43,9 @@ def test_by_default_the_frame_is_that_of_the_scans() -> None:
     plain = drawn(settings())
     assert plain.drawn_from_map is None
     assert plain.disregarded == ()
-    expected = render(sights().rays, sights().map_from_laser, sights().drives, RESOLUTION, RenderingConfig())
+    expected = render(
+        sights().rays, sights().map_from_laser, sights().drives, RESOLUTION, RenderingConfig()
+    ).in_one_piece()
     np.testing.assert_array_equal(plain.grid.map_from_grid, expected.map_from_grid)
     np.testing.assert_array_equal(plain.grid.cells, expected.cells)
 
@@ -106,7 +108,7 @@ def test_scans_of_chosen_times_draw_nothing() -> None:
         one_drive(len(chosen)),
         RESOLUTION,
         RenderingConfig(),
-    )
+    ).in_one_piece()
     np.testing.assert_array_equal(last.grid.cells > 50, expected.cells > 50)
 
 

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import transform_points
-from racecar.maps.grid.edits import Edit, EditKind, covered, edited, keepout_mask, speed_mask
+from racecar.maps.grid import edits as tiled_edits
+from racecar.maps.grid.edits import Edit, EditKind, keepout_mask, speed_mask
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from racecar.maps.grid.tiled_grid import TILE
+from tests.maps.grid.tiles import in_tiles
 
 RESOLUTION = 0.05
 SQUARE = np.array([[1.0, 0.5], [2.0, 0.5], [2.0, 1.5], [1.0, 1.5]])
@@ -18,6 +21,19 @@ def grid_at(map_from_grid: np.ndarray) -> OccupancyGrid:
     """4 m by 3 m; each third column free, occupied, unknown."""
     cells = np.tile(np.array([FREE, OCCUPIED, UNKNOWN], dtype=np.int8), (60, 27))[:, :80]
     return OccupancyGrid(cells.copy(), RESOLUTION, map_from_grid)
+
+
+def edited(grid: OccupancyGrid, edits: list[Edit]) -> OccupancyGrid:
+    return tiled_edits.edited(in_tiles(grid), edits).in_one_piece()
+
+
+def covered(grid: OccupancyGrid, edit: Edit) -> np.ndarray:
+    area = np.zeros(grid.shape, dtype=np.bool_)
+    for tile, part in tiled_edits.covered(in_tiles(grid), edit):
+        row, column = tile.first_cell
+        here = area[row : row + TILE, column : column + TILE]
+        here |= part[: here.shape[0], : here.shape[1]]
+    return area
 
 
 def edit(kind: EditKind, in_grid: np.ndarray, grid: OccupancyGrid, **more: float) -> Edit:
@@ -97,13 +113,37 @@ def test_masks_show_keepout_areas_and_the_lowest_limit() -> None:
         edit("speed", half, grid, limit=2.0),
         edit("wall", SQUARE, grid),
     ]
-    keepout = keepout_mask(grid, edits).cells
+
+    def limits(edits: list[Edit]) -> tuple[OccupancyGrid, float]:
+        mask, unit = speed_mask(in_tiles(grid), edits)
+        return mask.in_one_piece(), unit
+
+    keepout = keepout_mask(in_tiles(grid), edits).in_one_piece().cells
     assert np.all(keepout[10:30, 20:40] == OCCUPIED)
     assert keepout.sum() == 400 * OCCUPIED
-    mask, unit = speed_mask(grid, edits)
+    mask, unit = limits(edits)
     assert np.all(mask.cells[10:30, 20:40] == 25)
     assert unit * 25 == pytest.approx(0.5)
-    mask, unit = speed_mask(grid, [*edits[:2], edit("speed", half, grid, limit=0.1)])
+    mask, unit = limits([*edits[:2], edit("speed", half, grid, limit=0.1)])
     assert unit * mask.cells[15, 22] == pytest.approx(0.1)
     assert unit * mask.cells[15, 35] == pytest.approx(0.5)
     assert mask.cells[5, 5] == 0
+
+
+@pytest.mark.parametrize("kind", ["wall", "unknown"])
+def test_what_spans_several_tiles_is_drawn_in_each(kind: EditKind) -> None:
+    """Where nothing was seen, too."""
+    grid = OccupancyGrid(np.full((700, 900), UNKNOWN, dtype=np.int8), RESOLUTION, POSES[1])
+    grid.cells[300:, 300:] = FREE
+    corners = np.array([[0.5, 0.5], [44.0, 3.0], [40.0, 34.0], [3.0, 30.0]])
+    drawn = edited(grid, [edit(kind, corners, grid, width=0.3)])
+    rows, columns = np.indices(grid.shape)
+    places = np.column_stack([columns.ravel() + 0.5, rows.ravel() + 0.5]) * RESOLUTION
+    from shapely import LineString, Polygon, points
+
+    shape = LineString(corners).buffer(0.15, cap_style="flat") if kind == "wall" else Polygon(corners)
+    is_in = np.array(shape.buffer(-0.1).contains(points(places))).reshape(grid.shape)
+    is_out = np.array(shape.buffer(0.1).disjoint(points(places))).reshape(grid.shape)
+    assert is_in.sum() > 3000
+    assert np.all(drawn.cells[is_in] == (OCCUPIED if kind == "wall" else UNKNOWN))
+    np.testing.assert_array_equal(drawn.cells[is_out], grid.cells[is_out])

@@ -11,7 +11,7 @@ from racecar.pipelines.cli import run
 from racecar.pipelines.commands.experiment import add_command
 from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, Uses
 from racecar.pipelines.experiments.result import ExperimentSettings
-from racecar.pipelines.experiments.sweep import ParameterSweep
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 
 @pytest.mark.parametrize("entry", CATALOGUE, ids=lambda entry: entry.name)
@@ -35,9 +35,9 @@ def test_an_entry_is_all_that_a_command_takes(tmp_path: Path, monkeypatch: pytes
     def load(self: ExperimentEntry) -> object:
         from racecar.pipelines.experiments.sensor_model import sensor_model
 
-        def seen_again(settings: ExperimentSettings, sweep: ParameterSweep) -> object:
+        def seen_again(settings: ExperimentSettings, parallel: ParallelRuns) -> object:
             given.append(settings)
-            return sensor_model(settings, sweep)
+            return sensor_model(settings, parallel)
 
         return seen_again
 

@@ -1,6 +1,7 @@
 """``racecar render``: a run drawn again is a run of its own, whose files lie in one frame."""
 
 import json
+import re
 import shutil
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs import map_cautions, map_outputs
 
 BYTES_OF_A_MAP = ("map.pgm", "map.yaml", "pose_graph.g2o", "session.npz")
 
@@ -40,6 +42,24 @@ def test_with_the_same_settings_the_same_bytes_come_out(drive: Path, tmp_path: P
     np.testing.assert_array_equal(after.stamps, before.stamps)
     np.testing.assert_allclose(after.map_from_base, before.map_from_base, atol=1e-11)
     assert (tmp_path / "map.png").stat().st_size > 10_000
+
+
+def test_a_map_too_large_to_be_read_is_written_and_what_would_read_it_left_out(
+    drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in (map_outputs, map_cautions):
+        monkeypatch.setattr(module, "MOST_PIXELS", 10_000)
+    assert render(drive, tmp_path, "--svg", "--dxf", "--png", "--origin", "corner") == 0
+    (warning,) = json.loads((tmp_path / "report.json").read_text())["warnings"]
+    assert "too many to localize on it" in warning
+    resolution = re.search(r"cells of ([0-9.]+) m", warning)
+    assert resolution is not None
+    assert not {"walls.svg", "walls.dxf"} & {path.name for path in tmp_path.iterdir()}
+    assert (tmp_path / "map_image.png").exists()
+    coarser = tmp_path / "coarser"
+    assert render(drive, coarser, "--svg", "--resolution", resolution[1]) == 0
+    assert 4_000 < load_map(coarser).cells.size <= 10_000
+    assert (coarser / "walls.svg").exists()
 
 
 def test_all_files_of_a_turned_map_lie_in_one_frame(drive: Path, tmp_path: Path) -> None:

@@ -97,7 +97,7 @@ def test_the_command_searches_for_a_start_that_is_not_given(
     result = Convergence({"lab room": {OURS_NAME: [run_of([3, 0.1, 0.1])]}})
     monkeypatch.setattr(
         "racecar.pipelines.experiments.convergence.convergence",
-        lambda settings, sweep: given.append(settings.recording) or result,
+        lambda settings, parallel: given.append(settings.recording) or result,
     )
     arguments = ["--bag", str(drive.bag), "--map", "building", "--out", str(tmp_path), "--quiet"]
     assert run(["experiment", "convergence", *arguments]) == 0

@@ -15,9 +15,9 @@ from racecar.pipelines.experiments.figure_style import drawing, finish, legend_b
 from racecar.pipelines.experiments.motion_model import motion_model
 from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
 from racecar.pipelines.experiments.sensor_model import sensor_model
-from racecar.pipelines.experiments.sweep import ParameterSweep
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
-SETTINGS, SWEEP = ExperimentSettings(LocalizationConfig(), 0, quick=True), ParameterSweep(quiet=True)
+SETTINGS, SWEEP = ExperimentSettings(LocalizationConfig(), 0, quick=True), ParallelRuns(quiet=True)
 MILLIMETRE = 300 / 25.4
 
 

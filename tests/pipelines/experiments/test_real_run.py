@@ -13,14 +13,14 @@ from racecar.pipelines.experiments.real_run import RealRun, real_run
 from racecar.pipelines.experiments.recording import StandIn
 from racecar.pipelines.experiments.result import ExperimentSettings, Finished
 from racecar.pipelines.experiments.result_files import save_result
-from racecar.pipelines.experiments.sweep import ParameterSweep
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 SETTINGS = ExperimentSettings(LocalizationConfig(particles=1000), 0, quick=True, recording=StandIn(0, 3.0))
 
 
 @pytest.fixture(scope="module")
 def run() -> RealRun:
-    return real_run(SETTINGS, ParameterSweep(quiet=True))
+    return real_run(SETTINGS, ParallelRuns(quiet=True))
 
 
 def test_tells_what_can_be_told(run: RealRun) -> None:

@@ -3,6 +3,7 @@ from pathlib import Path
 import pytest
 
 from racecar.maps.errors import UserError
+from racecar.pipelines.files import outputs
 from racecar.pipelines.files.outputs import output_folder, written_to
 
 
@@ -75,3 +76,15 @@ def test_what_was_written_is_known_afterwards(tmp_path: Path) -> None:
     with output_folder(target) as staging:
         (staging / "report.json").write_text("b")
     assert written_to(target) == ("report.json",)
+
+
+def test_the_report_comes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A run that is killed meanwhile is not taken for a whole one."""
+    moved: list[str] = []
+    monkeypatch.setattr(outputs, "move_into_place", lambda source, target: moved.append(source.name))
+    with output_folder(tmp_path / "run") as staging:
+        (staging / "record").mkdir()
+        for name in ("report.json", "map.yaml", "session.npz", "trajectory.tum", "record/record_0.mcap"):
+            (staging / name).write_text("a")
+    assert len(moved) == 5
+    assert moved[-1] == "report.json"

@@ -92,7 +92,7 @@ def test_a_huge_map_looks_as_if_it_were_small(
 ) -> None:
     pictures = []
     for most in (10**9, 20_000):
-        monkeypatch.setattr(module, "_MOST_CELLS", most)
+        monkeypatch.setattr(module, "MOST_DRAWN_CELLS", most)
         save_map_picture(tmp_path / "map.png", room(yaw), circle(), circle().map_from_base[:1], [], "drive")
         pictures.append(np.asarray(Image.open(tmp_path / "map.png").convert("L").resize((300, 200))))
     dark = [picture < 128 for picture in pictures]

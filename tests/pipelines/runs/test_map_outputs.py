@@ -9,7 +9,7 @@ import pytest
 
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.maps.errors import UserError
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.pipelines.cli import run
 from racecar.pipelines.files import point_map
 from racecar.pipelines.files.report import Report
@@ -31,10 +31,9 @@ def test_an_output_is_one_entry_of_the_list(tmp_path: Path, monkeypatch: pytest.
         ("extra.txt",), lambda map_: (map_.folder / "extra.txt").touch(), only_on_request=True
     )
     monkeypatch.setattr(map_outputs, "MAP_OUTPUTS", (MapOutputKind(("title.txt",), write_title), extra))
-    grid = OccupancyGrid(np.zeros((1, 1), dtype=np.int8), 0.05, np.zeros(3))
     result: Any = SimpleNamespace(
         session=None,
-        grid=grid,
+        tiled=TiledGrid({}, 1, 1, 0.05, np.zeros(3)),
         rendering=RenderingConfig(),
         trajectory=None,
         quality=SimpleNamespace(segments=()),

@@ -1,0 +1,176 @@
+"""How many scans hit and passed each cell, counted in tiles that exist where beams came."""
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.grid.config import RenderingConfig
+from racecar.mapping.grid.log_odds import log_odds, occupancy, settle
+from racecar.mapping.grid.rendering_kernels import cast_misses, cast_returns
+from racecar.maps.grid.tiled_grid import TILE, Tile, tiles_in
+
+Box = tuple[slice, slice]
+"""Rows and columns, which may be negative."""
+
+
+class Evidence:
+    """Counts of scans whose rows and columns may be any; it belongs to one thread."""
+
+    def __init__(self, config: RenderingConfig, most_tiles: int = 0) -> None:
+        """With memory set aside for ``most_tiles``, which is taken as they are used; else it grows, which
+        takes twice the memory for a moment."""
+        self._config = config
+        self._index: NDArray[np.int32] = np.zeros((0, 0), dtype=np.int32)
+        """(tile rows, tile columns) which of the tiles of the counts each is, -1 where there is none."""
+        self._first = Tile(0, 0)
+        """The first of the index."""
+        self._hits, self._passes = _no_counts(most_tiles), _no_counts(most_tiles)
+        """(T, TILE, TILE)"""
+        self._used = np.zeros(1, dtype=np.int64)
+        """(1,) how many of the T there are; of the others, memory is set aside."""
+        self._marks: NDArray[np.int32] = np.zeros((0, 0), dtype=np.int32)
+        self._mark = 0
+
+    def count(
+        self,
+        touched: Callable[[int], NDArray[np.float64]],
+        returns: Sequence[int],
+        within: Box | None = None,
+    ) -> None:
+        """Count the cells that scans (K) hit and passed, all or those ``within`` some rows and columns.
+
+        Of what a scan ``touched``, (N + 1, 2) column and row in fractions of cells, the first are ``returns``
+        (K), and the last is the laser; between are the ends of misses. It may be asked for twice, since that
+        of a day's scans takes hundreds of megabytes.
+
+        Returns come first, because a miss ends where they show a wall: it may have been lost there, on glass
+        or black paint, and shows nothing of what lies behind.
+        """
+        with_misses = []
+        for scan, count in enumerate(returns):
+            cells = touched(scan)
+            if count < len(cells) - 1:
+                with_misses.append(scan)
+            if (window := self._window(cells, within)) is not None:
+                column, row = cells[-1]
+                cast_returns(column, row, cells[:count], self._mark, window, *self._canvas)
+        hit, passed = log_odds(self._config.hit_probability), log_odds(self._config.pass_probability)
+        for scan in with_misses:
+            cells = touched(scan)
+            if (window := self._window(cells, within)) is not None:
+                column, row = cells[-1]
+                seen = (column, row, cells[:-1], returns[scan])
+                cast_misses(*seen, float(-hit / passed), self._mark, window, *self._canvas)
+
+    def settle(self) -> None:
+        """Let what was counted so far speak no louder than `settled_probability`, before a later drive is
+        counted: clamped, evidence is forgotten where something contradicts it and nowhere else (Yguel, Aycard
+        and Laugier, "Update policy of dense maps", 2008)."""
+        for number in range(int(self._used[0])):
+            settle(self._hits[number], self._passes[number], self._config)
+
+    def cells(self) -> dict[Tile, NDArray[np.int8]]:
+        """Percent occupied, or unknown, of the cells of each tile."""
+        return {tile: self._cells_of(number) for tile, number in self._numbers().items()}
+
+    def cells_in(self, tiles: Iterable[Tile]) -> dict[Tile, NDArray[np.int8]]:
+        """The same of some tiles, as far as there are such."""
+        numbers = self._numbers()
+        return {tile: self._cells_of(numbers[tile]) for tile in tiles if tile in numbers}
+
+    def copy_of(self, tiles: Iterable[Tile]) -> "Evidence":
+        """The evidence in some tiles, for more to be counted on it without changing this."""
+        numbers = self._numbers()
+        known = [tile for tile in tiles if tile in numbers]
+        copy = Evidence(self._config)
+        if known:
+            rows, columns = np.array(known).T
+            copy._reach_over((slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)))
+            copy._set_aside(len(known))
+            copy._index[rows - copy._first.row, columns - copy._first.column] = np.arange(len(known))
+            copied = [numbers[tile] for tile in known]
+            copy._hits[: len(known)], copy._passes[: len(known)] = self._hits[copied], self._passes[copied]
+            copy._used[0] = len(known)
+        return copy
+
+    def _numbers(self) -> dict[Tile, int]:
+        places = np.argwhere(self._index >= 0)
+        numbers = self._index[tuple(places.T)].tolist()
+        tiles = [Tile(*place) for place in (places + self._first).tolist()]
+        return dict(zip(tiles, numbers, strict=True))
+
+    def _cells_of(self, number: int) -> NDArray[np.int8]:
+        return occupancy(self._hits[number], self._passes[number], self._config)
+
+    @property
+    def _canvas(self) -> tuple[Any, ...]:
+        """What scans are counted on, as the kernels take it."""
+        return self._first, self._index, self._marks, self._hits, self._passes, self._used
+
+    def _window(self, cells: NDArray[np.float64], within: Box | None) -> tuple[int, int, int, int] | None:
+        """The cells that are counted of what the next scan touches, after room for them was made: the first
+        row and the one after the last, the same of columns; None where there are none."""
+        rows, columns = box_of(cells)
+        if within is not None:
+            rows, columns = _common(rows, within[0]), _common(columns, within[1])
+            if rows.start >= rows.stop or columns.start >= columns.stop:
+                return None
+        new_tiles = self._reach_over(_tile_box((rows, columns)))
+        self._set_aside(int(self._used[0]) + new_tiles)
+        height, width = rows.stop - rows.start, columns.stop - columns.start
+        if height > self._marks.shape[0] or width > self._marks.shape[1]:
+            self._marks = np.zeros(np.maximum(self._marks.shape, (height, width)), dtype=np.int32)
+        self._mark += 1
+        return rows.start, rows.stop, columns.start, columns.stop
+
+    def _reach_over(self, tiles: Box) -> int:
+        """Let the index reach over some rows and columns of tiles; how many of these there are not yet."""
+        rows, columns = tiles
+        if self._index.size == 0:
+            self._first = Tile(rows.start, columns.start)
+        before = [max(0, self._first.row - rows.start), max(0, self._first.column - columns.start)]
+        after = [
+            max(0, rows.stop - self._first.row - self._index.shape[0]),
+            max(0, columns.stop - self._first.column - self._index.shape[1]),
+        ]
+        if any(before) or any(after):
+            self._index = np.pad(self._index, list(zip(before, after, strict=True)), constant_values=-1)
+            self._first = Tile(self._first.row - before[0], self._first.column - before[1])
+        row, column = self._first
+        part = self._index[rows.start - row : rows.stop - row, columns.start - column : columns.stop - column]
+        return int(np.count_nonzero(part < 0))
+
+    def _set_aside(self, tiles: int) -> None:
+        """Set memory aside for so many tiles."""
+        if tiles <= len(self._hits):
+            return
+        used, hits, passes = int(self._used[0]), self._hits, self._passes
+        self._hits, self._passes = _no_counts(2 * tiles), _no_counts(2 * tiles)
+        self._hits[:used], self._passes[:used] = hits[:used], passes[:used]
+
+
+def box_of(cells: NDArray[np.float64]) -> Box:
+    """The rows and columns that a scan touches, from the ends of its beams (N, 2), column and row."""
+    first = np.floor(cells.min(axis=0)).astype(np.int64)
+    until = np.floor(cells.max(axis=0)).astype(np.int64) + 1
+    return slice(int(first[1]), int(until[1])), slice(int(first[0]), int(until[0]))
+
+
+def tiles_touched(touched: Iterable[NDArray[np.float64]]) -> set[Tile]:
+    """The tiles in which scans may touch cells, from what each touches."""
+    return {tile for cells in touched for tile in tiles_in(*box_of(cells))}
+
+
+def _common(one: slice, other: slice) -> slice:
+    return slice(max(one.start, other.start), min(one.stop, other.stop))
+
+
+def _tile_box(box: Box) -> Box:
+    rows, columns = (slice(part.start // TILE, -(-part.stop // TILE)) for part in box)
+    return rows, columns
+
+
+def _no_counts(tiles: int) -> NDArray[np.uint16]:
+    return np.zeros((tiles, TILE, TILE), dtype=np.uint16)

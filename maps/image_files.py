@@ -1,0 +1,42 @@
+"""Grey images written strip by strip, since the image of a large map is larger than its grid in tiles."""
+
+import struct
+import zlib
+from collections.abc import Iterable
+from typing import BinaryIO
+
+import numpy as np
+from numpy.typing import NDArray
+
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+"""Of a PNG, by definition (ISO/IEC 15948)."""
+_GREY, _GREY_WITH_OPACITY = 0, 4
+"""Colour types of a PNG, by definition."""
+
+
+def write_pgm(strips: Iterable[NDArray[np.uint8]], shape: tuple[int, int], file: BinaryIO) -> None:
+    """Write an image of so many rows and columns as a binary PGM, from strips (rows, columns), top first."""
+    rows, columns = shape
+    file.write(f"P5\n{columns} {rows}\n255\n".encode())
+    for strip in strips:
+        file.write(np.ascontiguousarray(strip).data)
+
+
+def write_png(strips: Iterable[NDArray[np.uint8]], shape: tuple[int, int], file: BinaryIO) -> None:
+    """Write it as a PNG; strips (rows, columns, 2) hold opacity, too."""
+    rows, columns = shape
+    file.write(_SIGNATURE)
+    compressor = zlib.compressobj()
+    for number, strip in enumerate(strips):
+        if number == 0:
+            kind = _GREY if strip.ndim == 2 else _GREY_WITH_OPACITY
+            file.write(_chunk(b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, kind, 0, 0, 0)))
+        lines = strip.reshape(len(strip), -1)
+        unfiltered = np.pad(lines, ((0, 0), (1, 0)))  # each line begins with the number of its filter: none
+        file.write(_chunk(b"IDAT", compressor.compress(unfiltered.tobytes())))
+    file.write(_chunk(b"IDAT", compressor.flush()))
+    file.write(_chunk(b"IEND", b""))
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))

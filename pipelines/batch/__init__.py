@@ -1,0 +1,1 @@
+"""Many bags mapped at once, and the page that shows what became of each."""

@@ -1,0 +1,131 @@
+"""The bags of a batch: those that a list names, or that lie in a folder."""
+
+import os
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from racecar.maps.errors import UserError
+from racecar.maps.text_files import read_text
+from racecar.pipelines.bags.storage.folder import METADATA, natural_order, read_folder
+from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS2_SUFFIXES, file_format
+from racecar.pipelines.files.report import REPORT_FILE
+
+BAG_SUFFIXES = tuple(reader.suffix for reader in FORMATS)
+_MOST_BYTES = 10_000_000
+"""Of a list; a hundred thousand long paths take less, and a bag named by mistake is not read to its end."""
+
+
+def find_bags(source: Path, out: Path) -> list[Path]:
+    """The bags, as absolute paths, each once.
+
+    A folder is searched with all that is in it, but for ``out``, whose recordings of runs are no drives. A
+    list holds a path per line, of a bag or of a folder to search; blank lines and those that start with a #
+    do not count. Paths that are not absolute start at the list's folder, or else at the current one. Raises
+    UserError when there are none, or the list cannot be read.
+    """
+    if source.is_dir():
+        found = list(_search(source, _Visited(out)))
+        if not found:
+            raise UserError(f"There is no bag in {source}, nor in the folders below it.")
+    elif _is_bag_file(source):
+        found = [source]
+    else:
+        found = list(_listed(source, out))
+        if not found:
+            raise UserError(f"{source} lists no bags: write the path of one on each line.")
+    bags: dict[str, Path] = {}
+    for bag in found:
+        bags.setdefault(os.path.realpath(bag), bag.absolute())
+    return list(bags.values())
+
+
+def bag_stem(bag: Path) -> str:
+    """The name of a bag without its ending."""
+    name = _unpacked_name(bag)
+    return next((name.removesuffix(suffix) for suffix in BAG_SUFFIXES if name.endswith(suffix)), name) or name
+
+
+def _unpacked_name(path: Path) -> str:
+    """Without the endings of compression, and of a ROS 1 bag that is still being recorded."""
+    name = path.name
+    for suffix in (*PACKED_SUFFIXES, ".active"):
+        name = name.removesuffix(suffix)
+    return name
+
+
+class _Visited:
+    """Folders that are not searched again, since links lead to them, or that are not searched at all."""
+
+    def __init__(self, out: Path) -> None:
+        self._folders = {os.path.realpath(out)}
+
+    def is_new(self, folder: Path) -> bool:
+        place = os.path.realpath(folder)
+        is_new = place not in self._folders
+        self._folders.add(place)
+        return is_new
+
+
+def _listed(source: Path, out: Path) -> Iterator[Path]:
+    visited = _Visited(out)
+    for line in read_text(source, _MOST_BYTES).splitlines():
+        words = line.strip()
+        if not words or words.startswith("#"):
+            continue
+        if "\0" in words:
+            raise UserError(f"{source} is not a list of bags: write the path of one on each line.")
+        named = Path(words).expanduser()
+        beside = source.parent / named
+        path = named if named.exists() and not beside.exists() else beside
+        if path.is_dir() and not _is_bag_folder(path):
+            found = list(_search(path, visited))
+            yield from found or [path]  # whose row says that no bag is in it
+        else:
+            yield path
+
+
+def _search(folder: Path, visited: _Visited) -> Iterator[Path]:
+    """What is in a folder, in the order of names. Raises UserError when it cannot be read."""
+    if not visited.is_new(folder):
+        return
+    if _is_bag_folder(folder):
+        yield folder
+        return
+    try:
+        entries = sorted(folder.iterdir(), key=natural_order)
+    except OSError as error:
+        raise UserError(f"{folder} cannot be read: {error.strerror}.") from error
+    is_run = (folder / REPORT_FILE).is_file()
+    for entry in entries:
+        if entry.name.startswith(".") or (is_run and entry.name == "record"):
+            continue
+        if entry.is_dir():
+            yield from _search(entry, visited)
+        elif _is_bag_file(entry):
+            yield entry
+
+
+def _is_bag_folder(folder: Path) -> bool:
+    """Whether a folder is one bag: rosbag2 wrote metadata.yaml, or was killed before, and named the parts
+    after the folder. Other bag files in a folder are bags of their own."""
+    try:
+        bag = read_folder(folder)
+    except UserError:
+        return False
+    endings = "|".join(re.escape(suffix) for suffix in ROS2_SUFFIXES)
+    part = re.compile(rf"{re.escape(folder.name)}(_\d+)?({endings})(\.zstd|\.zst)?")
+    return (folder / METADATA).is_file() or all(part.fullmatch(file.name) for file in bag.files)
+
+
+def _is_bag_file(path: Path) -> bool:
+    """By its name, which a damaged one has too, or else by its first bytes."""
+    if not path.is_file():
+        return False
+    if _unpacked_name(path).endswith(BAG_SUFFIXES):
+        return True
+    try:
+        file_format(path)
+    except UserError:
+        return False
+    return True

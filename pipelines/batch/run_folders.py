@@ -1,0 +1,79 @@
+"""Which folder the map of each bag goes to: none replaces another's, and a repeated batch finds its own."""
+
+import os
+from collections.abc import Iterator, Sequence
+from itertools import count
+from pathlib import Path
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.batch.bag_search import bag_stem
+from racecar.pipelines.files.report import read_report
+
+_LONGEST_NAME = 120
+"""Characters; file systems take 255 bytes, and the names of checkpoints are longer."""
+
+
+def run_folders(bags: Sequence[Path], out: Path, reserved: Sequence[str] = ()) -> list[Path]:
+    """A folder in ``out`` for each bag, named after it; bags of the same name are told apart by the folders
+    that they lie in, and else by numbers.
+
+    A folder with the run of one of the bags stays that bag's, and one with the run of any other bag is left
+    alone. Names that are ``reserved`` are not used.
+    """
+    owners = {path.name: _Owner(path) for path in out.iterdir() if path.is_dir()} if out.is_dir() else {}
+    folders: dict[Path, str] = {}
+    taken = {name.casefold() for name in reserved}
+    for is_own in (_Owner.has_content_of, _Owner.is_at_path_of):
+        for bag in bags:
+            own = [] if bag in folders else [name for name, owner in owners.items() if is_own(owner, bag)]
+            name = next((name for name in sorted(own, key=len) if name.casefold() not in taken), None)
+            if name is not None:
+                folders[bag] = name
+                taken.add(name.casefold())
+    taken |= {name.casefold() for name, owner in owners.items() if owner.is_run}
+    for bag in bags:
+        if bag not in folders:
+            folders[bag] = next(name for name in _names(bag) if name.casefold() not in taken)
+            taken.add(folders[bag].casefold())
+    return [out / folders[bag] for bag in bags]
+
+
+class _Owner:
+    """The bag whose run lies in a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        inputs = read_report(folder).get("inputs")
+        self._inputs = inputs if isinstance(inputs, dict) else {}
+
+    @property
+    def is_run(self) -> bool:
+        return "bag" in self._inputs
+
+    def has_content_of(self, bag: Path) -> bool:
+        """Wherever it was moved to."""
+        try:
+            return self._inputs.get("bag_fingerprint") == bag_fingerprint(bag)
+        except (UserError, OSError):
+            return False
+
+    def is_at_path_of(self, bag: Path) -> bool:
+        """Whatever became of it."""
+        named = self._inputs.get("bag")
+        if not isinstance(named, str) or "\0" in named:
+            return False
+        return os.path.realpath(named) == os.path.realpath(bag)
+
+
+def _names(bag: Path) -> Iterator[str]:
+    """drive, then monday-drive, week-monday-drive, and so on, then drive-2, drive-3, without end."""
+    stem = bag_stem(bag)[:_LONGEST_NAME]
+    yield stem
+    name = stem
+    for folder in bag.parents:
+        name = f"{folder.name}-{name}"
+        if not folder.name or len(name) > _LONGEST_NAME:
+            break
+        yield name
+    for number in count(2):
+        yield f"{stem}-{number}"

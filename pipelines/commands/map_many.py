@@ -1,0 +1,104 @@
+"""What ``racecar map --batch`` does, and what it shows of it."""
+
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.batch.bag_search import find_bags
+from racecar.pipelines.batch.batch_page import headline
+from racecar.pipelines.batch.batch_results import FIGURES, PAGE, BatchResults
+from racecar.pipelines.batch.batch_row import BatchRow, Outcome, mapped_row
+from racecar.pipelines.batch.batch_run import map_all
+from racecar.pipelines.batch.run_folders import run_folders
+from racecar.pipelines.commands.batch_summary import batch_table, row_line
+from racecar.pipelines.commands.exit_codes import INTERRUPTED, NOT_GOOD_ENOUGH
+from racecar.pipelines.commands.options import PAGE_WIDTH
+from racecar.pipelines.commands.terminal import one_line
+from racecar.pipelines.commands.written_files import where_to_look
+from racecar.pipelines.files.outputs import output_folder
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.map_outputs import outputs_with
+from racecar.pipelines.runs.mapping_job import MappingJob, is_done
+from racecar.pipelines.runs.parallel_runs import ParallelRuns
+
+
+def map_many(
+    pattern: MappingJob, batch: Path, parallel: ParallelRuns, *, strict: bool, json: Path | None
+) -> None:
+    """Do with each bag of a batch what the pattern says of one, in a folder of its own in the pattern's."""
+    out = pattern.out
+    outputs_with(pattern.requested)  # what is missing for them is reported now, not after hours
+    with output_folder(out):  # and so is a place that cannot be written to
+        jobs = _jobs(pattern, find_bags(batch, out))
+    report = _report(pattern, batch)
+    results = BatchResults(jobs, out, report, _made_by(pattern, batch))
+    done = [job for job in jobs if is_done(job)]
+    for job in done:
+        results.add(mapped_row(job))
+    results.write()
+    announce = Console(stderr=True, quiet=parallel.quiet, highlight=False, soft_wrap=True)
+    if done:
+        announce.print(f"{len(done)} of {len(jobs)} bags are mapped already.")
+    waiting = [job for job in jobs if job not in done]
+    try:
+        for number, row in enumerate(map_all(waiting, parallel), start=len(done) + 1):
+            results.add(row)
+            results.write()
+            announce.print(row_line(row, number, len(jobs)), markup=False)
+    except KeyboardInterrupt:
+        announce.print(f"Stopped at {headline(results.rows)}. The same command goes on from here.")
+        raise typer.Exit(INTERRUPTED) from None
+    if json is not None:
+        report.write(json)
+    if parallel.quiet:
+        _print_failures(results.rows)
+    else:
+        _print_batch(results.rows, out, json)
+    _leave(results.rows, out, strict)
+
+
+def _jobs(pattern: MappingJob, bags: Sequence[Path]) -> list[MappingJob]:
+    """Paths are absolute, as a cluster's workers have working directories of their own."""
+    folders = run_folders(bags, pattern.out.absolute(), reserved=(PAGE, FIGURES))
+    return [replace(pattern, bag=bag, out=folder) for bag, folder in zip(bags, folders, strict=True)]
+
+
+def _report(pattern: MappingJob, batch: Path) -> Report:
+    report = Report("racecar map --batch")
+    report.add("inputs", {"batch": batch, "config": pattern.config_file, "seed": pattern.seed})
+    settings = pattern.config.mapping.model_dump()
+    report.add("inputs", {"reading": asdict(pattern.reading), "settings": settings})
+    return report
+
+
+def _made_by(pattern: MappingJob, batch: Path) -> str:
+    file = pattern.config_file
+    settings = "the default settings" if file is None else f"the settings of {file}"
+    return f"Made by racecar map --batch {batch} with {settings} and seed {pattern.seed}."
+
+
+def _print_failures(rows: Sequence[BatchRow]) -> None:
+    for row in rows:
+        if not row.outcome.has_map:
+            print(one_line(f"{row.name}: {row.reason}"), file=sys.stderr)
+
+
+def _print_batch(rows: Sequence[BatchRow], out: Path, json: Path | None) -> None:
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else PAGE_WIDTH)
+    console.print(batch_table(rows))
+    console.print(where_to_look(out, PAGE, json or out / FIGURES), markup=False, soft_wrap=True)
+    console.print(f"{headline(rows)}.", markup=False, soft_wrap=True)
+
+
+def _leave(rows: Sequence[BatchRow], out: Path, strict: bool) -> None:
+    """With the exit code. Raises UserError when there is not one map."""
+    outcomes = {row.outcome for row in rows}
+    if not any(outcome.has_map for outcome in outcomes):
+        raise UserError(f"No bag became a map; {out / PAGE} gives the reason of each.")
+    if strict and outcomes != {Outcome.GOOD}:
+        raise typer.Exit(NOT_GOOD_ENOUGH)

@@ -1,0 +1,39 @@
+"""How a bag is read, as flags say it of one bag or of many."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from racecar.pipelines.bags.reader import BagReader
+
+
+@dataclass(frozen=True)
+class BagReading:
+    """Topics, the laser's place and the part that is meant; left out, the bag decides."""
+
+    scan_topics: tuple[str, ...] = ()
+    odom_topic: str | None = None
+    imu_topic: str | None = None
+    use_odometry: bool = True
+    use_imu: bool = True
+    base_from_laser: tuple[float, ...] | None = None
+    """(3,) or, with a roll, (4,): metres and radians."""
+    start: float = 0.0
+    """Seconds since the bag's first message."""
+    duration: float | None = None
+    """Seconds; None: to the end."""
+
+    def open(self, bag: Path) -> BagReader:
+        """The bag, read so. Raises UserError when it cannot be."""
+        return BagReader(
+            bag,
+            scan_topic=self.scan_topics,
+            odom_topic=self.odom_topic,
+            imu_topic=self.imu_topic,
+            use_odometry=self.use_odometry,
+            use_imu=self.use_imu,
+            base_from_laser=None if self.base_from_laser is None else np.array(self.base_from_laser),
+            start=self.start,
+            duration=self.duration,
+        )

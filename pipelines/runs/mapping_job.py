@@ -1,0 +1,115 @@
+"""All that ``racecar map`` is asked to do with a bag, so that it can be done in another process, and compared
+with what was done before."""
+
+import hashlib
+import json
+import signal
+from collections.abc import Callable, Collection
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.files.outputs import output_folder
+from racecar.pipelines.files.report import Report, read_report
+from racecar.pipelines.runs.bag_reading import BagReading
+
+if TYPE_CHECKING:
+    from racecar.pipelines.runs.mapped_bag import MappedBag
+
+
+@dataclass(frozen=True)
+class MappingJob:
+    """A bag, the folder for its map, and how the one becomes the other."""
+
+    bag: Path
+    out: Path
+    config: Config
+    config_file: Path | None = None
+    """Where the settings come from, for the report."""
+    reading: BagReading = field(default_factory=BagReading)
+    continued: Path | None = None
+    """The folder of the map that is extended."""
+    initial_pose: tuple[float, float, float] | None = None
+    """Where the drive starts on that map: metres, metres, radians."""
+    requested: tuple[str, ...] = ()
+    """Files that are written although not every run writes them."""
+    record: bool = False
+    """Whether the folder ``record`` is written."""
+    seed: int = 0
+
+    def digest(self, bag_fingerprint: str) -> str:
+        """Which differs when a bag of this fingerprint would become another map."""
+        decisive = {
+            "bag": bag_fingerprint,
+            "settings": self.config.mapping.model_dump(mode="json"),
+            "reading": asdict(self.reading),
+            "continued": None if self.continued is None else str(self.continued),
+            "initial_pose": self.initial_pose,
+            "seed": self.seed,
+        }
+        return hashlib.sha256(json.dumps(decisive, sort_keys=True).encode()).hexdigest()
+
+
+def carry_out(
+    job: MappingJob,
+    report: Report,
+    *,
+    quiet: bool,
+    announce: Callable[[str], None] = lambda sentence: None,
+    stop_signals: Collection[signal.Signals] = (),
+) -> "MappedBag":
+    """Build the map and write its folder; figures and warnings go into the report.
+
+    A run that was killed goes on from its last checkpoint, which is announced. The first of the
+    ``stop_signals`` ends the reading and what was read becomes the map. Raises UserError.
+    """
+    report.add("inputs", {"bag": job.bag, "config": job.config_file})
+    with output_folder(job.out) as folder, job.reading.open(job.bag) as reader:
+        with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
+            from racecar.pipelines.runs.checkpoint import checkpoint_file
+            from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
+            from racecar.pipelines.runs.map_outputs import outputs_with
+            from racecar.pipelines.runs.mapped_bag import map_reader
+            from racecar.pipelines.view.mapping_record import record_mapping
+        outputs_with(job.requested)  # what is missing for them is reported now, not after hours
+        report.add("inputs", {"run_digest": job.digest(reader.fingerprint)})
+        edits = edits_of_new_map(job.out, job.continued, report)
+        mapped = map_reader(
+            reader,
+            job.config,
+            report,
+            continued=job.continued,
+            initial_pose=job.initial_pose,
+            seed=job.seed,
+            quiet=quiet,
+            checkpoint_beside=job.out,
+            announce=announce,
+            stop_signals=stop_signals,
+        )
+        if job.record:
+            with report.stage("recording"):
+                record_mapping(reader, mapped.result, folder)
+        mapped.write(folder, edits, job.requested)
+    remove_old_masks(job.out, edits)
+    checkpoint_file(job.out).unlink(missing_ok=True)
+    return mapped
+
+
+def is_done(job: MappingJob) -> bool:
+    """Whether the folder holds all that the job would write: the whole map of this bag as it is now."""
+    from racecar.pipelines.runs.map_outputs import outputs_with
+
+    report = read_report(job.out)
+    inputs, counts = report.get("inputs"), report.get("counts")
+    if not isinstance(inputs, dict) or not isinstance(counts, dict) or counts.get("interrupted"):
+        return False
+    try:
+        digest = job.digest(bag_fingerprint(job.bag))
+    except (UserError, OSError):
+        return False
+    names = [name for kind in outputs_with(job.requested) if kind.is_possible for name in kind.files]
+    wanted = [*names, "record"] if job.record else names
+    return inputs.get("run_digest") == digest and all((job.out / name).exists() for name in wanted)

@@ -1,0 +1,33 @@
+"""One run at a time writes to a folder."""
+
+import fcntl
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+
+@contextmanager
+def run_lock(out: Path) -> Iterator[None]:
+    """Wait until no other process that asks for it holds the lock of an output folder, and hold it.
+
+    It is a file beside the folder, removed at the end; the system takes the lock from a process that dies.
+    """
+    path = out.parent / f".{out.name}.lock"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    lock = _locked(path)
+    try:
+        yield
+    finally:
+        path.unlink(missing_ok=True)
+        os.close(lock)
+
+
+def _locked(path: Path) -> int:
+    while True:
+        lock = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(lock, fcntl.LOCK_EX)
+        if path.exists() and os.path.samestat(os.fstat(lock), path.stat()):
+            return lock
+        os.close(lock)  # of a file that the one who held the lock before has removed
