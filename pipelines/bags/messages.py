@@ -26,6 +26,7 @@ OLD_TRANSFORMS = "tf/msg/tfMessage"
 """The same, of the first ``tf`` of ROS 1."""
 OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
 PATH = "nav_msgs/msg/Path"
+ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
 POSE = "geometry_msgs/msg/PoseStamped"
 POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
 POSE_ARRAY = "geometry_msgs/msg/PoseArray"
@@ -46,9 +47,13 @@ def ros1_types() -> Typestore:
 @cache
 def ros2_types() -> Typestore:
     """The message types of ROS 2; those used here are the same in every distribution. Bags converted from
-    ROS 1 may hold the old type of ``/tf``."""
+    ROS 1 may hold the old type of ``/tf``; the store lacks commands to cars that steer."""
     store = get_typestore(Stores.ROS2_JAZZY)
     store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", OLD_TRANSFORMS))
+    numbers = ("steering_angle", "steering_angle_velocity", "speed", "acceleration", "jerk")
+    drive = "ackermann_msgs/msg/AckermannDrive"
+    store.register(get_types_from_msg("\n".join(f"float32 {number}" for number in numbers), drive))
+    store.register(get_types_from_msg(f"std_msgs/Header header\n{drive} drive", ACKERMANN))
     return store
 
 

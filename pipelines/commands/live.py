@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecar.pipelines.commands.live_simulate import simulate
 from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
 from racecar.pipelines.live.ros.arguments import RosCommand
 
@@ -31,12 +32,12 @@ ViewPortOption = Annotated[
     ),
 ]
 
-live = typer.Typer(help="The ROS 2 nodes that run on the car.")
+live = typer.Typer(help="The ROS 2 nodes that run on the car, or are one.")
 
 
 @live.callback()
 def _describe() -> None:
-    """The ROS 2 nodes that run on the car, and the files to start them with."""
+    """The ROS 2 nodes that run on the car, one that is a car, and the files to start them with."""
 
 
 def _state_folder() -> Path:
@@ -216,6 +217,9 @@ def map(
         console.print("Optimizing the map; a second Ctrl-C abandons it.")
         drive.save()
         console.print(f"The map is saved. {where_to_look(out, 'map.png', json)}", markup=False)
+
+
+live.command(cls=RosCommand)(simulate)
 
 
 @live.command()

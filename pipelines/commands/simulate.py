@@ -6,20 +6,19 @@ from typing import Annotated
 import typer
 
 from racecar.pipelines.commands.options import QuietOption, SeedOption
+from racecar.pipelines.commands.simulation_options import (
+    LaserOption,
+    NoiseOption,
+    PlanOption,
+    SlipOption,
+    SpeedOption,
+    WalkersOption,
+)
 from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
 
 
 def simulate(
-    map: Annotated[
-        Path,
-        typer.Option(
-            "--map",
-            metavar="MAP",
-            help="Where to drive: a map's YAML file, a folder with map.yaml, or a built-in plan: building, "
-            "track, twin_corridors, bare_corridor, long_track, campus.",
-            show_default=False,
-        ),
-    ],
+    map: PlanOption,
     out: Annotated[
         Path,
         typer.Option(
@@ -29,9 +28,7 @@ def simulate(
             show_default=False,
         ),
     ],
-    noise: Annotated[
-        NoiseLevel, typer.Option("--noise", help="Noise of the wheel odometry.")
-    ] = NoiseLevel.SLIGHT,
+    noise: NoiseOption = NoiseLevel.SLIGHT,
     seed: SeedOption = 0,
     duration: Annotated[
         float | None,
@@ -44,24 +41,10 @@ def simulate(
             show_default=False,
         ),
     ] = None,
-    speed: Annotated[
-        float, typer.Option("--speed", metavar="M/S", min=0.3, max=15.0, help="Top speed; bends are slower.")
-    ] = 2.0,
-    walkers: Annotated[
-        int, typer.Option("--walkers", metavar="N", min=0, max=100, help="Number of people walking about.")
-    ] = 0,
-    slip: Annotated[
-        float,
-        typer.Option("--slip", metavar="SHARE", min=0.0, max=0.99, help="Wheel slip at full acceleration."),
-    ] = 0.0,
-    laser: Annotated[
-        LaserKind,
-        typer.Option(
-            "--laser",
-            help="race: 270°, 30 m, 40 Hz; short: 240°, 4 m, 10 Hz, half of the beams empty; round: 360°, "
-            "12 m, 7 Hz; outdoor: 180°, 80 m, 10 Hz, most distant returns missed.",
-        ),
-    ] = LaserKind.RACE,
+    speed: SpeedOption = 2.0,
+    walkers: WalkersOption = 0,
+    slip: SlipOption = 0.0,
+    laser: LaserOption = LaserKind.RACE,
     tilt: Annotated[
         float,
         typer.Option("--tilt", metavar="DEG", min=-10.0, max=10.0, help="How far the laser looks down."),

@@ -144,11 +144,7 @@ class LiveNode(ABC):
 
     def survive(self, error: Exception) -> None:
         """A callback has failed: that is reported, and the node goes on."""
-        self.faults.report(
-            "internal",
-            f"A fault in racecar, not yours ({type(error).__name__}: {error}); please report it.",
-            lasting=False,
-        )
+        self.faults.report_failure(error)
 
     @abstractmethod
     def take_scan(self, message: Any, arrival: int) -> None:

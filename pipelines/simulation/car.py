@@ -51,5 +51,13 @@ class Car:
         self.yaw += turn
 
 
+def steering_for(speed: float, turning_speed: float) -> float:
+    """The angle (rad) at which a car of that speed (m/s) turns so fast (rad/s); it may be more than the
+    steering allows. A car that stands steers as far as it can."""
+    if speed == 0.0:
+        return math.copysign(MAX_STEERING, turning_speed) if turning_speed else 0.0
+    return math.atan(WHEELBASE * turning_speed / speed)
+
+
 def _towards(wanted: float, now: float, step: float) -> float:
     return now + min(max(wanted - now, -step), step)

@@ -26,9 +26,9 @@ from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
 from racecar.pipelines.simulation.wheel_odometry import PERIOD_TICKS, Wheels, efforts
 
-_SCANS_APART = 2
-"""The laser's sweeps from one that is used to the next: 20 a second of the race car's 40 leave a laptop time
-for localizer and mapper."""
+_SCAN_PERIOD = 0.05
+"""Seconds from a sweep that is used to the next, where the laser turns that fast: 20 a second of the race
+car's 40 leave a laptop time for localizer and mapper."""
 _HAND_SECONDS = 0.6
 """For which steering by hand holds; a page that is closed so stops the car."""
 _ROOM_AHEAD, _LANE = 0.9, 0.35
@@ -58,11 +58,20 @@ class DrivenSimulation:
     """A car in a world; its measurements come as from a bag: a scan follows the odometry that covers it."""
 
     def __init__(
-        self, grid: OccupancyGrid, conditions: Conditions, seed: int = 0, start: Pose | None = None
+        self,
+        grid: OccupancyGrid,
+        conditions: Conditions,
+        seed: int = 0,
+        start: Pose | None = None,
+        laser: LaserKind = LaserKind.RACE,
     ) -> None:
         """``start`` (3,): the car begins near it. Raises UserError when it finds no room in the map."""
         self.conditions = conditions
-        self._grid, self._laser = grid, LASERS[LaserKind.RACE]
+        self.start_ns = START_NS
+        """Nanoseconds, the stamp of the moment when the drive began."""
+        self.laser = LASERS[laser]
+        self._sweeps_apart = max(1, round(_SCAN_PERIOD / self.laser.scan_time))
+        self._grid = grid
         self._lattice = DrivingLattice(grid)
         self._planner = GoalPlanner(self._lattice)
         self._generator = np.random.default_rng(seed)
@@ -96,6 +105,11 @@ class DrivenSimulation:
         return self._car.speed
 
     @property
+    def turning_speed(self) -> float:
+        """rad/s."""
+        return self._car.turning_speed
+
+    @property
     def seconds(self) -> float:
         """Since the drive began."""
         return self._tick * TICK
@@ -109,6 +123,11 @@ class DrivenSimulation:
     def is_underway(self) -> bool:
         """Whether the car is on its way to a goal."""
         return self._decisions is not None
+
+    @property
+    def is_steered(self) -> bool:
+        """Whether the last steering by hand still holds."""
+        return self._hand is not None and self.seconds < self._hand_until
 
     def drive_to(self, goal: NDArray[np.float64]) -> None:
         """Drive to a place (2,), or to a pose (3,). Raises UserError when the car cannot stand there."""
@@ -181,7 +200,7 @@ class DrivenSimulation:
 
     def _decide(self) -> tuple[float, float]:
         """Wanted speed and steering."""
-        if self._hand is not None and self.seconds < self._hand_until:
+        if self._hand is not None and self.is_steered:
             return self._careful(*self._hand)
         if self._decisions is None:
             return 0.0, self._car.steering
@@ -217,25 +236,28 @@ class DrivenSimulation:
         effort = efforts(np.array([last_speed, speed]), np.array([last_turning, turning_speed]))
         step = self._wheels.measure(between(last_pose, pose)[None], effort, self.conditions.slip)[0]
         self._odom_from_base = compose(self._odom_from_base, step)
-        return Odometry(_stamp(self._tick), self._odom_from_base, step / (PERIOD_TICKS * TICK))
+        return Odometry(self._stamp(self._tick), self._odom_from_base, step / (PERIOD_TICKS * TICK))
 
     def _scans(self) -> list[Scan]:
         """The sweep that the odometry covers since its last sample, if there is one."""
-        ticks_of_sweep = math.ceil(self._laser.time_offsets[-1] / TICK) + 1
+        ticks_of_sweep = math.ceil(self.laser.time_offsets[-1] / TICK) + 1
         if self._tick < self._sweep_tick + ticks_of_sweep:
             return []
-        start, self._sweep_tick = self._sweep_tick, self._sweep_tick + _SCANS_APART * self._laser.period_ticks
+        start, self._sweep_tick = (
+            self._sweep_tick,
+            self._sweep_tick + self._sweeps_apart * self.laser.period_ticks,
+        )
         poses = np.array(self._trace[start - self._trace_tick :])
         del self._trace[: max(0, self._sweep_tick - self._trace_tick)]
         self._trace_tick = max(self._trace_tick, min(self._sweep_tick, self._tick + 1))
         legs = self._legs
-        self._legs = self._walkers.walk(_SCANS_APART * self._laser.scan_time)
+        self._legs = self._walkers.walk(self._sweeps_apart * self.laser.scan_time)
         if self._generator.random() < self.conditions.dropped_scans:
             return []
         return [self._sweep(start, poses, legs)]
 
     def _sweep(self, tick: int, poses: Pose, legs: NDArray[np.float64]) -> Scan:
-        laser = self._laser
+        laser = self.laser
         motion = CarMotion(poses, np.zeros(len(poses)), np.zeros(len(poses)))
         map_from_base = laser_sensor.poses_at_beams(motion, 0, laser)
         if self.conditions.is_blocked:
@@ -246,7 +268,7 @@ class DrivenSimulation:
         measured = laser_sensor.measure(ranges, laser, laser.noise, laser.dropouts, self._generator)
         measured[measured < laser.range_min] = np.nan
         return Scan(
-            stamp=_stamp(tick),
+            stamp=self._stamp(tick),
             bearings=laser.bearings,
             ranges=measured.astype(np.float64),
             time_offsets=laser.time_offsets,
@@ -260,6 +282,5 @@ class DrivenSimulation:
         self._trace_tick = self._sweep_tick = self._tick
         self._last = self.truth, 0.0, 0.0
 
-
-def _stamp(tick: int) -> int:
-    return START_NS + round(tick * TICK * 1e9)
+    def _stamp(self, tick: int) -> int:
+        return self.start_ns + round(tick * TICK * 1e9)

@@ -45,6 +45,14 @@ class Faults:
         if is_new:
             self._warn(sentence)
 
+    def report_failure(self, error: Exception) -> None:
+        """A callback or a piece of work has failed, and the node goes on."""
+        self.report(
+            "internal",
+            f"A fault in racecar, not yours ({type(error).__name__}: {error}); please report it.",
+            lasting=False,
+        )
+
     def end(self, name: str, sentence: str) -> None:
         """All is well again, which is logged if it was not."""
         with self._lock:

@@ -9,6 +9,7 @@ from typer.testing import CliRunner
 
 import racecar.pipelines.live
 from racecar.pipelines.cli import app
+from tests.pipelines.simulation.test_driven_simulation import GRID
 
 SHARE = Path(racecar.pipelines.live.__file__).parent / "share"
 
@@ -18,7 +19,7 @@ def test_the_command_names_the_folder() -> None:
     assert Path(result.output.strip()) == SHARE
 
 
-@pytest.mark.parametrize("name", ["localize", "map"])
+@pytest.mark.parametrize("name", ["localize", "map", "simulate"])
 def test_a_launch_file_starts_a_command_that_there_is(name: str) -> None:
     root = ElementTree.parse(SHARE / f"{name}.launch.xml").getroot()
     arguments = {argument.get("name") for argument in root.findall("arg")}
@@ -35,7 +36,7 @@ def test_a_launch_file_starts_a_command_that_there_is(name: str) -> None:
     assert "--params-file" in ros
 
 
-@pytest.mark.parametrize("kind", ["localizer", "mapper"])
+@pytest.mark.parametrize("kind", ["localizer", "mapper", "simulator"])
 def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
     from racecar.localization.config import LocalizationConfig
     from racecar.mapping.self_calibration.config import SelfCalibrationConfig
@@ -47,6 +48,14 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
             from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
 
             LocalizerNode(node, LocalizationConfig(), SelfCalibrationConfig(), LocalizerStart(None))
+        elif kind == "simulator":
+            from racecar.pipelines.live.simulated_car.world_settings import WorldSettings
+            from racecar.pipelines.live.simulator_node import SimulatorNode
+            from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
+
+            world = WorldSettings()
+            simulation = DrivenSimulation(GRID, world.conditions())
+            SimulatorNode(node, simulation, world, pace=1.0, teleports=False)
         else:
             from racecar.mapping.config import MappingConfig
             from racecar.mapping.mapper import Mapper
@@ -61,6 +70,13 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
     for name, value in told.items():
         assert name in declared
         assert list(declared[name]) == value if isinstance(value, list) else declared[name] == value
+
+
+@pytest.mark.parametrize("name", ["localize", "map"])
+def test_rviz_sends_goals_to_the_simulated_car(name: str) -> None:
+    tools = yaml.safe_load((SHARE / f"{name}.rviz").read_text())["Visualization Manager"]["Tools"]
+    topics = {tool["Class"]: tool["Topic"]["Value"] for tool in tools if "Topic" in tool}
+    assert topics["rviz_default_plugins/SetGoal"] == "/goal_pose"
 
 
 @pytest.mark.parametrize("name", ["localize", "map"])

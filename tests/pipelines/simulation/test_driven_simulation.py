@@ -10,7 +10,8 @@ from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
-from racecar.pipelines.simulation.simulator_config import NoiseLevel
+from racecar.pipelines.simulation.laser_models import LASERS
+from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
 
 
 def a_room() -> OccupancyGrid:
@@ -114,6 +115,22 @@ def test_neither_wheels_nor_laser_notice_that_the_car_is_carried() -> None:
         simulation.put_at(np.array([4.0, 1.0, 0.0]))
 
 
+@pytest.mark.parametrize("kind", LaserKind)
+def test_every_laser_sweeps_as_often_as_it_turns_but_no_more_than_it_is_asked(kind: LaserKind) -> None:
+    simulation = DrivenSimulation(GRID, Conditions(NoiseLevel.NONE), laser=kind)
+    scans = scans_of(simulation.advance(3.0))
+    period = max(0.05, LASERS[kind].scan_time)
+    np.testing.assert_allclose(np.diff([scan.stamp for scan in scans]), 1e9 * period, atol=1.0)
+    assert len(scans) == pytest.approx(3.0 / period, abs=2)
+    assert {len(scan.ranges) for scan in scans} == {LASERS[kind].beams}
+
+
+def test_stamps_begin_when_the_drive_does() -> None:
+    simulation = a_drive()
+    simulation.start_ns = 5_000_000_000
+    assert odometry_of(simulation.advance(0.02))[0].stamp == 5_020_000_000
+
+
 def test_a_covered_laser_sees_nothing_and_dropped_scans_do_not_come() -> None:
     simulation = a_drive()
     simulation.conditions.is_blocked = True
@@ -132,8 +149,10 @@ def test_by_hand_the_car_stops_at_a_wall_and_when_nobody_steers() -> None:
     assert simulation.speed == 0.0
     simulation.steer(-1.0, 0.0)
     simulation.advance(0.4)
+    assert simulation.is_steered
     assert simulation.speed < 0.0
     simulation.advance(2.0)
+    assert not simulation.is_steered
     assert simulation.speed == 0.0
 
 

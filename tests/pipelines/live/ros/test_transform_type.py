@@ -34,6 +34,7 @@ def test_transforms_go_over_dds_and_come_back() -> None:
 
 
 def test_the_declared_type_is_the_one_that_the_bags_have() -> None:
-    from racecar.pipelines.live.ros.transform_type import type_hash
+    from racecar.pipelines.live.ros.declared_type import type_hash
+    from racecar.pipelines.live.ros.transform_type import TRANSFORM_FIELDS
 
-    assert f"RIHS01_{type_hash()}" == ros2_types().hash_rihs01(TRANSFORMS)
+    assert f"RIHS01_{type_hash(TRANSFORM_FIELDS)}" == ros2_types().hash_rihs01(TRANSFORMS)

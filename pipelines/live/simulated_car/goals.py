@@ -1,0 +1,109 @@
+"""Goals by ``goal_pose``, RViz's 2D Goal Pose: the car plans its way there and drives it."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from geometry_msgs.msg import PoseStamped
+
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
+from racecar.pipelines.bags.converters.odometry import pose_in_plane
+from racecar.pipelines.bags.messages import frame_name
+from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.pipelines.live.simulated_car.frame_names import FrameNames
+from racecar.pipelines.live.simulated_car.map_links import MapLinks
+from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
+
+_SHORT = 0.25
+"""Metres before the goal at which the way may end without a word: more than from one place that the planner
+knows to the next."""
+_PATIENCE = 5.0
+"""Seconds for which the car may stand on its way without a word, as people walk by; by judgement."""
+
+
+class Goals:
+    """A goal counts as on a real car, by where the car takes itself to be: in a map that somebody publishes
+    the place of, it lies as far from the car as it does there. Where nobody does, the map is the simulated
+    one."""
+
+    def __init__(
+        self,
+        node: Any,
+        frames: FrameNames,
+        simulation: DrivenSimulation,
+        faults: Faults,
+        inform: Callable[[str], None],
+        take_over: Callable[[], None],
+    ) -> None:
+        """``take_over`` is called when the car begins to drive to a goal."""
+        self._take_over = take_over
+        self._frames, self._simulation, self._faults, self._inform = frames, simulation, faults, inform
+        self._links = MapLinks(node, frames.odom)
+        self._is_awaited = False
+        self._moved_at = 0.0
+        """Simulated seconds when the car moved last."""
+        self.odom_from_base: Pose = IDENTITY
+        """(3,) as the odometry tells now."""
+        node.create_subscription(PoseStamped, "goal_pose", self._on_goal, 10)
+
+    def forget(self) -> None:
+        """Something else drives the car now."""
+        self._is_awaited = False
+
+    def watch_way(self) -> None:
+        """Say when the car has come to its goal, or does not get on; to be called at every step."""
+        simulation = self._simulation
+        if not self._is_awaited:
+            return
+        if simulation.speed != 0.0:
+            self._moved_at = simulation.seconds
+        if not simulation.is_underway:
+            self._is_awaited = False
+            self._inform("The car has arrived at the goal.")
+        elif simulation.seconds - self._moved_at > _PATIENCE:
+            self._faults.report(
+                "stuck",
+                "The car stands still on its way to the goal: a wall or a person is in its way. Drive it "
+                "free with commands, or send another goal.",
+                lasting=False,
+            )
+
+    def _on_goal(self, message: Any) -> None:
+        goal = pose_in_plane(message.pose)
+        try:
+            if goal is None:
+                raise UserError("Its position or its quaternion is not valid.")
+            self._drive_to(self._in_simulated_map(frame_name(message.header.frame_id), goal))
+        except UserError as error:
+            self._faults.report("goal", f"The goal is left out. {error}", lasting=False)
+
+    def _drive_to(self, map_from_goal: Pose) -> None:
+        simulation = self._simulation
+        simulation.drive_to(map_from_goal)
+        self._take_over()
+        self._is_awaited, self._moved_at = True, simulation.seconds
+        end = simulation.planned[-1] if simulation.is_underway else simulation.truth[:2]
+        left = float(np.linalg.norm(end - map_from_goal[:2]))
+        if left > _SHORT:
+            self._faults.report(
+                "goal",
+                f"The car cannot stand at the goal: it stops {left:.1f} m away from it.",
+                lasting=False,
+            )
+
+    def _in_simulated_map(self, frame: str, frame_from_goal: Pose) -> Pose:
+        """``map_from_goal`` (3,). Raises UserError where nothing tells where the goal's frame lies."""
+        frames = self._frames
+        frame_from_odom = IDENTITY if frame == frames.odom else self._links.frame_from_odom(frame)
+        if frame == frames.base:
+            base_from_frame = IDENTITY
+        elif frame_from_odom is not None:
+            base_from_frame = inverse(compose(frame_from_odom, self.odom_from_base))
+        elif frame in ("", frames.map):
+            return frame_from_goal
+        else:
+            raise UserError(
+                f"Its frame {frame} is not known; give it in {frames.map}, {frames.odom} or {frames.base}."
+            )
+        return compose(self._simulation.truth, compose(base_from_frame, frame_from_goal))
