@@ -20,7 +20,7 @@ _TOUCHING = np.ones((3, 3), dtype=np.bool_)
 """Cells that touch, or have up to two cells between them, are of one blob, because both grow by one to each
 side and what touches then belongs together."""
 _REACH = 3
-"""Cells from one to the next of a blob at most, by the same."""
+"""Cells from one to the next of a blob at most, since up to two may lie between them."""
 
 
 def despeckled(

@@ -17,7 +17,7 @@ from racecar.maps.grid.tiled_grid import TILE
 _SHIFT = TILE.bit_length() - 1
 """Bits by which a row or column is shifted to become that of its tile, because divisions are slow."""
 _WITHIN = TILE - 1
-"""Bits of a row or column that say where in its tile it lies, likewise."""
+"""Bits of a row or column that say where in its tile it lies, because divisions are slow."""
 
 
 @njit(cache=True, nogil=True)
