@@ -15,15 +15,18 @@ from scipy.spatial import cKDTree
 
 from racecar.mapping.graph.contraction import contracted
 from racecar.mapping.keyframes.config import RevisitConfig
+from racecar.mapping.session.coverage import showing_more
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import wrap_angle
 
 
 def forget_outdated(session: Session, config: RevisitConfig) -> Session:
-    """The session without the keyframes that enough later drives passed."""
+    """The session without the keyframes that enough later drives passed, but for those that alone show
+    something: what lies behind a door that is closed since, or beyond the reach of a later laser."""
     is_left = _drives_later(session, config) < config.outdated_after
     if is_left.all():
         return session
+    is_left = showing_more(session.rays, session.map_from_keyframe, is_left)
     constraints = contracted(session.constraints, session.map_from_keyframe, is_left)
     return replace(session.only(is_left), constraints=constraints)
 

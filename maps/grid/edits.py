@@ -82,6 +82,8 @@ def covered(grid: TiledGrid, edit: Edit) -> Iterator[tuple[Tile, NDArray[np.bool
     rings = [grid.raster_of(ring) for ring in _rings(edit)]
     line = _passed(grid, edit.points) if edit.kind == "wall" else np.zeros((0, 2), dtype=np.int64)
     corners = np.concatenate([*rings, line])
+    if len(corners) == 0:
+        return  # a wall that lies beyond the grid
     low = np.clip(np.floor(corners.min(axis=0)), 0, grid.shape).astype(np.int64)
     high = np.clip(np.ceil(corners.max(axis=0)) + 1, 0, grid.shape).astype(np.int64)
     for tile in tiles_in(*(slice(*span) for span in zip(low.tolist(), high.tolist(), strict=True))):

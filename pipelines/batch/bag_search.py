@@ -69,7 +69,7 @@ class _Visited:
 
 def _listed(source: Path, out: Path) -> Iterator[Path]:
     visited = _Visited(out)
-    for line in read_text(source, _MOST_BYTES).splitlines():
+    for line in read_text(source, _MOST_BYTES).removeprefix("\ufeff").splitlines():
         words = line.strip()
         if not words or words.startswith("#"):
             continue

@@ -57,6 +57,10 @@ def merge(
     folders = list(dict.fromkeys(runs))
     if len(folders) < 2:
         raise UserError("There is nothing to merge: name two folders or more that `racecar map` has written.")
+    if (out / "trajectory.tum").exists():
+        raise UserError(
+            f"{out} holds the map of a single drive, with its path: name another folder with --out."
+        )
     loaded = load_config(config)
     report.add("inputs", {"runs": [str(folder) for folder in folders], "config": config, "seed": seed})
     with output_folder(out) as folder:

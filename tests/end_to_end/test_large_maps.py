@@ -13,7 +13,7 @@ from racecar.mapping.loops.config import SubmapConfig
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
-from racecar.mapping.session.session import Session
+from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.pipelines.files.session_file import save_session
 from tests.end_to_end.commands import in_own_process
@@ -51,7 +51,9 @@ def session() -> Session:
         loops.graph.add_variances(np.array([[0.01**2, 0.001**2]]))
     steps = between(poses[:-1], poses[1:])
     ties = [Constraint(k, k + 1, step, 1e4 * np.eye(3), "scan_matching") for k, step in enumerate(steps)]
-    return Session(store, rays, np.zeros_like(poses), poses, ConstraintList(ties), loops)
+    return Session(
+        store, rays, np.zeros_like(poses), poses, ConstraintList(ties), loops, one_drive(len(poses))
+    )
 
 
 def test_a_plane_of_four_square_kilometres(tmp_path: Path) -> None:

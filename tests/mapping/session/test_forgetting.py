@@ -1,11 +1,14 @@
 """What a map forgets when later drives have shown the same places."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.pose_graph import PoseGraph
+from racecar.mapping.grid.config import RenderingConfig
+from racecar.mapping.grid.rendering import Rays, render
 from racecar.mapping.keyframes.config import RevisitConfig
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
@@ -14,6 +17,7 @@ from racecar.mapping.session.forgetting import forget_outdated
 from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
+from racecar.maps.grid.occupancy_grid import UNKNOWN
 from tests.mapping.ring_drives import RING, path, session
 
 ELSEWHERE = np.array([40.0, -25.0, 2.5])
@@ -81,6 +85,36 @@ def test_a_place_that_was_not_passed_again_is_not_forgotten() -> None:
     far = far[(np.arange(len(far)) > 80) & (np.arange(len(far)) < 98)]
     for pose in far:
         assert np.abs(between(pose, of_first)).max(axis=1).min() < 0.01
+
+
+def short_sighted(drive: Session, reach: float) -> Session:
+    """The same with a laser that sees no farther than so many metres, and nothing there."""
+    ends = [rays.ends * np.minimum(reach / np.hypot(*rays.ends.T), 1.0)[:, None] for rays in drive.rays]
+    return replace(drive, rays=[Rays.to(each, 0) for each in ends])
+
+
+def seen_cells(map_: Session) -> np.ndarray:
+    """Whether each cell of 0.25 m was seen."""
+    box = np.array([-7.0, -5.0]), np.array([7.0, 5.0])
+    config = RenderingConfig(margin=20.0)
+    grid = render(map_.rays, map_.map_from_keyframe, map_.drives, 0.25, config, box)
+    return grid.in_one_piece().cells != UNKNOWN
+
+
+def test_what_no_later_drive_could_see_stays() -> None:
+    whole = session(RING, path(0.0, 34.0), IDENTITY, IDENTITY)
+    map_ = whole
+    for start in (3.0, 7.0, 12.0, 20.0):
+        true = path(start, 34.0)
+        map_ = carried_on(map_, true)
+        is_last = map_.drives == map_.drives[-1]
+        dim = short_sighted(map_.only(is_last), 0.7)
+        map_.rays[-len(dim.rays) :] = dim.rays
+        map_ = forget_outdated(map_, CONFIG)
+    before, after = seen_cells(whole), seen_cells(map_)
+    assert seen_cells(map_.only(map_.drives == map_.drives[-1])).sum() < 0.9 * before.sum()
+    assert (before & ~after).sum() <= 0.05 * before.sum()
+    assert (map_.drives == 0).sum() < 0.5 * len(whole.rays)
 
 
 def test_two_drives_forget_nothing() -> None:

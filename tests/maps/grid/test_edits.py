@@ -101,6 +101,7 @@ def test_what_lies_outside_covers_nothing() -> None:
     grid = grid_at(POSES[0])
     far = Edit("wall", SQUARE + 100.0, width=0.2)
     assert not covered(grid, far).any()
+    assert not covered(grid, Edit("wall", SQUARE + 100.0)).any()
     assert not covered(grid, Edit("free", SQUARE + 100.0)).any()
 
 

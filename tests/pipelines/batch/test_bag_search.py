@@ -64,8 +64,16 @@ def test_a_list_names_bags_and_folders(tmp_path: Path, monkeypatch: pytest.Monke
         (tmp_path / name).mkdir()
     for name in ("lists/beside.bag", "here/here.bag", "lists/week/deep.bag", "absolute.bag"):
         (tmp_path / name).write_text("a bag")
-    lines = ["# drives", "", "beside.bag", " here.bag ", "week", str(tmp_path / "absolute.bag"), "beside.bag"]
-    (tmp_path / "lists/list.txt").write_text("\r\n".join([*lines, "missing.bag", "empty"]))
+    lines = [
+        "\ufeff# drives",
+        "",
+        "beside.bag",
+        " here.bag ",
+        "week",
+        str(tmp_path / "absolute.bag"),
+        "beside.bag",
+    ]
+    (tmp_path / "lists/list.txt").write_text("\r\n".join([*lines, "missing.bag", "empty"]), "utf-8")
     (tmp_path / "lists/empty").mkdir()
     monkeypatch.chdir(tmp_path / "here")
     names = ["lists/beside.bag", "here/here.bag", "lists/week/deep.bag", "absolute.bag"]

@@ -8,6 +8,7 @@ import pytest
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, between, compose
+from racecar.pipelines.cli import run as run_command
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.session_file import save_session
@@ -52,3 +53,12 @@ def test_maps_of_other_places_are_not_merged(folders: list[Path]) -> None:
     whole, _, other = folders
     with pytest.raises(UserError, match=r"None of the maps could be joined to .*whole"):
         merge_runs([other, whole], Config(), 0, Report("racecar merge"))
+
+
+def test_a_merged_map_does_not_replace_that_of_a_drive(
+    folders: list[Path], capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole, part, _ = folders
+    (whole / "trajectory.tum").write_text("")
+    assert run_command(["merge", str(whole), str(part), "--out", str(whole)]) == 2
+    assert "name another folder with --out" in " ".join(capsys.readouterr().err.split())
