@@ -38,12 +38,12 @@ class EditRoom:
         leave: Callable[[], None],
     ) -> None:
         """``grid`` is the map of the run in ``folder`` without its ``edits``; ``leave`` opens that run."""
-        self._page, self._grid, self._rendering = page, grid, config.rendering
+        self._page, self._folder, self._grid, self._rendering = page, folder, grid, config.rendering
         self._draft = Draft(grid, edits)
         self._saving = Saving(folder, config, edits)
         self._leave_room = leave
         self._is_asked_to_leave = False
-        self._build_panel(folder)
+        self._build_panel()
 
     def draw_all(self) -> None:
         """Draw the map with its edits, and the shape that is being drawn."""
@@ -74,7 +74,7 @@ class EditRoom:
     def close(self) -> None:
         """There is nothing to end."""
 
-    def _build_panel(self, folder: Path) -> None:
+    def _build_panel(self) -> None:
         page, gui = self._page, self._page.gui
         with page.folder("Draw"):
             self._kind = gui.add_dropdown("Kind", list(KIND_OF_NAME))
@@ -89,7 +89,7 @@ class EditRoom:
             self._list = EditList(page, self._draw_chosen, self._remove)
             self._list.show(self._draft.edits.edits)
         with page.folder("Save"):
-            self._out = gui.add_text("Folder", str(folder))
+            self._out = gui.add_text("Folder", str(self._folder))
             self._is_straightened = gui.add_checkbox("Straighten along the walls", False)
             self._is_cropped = gui.add_checkbox("Crop to what was driven", False)
             page.on_press(gui.add_button("Save and render"), self._save)
@@ -109,8 +109,12 @@ class EditRoom:
         self._draw_changed()
 
     def _undo(self) -> None:
+        before = self._draft.edits
         self._draft.undo()
-        self._draw_changed()
+        if self._draft.edits is before:
+            self._draw_corners()
+        else:
+            self._draw_changed()
 
     def _remove(self, number: int) -> None:
         self._draft.remove(number)
@@ -123,12 +127,13 @@ class EditRoom:
         try:
             words = self._saving.save(
                 self._draft.edits,
-                Path(self._out.value).expanduser(),
+                Path(self._out.value.strip() or self._folder).expanduser(),
                 is_straightened=self._is_straightened.value,
                 is_cropped=self._is_cropped.value,
             )
         except UserError as error:
-            self._state.content = str(error)
+            is_saved = self._saving.is_saved(self._draft.edits)
+            self._state.content = f"{'No map was rendered' if is_saved else 'Nothing was written'}. {error}"
             raise
         self._state.content = words
         self._page.tell("Saved", "The panel says what was written.", "green")

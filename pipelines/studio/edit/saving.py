@@ -52,7 +52,9 @@ class Saving:
         width, height = report.as_dict()["result"]["map_metres"]
         count = len(edits.edits)
         words = [
-            f"{self._folder / EDITS_FILE} holds {count} edit{'s' if count != 1 else ''}.",
+            f"{count} edit{'s' if count != 1 else ''} in {self._folder / EDITS_FILE}."
+            if edits.text
+            else "There are no edits.",
             f"A map of {width:.0f} × {height:.0f} m was rendered into {out}: {', '.join(written_to(out))}.",
         ]
         return " ".join([*words, *report.warnings])

@@ -1,5 +1,6 @@
 """The map of a run is edited on the page, by clicks in a browser."""
 
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -19,12 +20,20 @@ AREA = [(1.0, -0.5), (2.0, -0.5), (2.0, 0.5), (1.0, 0.5)]
 BOW_TIE = [(1.0, -0.5), (2.0, 0.5), (2.0, -0.5), (1.0, 0.5)]
 
 
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """A mapped run of some metres along the x axis, with edits of a person beside it."""
-    bag = tmp_path / "drive.bag"
+@pytest.fixture(scope="module")
+def mapped(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of some metres along the x axis."""
+    folder = tmp_path_factory.mktemp("drive")
+    bag = folder / "drive.bag"
     assert run(["simulate", "--map", "track", "--out", str(bag), "--duration", "4", "--quiet"]) == 0
-    assert run(["map", str(bag), "--out", str(tmp_path / "map"), "--quiet"]) == 0
+    assert run(["map", str(bag), "--out", str(folder / "map"), "--quiet"]) == 0
+    return folder / "map"
+
+
+@pytest.fixture
+def folder(mapped: Path, tmp_path: Path) -> Path:
+    """A copy of that run, with edits of a person beside it."""
+    shutil.copytree(mapped, tmp_path / "map")
     (tmp_path / "map/edits.yaml").write_text(
         "# by hand\n- unknown: [[3, -0.5], [4, -0.5], [4, 0.5]]  # a chair\n"
     )
@@ -86,3 +95,30 @@ def test_an_area_is_drawn_by_clicks_and_saved_with_those_of_a_person(page: Opene
     assert page.asked_hosts == {LOOPBACK}
     page.press("Back to the run")
     page.wait_for(lambda: page.says("About this run"), "the run again")
+
+
+@pytest.mark.slow
+def test_mistakes_are_told_steps_undone_and_all_pages_see_the_same(
+    page: Opened, folder: Path, chromium: Any
+) -> None:
+    choose(page, "Free")
+    draw(page, BOW_TIE)
+    page.press("Finish the shape")
+    page.wait_for(lambda: page.says("crosses itself near"), "the mistake to be told")
+    page.press("Save and render")
+    page.wait_for(lambda: page.says("A shape is not finished"), "the unfinished shape to be told")
+    for _ in BOW_TIE[1:]:
+        page.press("Undo")
+    draw(page, [*AREA[1:], AREA[0]])
+    page.wait_for(lambda: in_list(page, "2: free, 4 corners"), "the shape without its mistake")
+    with opened(chromium, page.studio) as second:
+        assert in_list(second, "2: free, 4 corners")
+        second.press("Remove the chosen one")
+        page.wait_for(lambda: in_list(page, "1: unknown, 3 corners"), "the removal on the first page")
+    page.press("Remove the chosen one")
+    page.wait_for(lambda: in_list(page, "none yet"), "no edits")
+    page.press("Back to the run")
+    page.wait_for(lambda: page.says("is not saved"), "a warning")
+    page.press("Save and render")
+    page.wait_for(lambda: page.says("was rendered into"), "the map to be saved")
+    assert edits_beside(folder).edits == ()
