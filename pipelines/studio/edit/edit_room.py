@@ -65,6 +65,7 @@ class EditRoom:
         if len(end) and np.hypot(*(end[0] - place)) < _FINGER * self._page.view.seen_metres:
             self._finish()
             return
+        self._is_asked_to_leave = False
         self._draft.add_corner(place)
         self._draw_corners()
 

@@ -16,8 +16,8 @@ from racecar.pipelines.studio.page import LOOPBACK, Page
 from racecar.pipelines.studio.studio import look_or_drive
 from tests.pipelines.studio.chromium import Opened, opened, running
 
-AREA = [(1.0, -0.5), (2.0, -0.5), (2.0, 0.5), (1.0, 0.5)]
-BOW_TIE = [(1.0, -0.5), (2.0, 0.5), (2.0, -0.5), (1.0, 0.5)]
+AREA = [(5.0, -0.5), (6.0, -0.5), (6.0, 0.5), (5.0, 0.5)]
+BOW_TIE = [(5.0, -0.5), (6.0, 0.5), (6.0, -0.5), (5.0, 0.5)]
 
 
 @pytest.fixture(scope="module")
@@ -76,7 +76,7 @@ def value_at(map: Path, x: float, y: float) -> int:
 
 @pytest.mark.slow
 def test_an_area_is_drawn_by_clicks_and_saved_with_those_of_a_person(page: Opened, folder: Path) -> None:
-    assert value_at(folder, 1.5, 0.0) == 0
+    assert value_at(folder, 5.5, 0.0) == 0
     choose(page, "Unknown")
     draw(page, [*AREA, AREA[0]])
     page.wait_for(lambda: in_list(page, "2: unknown, 4 corners"), "the area to be finished")
@@ -90,8 +90,8 @@ def test_an_area_is_drawn_by_clicks_and_saved_with_those_of_a_person(page: Opene
     edits = edits_beside(folder).edits
     assert [edit.kind for edit in edits] == ["unknown", "unknown", "keepout"]
     np.testing.assert_allclose(edits[1].points, AREA, atol=0.05)
-    assert value_at(folder, 1.5, 0.0) == -1
-    assert value_at(folder / "keepout_mask.yaml", 1.5, 0.0) == 100
+    assert value_at(folder, 5.5, 0.0) == -1
+    assert value_at(folder / "keepout_mask.yaml", 5.5, 0.0) == 100
     assert page.asked_hosts == {LOOPBACK}
     page.press("Back to the run")
     page.wait_for(lambda: page.says("About this run"), "the run again")
@@ -109,6 +109,7 @@ def test_mistakes_are_told_steps_undone_and_all_pages_see_the_same(
     page.wait_for(lambda: page.says("A shape is not finished"), "the unfinished shape to be told")
     for _ in BOW_TIE[1:]:
         page.press("Undo")
+    page.wait_for(lambda: not page.says("Not possible"), "the messages over the map to go")
     draw(page, [*AREA[1:], AREA[0]])
     page.wait_for(lambda: in_list(page, "2: free, 4 corners"), "the shape without its mistake")
     with opened(chromium, page.studio) as second:
