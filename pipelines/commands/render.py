@@ -66,7 +66,6 @@ def render(
     from racecar.pipelines.commands.printed_warnings import print_warnings
     from racecar.pipelines.commands.written_files import where_to_look
     from racecar.pipelines.files.config_file import load_config
-    from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
 
     report = Report("racecar render")
@@ -81,19 +80,18 @@ def render(
         occupied=occupied,
         free=free,
     )
-    with output_folder(out) as folder:
-        with report.stage("loading"):
-            from racecar.pipelines.files.edits_file import edits_beside, load_edits
-            from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits, remove_old_masks
-            from racecar.pipelines.runs.map_outputs import outputs_with
-            from racecar.pipelines.runs.render_run import render_run, save_rendering
-        requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
-        outputs_with(requested)  # what is missing for them is reported at once
-        drawn_over = edits_beside(run) if edits is None else load_edits(edits)
-        rendered = render_run(run, settings, drawn_over, report)
-        refuse_to_lose_edits(out, rendered.edits, run if edits is None else edits)
-        save_rendering(rendered, run, settings, report, folder, requested=requested)
-    remove_old_masks(out, rendered.edits)
+    with report.stage("loading"):
+        from racecar.pipelines.files.edits_file import edits_beside, load_edits
+        from racecar.pipelines.runs.render_run import render_into
+    render_into(
+        out,
+        run,
+        settings,
+        edits_beside(run) if edits is None else load_edits(edits),
+        report,
+        edits_from=run if edits is None else edits,
+        requested=requested_files(ply=ply, png=png, svg=svg, dxf=dxf),
+    )
     if json is not None:
         report.write(json)
     if quiet:

@@ -45,9 +45,9 @@ def studio(
     """Look at a run, or drive a simulated car by clicks, on a page in the browser.
 
     A run: map, path, scans, keyframes, loop closures and particles over time; scans of every moment, and
-    particles, are there when it was made with --record. A map: the car drives to where one clicks, the
-    localizer follows it, or the mapper discovers the floor. The page is served to this machine only, and
-    needs no network. Ctrl-C ends it.
+    particles, are there when it was made with --record; its map can be edited by clicks. A map: the car
+    drives to where one clicks, the localizer follows it, or the mapper discovers the floor. The page is
+    served to this machine only, and needs no network. Ctrl-C ends it.
 
     Example: racecar studio runs/drive
 

@@ -10,7 +10,7 @@
 """
 
 import zlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from math import isfinite
@@ -25,7 +25,9 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.edits import EDIT_KINDS, Edit, EditKind
 from racecar.maps.text_files import read_text
+from racecar.maps.whole_files import write_atomically
 from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
+from racecar.pipelines.files.edits_text import with_entry, without_entry
 
 EDITS_FILE = "edits.yaml"
 
@@ -51,7 +53,23 @@ class MapEdits:
         if new_from_map is None or not self.edits:
             return self
         edits = tuple(edit.moved(new_from_map) for edit in self.edits)
-        return MapEdits(edits, _as_text(edits))
+        return MapEdits(edits, _as_moved_text(edits))
+
+    def with_edit(self, edit: Edit) -> "MapEdits":
+        """With one more, drawn over the others; comments stay. Raises UserError on a mistake in it."""
+        entry = _as_text([edit])
+        edits = (*self.edits, _edit(parse_yaml(entry)[0], "What was drawn"))
+        return MapEdits(edits, _changed_or_new(lambda: with_entry(self._own_text, entry), edits))
+
+    def without(self, number: int) -> "MapEdits":
+        """Without the edit of this number, from 0; comments on others stay."""
+        edits = self.edits[:number] + self.edits[number + 1 :]
+        return MapEdits(edits, _changed_or_new(lambda: without_entry(self._own_text, number), edits))
+
+    @property
+    def _own_text(self) -> str:
+        """The text, without a line that says that it was moved here: who changes it makes it their own."""
+        return self.text.partition("\n")[2] if is_made_by_us(self.text) else self.text
 
 
 def load_edits(path: Path) -> MapEdits:
@@ -79,7 +97,13 @@ def edits_together(parts: Sequence[MapEdits]) -> MapEdits:
     if len(edited) == 1:
         return edited[0]
     edits = tuple(edit for part in edited for edit in part.edits)
-    return MapEdits(edits, _as_text(edits)) if edits else MapEdits()
+    return MapEdits(edits, _as_moved_text(edits)) if edits else MapEdits()
+
+
+def save_edits(edits: MapEdits, folder: Path) -> None:
+    """Write the edits of the map in a folder. Raises UserError when the place cannot be written to."""
+    with write_atomically(folder / EDITS_FILE) as partial:
+        partial.write_text(edits.text, encoding="utf-8")
 
 
 def is_made_by_us(text: str) -> bool:
@@ -177,12 +201,24 @@ def _number(
     return number
 
 
-def _as_text(edits: tuple[Edit, ...]) -> str:
-    entries = []
-    for edit in edits:
-        entry: dict[str, Any] = {edit.kind: np.round(edit.points, _DIGITS).tolist()}
-        entry |= {"width": edit.width} if edit.width else {}
-        entry |= {"limit": edit.limit} if edit.limit else {}
-        entries.append(entry)
-    body = str(yaml.safe_dump(entries, sort_keys=False, default_flow_style=None, width=1000))
+def _changed_or_new(change: Callable[[], str], edits: Sequence[Edit]) -> str:
+    """The changed text; one without comments where the form of the old one does not allow the change."""
+    try:
+        return change()
+    except ValueError:
+        return _as_text(edits)
+
+
+def _as_moved_text(edits: Sequence[Edit]) -> str:
+    body = _as_text(edits)
     return f"{_head(body)}\n{body}"
+
+
+def _as_text(edits: Sequence[Edit]) -> str:
+    """An edit per line, and one for its width or limit."""
+    lines = []
+    for edit in edits:
+        lines.append(f"- {edit.kind}: {np.round(edit.points, _DIGITS).tolist()}\n")
+        numbers = {"width": edit.width, "limit": edit.limit}
+        lines += [f"  {yaml.safe_dump({key: number})}" for key, number in numbers.items() if number]
+    return "".join(lines)

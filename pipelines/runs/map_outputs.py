@@ -17,8 +17,7 @@ from racecar.maps.grid.thinning import thinned
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.map_files import MOST_PIXELS, as_written, load_map, save_map, save_map_image
 from racecar.maps.trajectory import Trajectory
-from racecar.maps.whole_files import write_atomically
-from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits
+from racecar.pipelines.files.edits_file import MapEdits, save_edits
 from racecar.pipelines.files.filter_masks import save_filter_masks
 from racecar.pipelines.files.g2o import save_g2o
 from racecar.pipelines.files.optional_packages import is_installed, left_out, require
@@ -85,8 +84,7 @@ def _write_map(map_: WrittenMap) -> None:
 
 def _write_edits(map_: WrittenMap) -> None:
     if map_.edits.edits:
-        with write_atomically(map_.folder / EDITS_FILE) as partial:
-            partial.write_text(map_.edits.text, encoding="utf-8")
+        save_edits(map_.edits, map_.folder)
         save_filter_masks(map_.grid, map_.edits.edits, map_.folder)
 
 

@@ -17,10 +17,12 @@ from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.keyframe_times import seconds_of_keyframes
+from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report, read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
+from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits, remove_old_masks
+from racecar.pipelines.runs.map_outputs import WrittenMap, outputs_with, write_outputs
 
 _CARRIED_OVER = {
     "inputs": None,
@@ -41,6 +43,30 @@ class RenderedRun:
     """None where the run has none."""
     drawn: DrawnMap
     edits: MapEdits
+
+
+def render_into(
+    out: Path,
+    run: Path,
+    config: MappingConfig,
+    edits: MapEdits,
+    report: Report,
+    *,
+    edits_from: Path,
+    requested: Collection[str] = (),
+) -> None:
+    """Render a ``run`` with edits in its frame into the folder ``out``, which may be its own: all files that
+    every run has, and those ``requested``.
+
+    Raises UserError as `render_run`, when ``out`` cannot be written to, and when it holds edits of people
+    other than those, which are in the file or folder ``edits_from``.
+    """
+    with output_folder(out) as folder:
+        outputs_with(requested)  # what is missing for them is reported at once
+        rendered = render_run(run, config, edits, report)
+        refuse_to_lose_edits(out, rendered.edits, edits_from)
+        save_rendering(rendered, run, config, report, folder, requested=requested)
+    remove_old_masks(out, rendered.edits)
 
 
 def render_run(folder: Path, config: MappingConfig, edits: MapEdits, report: Report) -> RenderedRun:

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from viser import ViserServer
 
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.grid.edits import EDIT_KINDS
 from racecar.pipelines.studio.map_image import MapImage
 from racecar.pipelines.studio.palette import Color
 
@@ -15,6 +16,7 @@ STEP = 0.001
 ORDER = (
     *("map", "covered", "doubt", "path", "planned", "loops", "keyframes", "mark", "truth", "scan"),
     *("course", "particles", "ellipse", "car", "goal", "drag"),
+    *(*EDIT_KINDS, "chosen", "drawn", "corners"),
 )
 """The names of the layers, from the lowest to the highest."""
 _DOT = 0.002

@@ -1,20 +1,25 @@
 """An occupancy grid as a picture for the page."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import UNKNOWN
+from racecar.maps.grid.raster import Raster
 from racecar.maps.grid.thinning import thinned
-from racecar.pipelines.studio.palette import Backdrop
+from racecar.pipelines.studio.palette import Backdrop, Color
 
 _MOST_CELLS = 16_000_000
 """Beyond which cells are drawn in blocks, because graphics cards take pictures of 4096 pixels a side at least
 and a browser keeps four bytes of each."""
 _CRISP_CELLS = 4_000_000
 """Up to which a cell becomes four pixels, since the browser smooths between pixels and would blur cells."""
+
+_TINT = 0.4
+"""Share of a tint in a colour: walls show through it."""
 
 
 class MapImage(NamedTuple):
@@ -28,10 +33,16 @@ class MapImage(NamedTuple):
     """(3,) pose of the picture's middle."""
 
 
-def paint(grid: OccupancyGrid, ground: Backdrop) -> MapImage:
-    """What is free, occupied and unknown in a ground's colours; a huge grid no finer than can be shown."""
+def paint(grid: Raster, ground: Backdrop, tints: Sequence[tuple[Raster, Color]] = ()) -> MapImage:
+    """What is free, occupied and unknown in a ground's colours; a huge grid no finer than can be shown.
+
+    ``tints`` are masks on the same cells, each with the colour that is mixed in where it is above 0.
+    """
     grid = thinned(grid, _MOST_CELLS)
     pixels = _colors(ground)[grid.cells.astype(np.int64) - UNKNOWN]
+    for mask, color in tints:
+        is_tinted = thinned(mask, _MOST_CELLS).cells > 0
+        pixels[is_tinted] = (1.0 - _TINT) * pixels[is_tinted] + _TINT * np.array(color)
     rows, columns = grid.cells.shape
     size = columns * grid.resolution, rows * grid.resolution
     middle = transform_points(grid.map_from_grid, np.array([[size[0] / 2, size[1] / 2]]))[0]

@@ -84,6 +84,12 @@ class TopView:
         for client in self._server.get_clients().values():
             _look(client.camera, place, float(client.camera.position[2]))
 
+    @property
+    def seen_metres(self) -> float:
+        """From bottom to top of the page that is nearest to the floor."""
+        heights = [float(client.camera.position[2]) for client in self._server.get_clients().values()]
+        return 2.0 * min(heights, default=self._height) * math.tan(FIELD_OF_VIEW / 2.0)
+
     async def _meet(self, client: ClientHandle) -> None:
         client.camera.min_orbit_distance = _LEAST_HEIGHT
         bar = self._bars[client.client_id] = ScaleBar(client)

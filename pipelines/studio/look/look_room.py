@@ -1,5 +1,7 @@
 """The room in which a run is looked at."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,8 +35,9 @@ class LookRoom:
 
     takes_drags = False
 
-    def __init__(self, page: Page, scene: Scene) -> None:
-        self._page, self._scene = page, scene
+    def __init__(self, page: Page, scene: Scene, edit: Callable[[], None] | None = None) -> None:
+        """``edit`` opens the room in which the map is edited; None where it cannot be."""
+        self._page, self._scene, self._edit = page, scene, edit
         stamps = scene.trajectory.stamps
         self._start = int(stamps[0])
         self._coloring = PathColoring.TIME
@@ -102,6 +105,9 @@ class LookRoom:
             ):
                 if is_there:
                     self._add_switch(name, words)
+        if self._edit is not None:
+            with page.folder("Map"):
+                page.on_press(gui.add_button("Edit the map"), self._edit)
         with page.folder("Doubtful stretches"):
             self._list_doubts()
         add_plots(page, scene)

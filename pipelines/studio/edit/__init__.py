@@ -1,0 +1,1 @@
+"""Edits of a map, drawn by clicks."""

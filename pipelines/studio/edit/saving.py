@@ -1,0 +1,68 @@
+"""Edits go beside the map that they are of, and the map is rendered with them."""
+
+from pathlib import Path
+
+from racecar.mapping.config import MappingConfig
+from racecar.maps.errors import UserError
+from racecar.maps.map_files import load_map
+from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits, edits_beside, save_edits
+from racecar.pipelines.files.outputs import written_to
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.render_run import render_into
+
+
+class Saving:
+    """Of the edits of the map in a folder."""
+
+    def __init__(self, folder: Path, config: MappingConfig, saved: MapEdits) -> None:
+        """``config`` says how the map is rendered, ``saved`` is what the folder holds."""
+        self._folder, self._config, self._saved = folder, config, saved
+
+    def is_saved(self, edits: MapEdits) -> bool:
+        """Whether these are what was saved last."""
+        return edits.text == self._saved.text
+
+    def save(self, edits: MapEdits, out: Path, *, is_straightened: bool, is_cropped: bool) -> str:
+        """Write the edits beside their map and render it into ``out``; what was written, in words.
+
+        Raises UserError when a folder cannot be written to, when another hand has changed the edits
+        meanwhile, and when the map would turn under its own edits.
+        """
+        if is_straightened and out.resolve() == self._folder.resolve():
+            raise UserError(
+                f"A straightened map has another frame than {self._folder}: name another folder for it."
+            )
+        if edits_beside(self._folder).text != self._saved.text:
+            raise UserError(
+                f"{self._folder / EDITS_FILE} was changed meanwhile and is left as it is: go back to the run "
+                "and draw your edits over those that are there now."
+            )
+        if not self.is_saved(edits):
+            save_edits(edits, self._folder)
+            self._saved = edits
+        rendering = {"turn": "walls" if is_straightened else 0.0, "crop": "driven" if is_cropped else None}
+        config = self._config.model_copy(
+            update={"rendering": self._config.rendering.model_copy(update=rendering)}
+        )
+        report = Report("racecar render")
+        render_into(out, self._folder, config, edits, report, edits_from=self._folder)
+        return self._told(edits, out, report)
+
+    def _told(self, edits: MapEdits, out: Path, report: Report) -> str:
+        width, height = report.as_dict()["result"]["map_metres"]
+        count = len(edits.edits)
+        words = [
+            f"{count} edit{'s' if count != 1 else ''} in {self._folder / EDITS_FILE}."
+            if edits.text
+            else "There are no edits.",
+            f"A map of {width:.0f} × {height:.0f} m was rendered into {out}: {', '.join(written_to(out))}.",
+        ]
+        return " ".join([*words, *report.warnings])
+
+
+def as_the_map_lies(run: Path, config: MappingConfig) -> MappingConfig:
+    """The settings that render the map of a run in the frame and with the cells that it has."""
+    rendering = config.rendering.model_copy(update={"turn": 0.0, "crop": None, "origin": None})
+    is_there = (run / "map.yaml").is_file()
+    resolution = load_map(run).resolution if is_there else config.resolution
+    return config.model_copy(update={"rendering": rendering, "resolution": resolution})
