@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.elimination import ties_passed_on
 from racecar.maps.geometry.se2 import Pose, adjoint, between, inverse
 
 _Ties = dict[int, dict[int, NDArray[np.float64]]]
@@ -25,7 +26,9 @@ def contracted(constraints: ConstraintList, poses: Pose, is_left: NDArray[np.boo
     among themselves: those they have, and those that they inherit from the ones that go."""
     left, number = list(constraints.among(is_left)), (np.cumsum(is_left) - 1).tolist()
     tied = {(min(pair), max(pair)) for pair in constraints.to_arrays()["keyframes"].tolist()}
-    for (first, second), tie in _inherited(_ties(constraints, poses), is_left).items():
+    ties = _ties(constraints, poses)
+    inherited = ties_passed_on(ties, is_left, lambda _, __, tie: np.linalg.det(tie), np.add)
+    for first, second, tie in inherited:
         if (first, second) not in tied:
             map_from_second = adjoint(poses[second])
             information = map_from_second.T @ np.linalg.inv(tie) @ map_from_second
@@ -45,23 +48,3 @@ def _ties(constraints: ConstraintList, poses: Pose) -> _Ties:
         first, second = arrays["keyframes"][k].tolist()
         ties[first][second] = ties[second][first] = covariances[k]
     return ties
-
-
-def _inherited(ties: _Ties, is_left: NDArray[np.bool_]) -> dict[tuple[int, int], NDArray[np.float64]]:
-    """The ties, by rising pairs, once those of all keyframes that go have passed on."""
-    for going in np.flatnonzero(~is_left).tolist():
-        of_going = ties.pop(going, {})
-        for other in of_going:
-            del ties[other][going]
-        if not of_going:
-            continue
-        heir = min(of_going, key=lambda other: (not is_left[other], np.linalg.det(of_going[other])))
-        for other, tie in of_going.items():
-            if other != heir and other not in ties[heir]:
-                ties[heir][other] = ties[other][heir] = of_going[heir] + tie
-    return {
-        (first, second): tie
-        for first, of_first in ties.items()
-        for second, tie in of_first.items()
-        if first < second
-    }

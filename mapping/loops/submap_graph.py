@@ -9,6 +9,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from racecar.mapping.graph.coarse_graph import Groups
+from racecar.mapping.graph.elimination import ties_passed_on
 from racecar.mapping.loops.config import SubmapConfig
 from racecar.mapping.loops.submap import Submap
 from racecar.maps.geometry.se2 import Pose
@@ -100,26 +101,15 @@ class SubmapGraph:
     def _closures_passed_on(self, number: NDArray[np.int64]) -> NDArray[np.int64]:
         """(E, 3) the closures between submaps that go on under numbers (S,), not negative; those of one that
         goes pass on to another that it is connected to."""
-        closed: dict[int, set[int]] = {k: set() for k in range(len(self.submaps))}
+        closed: dict[int, dict[int, bool]] = {k: {} for k in range(len(self.submaps))}
         for first, second, is_closure in np.reshape(self.edges, (-1, 3)).tolist():
             if is_closure or number[first] < 0 or number[second] < 0:
-                closed[first].add(second)
-                closed[second].add(first)
-        for going in np.flatnonzero(number < 0).tolist():
-            others = closed.pop(going)
-            for other in others:
-                closed[other].discard(going)
-            heir = min(others, key=lambda other: (number[other] < 0, abs(other - going)), default=going)
-            for other in others - {heir}:
-                closed[heir].add(other)
-                closed[other].add(heir)
-        pairs = [
-            (number[first], number[second], 1)
-            for first, others in closed.items()
-            for second in sorted(others)
-            if first < second
-        ]
-        return np.array(pairs, dtype=np.int64).reshape(-1, 3)
+                closed[first][second] = closed[second][first] = True
+        passed_on = ties_passed_on(
+            closed, number >= 0, lambda going, other, _: (abs(other - going), other), lambda *_: True
+        )
+        pairs = [(number[first], number[second], 1) for first, second, _ in passed_on]
+        return np.array(sorted(pairs), dtype=np.int64).reshape(-1, 3)
 
     def close(self, fixed: Submap, moving: Submap) -> None:
         """Connect two submaps by a loop closure."""
