@@ -23,6 +23,7 @@ test: .venv/installed-dev
 
 docs: .venv/installed-docs
 	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict  # it is pinned below 2
+	$(BIN)/python tests/checks/foreign_resources.py build/docs
 
 package: .venv/installed-dev
 	rm -rf dist
