@@ -77,10 +77,11 @@ def run_localization(
     *,
     verdict: VerdictConfig,
     start: Trajectory | None = None,
+    is_placed: bool = False,
     recorder: Recorder | None = None,
     quiet: bool,
 ) -> LocalizationRun:
-    """Feed a bag through the localizer, whose start is set or unknown.
+    """Feed a bag through the localizer, whose start is set or unknown; ``is_placed``: the user has set it.
 
     With a ``start`` trajectory the car starts from the pose that this has at the first scan; where it
     has none the search goes on over the whole map, and the report says so. What comes in and out goes to a
@@ -107,6 +108,8 @@ def run_localization(
                 break
     reader.require_returns()
     _describe(run, localizer, reader, report)
+    if run.judge.is_hopeless:
+        report.warn(_search_ended(run, is_placed))
     for sentence in [*cautions_of_resolution(grid.resolution), *cautions_of_walls(walls)]:
         report.warn(sentence)
     return run
@@ -244,6 +247,15 @@ def _update_times(run: LocalizationRun) -> dict[str, float | None]:
     }
 
 
+def _search_ended(run: LocalizationRun, is_placed: bool) -> str:
+    seconds = (run.estimates[-1].stamp - run.estimates[0].stamp) * 1e-9
+    start = "correct --initial-pose" if is_placed else "give --initial-pose"
+    return (
+        f"The search ended {seconds:.0f} s into the drive, and the rest of the bag was not read. Name the "
+        f"map of the place, or {start}."
+    )
+
+
 def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
     sentences = []
     starts = sum(estimate.is_start for estimate in run.estimates)
@@ -254,12 +266,6 @@ def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
         )
     shares = [share for share in run.shares_on_wall if not np.isnan(share)]
     share = sum(shares) / max(len(shares), 1)
-    if run.judge.is_hopeless:
-        seconds = (run.estimates[-1].stamp - run.estimates[0].stamp) * 1e-9
-        sentences.append(
-            f"The search ended {seconds:.0f} s into the drive, and the rest of the bag was not read. Name "
-            "the map of the place, or give --initial-pose."
-        )
     sentences += cautions_of_fit(share, run.quality.verdict)
     if reader.odom_topic is None and not reader.tells_of_no_odometry:
         sentences.append(

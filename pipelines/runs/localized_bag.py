@@ -179,6 +179,7 @@ def localize_reader(
             report,
             verdict=settings.verdict,
             start=driven if is_open else None,
+            is_placed=initial_pose is not None,
             recorder=recorder,
             quiet=quiet,
         )

@@ -8,6 +8,7 @@ import pytest
 import yaml
 from PIL import Image
 
+from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -105,6 +106,23 @@ def test_another_drive_that_happens_to_bear_the_same_stamps_is_not_compared(
     assert any("from another drive" in sentence for sentence in report["warnings"])
     assert "against_mapping_trajectory" not in report["accuracy"]
     assert mean_error(bag) < 0.05
+
+
+@pytest.mark.parametrize(
+    ("flags", "advice"),
+    [
+        (("--initial-pose", "2.2", "2.4", "0.1"), "correct --initial-pose."),
+        (("--global",), "give --initial-pose."),
+    ],
+)
+def test_a_search_that_is_given_up_advises_what_was_not_done(
+    bag: Path, flags: tuple[str, ...], advice: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(DriveJudge, "is_hopeless", property(lambda judge: judge.path_metres > 1.0))
+    assert localize(bag, *flags, "--quiet") == 0
+    report = json.loads((bag.parent / "out" / "report.json").read_text())
+    (sentence,) = [each for each in report["warnings"] if each.startswith("The search ended")]
+    assert sentence.endswith(f"Name the map of the place, or {advice}")
 
 
 def test_strict_fails_unless_the_drive_is_localized(bag: Path, capsys: pytest.CaptureFixture[str]) -> None:
