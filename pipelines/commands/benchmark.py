@@ -327,7 +327,7 @@ def accuracy(
             "--only",
             metavar="NAME",
             help="Of the ablation, only this mechanism, group or kind of drive; may be repeated. A long "
-            "run can be made in parts this way.",
+            "run can be made in parts this way. docs/measured/localizer.md explains the names.",
             show_default=False,
         ),
     ] = None,

@@ -1,5 +1,8 @@
 """What turns the localizer's mechanisms off."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -53,3 +56,15 @@ def test_parts_of_the_ablation_are_chosen_by_name() -> None:
     assert selected(drives, every, ["noise", "lag", "trust"]) == ({"noise": 2}, every)
     with pytest.raises(UserError, match="no mechanism or drive 'lags'; there are: trust, lag, racing, noise"):
         selected(drives, every, ["lag", "lags"])
+
+
+def test_each_name_is_explained_under_its_group() -> None:
+    page = (Path(__file__).parents[4] / "docs" / "measured" / "localizer.md").read_text(encoding="utf-8")
+    explained = page.partition("### The names of the mechanisms")[2].partition("\n## ")[0]
+    tables = {
+        group: re.findall(r"^\| ([^|]+) \|", rows, re.MULTILINE)
+        for group, rows in re.findall(
+            r"^\| (\w+) \| what it does \|\n\|---\|---\|\n((?:\|.*\n)*)", explained, re.MULTILINE
+        )
+    }
+    assert tables == {group: list(names) for group, names in MECHANISMS.items()}
