@@ -1,5 +1,6 @@
 """How far the clock of a sensor is off that of the laser, by when the messages of both arrive."""
 
+from bisect import bisect_left
 from collections import deque
 from collections.abc import Sequence
 from statistics import median
@@ -18,12 +19,15 @@ _OTHER_TIME = 60_000_000_000
 """Nanoseconds from which an offset is believed when it is seen twice: no message takes a minute, so that this
 is another kind of time, such as that of a simulator or since the sensor was switched on."""
 
+_REMEMBERED = 1000
+"""Messages of the sensor, 5 s of a fast one, for which scans may wait to be taken in."""
+
 
 class ClockOffset:
     """Collects by how much the stamps of scans are ahead of those of another sensor."""
 
     def __init__(self) -> None:
-        self._before: tuple[int, int] | None = None
+        self._own: deque[tuple[int, int]] = deque(maxlen=_REMEMBERED)
         self._samples: deque[tuple[int, int]] = deque()
 
     @property
@@ -36,20 +40,30 @@ class ClockOffset:
 
         ``offset`` is what its stamp is ahead of its arrival, in the message that has just come; ``scans`` are
         arrivals and the same offsets of the scans that have come since the last one. The offsets are compared
-        at the arrival of each scan, because all of them drift where a bag is played at another speed.
+        at the arrival of each scan, because all of them drift where a bag is played at another speed; a scan
+        may have waited to be taken in while many messages of this sensor came.
         """
-        before, self._before = self._before, (arrival, offset)
-        if before is None or arrival <= before[0]:
+        if self._own and arrival <= self._own[-1][0]:
             return 0
+        self._own.append((arrival, offset))
         for scan_arrival, scan_offset in scans:
-            share = min(max((scan_arrival - before[0]) / (arrival - before[0]), 0.0), 1.0)
-            own_offset = before[1] + round(share * (offset - before[1]))
-            self._samples.append((scan_arrival, scan_offset - own_offset))
+            own_offset = self._own_offset_at(scan_arrival)
+            if own_offset is not None:
+                self._samples.append((scan_arrival, scan_offset - own_offset))
         missing = self._settled()
         if missing:
             self._samples.clear()
-            self._before = arrival, offset + missing
+            self._own.clear()
+            self._own.append((arrival, offset + missing))
         return missing
+
+    def _own_offset_at(self, arrival: int) -> int | None:
+        """Between the messages before and after it; None where it is older than what is remembered."""
+        after = bisect_left(self._own, (arrival, 0))
+        if not 0 < after < len(self._own):
+            return None
+        (first, begin), (last, end) = self._own[after - 1], self._own[after]
+        return begin + round((arrival - first) / (last - first) * (end - begin))
 
     def _settled(self) -> int:
         samples = self._samples

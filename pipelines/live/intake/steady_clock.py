@@ -11,6 +11,7 @@ from threading import Lock
 from typing import Protocol
 
 from racecar.pipelines.live.intake.clock_offset import ClockOffset
+from racecar.pipelines.live.intake.stamp_pace import StampPace
 
 _AHEAD = 2_000_000_000
 """Nanoseconds by which a stamp may be ahead of what the arrivals say; what is behind may just have waited."""
@@ -128,6 +129,7 @@ class TopicClock:
         self._repeats = self._moves = 0
         self._is_still = False
         self._usual: deque[int] = deque(maxlen=_USUAL_OF)
+        self._pace = StampPace()
 
     @property
     def correction(self) -> int:
@@ -154,15 +156,15 @@ class TopicClock:
         """The steady stamp of a message, from its header's and its arrival's time in nanoseconds.
 
         ``sweep``: nanoseconds from the moment that the stamp means to the last reading in the message.
-        None for a lone message whose stamp is far from those before: it is to be left out.
+        None for a message whose stamp is far from those before: it is to be left out, as it may be alone.
         """
         seen = _Seen(header, arrival)
+        self._pace.follow(header, arrival)
         if not self._shows_time(seen):
             steady = self._by_arrival(arrival, sweep)
         else:
             by_header = self._by_header(seen)
             if by_header is None:
-                self._reports.went_astray()
                 return None
             steady = by_header
             if not self._repeats:
@@ -212,14 +214,26 @@ class TopicClock:
         if self._last is None:
             self._shift = self._shared.first_shift(seen.header, seen.arrival)
         elif not seen.follows(self._last):
-            if self._suspected is None or not seen.follows(self._suspected):
-                self._suspected = seen
+            suspected, self._suspected = self._suspected, seen
+            if suspected is None or not seen.follows(suspected):
+                self._report_lone(suspected)
                 return None
-            jump = self._suspected.jump_from(self._last)
-            self._shift = self._shared.nearest_shift(self._shift + jump)
-            self._reports.jumped(jump * 1e-9)
+            self._follow_jump(suspected.jump_from(self._last))
+        else:
+            self._report_lone(self._suspected)
         self._last, self._suspected = seen, None
         return seen.header - self._shift + self._correction
+
+    def _report_lone(self, suspected: "_Seen | None") -> None:
+        if suspected is not None:
+            self._reports.went_astray()
+
+    def _follow_jump(self, jump: int) -> None:
+        """A clock was set, unless it is a pause in a recording that is played fast."""
+        if jump > 0 and self._pace.is_played_fast:
+            return
+        self._shift = self._shared.nearest_shift(self._shift + jump)
+        self._reports.jumped(jump * 1e-9)
 
     def _compare(self, arrival: int, offset: int) -> None:
         """With the scans, of which the last readings count, as they are sent when they are complete."""

@@ -130,6 +130,53 @@ def test_a_bag_played_at_another_speed_is_no_jump_and_no_offset(speed: float) ->
     assert of_scans == of_odometry == Reports()
 
 
+@pytest.mark.parametrize("speed", [1.0, 2.0, 10.0, 50.0])
+def test_a_pause_in_a_recording_that_is_played_fast_sets_no_clock(speed: float) -> None:
+    topic, reports = clock()
+    headers = [WALL + i * PERIOD + 33 * SECOND * (i >= 4000) for i in range(8000)]
+    steady = [topic.steady(header, round((header - WALL) / speed)) for header in headers]
+    assert [stamp or header for stamp, header in zip(steady, headers, strict=True)] == headers
+    assert steady.count(None) <= 1
+    assert reports == Reports()
+
+
+def test_a_player_that_falls_behind_and_catches_up_in_a_pause_sets_no_clock() -> None:
+    topic, reports = clock()
+    arrival, header = 0, WALL
+    for pace, seconds in ((10, 20), (4, 40), (10, 20)):
+        for _ in range(seconds * SECOND // PERIOD):
+            arrival, header = arrival + PERIOD // pace, header + PERIOD
+            assert topic.steady(header, arrival) in (header, None)
+        arrival, header = arrival + SECOND // 10, header + 31 * SECOND
+    assert reports == Reports()
+
+
+def test_a_bag_that_is_played_fast_and_begun_anew_is_said_to_jump_back() -> None:
+    topic, reports = clock()
+    for i in range(4000):
+        topic.steady(WALL + (i % 2000) * PERIOD, i * PERIOD // 10)
+    assert [round(jump) for jump in reports.jumps] == [-50]
+
+
+def test_a_clock_that_is_set_is_noticed_after_a_bag_was_played_fast() -> None:
+    topic, reports = clock()
+    header, arrival = WALL, 0
+    for pace, shift in ((10, 0), (1, 0), (1, 60 * SECOND)):
+        header += shift
+        for _ in range(200):
+            header, arrival = header + PERIOD, arrival + PERIOD // pace
+            topic.steady(header, arrival)
+    assert [round(jump) for jump in reports.jumps] == [60]
+
+
+def test_every_stray_stamp_is_reported_when_the_next_one_shows_it() -> None:
+    topic, reports = clock()
+    for i, hours in enumerate([0, 300, 0, 600, 900, 0]):
+        stray = hours * 3600 * SECOND
+        assert (topic.steady(WALL + i * PERIOD + stray, i * PERIOD) is None) == (hours > 0)
+    assert reports == Reports(astray=3)
+
+
 def test_a_bag_that_was_paused_while_it_was_played_is_no_fault() -> None:
     scans, odometry, of_scans, of_odometry = pair()
     for i in range(300):
