@@ -83,15 +83,15 @@ class MapQuality:
     def summary(self) -> str:
         """One line for people."""
         expected = (
-            f"some {_rounded(self.error_per_10_m)} m off per 10 m of path, "
-            f"{_rounded(self.error_of_whole)} m over all of it"
+            f"expect errors of about {_rounded(self.error_per_10_m)} m per 10 m of path, "
+            f"and {_rounded(self.error_of_whole)} m over the whole map"
         )
         if self.verdict == Verdict.GOOD:
             return f"The map is good: {expected}."
         is_map, where = f"The map is {self.verdict.value}:", [segment.why for segment in self.segments[:1]]
         if self.doubts:
             doubt = self.doubts[0]
-            return " ".join([is_map, doubt[0].lower() + doubt[1:], f"Otherwise it is {expected}.", *where])
+            return " ".join([is_map, doubt[0].lower() + doubt[1:], f"Otherwise {expected}.", *where])
         return " ".join(dict.fromkeys([is_map, f"{expected}.", *self.reasons[:1], *where]))
 
     def as_dict(self) -> dict[str, object]:

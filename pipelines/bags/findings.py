@@ -78,7 +78,7 @@ _COUNTED = {
         "Clouds that time their points over a second away from their stamp, which is ignored",
         "Make the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
     ),
-    "changed_beam_counts": ("Times the number of beams changed", "No action is needed."),
+    "changed_beam_counts": ("Changes of the number of beams", "No action is needed."),
     "scans_without_range_max": (
         "Scans that do not state the sensor's range, for which 60 m is assumed",
         "Set range_max in the driver, so that misses are not taken for walls.",

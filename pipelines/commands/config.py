@@ -17,7 +17,7 @@ def config(
         ),
     ] = None,
 ) -> None:
-    """Print every setting with its default, unit and reason, as a file for --config; it changes nothing yet.
+    """Print every setting with its default, unit and reason: a file for --config, all commented out.
 
     Example: racecar config > settings.yaml
 

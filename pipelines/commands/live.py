@@ -32,7 +32,7 @@ ViewPortOption = Annotated[
     ),
 ]
 
-live = typer.Typer(help="The ROS 2 nodes that run on the car, or are one.")
+live = typer.Typer(help="ROS 2 nodes: map, localize, or simulate a car.")
 
 
 @live.callback()
@@ -162,7 +162,7 @@ def map(
     out: OutputFolderOption,
     anew: Annotated[
         bool,
-        typer.Option("--anew", help="Begin a new drive even if the node was killed during the last."),
+        typer.Option("--anew", help="Begin a new drive even if the node was killed during the last one."),
     ] = False,
     view: ViewOption = False,
     view_port: ViewPortOption = None,
@@ -224,7 +224,7 @@ live.command(cls=RosCommand)(simulate)
 
 @live.command()
 def files() -> None:
-    """Print the folder of the launch files, the commented parameter files and the RViz configurations.
+    """Print the folder of launch files, commented parameter files, and views for RViz and Foxglove.
 
     Example: ros2 launch $(racecar live files)/localize.launch.xml map:=$PWD/runs/drive
     """

@@ -60,10 +60,10 @@ def simulate(
     ] = False,
     seed: SeedOption = 0,
 ) -> None:
-    """Be a car that drives in a map: it publishes /scan, /odom, /tf and /ground_truth. Ctrl-C ends it.
+    """Simulate a car on a map: it publishes /scan, /odom, /tf and /ground_truth. Ctrl-C ends it.
 
     It drives to goals on /goal_pose (RViz's 2D Goal Pose), or follows commands on /cmd_vel or /drive, each of
-    which holds for 0.6 s. Of a laser that turns faster, 20 scans a second are published.
+    which holds for 0.6 s. At most 20 scans a second are published.
 
     Example: racecar live simulate --map building
     """

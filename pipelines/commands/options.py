@@ -140,7 +140,7 @@ StartOption = Annotated[
         "--start",
         metavar="SECONDS",
         min=0.0,
-        help="Leave out what was recorded earlier than this after the bag's first message.",
+        help="Begin this long after the bag's first message.",
         show_default=False,
     ),
 ]
@@ -149,7 +149,7 @@ DurationOption = Annotated[
     typer.Option(
         "--duration",
         metavar="SECONDS",
-        help="Read no more than these seconds of the recording.",
+        help="Read at most this much of the recording.",
         show_default=False,
     ),
 ]

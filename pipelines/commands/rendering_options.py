@@ -32,7 +32,7 @@ CropOption = Annotated[
     typer.Option(
         "--crop",
         metavar="'X Y X Y'|driven",
-        help="Draw only a box, from its least to its largest x and y in metres, of the map as it is turned; "
+        help="Draw only a box of the turned map, by its least and its largest x and y in metres, "
         "or what lies within 2 m of the path.",
         show_default=False,
     ),

@@ -44,10 +44,10 @@ def studio(
 ) -> None:
     """Look at a run, or drive a simulated car by clicks, on a page in the browser.
 
-    A run: map, path, scans, keyframes, loop closures and particles over time; scans of every moment, and
-    particles, are there when it was made with --record; its map can be edited by clicks. A map: the car
-    drives to where one clicks, the localizer follows it, or the mapper discovers the floor. The page is
-    served to this machine only, and needs no network. Ctrl-C ends it.
+    A run: map, path, keyframes and loop closures over time, and every scan and the particles if it was made
+    with --record; its map can be edited by clicks. A map: the car drives to where you click, and the
+    localizer follows it, or the mapper discovers the floor. The page is served to this machine only, and
+    needs no network. Ctrl-C ends it.
 
     Example: racecar studio runs/drive
 

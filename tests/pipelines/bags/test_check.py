@@ -54,7 +54,7 @@ def test_what_is_wrong_is_found_each_with_a_remedy(tmp_path):
     words = " ".join(finding.what for finding in result.findings)
     for part in (
         "gap of",
-        "number of beams changed",
+        "Changes of the number of beams",
         "hold no reading",
         "jumps once",
         "tf_static",
@@ -201,7 +201,7 @@ def test_one_is_not_told_as_many(tmp_path):
             write_scan(writer, index, ranges=np.full(beams, 2.0 + 0.001 * index, dtype=np.float32))
 
     words = [finding.what for finding in check(bag_of(tmp_path / "drive.bag", write)).findings]
-    assert words == ["Times the number of beams changed: 1.", "The odometry jumps once, faster than any car."]
+    assert words == ["Changes of the number of beams: 1.", "The odometry jumps once, faster than any car."]
 
 
 @pytest.mark.parametrize("share", [0.1, 0.3])
