@@ -102,11 +102,17 @@ def map_picture(
     if loops:
         label = f"loop closures ({len(loops)})"
         axes.add_collection(LineCollection(loops, colors=LOOP_COLOR, linewidths=0.9, label=label))
-    marker: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "markersize": 9, "zorder": 5}
-    axes.plot(x[:1], y[:1], marker="o", color=START_COLOR, label="start", **marker)
-    axes.plot(x[-1:], y[-1:], marker="s", color=END_COLOR, label="end", **marker)
+    draw_ends(axes, trajectory, zorder=5)
     add_map_legend(figure, axes)
     return figure
+
+
+def draw_ends(axes: Axes, trajectory: Trajectory, zorder: float) -> None:
+    """Mark where a drive starts, and where it ends by a smaller mark, so that both are seen at one place."""
+    x, y = trajectory.map_from_base[[0, -1], :2].T
+    style: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "zorder": zorder}
+    axes.plot(x[0], y[0], marker="o", markersize=12, color=START_COLOR, label="start", **style)
+    axes.plot(x[1], y[1], marker="s", markersize=7, color=END_COLOR, label="end", **style)
 
 
 def _draw_doubtful(axes: Axes, keyframes: NDArray[np.float64], segments: Sequence[DoubtfulSegment]) -> None:

@@ -10,12 +10,11 @@ from numpy.typing import NDArray
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.pictures.map_picture import (
-    END_COLOR,
     LOOP_COLOR,
     PATH_COLOR,
-    START_COLOR,
     NewFigure,
     add_legend,
+    draw_ends,
     draw_grid,
     draw_title,
     figure_for_file,
@@ -68,17 +67,7 @@ def _draw_path(axes: Axes, trajectory: Trajectory, moments: Sequence[Moment]) ->
     x, y = trajectory.map_from_base[:, :2].T
     axes.plot(x, y, color=PATH_COLOR, linewidth=1.4, label="path", zorder=3)
     axes.plot([], [], ".", color=_SCAN_COLOR, label="scan")
-    for place, marker, color, label in ((0, "o", START_COLOR, "start"), (-1, "s", END_COLOR, "end")):
-        axes.plot(
-            x[place],
-            y[place],
-            marker,
-            color=color,
-            markeredgecolor="white",
-            markersize=9,
-            label=label,
-            zorder=7,
-        )
+    draw_ends(axes, trajectory, zorder=7)
     for number, moment in enumerate(moments, start=1):
         axes.annotate(
             str(number),

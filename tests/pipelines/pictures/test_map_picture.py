@@ -12,9 +12,11 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.pictures import map_picture as module
 from racecar.pipelines.pictures.map_picture import (
     DOUBT_COLOR,
+    END_COLOR,
     LOOP_COLOR,
     MAP_DOTS_PER_INCH,
     PATH_COLOR,
+    START_COLOR,
     map_picture,
     save_figure,
 )
@@ -134,3 +136,12 @@ def test_the_map_fills_its_picture_whatever_its_shape(shape: tuple[int, int], tm
     beside, above_and_beneath = figure.get_size_inches() - [right - left, top - bottom]
     assert beside < 3.0
     assert above_and_beneath < 2.0
+
+
+def test_a_drive_that_ends_where_it_starts_shows_both(tmp_path: Path) -> None:
+    standing = Trajectory(np.arange(3), np.tile([8.0, 3.0, 0.0], (3, 1)))
+    save_map_picture(tmp_path / "map.png", room(), standing, standing.map_from_base, [], "drive.bag")
+    picture = np.asarray(Image.open(tmp_path / "map.png").convert("RGB"))
+    over_the_map = picture[: picture.shape[0] * 3 // 4]  # and not the legend beneath
+    assert has_color(over_the_map, START_COLOR)
+    assert has_color(over_the_map, END_COLOR)
