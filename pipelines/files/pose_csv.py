@@ -161,6 +161,7 @@ def _lines(path: Path) -> list[_Row]:
     for row in rows:
         if len(row.values) != len(rows[0].values):
             raise UserError(
-                f"There are {len(row.values)} values in {row.place}, and {len(rows[0].values)} columns."
+                f"There are {len(row.values)} values in {row.place}, and {len(rows[0].values)} columns; "
+                "write one value for each."
             )
     return rows

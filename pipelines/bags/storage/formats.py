@@ -38,7 +38,7 @@ def file_format(path: Path) -> type[BagFile]:
 
 def _start_of(path: Path) -> bytes:
     if path.exists() and not path.is_file():
-        raise UserError(f"{path} is neither a file nor a folder.")
+        raise UserError(f"{path} is neither a file nor a folder; give a rosbag.")
     try:
         with path.open("rb") as file:
             return file.read(16)

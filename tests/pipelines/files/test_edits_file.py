@@ -58,6 +58,9 @@ def test_in_the_same_frame_the_text_stays_and_in_another_the_edits_move(tmp_path
     [
         ("erase: [[0, 0], [1, 0], [1, 1]]", "should hold a list"),
         ("- [1, 2", "cannot be used"),
+        ("- wall: [[1, 2], [1, 2]]", "all points of the wall are the same"),
+        ("- erase: [[0, 0], [1, 1], [2, 2]]", "the outline of erase has no area; name three corners"),
+        ("- {erase: [[0, 0], [1, 0], [1, 1]], free: [[0, 0], [1, 0], [1, 1]]}", "should have one of"),
         ("- chair", "should name what it does"),
         ("- eraze: [[0, 0], [1, 0], [1, 1]]", "did you mean 'erase'"),
         ("- width: 0.1", "unknown key 'width'"),
