@@ -38,7 +38,8 @@ def kind_table(kind: str, figures: KindFigures) -> Table:
 def effects_table(kinds: Mapping[str, KindFigures]) -> Table:
     """Where each mechanism pays and where it costs, and on how many kinds of drive it does neither."""
     table = new_table(
-        "Where each mechanism pays or costs, and by how much the error is larger without it (m)"
+        "Where each mechanism pays or costs, and by how much the error is larger without it (m)",
+        "docs/measured/localizer.md explains the names",
     )
     for column in ("off", Effect.PAYS.value, Effect.COSTS.value):
         table.add_column(column)
