@@ -14,9 +14,10 @@ class ClockFaults:
 
     def jumped(self, seconds: float) -> None:
         """A clock was set."""
+        cause = "a clock was set" if seconds > 0.0 else "a clock was set back, or a bag begins anew"
         self._faults.report(
             f"{self._what}_clock",
-            f"The stamps of the {self._what} jumped by {seconds:+.1f} s: a clock was set. The drive goes on.",
+            f"The stamps of the {self._what} jumped by {seconds:+.1f} s: {cause}. The drive goes on.",
             lasting=False,
         )
 
