@@ -14,7 +14,7 @@ class ClockFaults:
 
     def jumped(self, seconds: float) -> None:
         """A clock was set."""
-        cause = "a clock was set" if seconds > 0.0 else "a clock was set back, or a bag begins anew"
+        cause = "a clock was set" if seconds > 0.0 else "a clock was set back, or a bag starts again"
         self._faults.report(
             f"{self._what}_clock",
             f"The stamps of the {self._what} jumped by {seconds:+.1f} s: {cause}. The drive goes on.",

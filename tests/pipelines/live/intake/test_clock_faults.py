@@ -8,7 +8,7 @@ from racecar.pipelines.live.monitoring.faults import Faults
 
 @pytest.mark.parametrize(
     ("seconds", "cause"),
-    [(3.0, "a clock was set."), (-90.0, "a clock was set back, or a bag begins anew.")],
+    [(3.0, "a clock was set."), (-90.0, "a clock was set back, or a bag starts again.")],
 )
 def test_stamps_go_back_where_a_bag_is_played_in_a_loop_too(seconds: float, cause: str) -> None:
     log: list[str] = []
