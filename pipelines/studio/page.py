@@ -6,6 +6,7 @@ ever touch a room, however many pages are open.
 
 import io
 import logging
+import math
 import queue
 import socket
 import threading
@@ -31,6 +32,9 @@ FRAME = 0.05
 """Seconds from frame to frame: 20 a second look smooth and leave the processor time for more."""
 _SLOWEST_FRAME = 0.25
 """Seconds by which a frame goes on at most: a page that was held up does not leap."""
+_WARNED_FOR = 15.0
+"""Seconds for which a room that was warned of may be left by pressing again: longer than the message is seen,
+and too short to have forgotten it."""
 _MOST_REQUESTS = 1000
 """That wait; more come only from a page gone wild, and are dropped."""
 
@@ -48,6 +52,7 @@ class Page:
         self._room: Room | None = None
         self._folders: list[GuiFolderHandle] = []
         self._stop = threading.Event()
+        self._warned_until = -math.inf
         self.ground: Backdrop = LIGHT
         with redirect_stdout(io.StringIO()):  # it announces itself, verbose or not
             self.server = ViserServer(LOOPBACK, port or _free_port(), label=title, verbose=False)
@@ -81,6 +86,18 @@ class Page:
         room = make_room()
         room.draw_all()
         self._room = room
+
+    def leave_for(self, prepare: Callable[[], Callable[[], Room]]) -> None:
+        """Enter the room that ``prepare`` has made ready, which may raise UserError.
+
+        Raises UserError as well when something would be lost; asked again soon, it is.
+        """
+        loss = "" if self._room is None else self._room.would_be_lost
+        if loss and time.monotonic() > self._warned_until:
+            self._warned_until = time.monotonic() + _WARNED_FOR
+            raise UserError(loss)
+        self._warned_until = -math.inf
+        self.enter(prepare())
 
     def folder(self, label: str, *, is_open: bool = True) -> GuiFolderHandle:
         """A part of the side panel that is there while the room is."""

@@ -24,6 +24,10 @@ class Room(Protocol):
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
         """The pointer was dragged from one place (2,) to another, while `takes_drags`."""
 
+    @property
+    def would_be_lost(self) -> str:
+        """What is lost when the room is left now, and how to keep it, in a sentence; empty: nothing."""
+
     def close(self) -> None:
         """The room is left."""
 

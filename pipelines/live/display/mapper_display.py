@@ -68,9 +68,7 @@ class MapperDisplay:
         """A scan and where it was taken, which is the next pose of the path."""
         self._path.add(map_from_base)
         if self._schedule.is_due("map"):
-            session = mapper.session()
-            poses = session.map_from_keyframe.copy()
-            draw = partial(self._grid.draw, list(session.rays), poses, mapper.held_scans())
+            draw = partial(self._grid.draw, *mapper.seen_so_far())
             self._drawer.inbox.put("map", partial(self._publish_map, stamp, draw))
         put = self._worker.inbox.put
         if self._schedule.is_due("graph") and is_heard(self._graph_topic):

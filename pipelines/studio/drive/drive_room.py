@@ -13,15 +13,14 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.experiments.course_filter import CourseSettings
-from racecar.pipelines.pictures.map_picture import known_cells
-from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
+from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.drive.discovery import Discovery
 from racecar.pipelines.studio.drive.localizer_panel import LocalizerPanel
 from racecar.pipelines.studio.drive.tools import HELP, Tool, dragged_pose
 from racecar.pipelines.studio.drive.tracking import Tracking
 from racecar.pipelines.studio.drive.world_panel import add_hand_controls, add_world_controls
 from racecar.pipelines.studio.legend import Entry
-from racecar.pipelines.studio.map_image import paint
+from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline, cross, ellipse
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, PATH, SCAN, SKY, TRUTH
@@ -38,12 +37,15 @@ class DriveRoom:
     """A car on a map, with the localizer beside the truth or a mapper that discovers the floor."""
 
     def __init__(
-        self, page: Page, grid: OccupancyGrid, localization: LocalizationConfig, mapping: MappingConfig
+        self,
+        page: Page,
+        grid: OccupancyGrid,
+        simulation: DrivenSimulation,
+        localization: LocalizationConfig,
+        mapping: MappingConfig,
     ) -> None:
-        """Raises UserError when the car finds no room in the map."""
-        self._page, self._grid, self._mapping = page, grid, mapping
-        self._conditions = Conditions()
-        self._simulation = DrivenSimulation(grid, self._conditions)
+        """``simulation`` is of a car on the map ``grid``."""
+        self._page, self._grid, self._mapping, self._simulation = page, grid, mapping, simulation
         self._tracking: Tracking | None = Tracking(grid, localization, self._simulation.truth)
         self._localization = localization
         self._discovery: Discovery | None = None
@@ -53,7 +55,9 @@ class DriveRoom:
         self._is_paused = False
         self._due_at: dict[str, float] = {}
         self._build_panel()
-        page.view.show_whole(*_extent(grid))
+        extent = known_extent(grid)
+        assert extent is not None  # the car has found room in it
+        page.view.show_whole(*extent)
 
     @property
     def truth(self) -> Pose:
@@ -75,6 +79,13 @@ class DriveRoom:
     def course_error(self) -> float | None:
         """Metres by which the course's filter is off; None where it does not run."""
         return None if self._tracking is None else self._tracking.course_error
+
+    @property
+    def would_be_lost(self) -> str:
+        """A map that was discovered."""
+        if self._discovery is None or not self._discovery.keyframes:
+            return ""
+        return "The discovered map is not saved: save it, or press again to leave without it."
 
     @property
     def takes_drags(self) -> bool:
@@ -148,7 +159,7 @@ class DriveRoom:
             course = gui.add_checkbox("The course's filter, too", False)
             page.on_change(course, self._run_course)
         with page.folder("World"):
-            add_world_controls(page, self._conditions)
+            add_world_controls(page, self._simulation.conditions)
             page.on_change(gui.add_checkbox("Pause", False), self._pause)
         with page.folder("By hand", is_open=False):
             add_hand_controls(page, self._simulation.steer, self._simulation.stop)
@@ -286,9 +297,3 @@ class DriveRoom:
             return False
         self._due_at[what] = now + _PERIODS[what]
         return True
-
-
-def _extent(grid: OccupancyGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    known = known_cells(grid)
-    corners = grid.center_of(known[[*known.argmin(axis=0), *known.argmax(axis=0)]])
-    return corners.min(axis=0), corners.max(axis=0)

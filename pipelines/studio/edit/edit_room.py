@@ -41,8 +41,7 @@ class EditRoom:
         self._page, self._folder, self._grid, self._rendering = page, folder, grid, config.rendering
         self._draft = Draft(grid, edits)
         self._saving = Saving(folder, config, edits)
-        self._leave_room = leave
-        self._is_asked_to_leave = False
+        self._leave = leave
         self._build_panel()
 
     def draw_all(self) -> None:
@@ -65,12 +64,18 @@ class EditRoom:
         if len(end) and np.hypot(*(end[0] - place)) < _FINGER * self._page.view.seen_metres:
             self._finish()
             return
-        self._is_asked_to_leave = False
         self._draft.add_corner(place)
         self._draw_corners()
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
         """A drag moves the map here."""
+
+    @property
+    def would_be_lost(self) -> str:
+        """What was drawn since it was saved."""
+        if self._saving.is_saved(self._draft.edits) and not len(self._draft.corners):
+            return ""
+        return "What was drawn is not saved: save it, or press again to leave without it."
 
     def close(self) -> None:
         """There is nothing to end."""
@@ -139,15 +144,7 @@ class EditRoom:
         self._state.content = words
         self._page.tell("Saved", "The panel says what was written.", "green")
 
-    def _leave(self) -> None:
-        is_saved = self._saving.is_saved(self._draft.edits) and not len(self._draft.corners)
-        if not is_saved and not self._is_asked_to_leave:
-            self._is_asked_to_leave = True
-            raise UserError("What was drawn is not saved: save it, or press again to leave without it.")
-        self._leave_room()
-
     def _draw_changed(self) -> None:
-        self._is_asked_to_leave = False
         self._list.show(self._draft.edits.edits)
         self._draw_edits()
         self._draw_corners()

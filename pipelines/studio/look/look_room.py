@@ -6,12 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import transform_points
-from racecar.pipelines.pictures.map_picture import known_cells
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.look.path_colors import PathColoring, path_colors, path_entry
 from racecar.pipelines.studio.look.plots import add_plots
 from racecar.pipelines.studio.look.time_line import TimeLine
-from racecar.pipelines.studio.map_image import paint
+from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline, cross, ellipse
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, SCAN, SKY
@@ -34,10 +33,18 @@ class LookRoom:
     """A run on the page."""
 
     takes_drags = False
+    would_be_lost = ""
 
-    def __init__(self, page: Page, scene: Scene, edit: Callable[[], None] | None = None) -> None:
-        """``edit`` opens the room in which the map is edited; None where it cannot be."""
-        self._page, self._scene, self._edit = page, scene, edit
+    def __init__(
+        self,
+        page: Page,
+        scene: Scene,
+        edit: Callable[[], None] | None = None,
+        drive: Callable[[], None] | None = None,
+    ) -> None:
+        """``edit`` opens the room in which the map is edited, and ``drive`` the one in which a car drives on
+        it; None where that cannot be."""
+        self._page, self._scene, self._edit, self._drive = page, scene, edit, drive
         stamps = scene.trajectory.stamps
         self._start = int(stamps[0])
         self._coloring = PathColoring.TIME
@@ -105,9 +112,12 @@ class LookRoom:
             ):
                 if is_there:
                     self._add_switch(name, words)
-        if self._edit is not None:
+        rooms = {"Edit the map": self._edit, "Drive on the map": self._drive}
+        if any(rooms.values()):
             with page.folder("Map"):
-                page.on_press(gui.add_button("Edit the map"), self._edit)
+                for label, enter in rooms.items():
+                    if enter is not None:
+                        page.on_press(gui.add_button(label), enter)
         with page.folder("Doubtful stretches"):
             self._list_doubts()
         add_plots(page, scene)
@@ -208,11 +218,6 @@ def _latest(stamps: NDArray[np.int64], stamp: int) -> int | None:
 
 def _extent(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What is known of the map, and the path."""
-    places = [scene.trajectory.map_from_base[:, :2]]
-    if scene.grid is not None:
-        known = known_cells(scene.grid)
-        if len(known):
-            corners = known[[*known.argmin(axis=0), *known.argmax(axis=0)]]
-            places.append(scene.grid.center_of(corners))
-    every = np.vstack(places)
-    return every.min(axis=0), every.max(axis=0)
+    known = None if scene.grid is None else known_extent(scene.grid)
+    places = np.vstack([scene.trajectory.map_from_base[:, :2], *(known or ())])
+    return places.min(axis=0), places.max(axis=0)

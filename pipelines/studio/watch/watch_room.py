@@ -35,6 +35,7 @@ class WatchRoom:
     """Shows the latest of everything; what was before is forgotten, so that memory does not grow."""
 
     takes_drags = False
+    would_be_lost = ""
 
     def __init__(self, page: Page) -> None:
         self._page = page

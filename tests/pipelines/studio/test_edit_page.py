@@ -13,7 +13,7 @@ from racecar.pipelines.cli import run
 from racecar.pipelines.files.config_file import load_config
 from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.studio.page import LOOPBACK, Page
-from racecar.pipelines.studio.studio import look_or_drive
+from racecar.pipelines.studio.studio import room_for
 from tests.pipelines.studio.chromium import Opened, opened, running
 
 AREA = [(5.0, -0.5), (6.0, -0.5), (6.0, 0.5), (5.0, 0.5)]
@@ -43,7 +43,7 @@ def folder(mapped: Path, tmp_path: Path) -> Path:
 @pytest.fixture
 def page(chromium: Any, folder: Path) -> Iterator[Opened]:
     def make(studio: Page) -> Any:
-        return look_or_drive(studio, folder, load_config(None))()
+        return room_for(studio, folder, load_config(None))()
 
     with running(make) as studio, opened(chromium, studio) as page:
         page.press("Edit the map")
