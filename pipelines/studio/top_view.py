@@ -8,7 +8,7 @@ turned it is put right.
 import math
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,8 +29,22 @@ _ASPECT = 1.3
 _SETTLED_AFTER, _NUDGE = 1.0, 1.0005
 """Seconds after which a page's panel stands where it stays, and the factor by which the camera then rises,
 which nobody sees."""
+_OBEYED_AFTER = 1.0
+"""Seconds for which a page may still report what it saw before it was told to look elsewhere."""
 _TILTED = 1e-3
 """Length of a direction's horizontal part from which a view counts as tilted."""
+
+
+class _View(NamedTuple):
+    """What a page is to show."""
+
+    middle: NDArray[np.float64]
+    """(2,)"""
+    height: float
+    """Metres of the camera."""
+    since: float
+    """Seconds of the monotonic clock."""
+
 
 Drag = Callable[[str, NDArray[np.float64], NDArray[np.float64]], bool]
 """Phase ("start", "update", "end"), where it began and where it is (2,); whether it means something."""
@@ -44,6 +58,7 @@ class TopView:
         self._server, self._take_drag = server, take_drag
         self._bars: dict[int, ScaleBar] = {}
         self._grabbed: dict[int, NDArray[np.float64]] = {}
+        self._views: dict[int, _View] = {}
         self._middle, self._height = np.zeros(2), 100.0
         glass = server.scene.add_image(
             "/glass",
@@ -55,7 +70,7 @@ class TopView:
         )
         glass.on_drag("left")(self._drag)
         server.on_client_connect(self._meet)
-        server.on_client_connect(_learn_size)
+        server.on_client_connect(self._learn_size)
         server.on_client_disconnect(self._part)
 
     def show_whole(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
@@ -70,19 +85,19 @@ class TopView:
         camera.look_at = (*self._middle, 0.0)
         camera.position = (*self._middle, self._height)
         for client in self._server.get_clients().values():
-            _look(client.camera, self._middle, self._height)
+            self._look(client.camera, self._middle, self._height)
 
     def go_to(self, place: NDArray[np.float64], across: float) -> None:
         """Bring a place (2,) to the middle of all pages, at most ``across`` metres from bottom to top."""
         wanted = across / (2.0 * math.tan(FIELD_OF_VIEW / 2.0))
         for client in self._server.get_clients().values():
             height = min(float(client.camera.position[2]), wanted)
-            _look(client.camera, place, max(height, _LEAST_HEIGHT))
+            self._look(client.camera, place, max(height, _LEAST_HEIGHT))
 
     def follow(self, place: NDArray[np.float64]) -> None:
         """Bring a place (2,) to the middle without coming nearer."""
         for client in self._server.get_clients().values():
-            _look(client.camera, place, float(client.camera.position[2]))
+            self._look(client.camera, place, float(client.camera.position[2]))
 
     @property
     def seen_metres(self) -> float:
@@ -93,21 +108,29 @@ class TopView:
     async def _meet(self, client: ClientHandle) -> None:
         client.camera.min_orbit_distance = _LEAST_HEIGHT
         bar = self._bars[client.client_id] = ScaleBar(client)
-        _look(client.camera, self._middle, self._height)  # it reports its own first view, which is tilted
+        # A page reports its own first view, which is tilted.
+        self._look(client.camera, self._middle, self._height)
         client.camera.on_update(self._keep_upright)
         bar.fit(client.camera)
 
     async def _part(self, client: ClientHandle) -> None:
         self._bars.pop(client.client_id, None)
         self._grabbed.pop(client.client_id, None)
+        self._views.pop(client.client_id, None)
 
     async def _keep_upright(self, camera: CameraHandle) -> None:
-        ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
-        sideways = math.hypot(ahead[0], ahead[1]) / max(float(np.linalg.norm(ahead)), 1e-9)
-        is_upside_down = ahead[2] > 0.0 or camera.up_direction[1] < 1.0 - _TILTED
-        if sideways > _TILTED or is_upside_down:
-            _look(camera, np.asarray(camera.look_at)[:2], float(np.linalg.norm(ahead)))
-        bar = self._bars.get(camera.client.client_id)
+        """Remember what a page shows, and put it right where it is tilted: by its own controls, or for a
+        moment on the way to another view."""
+        number = camera.client.client_id
+        view = self._views.get(number)
+        if view is None:
+            return
+        if _is_tilted(camera):
+            _look(camera, view.middle, view.height)
+        elif time.monotonic() > view.since + _OBEYED_AFTER:
+            position = np.asarray(camera.position, dtype=np.float64)
+            self._views[number] = _View(position[:2].copy(), float(position[2]), view.since)
+        bar = self._bars.get(number)
         if bar is not None:
             bar.fit(camera)
 
@@ -121,7 +144,21 @@ class TopView:
         if not self._take_drag(event.phase, start, np.array(event.end_position[:2])):
             camera = event.client.camera
             here = _point_under(camera, event.end_screen_pos)
-            _look(camera, np.asarray(camera.position)[:2] + start - here, float(camera.position[2]))
+            middle = np.asarray(camera.position, dtype=np.float64)[:2] + start - here
+            self._look(camera, middle, float(camera.position[2]))
+
+    def _learn_size(self, client: ClientHandle) -> None:
+        """A page reports its size with its view, and first before its panel takes room: so the view is moved
+        a little once the page has settled."""
+        time.sleep(_SETTLED_AFTER)
+        view = self._views.get(client.client_id)
+        if view is not None:  # the page is still there
+            self._look(client.camera, view.middle, _NUDGE * view.height)
+
+    def _look(self, camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:
+        """Straight down at a place (2,), north up."""
+        self._views[camera.client.client_id] = _View(middle, height, time.monotonic())
+        _look(camera, middle, height)
 
 
 def floor_point(ray_origin: ArrayLike, ray_direction: ArrayLike) -> NDArray[np.float64]:
@@ -139,16 +176,14 @@ def _point_under(camera: CameraHandle, screen: tuple[float, float]) -> NDArray[n
     return point
 
 
-def _learn_size(client: ClientHandle) -> None:
-    """A page reports its size with its view, and first before its panel takes room: so the view is moved a
-    little once the page has settled."""
-    time.sleep(_SETTLED_AFTER)
-    camera = client.camera
-    _look(camera, np.asarray(camera.position)[:2], _NUDGE * float(camera.position[2]))
+def _is_tilted(camera: CameraHandle) -> bool:
+    ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
+    sideways = math.hypot(ahead[0], ahead[1]) / max(float(np.linalg.norm(ahead)), 1e-9)
+    is_upside_down = ahead[2] > 0.0 or camera.up_direction[1] < 1.0 - _TILTED
+    return bool(sideways > _TILTED or is_upside_down)
 
 
 def _look(camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:
-    """Straight down at a place (2,), north up."""
     with camera.client.atomic():
         camera.up_direction = (0.0, 1.0, 0.0)
         camera.position = (*middle, height)
