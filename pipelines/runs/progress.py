@@ -44,4 +44,5 @@ def progress_bar(
             bar.update(task, completed=done)
             listener(description, min(done / total, 1.0) if total else 1.0)
 
+        listener(description, 0.0)
         yield advance_to

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.errors import UserError
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.check import BagCheck
 from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.batch.run_folders import run_folders
@@ -46,8 +47,11 @@ class MapBagRoom:
         self._news: Connection | None = None
         self._chosen = next(iter(bags.values()))
         self.sketch: Sketch | None = None
-        """The map as it was seen last."""
-        self._is_new = False
+        """The car as it was seen last."""
+        self.grid: OccupancyGrid | None = None
+        """The map as it was drawn last."""
+        self._drawn: Sketch | None = None
+        self._drawn_grid: OccupancyGrid | None = None
         self._seen: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         self._mapped: Path | None = None
         self._build_panel()
@@ -78,7 +82,7 @@ class MapBagRoom:
     def draw_all(self) -> None:
         """Draw the map so far."""
         self._page.layers.clear_all()
-        self._is_new = True
+        self._drawn = self._drawn_grid = None
         self.draw()
         entries = [Entry("car", [CAR]), Entry("path", [PATH]), Entry("scan", [SCAN])]
         self._page.legend.show([*entries, Entry("loop closure", [LOOP])])
@@ -92,12 +96,14 @@ class MapBagRoom:
             self._end(process)
 
     def draw(self) -> None:
-        """Draw the latest sketch, once."""
+        """Draw the latest of map and car, once."""
         sketch, layers = self.sketch, self._page.layers
-        if sketch is None or not self._is_new:
+        if self.grid is not None and self.grid is not self._drawn_grid:
+            self._drawn_grid = self.grid
+            layers.image("map", paint(self.grid, self._page.ground))
+        if sketch is None or sketch is self._drawn:
             return
-        self._is_new = False
-        layers.image("map", paint(sketch.grid, self._page.ground))
+        self._drawn = sketch
         layers.line("path", sketch.path[:, :2], PATH, 3.0)
         layers.segments("loops", sketch.loops, LOOP, 2.0)
         layers.dots("scan", sketch.scan_in_map, SCAN, 3.0)
@@ -176,7 +182,7 @@ class MapBagRoom:
         self._news, told = Pipe(duplex=False)
         self._process = FreshProcess(partial(work, told))
         told.close()  # the process has its own end
-        self.sketch, self._seen = None, None
+        self.sketch = self.grid = self._seen = None
         self._page.layers.clear_all()
         self._remarks.content, self._words.content = "", "Starting …"
         self._show_buttons(is_working=True)
@@ -190,8 +196,10 @@ class MapBagRoom:
 
     def _take(self, news: News) -> None:
         if isinstance(news, Sketch):
-            self.sketch, self._is_new = news, True
-            self._keep_in_view(news)
+            self.sketch = news
+            if news.grid is not None:
+                self.grid = news.grid
+                self._keep_in_view(news.grid)
         elif isinstance(news, Remark):
             self._remarks.content += f"\n\n{news.sentence}"
         elif isinstance(news, Progress):
@@ -238,9 +246,9 @@ class MapBagRoom:
         self._bar.value = 0.0
         self._open.visible = False
 
-    def _keep_in_view(self, sketch: Sketch) -> None:
+    def _keep_in_view(self, grid: OccupancyGrid) -> None:
         """Show the whole map, and more as soon as it has outgrown that."""
-        extent = known_extent(sketch.grid)
+        extent = known_extent(grid)
         if extent is None:
             return
         low, high = extent

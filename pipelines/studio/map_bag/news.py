@@ -27,9 +27,10 @@ class Remark:
 
 @dataclass(frozen=True, eq=False)
 class Sketch:
-    """The map so far, and the car on it."""
+    """The car on the map so far."""
 
-    grid: OccupancyGrid
+    grid: OccupancyGrid | None
+    """None where the map has not been drawn again."""
     map_from_base: Pose
     """(3,)"""
     scan_in_map: NDArray[np.float64]
