@@ -81,7 +81,7 @@ class Page:
         for folder in self._folders:
             folder.remove()
         self._folders.clear()
-        self.layers.clear_all()
+        self.layers.begin_anew()
         self.legend.show([])
         room = make_room()
         room.draw_all()
