@@ -197,7 +197,7 @@ class Page:
 
     def _take_drag(self, phase: str, start: NDArray[np.float64], end: NDArray[np.float64]) -> bool:
         room = self._room
-        if room is None or not room.takes_drags:
+        if room is None or not room.takes_drag(start):
             return False
         self.request(lambda: room.drag(start, end, is_over=phase == "end"))
         return True

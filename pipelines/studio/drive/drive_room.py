@@ -87,8 +87,7 @@ class DriveRoom:
             return ""
         return "The discovered map is not saved: save it, or press again to leave without it."
 
-    @property
-    def takes_drags(self) -> bool:
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
         """Only goals are clicked and never dragged."""
         return self._tool != Tool.DRIVE
 

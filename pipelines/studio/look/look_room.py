@@ -34,7 +34,6 @@ _MARKER = 0.6
 class LookRoom:
     """A run on the page."""
 
-    takes_drags = False
     would_be_lost = ""
 
     def __init__(
@@ -87,6 +86,10 @@ class LookRoom:
         path = self._scene.trajectory.map_from_base[:, :2]
         nearest = int(np.argmin(np.linalg.norm(path - place, axis=1)))
         self._time_line.go_to(self._seconds_of(nearest))
+
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
+        """A drag moves the map."""
+        return False
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
         """A drag moves the map here."""

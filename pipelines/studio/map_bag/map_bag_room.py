@@ -35,8 +35,6 @@ _ROOM_TO_GROW = 0.3
 class MapBagRoom:
     """Chooses a bag, checks it, and watches a process that maps it."""
 
-    takes_drags = False
-
     def __init__(
         self, page: Page, bags: Mapping[str, Path], config: Config, open_run: Callable[[Path], None]
     ) -> None:
@@ -111,6 +109,10 @@ class MapBagRoom:
 
     def click(self, place: NDArray[np.float64]) -> None:
         """A click means nothing here."""
+
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
+        """A drag moves the map."""
+        return False
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
         """A drag moves the map."""

@@ -34,7 +34,6 @@ class Glimpse:
 class WatchRoom:
     """Shows the latest of everything; what was before is forgotten, so that memory does not grow."""
 
-    takes_drags = False
     would_be_lost = ""
 
     def __init__(self, page: Page) -> None:
@@ -85,6 +84,10 @@ class WatchRoom:
 
     def click(self, place: NDArray[np.float64]) -> None:
         """A click means nothing here."""
+
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
+        """A drag moves the map."""
+        return False
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
         """A drag moves the map."""
