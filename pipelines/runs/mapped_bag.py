@@ -22,6 +22,7 @@ from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_m
 from racecar.pipelines.runs.mapping_run import Watch, build_map, nobody_watches, save_mapping
 from racecar.pipelines.runs.opened_bag import opened_bag
 from racecar.pipelines.runs.place_finding import earlier_map
+from racecar.pipelines.runs.source_recording import SourceRecording
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -160,6 +161,10 @@ def map_reader(
     if continued is not None:
         report.add("inputs", {"continue": continued, "initial_pose": initial_pose})
         earlier = earlier_map(continued, config, seed, initial_pose)
+        if SourceRecording(reader.inputs).is_same_as(SourceRecording.of_run(continued)):
+            report.warn(
+                f"{continued} is of this recording already, which now counts twice: extend it by another drive."
+            )
     elif initial_pose is not None:
         raise UserError(
             "An initial pose is a place on the map that is extended (--continue); give both, or neither."
