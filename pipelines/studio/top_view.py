@@ -44,6 +44,8 @@ class TopView:
         self._server, self._take_drag = server, take_drag
         self._bars: dict[int, ScaleBar] = {}
         self._grabbed: dict[int, NDArray[np.float64]] = {}
+        self._upright: dict[int, tuple[NDArray[np.float64], float]] = {}
+        """Middle (2,) and height of each page when it last looked straight down."""
         self._middle, self._height = np.zeros(2), 100.0
         glass = server.scene.add_image(
             "/glass",
@@ -93,23 +95,28 @@ class TopView:
     async def _meet(self, client: ClientHandle) -> None:
         client.camera.min_orbit_distance = _LEAST_HEIGHT
         bar = self._bars[client.client_id] = ScaleBar(client)
-        _look(client.camera, self._middle, self._height)  # it reports its own first view, which is tilted
+        self._upright[client.client_id] = self._middle, self._height
+        _look(client.camera, self._middle, self._height)
         client.camera.on_update(self._keep_upright)
         bar.fit(client.camera)
 
     async def _part(self, client: ClientHandle) -> None:
         self._bars.pop(client.client_id, None)
         self._grabbed.pop(client.client_id, None)
+        self._upright.pop(client.client_id, None)
 
     async def _keep_upright(self, camera: CameraHandle) -> None:
-        ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
-        sideways = math.hypot(ahead[0], ahead[1]) / max(float(np.linalg.norm(ahead)), 1e-9)
-        is_upside_down = ahead[2] > 0.0 or camera.up_direction[1] < 1.0 - _TILTED
-        if sideways > _TILTED or is_upside_down:
-            _look(camera, np.asarray(camera.look_at)[:2], float(np.linalg.norm(ahead)))
-        bar = self._bars.get(camera.client.client_id)
-        if bar is not None:
-            bar.fit(camera)
+        """A page's first view, which it may report when it was long shown another, is tilted, too, and of no
+        place on the map: so it goes back to where it was."""
+        number = camera.client.client_id
+        bar = self._bars.get(number)
+        if bar is None:
+            return
+        if _is_tilted(camera):
+            _look(camera, *self._upright[number])
+        else:
+            self._upright[number] = np.array(camera.look_at)[:2], float(camera.position[2])
+        bar.fit(camera)
 
     async def _drag(self, event: SceneNodeDragEvent[Any]) -> None:
         """Move the map under the pointer, unless the drag means something else."""
@@ -145,6 +152,12 @@ def _learn_size(client: ClientHandle) -> None:
     time.sleep(_SETTLED_AFTER)
     camera = client.camera
     _look(camera, np.asarray(camera.position)[:2], _NUDGE * float(camera.position[2]))
+
+
+def _is_tilted(camera: CameraHandle) -> bool:
+    ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
+    sideways = math.hypot(ahead[0], ahead[1]) / max(float(np.linalg.norm(ahead)), 1e-9)
+    return sideways > _TILTED or ahead[2] > 0.0 or camera.up_direction[1] < 1.0 - _TILTED
 
 
 def _look(camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:
