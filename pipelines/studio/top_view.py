@@ -24,6 +24,8 @@ _MARGIN = 1.08
 """Of what is shown as a whole, over what has to be seen."""
 _LEAST_HEIGHT = 5.0
 """Metres of the camera: the view is then 0.9 m high."""
+_FINGER = 0.02
+"""Of what is seen from bottom to top: 14 pixels of a page of 720."""
 _ASPECT = 1.3
 """Width over height of the map's part of a page of 1280 x 720 pixels, its side panel aside."""
 _SETTLED_AFTER, _NUDGE = 1.0, 1.0005
@@ -87,10 +89,10 @@ class TopView:
             _look(client.camera, place, float(client.camera.position[2]))
 
     @property
-    def seen_metres(self) -> float:
-        """From bottom to top of the page that is nearest to the floor."""
+    def finger(self) -> float:
+        """Metres of the floor under a finger, on the page that is nearest to it: nobody points better."""
         heights = [float(client.camera.position[2]) for client in self._server.get_clients().values()]
-        return 2.0 * min(heights, default=self._height) * math.tan(FIELD_OF_VIEW / 2.0)
+        return _FINGER * 2.0 * min(heights, default=self._height) * math.tan(FIELD_OF_VIEW / 2.0)
 
     async def _meet(self, client: ClientHandle) -> None:
         client.camera.min_orbit_distance = _LEAST_HEIGHT

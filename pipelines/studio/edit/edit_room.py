@@ -19,9 +19,6 @@ from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import PATH
 
-_FINGER = 0.02
-"""Of what is seen from bottom to top: how near to a corner a click means that corner."""
-
 
 class EditRoom:
     """Clicks become the corners of edits, which are drawn over the map at once and saved in the end."""
@@ -62,7 +59,7 @@ class EditRoom:
         corners = self._draft.corners
         kind = KIND_OF_NAME[self._kind.value]
         end = corners[-1:] if kind == "wall" else corners[:1]
-        if len(end) and np.hypot(*(end[0] - place)) < _FINGER * self._page.view.seen_metres:
+        if len(end) and np.hypot(*(end[0] - place)) < self._page.view.finger:
             self._finish()
             return
         self._is_asked_to_leave = False
