@@ -2,7 +2,6 @@
 
 import os
 import re
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -61,5 +60,5 @@ def viewed(run: Path) -> Iterator[str]:
         assert found is not None, "racecar studio did not start"
         yield found[0]
     finally:
-        process.send_signal(signal.SIGINT)
+        process.terminate()  # Ctrl-C is not heard by what a script has put into the background
         process.wait(30)
