@@ -198,8 +198,10 @@ class MapperNode(LiveNode):
     def watch(self) -> None:
         """Also: a scan waits for its odometry only while messages come."""
         super().watch()
-        if min(self.health.silence("scans"), self.health.silence("odometry")) > _HELD_FOR:
-            self.worker.inbox.put("rest", self._take_rest)
+        inbox, health = self.worker.inbox, self.health
+        is_silent = min(health.silence("scans"), health.silence("odometry")) > _HELD_FOR
+        if is_silent and not inbox.backlog("rest"):
+            inbox.put("rest", self._take_rest)
 
     def _take_rest(self) -> None:
         self._take(self._held.rest())

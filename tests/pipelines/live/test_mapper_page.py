@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -82,6 +83,19 @@ def test_the_panel_says_how_far_the_map_has_come(stage: Stage) -> None:
     metres = float(stage.clicker.room._state.content.split("**")[1].removesuffix(" m"))
     assert metres > 5.0
     stage.clicker.await_words("The map is judged once a minute.")
+
+
+def test_a_worker_that_is_busy_in_a_silence_is_not_taken_to_drop_messages(
+    stage: Stage, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mapper, goes_on = stage.mapper, Event()
+    mapper.worker.inbox.put("save", goes_on.wait)
+    monkeypatch.setattr(mapper.health, "silence", lambda what: 0.7)
+    for _ in range(3):
+        mapper.watch()
+    goes_on.set()
+    assert not mapper.worker.inbox.dropped
+    assert "too_fast" not in mapper.faults.counts
 
 
 def test_what_is_clicked_while_the_node_ends_is_not_sent(
