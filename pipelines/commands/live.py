@@ -59,9 +59,9 @@ def _page(
     from rich.console import Console
 
     from racecar.pipelines.live.display.browser_view import live_view
-    from racecar.pipelines.studio.watch.tools import Tool
+    from racecar.pipelines.studio.watch.tools import NodeTool
 
-    tools = [Tool.MOVE, Tool.GOAL, *([Tool.PLACE] if tells_places else [])]
+    tools = [NodeTool.MOVE, NodeTool.GOAL, *([NodeTool.PLACE] if tells_places else [])]
     with live_view(title, port, tools) as page:
         Console(highlight=False, soft_wrap=True).print(f"Look at {page.page}", markup=False)
         yield page

@@ -133,7 +133,7 @@ class MapperNode(LiveNode):
         }
 
     def tell(self, wrong: list[str]) -> None:
-        """Say on the page how far the map has come, and what is wrong."""
+        """Say on the page how much is mapped, and what is wrong."""
         self._display.tell(mapper_words(self._display.growth, self._verdict.quality, wrong))
 
     def summary(self) -> dict[str, Any]:

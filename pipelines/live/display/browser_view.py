@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.watch.tools import Senders, Tool
+from racecar.pipelines.studio.watch.tools import NodeTool, Senders
 from racecar.pipelines.studio.watch.watch_room import Glimpse, WatchRoom
 
 _MOST_PARTICLES = 500
@@ -52,7 +52,7 @@ class LiveView:
 
 
 @contextmanager
-def live_view(title: str, port: int | None, tools: Sequence[Tool]) -> Iterator[LiveView]:
+def live_view(title: str, port: int | None, tools: Sequence[NodeTool]) -> Iterator[LiveView]:
     """Serve a page to this machine, on the loopback address only, while the block lasts. Its clicks mean the
     first of the tools until another is chosen."""
     page = Page(title, port or 0)

@@ -62,7 +62,7 @@ class MapperDisplay:
         self._graph_topic = create(MarkerArray, "pose_graph", LATCHED)
         self._path_topic = create(PathMessage, "path", LATCHED)
         self.growth: Growth | None = None
-        """How far the map has come, as the page was shown it last."""
+        """How much is mapped, as the page was shown it last."""
         self._clicks: ClickedGoals | None = None
         if view is not None:
             self._clicks = ClickedGoals(node, map_frame)

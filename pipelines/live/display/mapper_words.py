@@ -11,7 +11,7 @@ from racecar.mapping.session.session import Session
 
 @dataclass(frozen=True)
 class Growth:
-    """How far a map has come."""
+    """How much is mapped."""
 
     keyframes: int
     metres: float
@@ -26,7 +26,7 @@ class Growth:
 
 
 def mapper_words(growth: Growth | None, quality: MapQuality | None, wrong: Sequence[str]) -> str:
-    """Paragraphs of Markdown: how far the map has come, what it is worth so far, and what is wrong at the
+    """Paragraphs of Markdown: how much is mapped, what the map is worth so far, and what is wrong at the
     moment."""
     if growth is None:
         return "\n\n".join(["There is no map yet.", *wrong])

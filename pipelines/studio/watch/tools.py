@@ -8,7 +8,7 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.studio.pointed import Pointed
 
 
-class Tool(str, Enum):
+class NodeTool(str, Enum):
     """As the panel names it."""
 
     MOVE = "Only move the map"
@@ -17,9 +17,9 @@ class Tool(str, Enum):
 
 
 HELP = {
-    Tool.MOVE: "Drag to move, wheel to zoom. Nothing is sent.",
-    Tool.GOAL: "Click where the car shall go, or drag from there to where it shall look.",
-    Tool.PLACE: "Drag from where the car is to where it looks. A click leaves the heading open.",
+    NodeTool.MOVE: "Drag to move, wheel to zoom. Nothing is sent.",
+    NodeTool.GOAL: "Click where the car shall go, or drag from there to where it shall look.",
+    NodeTool.PLACE: "Drag from where the car is to where it looks. A click leaves the heading open.",
 }
 
 

@@ -18,7 +18,7 @@ from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, PATH, SCAN
 from racecar.pipelines.studio.pointed import Pointed
 from racecar.pipelines.studio.pointer import Pointer
 from racecar.pipelines.studio.watch.goal import Goal, goal_pose
-from racecar.pipelines.studio.watch.tools import HELP, Senders, Tool
+from racecar.pipelines.studio.watch.tools import HELP, NodeTool, Senders
 
 _PARTICLE_LENGTH = 0.15
 """Metres of a particle's arrow, by judgement."""
@@ -40,7 +40,7 @@ class Glimpse:
 class WatchRoom:
     """Shows the latest of everything; what was before is forgotten, so that memory does not grow."""
 
-    def __init__(self, page: Page, tools: Sequence[Tool]) -> None:
+    def __init__(self, page: Page, tools: Sequence[NodeTool]) -> None:
         """Of the tools the first is chosen."""
         self._page = page
         self._senders: Senders | None = None
@@ -61,7 +61,7 @@ class WatchRoom:
     @property
     def takes_drags(self) -> bool:
         """A drag moves the map unless a tool is chosen."""
-        return self._pointer.tool != Tool.MOVE
+        return self._pointer.tool != NodeTool.MOVE
 
     def connect(self, senders: Senders) -> None:
         """What is clicked goes there from now on."""
@@ -117,7 +117,7 @@ class WatchRoom:
         """There is nothing to end."""
 
     def _take(self, shown: Pointed) -> None:
-        if self._pointer.tool == Tool.MOVE:
+        if self._pointer.tool == NodeTool.MOVE:
             return
         try:
             self._outcome.content = self._send(self._pointer.tool, shown)
@@ -125,12 +125,12 @@ class WatchRoom:
             self._outcome.content = str(error)
             raise
 
-    def _send(self, tool: Tool, shown: Pointed) -> str:
+    def _send(self, tool: NodeTool, shown: Pointed) -> str:
         """Hand on what was shown; what became of it. Raises UserError when it is too early, or in vain."""
         senders, glimpse = self._senders, self._glimpse
         if senders is None or self._grid is None:
             raise UserError("There is no map yet to click on: wait until it is seen.")
-        if tool == Tool.PLACE and senders.place is not None:
+        if tool == NodeTool.PLACE and senders.place is not None:
             return senders.place(shown)
         map_from_goal = goal_pose(shown, None if glimpse is None else glimpse.map_from_base)
         words = senders.goal(map_from_goal)

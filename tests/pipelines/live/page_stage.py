@@ -13,7 +13,7 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.live.display.browser_view import LiveView, live_view
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
-from racecar.pipelines.studio.watch.tools import Tool
+from racecar.pipelines.studio.watch.tools import NodeTool
 from tests.pipelines.live.live_car import wait_for
 from tests.pipelines.simulation.test_driven_simulation import GRID
 
@@ -27,7 +27,7 @@ class Clicker:
 
     view: LiveView
 
-    def choose(self, tool: Tool) -> None:
+    def choose(self, tool: NodeTool) -> None:
         self._ask(lambda: self.room._pointer._choose(tool.value))
 
     def click(self, place: NDArray[np.float64]) -> None:
@@ -83,7 +83,7 @@ def simulated_car() -> Iterator[DrivenSimulation]:
 
 
 @contextmanager
-def page_and_node(name: str, tools: list[Tool]) -> Iterator[tuple[Clicker, Any]]:
+def page_and_node(name: str, tools: list[NodeTool]) -> Iterator[tuple[Clicker, Any]]:
     """A page, and a ROS node for what is to fill it."""
     from racecar.pipelines.live.ros.run import ros_node
 

@@ -13,7 +13,7 @@ from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio import page as page_module
-from racecar.pipelines.studio.watch.tools import Tool
+from racecar.pipelines.studio.watch.tools import NodeTool
 from tests.pipelines.live.live_car import wait_for
 from tests.pipelines.live.page_stage import START, Clicker, distance, page_and_node, simulated_car
 from tests.pipelines.simulation.test_driven_simulation import GRID
@@ -54,7 +54,7 @@ def stage() -> Iterator[Stage]:
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
     from racecar.pipelines.live.ros.run import served
 
-    with page_and_node("racecar_localizer", list(Tool)) as (clicker, node):
+    with page_and_node("racecar_localizer", list(NodeTool)) as (clicker, node):
         start = LocalizerStart(grid=GRID, initial_pose=START)
         localizer = LocalizerNode(node, STUBBORN, SelfCalibrationConfig(), start, clicker.view)
         localizer.start()
@@ -74,7 +74,7 @@ def test_the_panel_says_how_sure_the_place_is(stage: Stage) -> None:
 def test_a_dragged_pose_makes_the_filter_converge(stage: Stage) -> None:
     stage.carry_to(ELSEWHERE)
     stage.clicker.await_words("The car is lost")
-    stage.clicker.choose(Tool.PLACE)
+    stage.clicker.choose(NodeTool.PLACE)
     shown = ELSEWHERE[:2] + np.array([0.1, -0.1])
     stage.clicker.drag(shown, shown + np.array([0.0, -1.0]))
     stage.clicker.await_words("heading -90° (± ")
@@ -85,21 +85,21 @@ def test_a_dragged_pose_makes_the_filter_converge(stage: Stage) -> None:
 
 def test_a_clicked_place_is_enough_and_the_heading_is_found(stage: Stage) -> None:
     stage.carry_to(START)
-    stage.clicker.choose(Tool.PLACE)
+    stage.clicker.choose(NodeTool.PLACE)
     stage.clicker.click(START[:2] + np.array([-0.2, 0.2]))
     stage.clicker.await_words("heading unknown, went to car1/racecar_localizer (on /car1/clicked_point).")
     stage.await_right()
 
 
 def test_a_place_in_a_wall_is_refused_in_words(stage: Stage) -> None:
-    stage.clicker.choose(Tool.PLACE)
+    stage.clicker.choose(NodeTool.PLACE)
     stage.clicker.drag(np.array([40.0, 40.0]), np.array([41.0, 40.0]))
     stage.clicker.await_words("is not on the map's free space")
     stage.await_right()
 
 
 def test_a_goal_is_driven_to_and_the_car_is_localized_on_its_way(stage: Stage) -> None:
-    stage.clicker.choose(Tool.GOAL)
+    stage.clicker.choose(NodeTool.GOAL)
     stage.clicker.click(np.array([2.5, 4.5]))
     stage.clicker.await_words("went to car1/racecar_simulator (on /car1/goal_pose).")
     wait_for(lambda: distance(stage.car.truth, np.array([2.5, 4.5])) < 0.3, 20.0, stage.clicker.said)

@@ -12,7 +12,7 @@ import pytest
 from racecar.mapping.config import MappingConfig
 from racecar.maps.geometry.se2 import Pose, compose, inverse, transform_points
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
-from racecar.pipelines.studio.watch.tools import Tool
+from racecar.pipelines.studio.watch.tools import NodeTool
 from tests.pipelines.live.live_car import wait_for
 from tests.pipelines.live.page_stage import Clicker, distance, page_and_node, simulated_car
 
@@ -46,9 +46,9 @@ def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
 
     out: Path = tmp_path_factory.mktemp("out")
     output = MapOutput(out, MappingConfig(), {"live": True})
-    with page_and_node("racecar_mapper", [Tool.MOVE, Tool.GOAL]) as (clicker, node):
+    with page_and_node("racecar_mapper", [NodeTool.MOVE, NodeTool.GOAL]) as (clicker, node):
         mapper = MapperNode(node, output, resume(output, anew=True, announce=print), clicker.view)
-        clicker.choose(Tool.GOAL)
+        clicker.choose(NodeTool.GOAL)
         clicker.click(np.array([1.0, 0.0]))
         clicker.await_words("There is no map yet to click on")
         mapper.start()
@@ -78,7 +78,7 @@ def test_a_dragged_goal_is_reached_with_its_heading(stage: Stage) -> None:
     assert stage.car.truth[2] == pytest.approx(true_goal[2], abs=0.3)
 
 
-def test_the_panel_says_how_far_the_map_has_come(stage: Stage) -> None:
+def test_the_panel_says_how_much_is_mapped(stage: Stage) -> None:
     stage.clicker.await_words(" m** driven, ")
     metres = float(stage.clicker.room._state.content.split("**")[1].removesuffix(" m"))
     assert metres > 5.0

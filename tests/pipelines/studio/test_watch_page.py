@@ -13,7 +13,7 @@ from racecar.pipelines.live.display.browser_view import live_view
 from racecar.pipelines.studio.page import LOOPBACK, Page
 from racecar.pipelines.studio.palette import CAR, LOOP
 from racecar.pipelines.studio.pointed import Pointed
-from racecar.pipelines.studio.watch.tools import Senders, Tool
+from racecar.pipelines.studio.watch.tools import NodeTool, Senders
 from racecar.pipelines.studio.watch.watch_room import Glimpse, WatchRoom
 from tests.pipelines.simulation.test_driven_simulation import a_room
 from tests.pipelines.studio.chromium import Opened, opened, running
@@ -31,14 +31,14 @@ class Watched:
     """A room and what was sent from it."""
 
     def __init__(self, page: Page) -> None:
-        self.room = WatchRoom(page, list(Tool))
+        self.room = WatchRoom(page, list(NodeTool))
         self.goals: list[Pose] = []
         self.places: list[Pointed] = []
 
     def connect(self) -> None:
         self.room.connect(Senders(self._send_goal, self._send_place))
 
-    def choose(self, tool: Tool) -> None:
+    def choose(self, tool: NodeTool) -> None:
         self.room._pointer._choose(tool.value)
 
     def see(self, pose: Pose) -> None:
@@ -75,7 +75,7 @@ def shown(watched: Watched) -> Watched:
 
 
 def test_a_page_is_there_while_it_is_wanted() -> None:
-    with live_view("a node", None, [Tool.MOVE]) as view:
+    with live_view("a node", None, [NodeTool.MOVE]) as view:
         assert view.page.startswith(f"http://{LOOPBACK}:")
         view.show_map(a_room())
         view.show(POSE, np.ones((5, 2)), np.array([POSE, POSE]), np.tile(POSE, (4000, 1)))
@@ -90,7 +90,7 @@ def test_nothing_is_sent_before_a_tool_is_chosen(shown: Watched) -> None:
 
 
 def test_a_clicked_goal_looks_ahead_from_the_car_and_a_dragged_one_along_the_drag(shown: Watched) -> None:
-    shown.choose(Tool.GOAL)
+    shown.choose(NodeTool.GOAL)
     assert shown.room.takes_drags
     shown.room.click(GOAL)
     shown.room.drag(GOAL, GOAL + FAR / 2, is_over=False)
@@ -102,7 +102,7 @@ def test_a_clicked_goal_looks_ahead_from_the_car_and_a_dragged_one_along_the_dra
 
 
 def test_the_way_to_the_goal_is_told_until_the_car_is_there(shown: Watched) -> None:
-    shown.choose(Tool.GOAL)
+    shown.choose(NodeTool.GOAL)
     shown.room.click(GOAL)
     assert shown.words()[0] == "The goal went to a navigation."
     shown.see(POSE)
@@ -118,7 +118,7 @@ def test_the_way_to_the_goal_is_told_until_the_car_is_there(shown: Watched) -> N
 
 
 def test_a_place_is_dragged_with_a_heading_or_clicked_without_one(shown: Watched) -> None:
-    shown.choose(Tool.PLACE)
+    shown.choose(NodeTool.PLACE)
     shown.room.drag(GOAL, GOAL - FAR, is_over=True)
     shown.room.drag(GOAL, GOAL + 0.01, is_over=True)
     dragged, clicked = shown.places
@@ -127,8 +127,8 @@ def test_a_place_is_dragged_with_a_heading_or_clicked_without_one(shown: Watched
     assert not shown.goals
 
 
-@pytest.mark.parametrize("tool", [Tool.GOAL, Tool.PLACE])
-def test_a_click_before_there_is_a_map_gets_a_sentence(watched: Watched, tool: Tool) -> None:
+@pytest.mark.parametrize("tool", [NodeTool.GOAL, NodeTool.PLACE])
+def test_a_click_before_there_is_a_map_gets_a_sentence(watched: Watched, tool: NodeTool) -> None:
     watched.choose(tool)
     with pytest.raises(UserError, match="no map yet"):
         watched.room.click(GOAL)
@@ -143,7 +143,7 @@ def test_a_click_before_there_is_a_map_gets_a_sentence(watched: Watched, tool: T
 def test_a_goal_before_the_first_pose_needs_a_direction(watched: Watched) -> None:
     watched.connect()
     watched.room.take_map(a_room())
-    watched.choose(Tool.GOAL)
+    watched.choose(NodeTool.GOAL)
     with pytest.raises(UserError, match="not known yet where the car is"):
         watched.room.click(GOAL)
     watched.room.drag(GOAL, GOAL + FAR, is_over=True)
@@ -155,7 +155,7 @@ def test_a_goal_that_nobody_hears_is_told_and_not_drawn(shown: Watched) -> None:
         raise UserError("Nobody listens on /goal_pose.")
 
     shown.room.connect(Senders(send))
-    shown.choose(Tool.GOAL)
+    shown.choose(NodeTool.GOAL)
     with pytest.raises(UserError, match="Nobody listens"):
         shown.room.click(GOAL)
     assert shown.words()[0] == "Nobody listens on /goal_pose."
@@ -166,10 +166,10 @@ def near(picture: np.ndarray, color: tuple[int, int, int]) -> bool:
     return bool(np.any(np.all(np.abs(picture.astype(int) - np.array(color)) < 30, axis=2)))
 
 
-def choose(page: Opened, tool: Tool) -> None:
+def choose(page: Opened, tool: NodeTool) -> None:
     page.tab.get_by_label("Tool", exact=True).first.click()
     page.tab.get_by_role("option", name=tool.value, exact=True).click()
-    page.wait_for(lambda: page.studio._room.takes_drags == (tool != Tool.MOVE), "the tool to be chosen")
+    page.wait_for(lambda: page.studio._room.takes_drags == (tool != NodeTool.MOVE), "the tool to be chosen")
 
 
 @pytest.mark.slow
@@ -192,7 +192,7 @@ def test_goals_are_clicked_and_dragged_on_two_pages_and_come_back_after_one_is_c
             page.click((5.0, 4.0))
             page.tab.wait_for_timeout(500)
             assert not watched.goals
-            choose(page, Tool.GOAL)
+            choose(page, NodeTool.GOAL)
             page.wait_for(lambda: watched.goals or page.click((5.0, 4.0)), "a clicked goal")
             count = len(watched.goals)
             page.drag((5.0, 4.0), (5.0, 5.0))
@@ -202,7 +202,7 @@ def test_goals_are_clicked_and_dragged_on_two_pages_and_come_back_after_one_is_c
             with opened(chromium, studio) as second:
                 second.wait_for(lambda: second.says("1.1 m to the goal."), "the goal on the other page")
                 second.wait_for(lambda: near(second.pixels(), LOOP), "its cross")
-                assert second.tab.get_by_label("Tool", exact=True).first.input_value() == Tool.GOAL.value
+                assert second.tab.get_by_label("Tool", exact=True).first.input_value() == NodeTool.GOAL.value
         studio.request(lambda: watched.room.tell("The car is somewhere."))
         with opened(chromium, studio) as page:
             page.wait_for(lambda: page.says("The car is somewhere."), "the state")

@@ -43,7 +43,7 @@ def test_the_localizer_says_what_the_drive_is_worth_and_what_is_wrong() -> None:
     assert fault == "Nothing arrives on /odom any more."
 
 
-def test_the_mapper_says_how_far_the_map_has_come_and_what_it_is_worth() -> None:
+def test_the_mapper_says_how_much_is_mapped_and_what_it_is_worth() -> None:
     assert mapper_words(None, None, ["No scans."]) == "There is no map yet.\n\nNo scans."
     assert mapper_words(Growth(1, 0.0, 0), None, []).split("\n\n") == [
         "**0 m** driven, 1 keyframe, 0 loops closed.",
@@ -56,7 +56,7 @@ def test_the_mapper_says_how_far_the_map_has_come_and_what_it_is_worth() -> None
     assert "passes disagree" in mapper_words(Growth(120, 40.2, 1), WRONG, [])
 
 
-def test_how_far_a_map_has_come_is_that_of_its_drive() -> None:
+def test_as_much_is_mapped_as_was_driven() -> None:
     simulation, mapper = a_drive(), Mapper(MappingConfig())
     simulation.drive_to(np.array([2.5, 4.5]))
     before = simulation.truth
