@@ -61,4 +61,7 @@ def viewed(run: Path) -> Iterator[str]:
         yield found[0]
     finally:
         process.terminate()  # Ctrl-C is not heard by what a script has put into the background
-        process.wait(30)
+        try:
+            process.wait(30)
+        finally:
+            process.kill()

@@ -1,5 +1,6 @@
 """A topic on which goes out what a person has clicked on the page."""
 
+from collections.abc import Callable
 from threading import Lock
 from typing import Any
 
@@ -20,19 +21,15 @@ class ClickedTopic:
         self.name: str = self._publisher.topic_name
         """As it is called in the node's namespace, and by its remapping."""
 
-    def now(self) -> Any:
-        """The stamp of what is clicked now."""
-        return self._node.get_clock().now().to_msg()
-
-    def publish(self, message: Any, otherwise: str) -> str:
-        """Publish; the names of those who listen, for people to read. Raises UserError when nobody does,
-        which ends ``otherwise``, or the node has ended."""
+    def publish(self, message: Callable[[Any], Any], remedy: str) -> str:
+        """Publish a message made with the stamp of now; who listens, for people to read. Raises UserError
+        when nobody does, with the remedy, or the node is ending."""
         with self._lock:
             if not self._is_open:
                 raise UserError("Nothing is sent any more, as the node is ending.")
             if not is_heard(self._publisher):
-                raise UserError(f"Nobody listens on {self.name}; {otherwise}.")
-            self._publisher.publish(message)
+                raise UserError(f"Nobody listens on {self.name}; {remedy}.")
+            self._publisher.publish(message(self._node.get_clock().now().to_msg()))
             return self._listeners()
 
     def close(self) -> None:

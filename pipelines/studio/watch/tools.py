@@ -25,7 +25,7 @@ HELP = {
 
 @dataclass(frozen=True)
 class Senders:
-    """Each sends what it is given, and says in a sentence to whom; or raises UserError, as it is in vain."""
+    """Each sends what it is given, and says in a sentence to whom; raises UserError where that is in vain."""
 
     goal: Callable[[Pose], str]
     """Takes ``map_from_goal`` (3,)."""

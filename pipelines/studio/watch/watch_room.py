@@ -130,7 +130,8 @@ class WatchRoom:
         senders, glimpse = self._senders, self._glimpse
         if senders is None or self._grid is None:
             raise UserError("There is no map yet to click on: wait until it is seen.")
-        if tool == NodeTool.PLACE and senders.place is not None:
+        if tool == NodeTool.PLACE:
+            assert senders.place is not None
             return senders.place(shown)
         map_from_goal = goal_pose(shown, None if glimpse is None else glimpse.map_from_base)
         words = senders.goal(map_from_goal)
