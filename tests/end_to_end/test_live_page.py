@@ -3,6 +3,7 @@
 import re
 import signal
 import subprocess
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ from racecar.maps.geometry.se2 import compose
 from racecar.maps.map_files import load_map
 from racecar.pipelines.live.ros.processes import private_environment, racecar_process
 from tests.pipelines.live.simulated_driver import Driver
-from tests.pipelines.studio.chromium import HEIGHT, WIDTH, browser
+from tests.pipelines.studio.chromium import HEIGHT, WIDTH
 from tests.ros_domains import next_domain
 
 START = np.array([2.0, 0.0, 0.0])
@@ -74,6 +75,20 @@ class Tab:
         return False
 
 
+@pytest.fixture
+def open_tab(chromium: Any) -> Iterator[Callable[[Path], Tab]]:
+    """Opens the page of the node that writes a log."""
+    tabs: list[Tab] = []
+
+    def open_tab(log: Path) -> Tab:
+        tabs.append(Tab(chromium, log))
+        return tabs[-1]
+
+    yield open_tab
+    for tab in tabs:
+        tab.page.close()
+
+
 def end(process: subprocess.Popen[bytes], log: Path) -> None:
     """By Ctrl-C; it must end well, and without a traceback."""
     process.send_signal(signal.SIGINT)
@@ -82,7 +97,9 @@ def end(process: subprocess.Popen[bytes], log: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_floor_is_discovered_by_clicks_in_a_browser(ros: dict[str, str], tmp_path: Path) -> None:
+def test_a_floor_is_discovered_by_clicks_in_a_browser(
+    ros: dict[str, str], open_tab: Callable[[Path], Tab], tmp_path: Path
+) -> None:
     from racecar.pipelines.live.ros.run import ros_node, served
 
     log, out = tmp_path / "log", tmp_path / "out"
@@ -93,11 +110,10 @@ def test_a_floor_is_discovered_by_clicks_in_a_browser(ros: dict[str, str], tmp_p
         ros_node("test_driver", []) as node,
         racecar_process(simulate, ros, tmp_path / "simulator"),
         racecar_process(mapping, ros, log) as mapper,
-        browser() as chromium,
     ):
         driver = Driver(node)
         with served(node):
-            tab = Tab(chromium, log)
+            tab = open_tab(log)
             tab.await_words("keyframe")
             tab.click_the_middle()
             tab.choose("Send a goal")
@@ -113,7 +129,7 @@ def test_a_floor_is_discovered_by_clicks_in_a_browser(ros: dict[str, str], tmp_p
             tab.until(lambda: driver.speed == 0.0, "the car to stand")
             assert driver.distance_to(true_goal) < 0.3
         tab.page.close()
-        tab = Tab(chromium, log)
+        tab = open_tab(log)
         tab.await_words("The car is at the goal.")
         assert tab.tool.input_value() == "Send a goal"
         end(mapper, log)
@@ -122,18 +138,15 @@ def test_a_floor_is_discovered_by_clicks_in_a_browser(ros: dict[str, str], tmp_p
 
 @pytest.mark.slow
 def test_a_localizer_takes_another_port_and_ends_quietly_while_a_page_is_open(
-    ros: dict[str, str], tmp_path: Path
+    ros: dict[str, str], open_tab: Callable[[Path], Tab], tmp_path: Path
 ) -> None:
     log = tmp_path / "log"
     log.touch()
     localize = ["live", "localize", "--map", "building", "--global", "--no-memory", "--view"]
-    with (
-        racecar_process([*localize, "--view-port", "65535"], ros, tmp_path / "first") as first,
-        browser() as chromium,
-    ):
-        Tab(chromium, tmp_path / "first").await_words("There is no pose yet.")
+    with racecar_process([*localize, "--view-port", "65535"], ros, tmp_path / "first") as first:
+        open_tab(tmp_path / "first").await_words("There is no pose yet.")
         with racecar_process([*localize, "--view-port", "65535"], ros, log) as second:
-            tab = Tab(chromium, log)
+            tab = open_tab(log)
             tab.await_words("Nothing has arrived on /scan yet")
             tab.choose("Send a goal")
             tab.await_words("Click where the car shall go")

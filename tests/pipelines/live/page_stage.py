@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
@@ -95,7 +94,3 @@ def page_and_node(name: str, tools: list[NodeTool]) -> Iterator[tuple[Clicker, A
 def distance(pose: Pose, place: NDArray[np.float64]) -> float:
     """Metres."""
     return float(np.linalg.norm(pose[:2] - place[:2]))
-
-
-def no_page_failed(log: pytest.LogCaptureFixture) -> bool:
-    return not [each for each in log.records if each.exc_info is not None]
