@@ -163,7 +163,7 @@ def map_reader(
         earlier = earlier_map(continued, config, seed, initial_pose)
         if SourceRecording(reader.inputs).is_same_as(SourceRecording.of_run(continued)):
             report.warn(
-                f"{continued} is of this recording already, which now counts twice: extend it by another drive."
+                f"{continued} is of this recording already, which now counts twice: extend it by another."
             )
     elif initial_pose is not None:
         raise UserError(

@@ -22,8 +22,12 @@ _GLASS_HEIGHT, _GLASS_SIDE = 0.03, 1e5
 """Metres: over all layers, and wider than any map."""
 _MARGIN = 1.08
 """Of what is shown as a whole, over what has to be seen."""
+_ROOM_TO_GROW = 0.3
+"""Of the size of a map that grows, beyond it on each side, so that the view does not jump with every wall."""
 _LEAST_HEIGHT = 5.0
 """Metres of the camera: the view is then 0.9 m high."""
+_FINGER = 0.02
+"""Of what is seen from bottom to top: 14 pixels of a page of 720."""
 _ASPECT = 1.3
 """Width over height of the map's part of a page of 1280 x 720 pixels, its side panel aside."""
 _SETTLED_AFTER, _NUDGE = 1.0, 1.0005
@@ -75,6 +79,12 @@ class TopView:
 
     def show_whole(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
         """Show a rectangle from a corner (2,) to the other, on all pages and those to come."""
+        self._aim(low, high)
+        for client in self._server.get_clients().values():
+            self._look(client.camera, self._middle, self._height)
+
+    def _aim(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+        """Let pages to come show a rectangle."""
         width, depth = high - low
         tallest = max(depth, width / _ASPECT)
         self._height = max(_LEAST_HEIGHT, _MARGIN * tallest / (2.0 * math.tan(FIELD_OF_VIEW / 2.0)))
@@ -84,8 +94,24 @@ class TopView:
         camera.near, camera.far = 1.0, 1e5
         camera.look_at = (*self._middle, 0.0)
         camera.position = (*self._middle, self._height)
-        for client in self._server.get_clients().values():
+
+    def keep_whole(self, extent: tuple[NDArray[np.float64], NDArray[np.float64]] | None) -> None:
+        """Where a map outgrows what is shown, show the whole of it and room for more, on those pages that
+        nobody has moved since."""
+        half = np.array([_ASPECT, 1.0]) * self._height * math.tan(FIELD_OF_VIEW / 2.0)
+        if extent is None or np.all(np.abs(np.array(extent) - self._middle) <= half):
+            return
+        as_told = [client for client in self._server.get_clients().values() if self._is_as_told(client)]
+        more = _ROOM_TO_GROW * (extent[1] - extent[0])
+        self._aim(extent[0] - more, extent[1] + more)
+        for client in as_told:
             self._look(client.camera, self._middle, self._height)
+
+    def _is_as_told(self, client: ClientHandle) -> bool:
+        """Whether a page shows the whole, as it was told last."""
+        view = self._views.get(client.client_id)
+        is_there = view is not None and np.allclose(view.middle, self._middle, atol=1e-2 * self._height)
+        return is_there and view is not None and math.isclose(view.height, self._height, rel_tol=1e-2)
 
     def go_to(self, place: NDArray[np.float64], across: float) -> None:
         """Bring a place (2,) to the middle of all pages, at most ``across`` metres from bottom to top."""
@@ -100,10 +126,10 @@ class TopView:
             self._look(client.camera, place, float(client.camera.position[2]))
 
     @property
-    def seen_metres(self) -> float:
-        """From bottom to top of the page that is nearest to the floor."""
+    def finger(self) -> float:
+        """Metres of the floor under a finger, on the page that is nearest to it: nobody points better."""
         heights = [float(client.camera.position[2]) for client in self._server.get_clients().values()]
-        return 2.0 * min(heights, default=self._height) * math.tan(FIELD_OF_VIEW / 2.0)
+        return _FINGER * 2.0 * min(heights, default=self._height) * math.tan(FIELD_OF_VIEW / 2.0)
 
     async def _meet(self, client: ClientHandle) -> None:
         client.camera.min_orbit_distance = _LEAST_HEIGHT

@@ -50,7 +50,7 @@ def pixels_of(browser: Browser, path: Path) -> Seen:
 
 
 @contextmanager
-def viewed(run: Path, port: int = 0, ended_by: signal.Signals = signal.SIGINT) -> Iterator[str]:
+def viewed(run: Path, port: int = 0, ended_by: signal.Signals = signal.SIGTERM) -> Iterator[str]:
     """The address of a ``racecar studio`` that runs meanwhile."""
     command = [sys.executable, "-m", "racecar.pipelines.cli", "studio", str(run), "--no-browser"]
     command += ["--port", str(port)]
@@ -63,4 +63,7 @@ def viewed(run: Path, port: int = 0, ended_by: signal.Signals = signal.SIGINT) -
         yield found[0]
     finally:
         process.send_signal(ended_by)
-        process.wait(30)
+        try:
+            process.wait(30)
+        finally:
+            process.kill()

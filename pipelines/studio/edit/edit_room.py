@@ -20,9 +20,6 @@ from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import PATH
 
-_FINGER = 0.02
-"""Of what is seen from bottom to top: how near to a corner a click means that corner."""
-
 
 class EditRoom:
     """Clicks become the corners of edits, which are drawn over the map at once and saved in the end."""
@@ -126,7 +123,7 @@ class EditRoom:
             return None
         distances = np.hypot(*(corners - place).T)
         nearest = int(np.argmin(distances))
-        return nearest if distances[nearest] < _FINGER * self._page.view.seen_metres else None
+        return nearest if distances[nearest] < self._page.view.finger else None
 
     def _change(self, number: int) -> None:
         edit = self._draft.edits.edits[number]

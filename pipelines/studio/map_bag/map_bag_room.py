@@ -28,9 +28,6 @@ from racecar.pipelines.studio.outlines import car_outline
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import CAR, LOOP, PATH, SCAN
 
-_ROOM_TO_GROW = 0.3
-"""Of the map's size, beyond it on each side, so that the view does not jump with every new wall."""
-
 
 class MapBagRoom:
     """Chooses a bag, checks it, and watches a process that maps it."""
@@ -50,7 +47,6 @@ class MapBagRoom:
         """The map as it was drawn last."""
         self._drawn: Sketch | None = None
         self._drawn_grid: OccupancyGrid | None = None
-        self._seen: tuple[NDArray[np.float64], NDArray[np.float64]] | None = None
         self._mapped: Path | None = None
         self._build_panel()
         self.choose(next(iter(bags)))
@@ -184,7 +180,7 @@ class MapBagRoom:
         self._news, told = Pipe(duplex=False)
         self._process = FreshProcess(partial(work, told))
         told.close()  # the process has its own end
-        self.sketch = self.grid = self._seen = None
+        self.sketch = self.grid = None
         self._page.layers.clear_all()
         self._remarks.content, self._words.content = "", "Starting …"
         self._show_buttons(is_working=True)
@@ -201,7 +197,7 @@ class MapBagRoom:
             self.sketch = news
             if news.grid is not None:
                 self.grid = news.grid
-                self._keep_in_view(news.grid)
+                self._page.view.keep_whole(known_extent(news.grid))
         elif isinstance(news, Remark):
             self._remarks.content += f"\n\n{news.sentence}"
         elif isinstance(news, Progress):
@@ -247,18 +243,6 @@ class MapBagRoom:
         self._bar.visible = self._stop.visible = is_working
         self._bar.value = 0.0
         self._open.visible = False
-
-    def _keep_in_view(self, grid: OccupancyGrid) -> None:
-        """Show the whole map, and more as soon as it has outgrown that."""
-        extent = known_extent(grid)
-        if extent is None:
-            return
-        low, high = extent
-        if self._seen is not None and np.all(low >= self._seen[0]) and np.all(high <= self._seen[1]):
-            return
-        more = _ROOM_TO_GROW * (high - low)
-        self._seen = low - more, high + more
-        self._page.view.show_whole(*self._seen)
 
 
 def _listed(findings: list[Finding]) -> str:
