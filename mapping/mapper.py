@@ -92,7 +92,13 @@ class Mapper:
         """Everything so far but the scans between keyframes; it goes on growing with the mapper."""
         return self._state.session()
 
-    def held_scans(self) -> tuple[list[Rays], Pose]:
+    def seen_so_far(self) -> tuple[list[Rays], Pose, tuple[list[Rays], Pose]]:
+        """What `GrowingGrid` draws: what the keyframes (K) saw, their poses (K, 3), and what else counts
+        meanwhile, for another thread to draw."""
+        session = self._state.session()
+        return list(session.rays), session.map_from_keyframe.copy(), self._held_scans()
+
+    def _held_scans(self) -> tuple[list[Rays], Pose]:
         """What the latest scans between the first keyframes saw, and where (H, 3) these lie; none once there
         are keyframes enough to show free space."""
         state = self._state

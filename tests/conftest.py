@@ -1,7 +1,9 @@
 """What tests of several rooms share."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -19,6 +21,15 @@ def recordings() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no recordings at {folder}")
     return folder
+
+
+@pytest.fixture(scope="session")
+def chromium() -> Iterator[Any]:
+    """One browser for all tests: each takes seconds to start, and a process may drive only one."""
+    from tests.pipelines.studio.chromium import browser
+
+    with browser() as started:
+        yield started
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -45,4 +56,4 @@ _LONG = ("tests/end_to_end/", "tests/simulated/", "tests/pipelines/")
 
 
 def _is_live(nodeid: str) -> bool:
-    return nodeid.startswith(("tests/pipelines/live/test_", "tests/end_to_end/test_live_play.py"))
+    return nodeid.startswith(("tests/pipelines/live/test_", "tests/end_to_end/test_live_"))

@@ -52,11 +52,9 @@ def check(
     """
     from rich.console import Console
 
-    from racecar.pipelines.bags.check import check_bag
     from racecar.pipelines.commands.tables import print_title
     from racecar.pipelines.commands.written_files import where_figures_are
     from racecar.pipelines.files.report import write_json
-    from racecar.pipelines.runs.progress import progress_bar
 
     with bag_reading(
         scan_topic=scan_topic,
@@ -68,13 +66,9 @@ def check(
         start=start,
         duration=duration,
     ).open(bag) as reader:
-        from racecar.mapping.self_calibration.config import SelfCalibrationConfig
-        from racecar.pipelines.runs.calibration_run import calibrate
+        from racecar.pipelines.runs.checked_bag import check_reader  # once the bag's faults are reported
 
-        foreseen = calibrate(reader, SelfCalibrationConfig(), quiet=quiet)
-        with progress_bar("Reading", reader.message_count, quiet=quiet) as progress:
-            result = check_bag(reader, progress)
-    result.findings.extend(foreseen)
+        result = check_reader(reader, quiet=quiet)
     if json is not None:
         write_json(json, result.as_dict())
     if not quiet:

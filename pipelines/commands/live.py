@@ -18,7 +18,10 @@ if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView
 
 ViewOption = Annotated[
-    bool, typer.Option("--view", help="Show everything in the browser, on this machine only.")
+    bool,
+    typer.Option(
+        "--view", help="Show everything in the browser, and send goals by clicks; on this machine only."
+    ),
 ]
 ViewPortOption = Annotated[
     int | None,
@@ -46,16 +49,20 @@ def _state_folder() -> Path:
 
 
 @contextmanager
-def _page(is_wanted: bool, title: str, port: int | None) -> "Iterator[LiveView | None]":
-    """The page in the browser, if it is wanted."""
+def _page(
+    is_wanted: bool, title: str, port: int | None, *, tells_places: bool
+) -> "Iterator[LiveView | None]":
+    """The page in the browser, if it is wanted; ``tells_places``: whether clicks may say where the car is."""
     if not is_wanted:
         yield None
         return
     from rich.console import Console
 
     from racecar.pipelines.live.display.browser_view import live_view
+    from racecar.pipelines.studio.watch.tools import NodeTool
 
-    with live_view(title, port) as page:
+    tools = [NodeTool.MOVE, NodeTool.GOAL, *([NodeTool.PLACE] if tells_places else [])]
+    with live_view(title, port, tools) as page:
         Console(highlight=False, soft_wrap=True).print(f"Look at {page.page}", markup=False)
         yield page
 
@@ -141,7 +148,7 @@ def localize(
     )
     with (
         stop_request(signal.SIGINT, signal.SIGTERM) as stop,
-        _page(view, "racecar localizer", view_port) as page,
+        _page(view, "racecar localizer", view_port, tells_places=True) as page,
         ros_node("racecar_localizer", context.obj) as node,
     ):
         localizer = LocalizerNode(node, settings, loaded.mapping.self_calibration, start, page)
@@ -202,7 +209,7 @@ def map(
     start = resume(output, anew=anew, announce=console.print)
     with (
         stop_request(signal.SIGINT, signal.SIGTERM) as stop,
-        _page(view, "racecar mapper", view_port) as page,
+        _page(view, "racecar mapper", view_port, tells_places=False) as page,
         ros_node("racecar_mapper", context.obj) as node,
     ):
         drive = MapperNode(node, output, start, page)

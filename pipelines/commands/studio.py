@@ -12,9 +12,9 @@ def studio(
     target: Annotated[
         Path | None,
         typer.Argument(
-            metavar="DIR | MAP",
-            help="A folder that `racecar map` or `racecar localize` has written, to look at; or a map to "
-            "drive on. By default the shipped map of a building.",
+            metavar="DIR | BAG | MAP",
+            help="A folder that `racecar map` or `racecar localize` has written, to look at; a bag or a "
+            "folder of bags, to map; or a map to drive on. By default the shipped map of a building.",
             show_default=False,
         ),
     ] = None,
@@ -42,14 +42,16 @@ def studio(
     config: ConfigOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Look at a run, or drive a simulated car by clicks, on a page in the browser.
+    """Look at a run, map a bag, or drive a simulated car by clicks, on a page in the browser.
 
     A run: map, path, keyframes and loop closures over time, and every scan and the particles if it was made
-    with --record; its map can be edited by clicks. A map: the car drives to where you click, and the
-    localizer follows it, or the mapper discovers the floor. The page is served to this machine only, and
-    needs no network. Ctrl-C ends it.
+    with --record; its map can be edited by clicks. A bag: it is checked and mapped, and you watch the map
+    grow. A map: the car drives to where you click, and the localizer follows it, or the mapper discovers the
+    floor. The page is served to this machine only, and needs no network. Ctrl-C ends it.
 
     Example: racecar studio runs/drive
+
+    To map: racecar studio drive.bag
 
     To drive: racecar studio --map building
     """
@@ -68,15 +70,16 @@ def studio(
     console = Console(quiet=quiet, highlight=False, soft_wrap=True)
 
     from racecar.pipelines.studio.page import Page
-    from racecar.pipelines.studio.studio import drive, look_or_drive
+    from racecar.pipelines.studio.studio import add_opening, drive, room_for
 
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     with closing(Page("racecar studio", port)) as page, suppress(KeyboardInterrupt):
         if target is not None:
-            make_room = look_or_drive(page, target, settings)
+            make_room = room_for(page, target, settings)
         else:
             make_room = drive(page, map or Path("building"), settings)
         page.enter(make_room)
+        add_opening(page, settings)
         console.print(f"Look at {page.address} (Ctrl-C ends).", markup=False)
         if browser:
             webbrowser.open(page.address)

@@ -20,7 +20,7 @@ class WallFit:
     """Knows how far it is to the surface of the nearest wall from everywhere on a map."""
 
     def __init__(self, grid: OccupancyGrid) -> None:
-        self._grid, self._distances = grid, _distance_to_surface(grid)
+        self._grid, self._distances = grid, distance_to_surface(grid)
 
     @property
     def share_of_map(self) -> float:
@@ -40,7 +40,7 @@ class WallFit:
         return float(np.mean(sample_field(self._distances, self._grid, points_in_map) <= ON_WALL))
 
 
-def _distance_to_surface(grid: OccupancyGrid) -> NDArray[np.float32]:
+def distance_to_surface(grid: OccupancyGrid) -> NDArray[np.float32]:
     """(rows, columns) metres to the nearest occupied cell, or from inside to the nearest at the surface."""
     distances = distance_to_occupied(grid)
     outside = np.where(grid.cells >= OCCUPIED_FROM, np.int8(FREE), np.int8(OCCUPIED))

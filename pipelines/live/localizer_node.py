@@ -25,6 +25,7 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.messages import frame_name, nanoseconds
 from racecar.pipelines.live.display.localizer_display import DISPLAY_WORK, LocalizerDisplay
+from racecar.pipelines.live.display.localizer_words import localizer_words
 from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.monitoring.whereabouts import Whereabouts
 from racecar.pipelines.live.node import LiveNode
@@ -133,6 +134,7 @@ class LocalizerNode(LiveNode):
 
     def stop(self) -> None:
         """Do what is waiting, remember the pose, and stop."""
+        self._display.end()
         super().stop()
         self._remember()
 
@@ -153,6 +155,11 @@ class LocalizerNode(LiveNode):
             "turn that odometry leaves out": faults.turn,
             "trim of the steering (rad/m)": faults.trim,
         }
+
+    def tell(self, wrong: list[str]) -> None:
+        """Say on the page whether the car is found, and what is wrong."""
+        known, drive = self._config.verdict.known_place, self._whereabouts.quality
+        self._display.tell(localizer_words(self._estimate, known, drive, wrong))
 
     def take_scan(self, message: Any, arrival: int) -> None:
         """Let the worker locate it."""

@@ -22,6 +22,7 @@ from racecar.pipelines.bags.order import HeldScans
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.live.display.map_verdict import VERDICT_WORK, MapVerdict
 from racecar.pipelines.live.display.mapper_display import DISPLAY_WORK, DRAWING_WORK, MapperDisplay
+from racecar.pipelines.live.display.mapper_words import mapper_words
 from racecar.pipelines.live.intake.first_messages import FirstMessages
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.node import LiveNode
@@ -107,6 +108,7 @@ class MapperNode(LiveNode):
 
     def stop(self) -> None:
         """Take in everything that has come, and stop."""
+        self._display.end()
         self._service.stop()
         self.stop_learning()
         self.worker.finish()
@@ -129,6 +131,10 @@ class MapperNode(LiveNode):
             "times the map was drawn anew": self._display.times_redrawn,
             **self._verdict.figures,
         }
+
+    def tell(self, wrong: list[str]) -> None:
+        """Say on the page how much is mapped, and what is wrong."""
+        self._display.tell(mapper_words(self._display.growth, self._verdict.quality, wrong))
 
     def summary(self) -> dict[str, Any]:
         """Figures of the whole run, also by how many seconds the mapper was behind at most."""
@@ -192,8 +198,10 @@ class MapperNode(LiveNode):
     def watch(self) -> None:
         """Also: a scan waits for its odometry only while messages come."""
         super().watch()
-        if min(self.health.silence("scans"), self.health.silence("odometry")) > _HELD_FOR:
-            self.worker.inbox.put("rest", self._take_rest)
+        inbox, health = self.worker.inbox, self.health
+        is_silent = min(health.silence("scans"), health.silence("odometry")) > _HELD_FOR
+        if is_silent and not inbox.backlog("rest"):
+            inbox.put("rest", self._take_rest)
 
     def _take_rest(self) -> None:
         self._take(self._held.rest())

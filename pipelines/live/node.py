@@ -162,6 +162,10 @@ class LiveNode(ABC):
     def figures(self) -> Mapping[str, Any]:
         """What ``/diagnostics`` says besides rates and latency."""
 
+    @abstractmethod
+    def tell(self, wrong: list[str]) -> None:
+        """Say on the page how it is, and what is wrong."""
+
     def _known_sensors(self) -> KnownSensors:
         place, source = self.sensors.base_from_laser
         names = self._topics["scans"].name, self._topics["odometry"].name
@@ -277,4 +281,6 @@ class LiveNode(ABC):
             "scans": self.health.count("scans"),
             "odometry's clock behind that of the scans (s)": self.sensors.odometry_behind,
         }
-        self._diagnostics.publish(self.faults.sentences, {**rates, **latency, **known, **self.figures()})
+        wrong = self.faults.sentences
+        self._diagnostics.publish(wrong, {**rates, **latency, **known, **self.figures()})
+        self.tell(wrong)

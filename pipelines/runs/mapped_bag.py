@@ -19,9 +19,10 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
 from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
-from racecar.pipelines.runs.mapping_run import build_map, save_mapping
+from racecar.pipelines.runs.mapping_run import Watch, build_map, nobody_watches, save_mapping
 from racecar.pipelines.runs.opened_bag import opened_bag
 from racecar.pipelines.runs.place_finding import earlier_map
+from racecar.pipelines.runs.source_recording import SourceRecording
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -146,19 +147,24 @@ def map_reader(
     quiet: bool,
     checkpoint_beside: Path | None = None,
     announce: Callable[[str], None] = lambda sentence: None,
+    watch: Watch = nobody_watches,
     stop_signals: Collection[signal.Signals] = (),
 ) -> MappedBag:
     """Build a map of an open bag; figures and warnings go into the report.
 
     With ``checkpoint_beside`` an output folder, a run that is killed goes on from the last checkpoint when it
-    is repeated, which is announced. The first of the ``stop_signals`` ends the reading and what was read
-    becomes the map. Raises UserError.
+    is repeated, which is announced. Whoever wants to ``watch`` sees every scan that is read. The first of the
+    ``stop_signals`` ends the reading and what was read becomes the map. Raises UserError.
     """
     report.add("inputs", {"seed": seed, "settings": config.mapping.model_dump()})
     earlier = None
     if continued is not None:
         report.add("inputs", {"continue": continued, "initial_pose": initial_pose})
         earlier = earlier_map(continued, config, seed, initial_pose)
+        if SourceRecording(reader.inputs).is_same_as(SourceRecording.of_run(continued)):
+            report.warn(
+                f"{continued} is of this recording already, which now counts twice: extend it by another."
+            )
     elif initial_pose is not None:
         raise UserError(
             "An initial pose is a place on the map that is extended (--continue); give both, or neither."
@@ -176,6 +182,7 @@ def map_reader(
         earlier=earlier,
         checkpoint=checkpoint,
         announce=announce,
+        watch=watch,
         stop_signals=stop_signals,
     )
     return MappedBag(result, report, reader.path.name, continued)

@@ -18,6 +18,7 @@ from racecar.pipelines.runs.bag_reading import BagReading
 
 if TYPE_CHECKING:
     from racecar.pipelines.runs.mapped_bag import MappedBag
+    from racecar.pipelines.runs.mapping_run import Watch
 
 
 @dataclass(frozen=True)
@@ -59,12 +60,14 @@ def carry_out(
     *,
     quiet: bool,
     announce: Callable[[str], None] = lambda sentence: None,
+    watch: "Watch | None" = None,
     stop_signals: Collection[signal.Signals] = (),
 ) -> "MappedBag":
     """Build the map and write its folder; figures and warnings go into the report.
 
-    A run that was killed goes on from its last checkpoint, which is announced. The first of the
-    ``stop_signals`` ends the reading and what was read becomes the map. Raises UserError.
+    A run that was killed goes on from its last checkpoint, which is announced. Whoever wants to ``watch``
+    sees every scan that is read. The first of the ``stop_signals`` ends the reading and what was read becomes
+    the map. Raises UserError.
     """
     report.add("inputs", {"bag": job.bag, "config": job.config_file})
     with output_folder(job.out) as folder, job.reading.open(job.bag) as reader:
@@ -73,6 +76,7 @@ def carry_out(
             from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.mapped_bag import map_reader
+            from racecar.pipelines.runs.mapping_run import nobody_watches
             from racecar.pipelines.view.mapping_record import record_mapping
         outputs_with(job.requested)  # what is missing for them is reported now, not after hours
         report.add("inputs", {"run_digest": job.digest(reader.fingerprint)})
@@ -87,6 +91,7 @@ def carry_out(
             quiet=quiet,
             checkpoint_beside=job.out,
             announce=announce,
+            watch=watch or nobody_watches,
             stop_signals=stop_signals,
         )
         if job.record:

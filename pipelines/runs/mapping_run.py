@@ -14,7 +14,7 @@ from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import WITHOUT_WHEELS, MappingResult
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import between
+from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
@@ -34,6 +34,13 @@ how often it begins again at most, since the lag that is learned hardly changes 
 
 _NO_EDITS = MapEdits()
 
+Watch = Callable[[Mapper, Scan, Pose], None]
+"""Called after each scan with the mapper, the scan, and the car's pose (3,) in the map as known then."""
+
+
+def nobody_watches(_mapper: Mapper, _scan: Scan, _map_from_base: Pose) -> None:
+    """Of a run that is not looked at."""
+
 
 def build_map(
     reader: BagReader,
@@ -44,21 +51,24 @@ def build_map(
     earlier: EarlierMap | None = None,
     checkpoint: Checkpoint | None = None,
     announce: Callable[[str], None] = lambda sentence: None,
+    watch: Watch = nobody_watches,
     stop_signals: Collection[signal.Signals] = (),
 ) -> MappingResult:
     """Feed a bag through the mapper; figures and warnings go into the report.
 
     With an ``earlier`` map that is carried on. With a ``checkpoint`` the run goes on from it, which
-    is announced, and writes new ones on the way. The first of the ``stop_signals`` ends the reading and what
-    was read becomes the map; a second Ctrl-C raises KeyboardInterrupt. Raises UserError when the bag holds no
-    usable scan, and when the drive is not recognized on the earlier map.
+    is announced, and writes new ones on the way. Whoever wants to ``watch`` the map grow sees every scan of
+    the reading, the first ones once more by another mapper where the run begins anew. The first of the
+    ``stop_signals`` ends the reading and what was read becomes the map; a second Ctrl-C raises
+    KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the drive is not
+    recognized on the earlier map.
     """
     start = _resumed(config, checkpoint, announce)
     with stop_request(*stop_signals) as stop, stop.looked_for():
         if start is None:
-            start = _begin(reader, config, report, stop, quiet=quiet)
+            start = _begin(reader, config, report, stop, watch, quiet=quiet)
         moving_along = MovingAlong(config.moving_along)
-        scans = _feed(start, reader, moving_along, report, checkpoint, stop, quiet=quiet)
+        scans = _feed(start, reader, moving_along, report, checkpoint, stop, watch, quiet=quiet)
     if not scans:
         raise UserError(
             f"There is no usable scan on {reader.scan_topic}; `racecar check` shows what the bag holds."
@@ -164,7 +174,13 @@ def _resumed(
 
 
 def _begin(
-    reader: BagReader, config: MappingConfig, report: Report, stop: StopRequest, *, quiet: bool
+    reader: BagReader,
+    config: MappingConfig,
+    report: Report,
+    stop: StopRequest,
+    watch: Watch,
+    *,
+    quiet: bool,
 ) -> MappingStart:
     """The first messages, mapped with the odometry's lag that the first turns show.
 
@@ -177,7 +193,7 @@ def _begin(
         with progress_bar("Comparing clocks", _FIRST_TURNS, quiet=quiet) as advance_to:
             messages = _timed(_until(stop, reader), MovingAlong(config.moving_along), report)
             for taken, message in enumerate(islice(messages, _FIRST_TURNS), start=1):
-                _hand_on(message, mapper, report)
+                _hand_on(message, mapper, report, watch)
                 advance_to(taken)
                 if mapper.odometry_lag.is_settled:
                     break
@@ -194,6 +210,7 @@ def _feed(
     report: Report,
     checkpoint: Checkpoint | None,
     stop: StopRequest,
+    watch: Watch,
     *,
     quiet: bool,
 ) -> int:
@@ -204,7 +221,7 @@ def _feed(
         for number, message in enumerate(messages, start=1):
             scans += isinstance(message, Scan)
             if number > start.messages:
-                _hand_on(message, start.mapper, report)
+                _hand_on(message, start.mapper, report, watch)
                 if checkpoint is not None:
                     checkpoint.save_when_due(start.mapper, number)
             advance_to(reader.messages_read)
@@ -214,9 +231,11 @@ def _feed(
     return scans
 
 
-def _hand_on(message: Measurement, mapper: Mapper, report: Report) -> None:
+def _hand_on(message: Measurement, mapper: Mapper, report: Report, watch: Watch) -> None:
     with report.stage("scan matching"):
-        feed(message, mapper)
+        map_from_base = feed(message, mapper)
+    if isinstance(message, Scan) and map_from_base is not None:
+        watch(mapper, message, map_from_base)
 
 
 def _until(stop: StopRequest, reader: BagReader, least: int = 0) -> Iterator[Measurement]:

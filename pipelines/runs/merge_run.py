@@ -23,6 +23,7 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
 from racecar.pipelines.runs.place_finding import LocalizerSearch
+from racecar.pipelines.runs.source_recording import SourceRecording
 
 
 @dataclass(eq=False)
@@ -52,13 +53,15 @@ def merge_runs(folders: Sequence[Path], config: Config, seed: int, report: Repor
     """Join the sessions in folders, the longest first, so that their order does not matter.
 
     What fits nowhere yet is tried again after another one was joined. What fits nowhere at all is left out,
-    which the report warns of. Raises UserError when a session cannot be read, and when none was joined.
+    as is a drive that is in the map already, and the report warns of that. Raises UserError when a session
+    cannot be read, and when none was joined.
     """
     with report.stage("reading"):
         sessions = {folder: load_session(folder) for folder in folders}
     waiting = sorted(sessions, key=lambda folder: _size(sessions[folder]), reverse=True)
     longest = waiting.pop(0)
     run = MergedRun(sessions[longest], {longest: 0})
+    run.left_out, waiting = _without_repeated(longest, waiting)
     with report.stage("merging"):
         before = 0
         while waiting and len(waiting) != before:
@@ -127,6 +130,20 @@ def save_merged(
         folder=folder,
     )
     write_outputs(written, report, requested)
+
+
+def _without_repeated(longest: Path, others: Sequence[Path]) -> tuple[dict[Path, str], list[Path]]:
+    """Why some of the ``others`` are left out, whose drive another map shows; and what remains."""
+    kept = {longest: SourceRecording.of_run(longest)}
+    left_out: dict[Path, str] = {}
+    for folder in others:
+        own = SourceRecording.of_run(folder)
+        same = next((each for each, recording in kept.items() if own.is_same_as(recording)), None)
+        if same is not None and own.is_all:
+            left_out[folder] = f"it is of the same recording as {same}, which would count twice"
+        else:
+            kept[folder] = own
+    return left_out, [folder for folder in kept if folder != longest]
 
 
 def _size(session: Session) -> tuple[float, bytes]:

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from multiprocessing import current_process, get_context, parent_process
 from multiprocessing.connection import Connection
 from threading import Lock, Thread
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 _T = TypeVar("_T")
 
@@ -26,35 +26,64 @@ class ProcessDiedError(RuntimeError):
         self.exit_code = exit_code
 
 
-def in_fresh_process(work: Callable[[], _T], *, threads: int | None = None) -> _T:
-    """Call a picklable function in a new interpreter and wait for it; what it raises is raised here.
+class FreshProcess(Generic[_T]):
+    """A picklable function that is called in a new interpreter, while this one goes on.
 
-    It uses ``threads``; None: as many as its libraries like. The process outlives neither the call, Ctrl-C
-    included, nor this process, even when that is killed. Raises ProcessDiedError when it dies without a word.
+    The process never hears Ctrl-C, which a terminal sends to it, too; it does not outlive this process, even
+    when that is killed.
     """
-    context = get_context("spawn")
-    receiver, sender = context.Pipe(duplex=False)
-    process = context.Process(target=_deliver, args=(work, sender), daemon=True)
-    if current_process().daemon:  # as a dask worker is, lest its children outlive it, which ours do not
-        current_process().daemon = False
-    with _deaf_to_interrupts(), _limited(threads):
-        process.start()
-    sender.close()
-    try:
-        value, error, trace = receiver.recv()
-    except EOFError:
-        process.join()
-        raise ProcessDiedError(process.exitcode or 0) from None
-    except BaseException:
-        process.kill()
-        raise
-    finally:
-        process.join()
-        receiver.close()
-    if error is not None:
-        raise error from RuntimeError(trace)
-    result: _T = value
-    return result
+
+    def __init__(self, work: Callable[[], _T], *, threads: int | None = None) -> None:
+        """It uses ``threads``; None: as many as its libraries like."""
+        context = get_context("spawn")
+        self._receiver, sender = context.Pipe(duplex=False)
+        self._process = context.Process(target=_deliver, args=(work, sender), daemon=True)
+        if current_process().daemon:  # as a dask worker is, lest its children outlive it, which ours do not
+            current_process().daemon = False
+        with _deaf_to_interrupts(), _limited(threads):
+            self._process.start()
+        sender.close()
+
+    @property
+    def is_over(self) -> bool:
+        """Whether `result` need not wait."""
+        return self._receiver.poll()
+
+    def ask_to_stop(self) -> None:
+        """Send SIGTERM, which ends it unless it does something else then."""
+        self._process.terminate()
+
+    def result(self) -> _T:
+        """Wait for what the function returns; what it raises is raised here. To be called once.
+
+        Ctrl-C meanwhile ends the process. Raises ProcessDiedError when it dies without a word.
+        """
+        try:
+            value, error, trace = self._receiver.recv()
+        except EOFError:
+            self._process.join()
+            raise ProcessDiedError(self._process.exitcode or 0) from None
+        except BaseException:
+            self._process.kill()
+            raise
+        finally:
+            self._process.join()
+            self._receiver.close()
+        if error is not None:
+            raise error from RuntimeError(trace)
+        result: _T = value
+        return result
+
+    def kill(self) -> None:
+        """End it at once; it has no result."""
+        self._process.kill()
+        self._process.join()
+        self._receiver.close()
+
+
+def in_fresh_process(work: Callable[[], _T], *, threads: int | None = None) -> _T:
+    """Call a function in a `FreshProcess`, and wait for its result."""
+    return FreshProcess(work, threads=threads).result()
 
 
 def start_beside(work: Callable[[], None]) -> None:

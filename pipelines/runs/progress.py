@@ -1,10 +1,25 @@
-"""A progress bar for long work, only on a terminal and never with ``--quiet``."""
+"""How far long work is: a bar on a terminal, never with ``--quiet``, and whoever else wants to know."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+Listener = Callable[[str, float], None]
+"""Takes what is done, and the share of it that is done, 0 to 1."""
+_listener: ContextVar[Listener] = ContextVar("listener", default=lambda description, share: None)
+
+
+@contextmanager
+def progress_heard_by(listener: Listener) -> Iterator[None]:
+    """Let a listener hear of all progress of this thread while the block lasts, quiet or not."""
+    before = _listener.set(listener)
+    try:
+        yield
+    finally:
+        _listener.reset(before)
 
 
 @contextmanager
@@ -21,6 +36,13 @@ def progress_bar(
         console=console,
         disable=quiet or not console.is_terminal,
     )
+    listener = _listener.get()
     with bar:
         task = bar.add_task(description, total=total)
-        yield lambda done: bar.update(task, completed=done)
+
+        def advance_to(done: float) -> None:
+            bar.update(task, completed=done)
+            listener(description, min(done / total, 1.0) if total else 1.0)
+
+        listener(description, 0.0)
+        yield advance_to

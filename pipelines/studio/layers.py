@@ -14,7 +14,7 @@ from racecar.pipelines.studio.palette import Color
 STEP = 0.001
 """Metres from layer to layer, so that the upper ones hide the lower ones and none seems to lie elsewhere."""
 ORDER = (
-    *("map", "covered", "doubt", "path", "planned", "loops", "keyframes", "mark", "truth", "scan"),
+    *("map", "covered", "doubt", "path", "matches", "planned", "loops", "keyframes", "mark", "truth", "scan"),
     *("course", "particles", "ellipse", "car", "goal", "drag"),
     *(*EDIT_KINDS, "chosen", "drawn", "corners"),
 )
@@ -50,7 +50,7 @@ class Layers:
             format="png",
             position=position,
             wxyz=wxyz,
-            visible=name not in self._hidden,
+            visible=self.is_shown(name),
         )
 
     def segments(
@@ -80,7 +80,7 @@ class Layers:
             colors,
             thickness=width,
             thickness_units="screen",
-            visible=name not in self._hidden,
+            visible=self.is_shown(name),
         )
 
     def line(
@@ -110,6 +110,15 @@ class Layers:
     def clear_all(self) -> None:
         """Take all layers away."""
         self.clear(*list(self._handles))
+
+    def begin_anew(self) -> None:
+        """Take all layers away, and hide none of those to come."""
+        self.clear_all()
+        self._hidden.clear()
+
+    def is_shown(self, name: str) -> bool:
+        """Whether a layer is to be seen."""
+        return name not in self._hidden
 
     def show(self, name: str, *, is_wanted: bool) -> None:
         """Whether a layer is to be seen, now and when it is drawn anew."""

@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.grid.occupancy_grid import UNKNOWN
+from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 from racecar.maps.grid.raster import Raster
 from racecar.maps.grid.thinning import thinned
+from racecar.pipelines.pictures.map_picture import known_cells
 from racecar.pipelines.studio.palette import Backdrop, Color
 
 _MOST_CELLS = 16_000_000
@@ -49,6 +50,15 @@ def paint(grid: Raster, ground: Backdrop, tints: Sequence[tuple[Raster, Color]] 
     if grid.cells.size <= _CRISP_CELLS:
         pixels = pixels.repeat(2, axis=0).repeat(2, axis=1)
     return MapImage(pixels, size, np.array([*middle, grid.map_from_grid[2]]))
+
+
+def known_extent(grid: OccupancyGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """The lower left and the upper right corner, (2,) each, of what is known; None where nothing is."""
+    known = known_cells(grid)
+    if not len(known):
+        return None
+    corners = grid.center_of(known[[*known.argmin(axis=0), *known.argmax(axis=0)]])
+    return corners.min(axis=0), corners.max(axis=0)
 
 
 def _colors(ground: Backdrop) -> NDArray[np.uint8]:

@@ -1,4 +1,4 @@
-"""Outlines of what has a shape: the car's body, ellipses, crosses."""
+"""Outlines of what has a shape: the car's body, ellipses, crosses, arrows."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,6 +7,9 @@ from racecar.maps.geometry.se2 import Pose, transform_points
 
 _BODY = np.array([[-0.1, -0.15], [0.4, -0.15], [0.5, 0.0], [0.4, 0.15], [-0.1, 0.15], [-0.1, -0.15]])
 """Metres, about ``base_link``: the body of a car at a tenth of full size, its nose pointed."""
+
+_BARB = np.array([[np.cos(0.45), -np.sin(0.45)], [np.sin(0.45), np.cos(0.45)]])
+"""Turns a shaft into a barb: by 0.45 rad, as arrows are drawn."""
 
 
 def car_outline(map_from_base: Pose, scale: float = 1.0) -> NDArray[np.float64]:
@@ -27,4 +30,15 @@ def cross(place: NDArray[np.float64], size: float) -> NDArray[np.float64]:
     """(2, 2, 2) two strokes through a place (2,)."""
     arms = size * np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]]) / 2.0
     strokes: NDArray[np.float64] = place + arms
+    return strokes
+
+
+def arrow(start: NDArray[np.float64], end: NDArray[np.float64], head: float) -> NDArray[np.float64]:
+    """(3, 2, 2) a shaft from one place (2,) to another, and two barbs of some length, which are no longer
+    than the shaft."""
+    shaft = end - start
+    length = max(float(np.hypot(*shaft)), 1e-9)
+    back = -shaft * min(head / length, 1.0)
+    barbs = [[end, end + _BARB @ back], [end, end + _BARB.T @ back]]
+    strokes: NDArray[np.float64] = np.array([[start, end], *barbs])
     return strokes

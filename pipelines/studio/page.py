@@ -6,10 +6,12 @@ ever touch a room, however many pages are open.
 
 import io
 import logging
+import math
 import queue
 import socket
 import threading
 import time
+import warnings
 from collections.abc import Callable
 from contextlib import redirect_stdout
 from typing import Any, cast
@@ -31,10 +33,18 @@ FRAME = 0.05
 """Seconds from frame to frame: 20 a second look smooth and leave the processor time for more."""
 _SLOWEST_FRAME = 0.25
 """Seconds by which a frame goes on at most: a page that was held up does not leap."""
+_WARNED_FOR = 15.0
+"""Seconds for which a room that was warned of may be left by pressing again: longer than the message is seen,
+and too short to have forgotten it."""
 _MOST_REQUESTS = 1000
 """That wait; more come only from a page gone wild, and are dropped."""
 
+_LOOK_EVERY = 5.0
+"""Seconds between two looks at whether the page can still be reached; by judgement."""
+
 _log = logging.getLogger(__name__)
+logging.getLogger("websockets").setLevel(logging.CRITICAL)  # who connects and says nothing is no error
+warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a page that was just closed
 
 Request = Callable[[], None]
 
@@ -43,14 +53,15 @@ class Page:
     """Serves this machine only, while it is open."""
 
     def __init__(self, title: str, port: int) -> None:
-        """Port 0 takes a free one; of one that is in use the next is taken."""
+        """Port 0 takes a free one, and so does one that is in use, which is said in the log."""
         self._requests: queue.Queue[Request] = queue.Queue(_MOST_REQUESTS)
         self._room: Room | None = None
         self._folders: list[GuiFolderHandle] = []
         self._stop = threading.Event()
+        self._warned_until = -math.inf
         self.ground: Backdrop = LIGHT
         with redirect_stdout(io.StringIO()):  # it announces itself, verbose or not
-            self.server = ViserServer(LOOPBACK, port or _free_port(), label=title, verbose=False)
+            self.server = ViserServer(LOOPBACK, _usable(port), label=title, verbose=False)
         self.gui = self.server.gui
         self.gui.main_panel.dock_right()
         self.layers = Layers(self.server)
@@ -76,11 +87,23 @@ class Page:
         for folder in self._folders:
             folder.remove()
         self._folders.clear()
-        self.layers.clear_all()
+        self.layers.begin_anew()
         self.legend.show([])
         room = make_room()
         room.draw_all()
         self._room = room
+
+    def leave_for(self, prepare: Callable[[], Callable[[], Room]]) -> None:
+        """Enter the room that ``prepare`` has made ready, which may raise UserError.
+
+        Raises UserError as well when something would be lost; asked again soon, it is.
+        """
+        loss = "" if self._room is None else self._room.would_be_lost
+        if loss and time.monotonic() > self._warned_until:
+            self._warned_until = time.monotonic() + _WARNED_FOR
+            raise UserError(loss)
+        self._warned_until = -math.inf
+        self.enter(prepare())
 
     def folder(self, label: str, *, is_open: bool = True) -> GuiFolderHandle:
         """A part of the side panel that is there while the room is."""
@@ -89,7 +112,9 @@ class Page:
         return folder
 
     def request(self, request: Request) -> None:
-        """Have something done by the worker; from any thread."""
+        """Have something done by the worker; from any thread. Once it has stopped, nothing is done."""
+        if self._stop.is_set():
+            return
         try:
             self._requests.put_nowait(request)
         except queue.Full:
@@ -114,11 +139,14 @@ class Page:
         control.on_update(change)
 
     def run(self) -> None:
-        """Do the work until `stop`."""
-        last = time.monotonic()
+        """Do the work until `stop`, or until the page can no longer be reached."""
+        last = looked = time.monotonic()
         while not self._stop.is_set():
             self._take_requests()
             now = time.monotonic()
+            if now - looked > _LOOK_EVERY:
+                looked = now
+                self._look()
             if self._room is not None:
                 self._survive(self._step, min(now - last, _SLOWEST_FRAME))
             last = now
@@ -132,12 +160,21 @@ class Page:
         """Serve no longer."""
         if self._room is not None:
             self._room.close()
-        self.server.stop()
+        with redirect_stdout(io.StringIO()):  # it announces its end, too
+            self.server.stop()
 
     def tell(self, title: str, words: str, color: str = "blue") -> None:
         """Show a message on all pages."""
         for client in self.server.get_clients().values():
             _notify(client, title, words, color)
+
+    def _look(self) -> None:
+        """Stop when the server has ended, which nothing else would show."""
+        try:
+            socket.create_connection((LOOPBACK, self.server.get_port()), _LOOK_EVERY).close()
+        except OSError:
+            _log.warning("The page at %s can no longer be reached, and is not drawn any more.", self.address)
+            self.stop()
 
     def _step(self, seconds: float) -> None:
         if self._room is None:
@@ -180,15 +217,21 @@ class Page:
 
     def _take_drag(self, phase: str, start: NDArray[np.float64], end: NDArray[np.float64]) -> bool:
         room = self._room
-        if room is None or not room.takes_drags:
+        if room is None or not room.takes_drag(start):
             return False
         self.request(lambda: room.drag(start, end, is_over=phase == "end"))
         return True
 
 
-def _free_port() -> int:
+def _usable(port: int) -> int:
+    """The same port, or a free one where it is in use."""
     with socket.socket() as probe:
-        probe.bind((LOOPBACK, 0))
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as the server does
+        try:
+            probe.bind((LOOPBACK, port))
+        except OSError as error:
+            probe.bind((LOOPBACK, 0))
+            _log.warning("The page is not at port %d (%s): a free one is taken.", port, error.strerror)
         return int(probe.getsockname()[1])
 
 

@@ -1,5 +1,6 @@
 """The colours of the page, on a light and on a dark ground."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -44,9 +45,14 @@ def by_doubt(shares: NDArray[np.float64]) -> NDArray[np.uint8]:
     return _between(_DOUBT_STOPS, shares)
 
 
-def _between(stops: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.uint8]:
-    places = np.linspace(0.0, 1.0, len(stops))
-    columns = [np.interp(shares, places, stops[:, channel]) for channel in range(3)]
+def stops(scale: Callable[[NDArray[np.float64]], NDArray[np.uint8]]) -> list[Color]:
+    """The colours of a scale at its ends and in its middle."""
+    return [(int(r), int(g), int(b)) for r, g, b in scale(np.linspace(0.0, 1.0, 3))]
+
+
+def _between(colors: NDArray[np.int64], shares: NDArray[np.float64]) -> NDArray[np.uint8]:
+    places = np.linspace(0.0, 1.0, len(colors))
+    columns = [np.interp(shares, places, colors[:, channel]) for channel in range(3)]
     return np.column_stack(columns).astype(np.uint8)
 
 

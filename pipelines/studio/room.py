@@ -22,11 +22,15 @@ class Room(Protocol):
         """A place (2,) of the floor was clicked."""
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
-        """The pointer was dragged from one place (2,) to another, while `takes_drags`."""
+        """The pointer was dragged from one place (2,) to another, which `takes_drag`."""
+
+    @property
+    def would_be_lost(self) -> str:
+        """What is lost when the room is left now, and how to keep it, in a sentence; empty: nothing."""
 
     def close(self) -> None:
         """The room is left."""
 
-    @property
-    def takes_drags(self) -> bool:
-        """Whether a drag means something here; else it moves the map. May be asked by any thread."""
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
+        """Whether a drag from a place (2,) means something here; else it moves the map. May be asked by any
+        thread."""

@@ -1,34 +1,62 @@
 """Which room of the studio fits what it is opened with."""
 
+import os
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
+from racecar.maps.errors import UserError
 from racecar.maps.map_files import load_map
+from racecar.maps.shipped import shipped_names
+from racecar.pipelines.batch.bag_search import find_bags
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.edits_file import MapEdits, edits_beside
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.session_file import SESSION_FILE
 from racecar.pipelines.runs.render_run import render_run
+from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.studio.drive.drive_room import DriveRoom
 from racecar.pipelines.studio.edit.edit_room import EditRoom
 from racecar.pipelines.studio.edit.saving import as_the_map_lies
 from racecar.pipelines.studio.look.look_room import LookRoom
+from racecar.pipelines.studio.map_bag.map_bag_room import MapBagRoom
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.room import Room
 from racecar.pipelines.view.run_folder import load_run
 
 _MARKS_OF_A_RUN = ("trajectory.tum", "record")
 """Files of a run's folder of which it has one at least."""
+_RUNS = Path("runs")
+"""The folder to which maps go if no other is named; bags in it are recordings of runs."""
 
 
-def look_or_drive(page: Page, target: Path, settings: Config) -> Callable[[], Room]:
-    """How to make the room for a run's folder, which is looked at, or for a map, on which one drives.
+def room_for(page: Page, target: Path, settings: Config) -> Callable[[], Room]:
+    """How to make the room for a run's folder, which is looked at, for a map, on which one drives, or for a
+    bag or a folder of bags, which become maps.
 
-    Raises UserError when it is neither.
+    Raises UserError when it is none of these, or cannot be read.
     """
     if any((target / mark).exists() for mark in _MARKS_OF_A_RUN):
         return look(page, target, settings)
-    return drive(page, target, settings)
+    if _is_map(target):
+        return drive(page, target, settings)
+    if not target.exists():
+        raise UserError(
+            f"There is no {target}: name a run's folder to look at, a bag to map, or a map to drive on, such "
+            f"as {' or '.join(shipped_names())}, which come with it."
+        )
+    return map_bag(page, target, settings)
+
+
+def add_opening(page: Page, settings: Config) -> None:
+    """A part of the side panel, in every room, from which one goes anywhere."""
+    with page.gui.add_folder("Open something else", order=1e5, expand_by_default=False):
+        page.gui.add_markdown("A run's folder, a bag, a folder of bags, or a map.")
+        path = page.gui.add_text("Path", "building")
+        page.on_press(
+            page.gui.add_button("Open"),
+            lambda: page.leave_for(partial(_room_named, page, path.value, settings)),
+        )
 
 
 def look(page: Page, run: Path, settings: Config) -> Callable[[], Room]:
@@ -39,7 +67,12 @@ def look(page: Page, run: Path, settings: Config) -> Callable[[], Room]:
         page.tell("One moment", "The map is drawn without its edits.")
         page.enter(edit(page, run, settings))
 
-    return lambda: LookRoom(page, scene, enter_edit if (run / SESSION_FILE).is_file() else None)
+    return lambda: LookRoom(
+        page,
+        scene,
+        edit=enter_edit if (run / SESSION_FILE).is_file() else None,
+        drive=(lambda: page.enter(drive(page, run, settings))) if _is_map(run) else None,
+    )
 
 
 def edit(page: Page, run: Path, settings: Config) -> Callable[[], Room]:
@@ -50,12 +83,41 @@ def edit(page: Page, run: Path, settings: Config) -> Callable[[], Room]:
     edits = edits_beside(run)
     config = as_the_map_lies(run, settings.mapping)
     grid = render_run(run, config, MapEdits(), Report("racecar studio")).drawn.tiled
-    return lambda: EditRoom(
-        page, run, config, grid, edits, lambda: page.enter(look_or_drive(page, run, settings))
-    )
+    go_back = partial(page.leave_for, partial(room_for, page, run, settings))
+    return lambda: EditRoom(page, run, config, grid, edits, go_back)
 
 
 def drive(page: Page, map: Path, settings: Config) -> Callable[[], Room]:
-    """How to make the room in which one drives on a map. Raises UserError when it cannot be read."""
+    """How to make the room in which one drives on a map. Raises UserError when it cannot be read, or the car
+    finds no room in it."""
     grid = load_map(map)
-    return lambda: DriveRoom(page, grid, settings.localization, settings.mapping)
+    simulation = DrivenSimulation(grid, Conditions())
+    return lambda: DriveRoom(page, grid, simulation, settings.localization, settings.mapping)
+
+
+def map_bag(page: Page, source: Path, settings: Config) -> Callable[[], Room]:
+    """How to make the room in which a bag becomes a map, or one of those in a folder. Raises UserError when
+    there is none."""
+    bags = find_bags(source, _RUNS)
+    home = os.path.commonpath([bag.parent for bag in bags])
+    names = {str(bag.relative_to(home)): bag for bag in bags}
+
+    def open_run(run: Path) -> None:
+        page.enter(look(page, run, settings))
+
+    return lambda: MapBagRoom(page, names, settings, open_run)
+
+
+def _room_named(page: Page, name: str, settings: Config) -> Callable[[], Room]:
+    """The room for what a person has typed."""
+    if not name.strip():
+        raise UserError("Type the path of what is to be opened.")
+    return room_for(page, Path(name.strip()).expanduser(), settings)
+
+
+def _is_map(target: Path) -> bool:
+    return (
+        target.suffix in (".yaml", ".yml")
+        or (target / "map.yaml").is_file()
+        or str(target) in shipped_names()
+    )

@@ -8,7 +8,7 @@ turned it is put right.
 import math
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,15 +22,33 @@ _GLASS_HEIGHT, _GLASS_SIDE = 0.03, 1e5
 """Metres: over all layers, and wider than any map."""
 _MARGIN = 1.08
 """Of what is shown as a whole, over what has to be seen."""
+_ROOM_TO_GROW = 0.3
+"""Of the size of a map that grows, beyond it on each side, so that the view does not jump with every wall."""
 _LEAST_HEIGHT = 5.0
 """Metres of the camera: the view is then 0.9 m high."""
+_FINGER = 0.02
+"""Of what is seen from bottom to top: 14 pixels of a page of 720."""
 _ASPECT = 1.3
 """Width over height of the map's part of a page of 1280 x 720 pixels, its side panel aside."""
 _SETTLED_AFTER, _NUDGE = 1.0, 1.0005
 """Seconds after which a page's panel stands where it stays, and the factor by which the camera then rises,
 which nobody sees."""
+_OBEYED_AFTER = 1.0
+"""Seconds for which a page may still report what it saw before it was told to look elsewhere."""
 _TILTED = 1e-3
 """Length of a direction's horizontal part from which a view counts as tilted."""
+
+
+class _View(NamedTuple):
+    """What a page is to show."""
+
+    middle: NDArray[np.float64]
+    """(2,)"""
+    height: float
+    """Metres of the camera."""
+    since: float
+    """Seconds of the monotonic clock."""
+
 
 Drag = Callable[[str, NDArray[np.float64], NDArray[np.float64]], bool]
 """Phase ("start", "update", "end"), where it began and where it is (2,); whether it means something."""
@@ -44,6 +62,7 @@ class TopView:
         self._server, self._take_drag = server, take_drag
         self._bars: dict[int, ScaleBar] = {}
         self._grabbed: dict[int, NDArray[np.float64]] = {}
+        self._views: dict[int, _View] = {}
         self._middle, self._height = np.zeros(2), 100.0
         glass = server.scene.add_image(
             "/glass",
@@ -55,11 +74,17 @@ class TopView:
         )
         glass.on_drag("left")(self._drag)
         server.on_client_connect(self._meet)
-        server.on_client_connect(_learn_size)
+        server.on_client_connect(self._learn_size)
         server.on_client_disconnect(self._part)
 
     def show_whole(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
         """Show a rectangle from a corner (2,) to the other, on all pages and those to come."""
+        self._aim(low, high)
+        for client in self._server.get_clients().values():
+            self._look(client.camera, self._middle, self._height)
+
+    def _aim(self, low: NDArray[np.float64], high: NDArray[np.float64]) -> None:
+        """Let pages to come show a rectangle."""
         width, depth = high - low
         tallest = max(depth, width / _ASPECT)
         self._height = max(_LEAST_HEIGHT, _MARGIN * tallest / (2.0 * math.tan(FIELD_OF_VIEW / 2.0)))
@@ -69,45 +94,69 @@ class TopView:
         camera.near, camera.far = 1.0, 1e5
         camera.look_at = (*self._middle, 0.0)
         camera.position = (*self._middle, self._height)
-        for client in self._server.get_clients().values():
-            _look(client.camera, self._middle, self._height)
+
+    def keep_whole(self, extent: tuple[NDArray[np.float64], NDArray[np.float64]] | None) -> None:
+        """Where a map outgrows what is shown, show the whole of it and room for more, on those pages that
+        nobody has moved since."""
+        half = np.array([_ASPECT, 1.0]) * self._height * math.tan(FIELD_OF_VIEW / 2.0)
+        if extent is None or np.all(np.abs(np.array(extent) - self._middle) <= half):
+            return
+        as_told = [client for client in self._server.get_clients().values() if self._is_as_told(client)]
+        more = _ROOM_TO_GROW * (extent[1] - extent[0])
+        self._aim(extent[0] - more, extent[1] + more)
+        for client in as_told:
+            self._look(client.camera, self._middle, self._height)
+
+    def _is_as_told(self, client: ClientHandle) -> bool:
+        """Whether a page shows the whole, as it was told last."""
+        view = self._views.get(client.client_id)
+        is_there = view is not None and np.allclose(view.middle, self._middle, atol=1e-2 * self._height)
+        return is_there and view is not None and math.isclose(view.height, self._height, rel_tol=1e-2)
 
     def go_to(self, place: NDArray[np.float64], across: float) -> None:
         """Bring a place (2,) to the middle of all pages, at most ``across`` metres from bottom to top."""
         wanted = across / (2.0 * math.tan(FIELD_OF_VIEW / 2.0))
         for client in self._server.get_clients().values():
             height = min(float(client.camera.position[2]), wanted)
-            _look(client.camera, place, max(height, _LEAST_HEIGHT))
+            self._look(client.camera, place, max(height, _LEAST_HEIGHT))
 
     def follow(self, place: NDArray[np.float64]) -> None:
         """Bring a place (2,) to the middle without coming nearer."""
         for client in self._server.get_clients().values():
-            _look(client.camera, place, float(client.camera.position[2]))
+            self._look(client.camera, place, float(client.camera.position[2]))
 
     @property
-    def seen_metres(self) -> float:
-        """From bottom to top of the page that is nearest to the floor."""
+    def finger(self) -> float:
+        """Metres of the floor under a finger, on the page that is nearest to it: nobody points better."""
         heights = [float(client.camera.position[2]) for client in self._server.get_clients().values()]
-        return 2.0 * min(heights, default=self._height) * math.tan(FIELD_OF_VIEW / 2.0)
+        return _FINGER * 2.0 * min(heights, default=self._height) * math.tan(FIELD_OF_VIEW / 2.0)
 
     async def _meet(self, client: ClientHandle) -> None:
         client.camera.min_orbit_distance = _LEAST_HEIGHT
         bar = self._bars[client.client_id] = ScaleBar(client)
-        _look(client.camera, self._middle, self._height)  # it reports its own first view, which is tilted
+        # A page reports its own first view, which is tilted.
+        self._look(client.camera, self._middle, self._height)
         client.camera.on_update(self._keep_upright)
         bar.fit(client.camera)
 
     async def _part(self, client: ClientHandle) -> None:
         self._bars.pop(client.client_id, None)
         self._grabbed.pop(client.client_id, None)
+        self._views.pop(client.client_id, None)
 
     async def _keep_upright(self, camera: CameraHandle) -> None:
-        ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
-        sideways = math.hypot(ahead[0], ahead[1]) / max(float(np.linalg.norm(ahead)), 1e-9)
-        is_upside_down = ahead[2] > 0.0 or camera.up_direction[1] < 1.0 - _TILTED
-        if sideways > _TILTED or is_upside_down:
-            _look(camera, np.asarray(camera.look_at)[:2], float(np.linalg.norm(ahead)))
-        bar = self._bars.get(camera.client.client_id)
+        """Remember what a page shows, and put it right where it is tilted: by its own controls, or for a
+        moment on the way to another view."""
+        number = camera.client.client_id
+        view = self._views.get(number)
+        if view is None:
+            return
+        if _is_tilted(camera):
+            _look(camera, view.middle, view.height)
+        elif time.monotonic() > view.since + _OBEYED_AFTER:
+            position = np.asarray(camera.position, dtype=np.float64)
+            self._views[number] = _View(position[:2].copy(), float(position[2]), view.since)
+        bar = self._bars.get(number)
         if bar is not None:
             bar.fit(camera)
 
@@ -121,7 +170,21 @@ class TopView:
         if not self._take_drag(event.phase, start, np.array(event.end_position[:2])):
             camera = event.client.camera
             here = _point_under(camera, event.end_screen_pos)
-            _look(camera, np.asarray(camera.position)[:2] + start - here, float(camera.position[2]))
+            middle = np.asarray(camera.position, dtype=np.float64)[:2] + start - here
+            self._look(camera, middle, float(camera.position[2]))
+
+    def _learn_size(self, client: ClientHandle) -> None:
+        """A page reports its size with its view, and first before its panel takes room: so the view is moved
+        a little once the page has settled."""
+        time.sleep(_SETTLED_AFTER)
+        view = self._views.get(client.client_id)
+        if view is not None:  # the page is still there
+            self._look(client.camera, view.middle, _NUDGE * view.height)
+
+    def _look(self, camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:
+        """Straight down at a place (2,), north up."""
+        self._views[camera.client.client_id] = _View(middle, height, time.monotonic())
+        _look(camera, middle, height)
 
 
 def floor_point(ray_origin: ArrayLike, ray_direction: ArrayLike) -> NDArray[np.float64]:
@@ -139,16 +202,14 @@ def _point_under(camera: CameraHandle, screen: tuple[float, float]) -> NDArray[n
     return point
 
 
-def _learn_size(client: ClientHandle) -> None:
-    """A page reports its size with its view, and first before its panel takes room: so the view is moved a
-    little once the page has settled."""
-    time.sleep(_SETTLED_AFTER)
-    camera = client.camera
-    _look(camera, np.asarray(camera.position)[:2], _NUDGE * float(camera.position[2]))
+def _is_tilted(camera: CameraHandle) -> bool:
+    ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
+    sideways = math.hypot(ahead[0], ahead[1]) / max(float(np.linalg.norm(ahead)), 1e-9)
+    is_upside_down = ahead[2] > 0.0 or camera.up_direction[1] < 1.0 - _TILTED
+    return bool(sideways > _TILTED or is_upside_down)
 
 
 def _look(camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:
-    """Straight down at a place (2,), north up."""
     with camera.client.atomic():
         camera.up_direction = (0.0, 1.0, 0.0)
         camera.position = (*middle, height)

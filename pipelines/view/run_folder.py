@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from racecar.mapping.arrays import Arrays
 from racecar.mapping.graph.constraint import KINDS
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import compose, inverse, transform_points
+from racecar.maps.geometry.se2 import between, compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
@@ -21,7 +21,7 @@ from racecar.pipelines.view.record_file import read_record
 from racecar.pipelines.view.recorder import RECORD_FOLDER
 from racecar.pipelines.view.scene import Doubt, Scene, Sight
 
-_LOOP_CLOSURE = KINDS.index("loop_closure")
+_SCAN_MATCHING, _LOOP_CLOSURE = KINDS.index("scan_matching"), KINDS.index("loop_closure")
 
 
 def load_run(folder: Path) -> Scene:
@@ -69,9 +69,14 @@ def _add_session(scene: Scene, arrays: Arrays) -> None:
     map_from_laser = arrays["map_from_keyframe"]
     map_from_base = compose(map_from_laser, arrays["keyframe_from_base"])
     places: NDArray[np.float64] = map_from_base[:, :2]
-    is_loop = arrays["constraints.kinds"] == _LOOP_CLOSURE
+    ties, kinds = arrays["constraints.keyframes"], arrays["constraints.kinds"]
+    is_match = kinds == _SCAN_MATCHING
+    first, second = ties[is_match].T
+    solved = between(map_from_laser[first], map_from_laser[second])
+    missed = between(arrays["constraints.poses"][is_match], solved)
     scene.keyframes = places
-    scene.loops = places[arrays["constraints.keyframes"][is_loop]]
+    scene.loops = places[ties[kinds == _LOOP_CLOSURE]]
+    scene.matches, scene.misses = places[ties[is_match]], np.hypot(missed[:, 0], missed[:, 1])
     if not scene.sights:
         scene.sights = _sights_of_keyframes(arrays, places, scene.trajectory)
 

@@ -53,6 +53,10 @@ class Scene:
     """(K, 2) places."""
     loops: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))
     """(L, 2, 2) the places that each loop closure ties together."""
+    matches: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2, 2)))
+    """(M, 2, 2) the places that each match of scans ties together."""
+    misses: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """(M,) metres by which the map misses what was matched."""
     sights: list[Sight] = field(default_factory=list)
     clouds: list[ParticleCloud] = field(default_factory=list)
     covariances: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 3, 3)))

@@ -1,5 +1,6 @@
 """``racecar map --record``, ``racecar localize --record`` and ``racecar studio``, as a user runs them."""
 
+import signal
 import socket
 from pathlib import Path
 
@@ -31,6 +32,10 @@ def localized(racecar: Racecar, drive: Path, tmp_path_factory: pytest.TempPathFa
     )
     assert done.returncode == 0, done.stderr
     return out
+
+
+def port_of(address: str) -> int:
+    return int(address.split(":")[2].split("/")[0])
 
 
 def messages_by_topic(run: Path) -> dict[str, int]:
@@ -72,9 +77,21 @@ def test_a_browser_shows_map_car_scan_and_path(localized: Path, tmp_path: Path) 
 
 
 @pytest.mark.slow
+def test_a_page_whose_server_was_killed_comes_back_with_the_next_one(localized: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "view.png"
+    with open_browser() as browser:
+        with viewed(localized, ended_by=signal.SIGKILL) as address:
+            browser.open(address)
+            browser.wait_until(lambda: pixels_of(browser, picture).complete, START_SECONDS, "the run")
+        browser.wait_until(lambda: not pixels_of(browser, picture).complete, START_SECONDS, "an empty page")
+        with viewed(localized, port=port_of(address)):
+            browser.wait_until(lambda: pixels_of(browser, picture).complete, START_SECONDS, "the run again")
+
+
+@pytest.mark.slow
 def test_only_this_machine_is_served_and_the_server_ends_with_the_command(mapped: Path) -> None:
     with viewed(mapped) as address:
-        port = int(address.split(":")[2].split("/")[0])
+        port = port_of(address)
         own_address = socket.gethostbyname(socket.gethostname())
         if not own_address.startswith("127."):
             with socket.socket() as outside:

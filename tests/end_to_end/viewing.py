@@ -50,9 +50,10 @@ def pixels_of(browser: Browser, path: Path) -> Seen:
 
 
 @contextmanager
-def viewed(run: Path) -> Iterator[str]:
+def viewed(run: Path, port: int = 0, ended_by: signal.Signals = signal.SIGTERM) -> Iterator[str]:
     """The address of a ``racecar studio`` that runs meanwhile."""
     command = [sys.executable, "-m", "racecar.pipelines.cli", "studio", str(run), "--no-browser"]
+    command += ["--port", str(port)]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     try:
@@ -61,5 +62,8 @@ def viewed(run: Path) -> Iterator[str]:
         assert found is not None, "racecar studio did not start"
         yield found[0]
     finally:
-        process.send_signal(signal.SIGINT)
-        process.wait(30)
+        process.send_signal(ended_by)
+        try:
+            process.wait(30)
+        finally:
+            process.kill()

@@ -1,7 +1,7 @@
 """What a node sees, on a page in a browser of this machine, for those without RViz."""
 
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.watch.tools import NodeTool, Senders
 from racecar.pipelines.studio.watch.watch_room import Glimpse, WatchRoom
 
 _MOST_PARTICLES = 500
@@ -23,6 +24,14 @@ class LiveView:
         self._page, self._room = page, room
         self.page = page.address
         """Where a browser finds it."""
+
+    def connect(self, senders: Senders) -> None:
+        """What is clicked goes there from now on."""
+        self._page.request(lambda: self._room.connect(senders))
+
+    def tell(self, words: str) -> None:
+        """How the node is, in Markdown."""
+        self._page.request(lambda: self._room.tell(words))
 
     def show_map(self, grid: OccupancyGrid) -> None:
         """The map from now on."""
@@ -43,13 +52,14 @@ class LiveView:
 
 
 @contextmanager
-def live_view(title: str, port: int | None) -> Iterator[LiveView]:
-    """Serve a page to this machine, on the loopback address only, while the block lasts."""
+def live_view(title: str, port: int | None, tools: Sequence[NodeTool]) -> Iterator[LiveView]:
+    """Serve a page to this machine, on the loopback address only, while the block lasts. Its clicks mean the
+    first of the tools until another is chosen."""
     page = Page(title, port or 0)
     rooms: list[WatchRoom] = []
 
     def make() -> WatchRoom:
-        rooms.append(WatchRoom(page))
+        rooms.append(WatchRoom(page, tools))
         return rooms[0]
 
     worker = threading.Thread(target=page.run, name="page", daemon=True)

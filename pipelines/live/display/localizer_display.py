@@ -13,6 +13,7 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.live.display.clicks import ClickedGoals, ClickedPlaces
 from racecar.pipelines.live.display.driven_path import DrivenPath
 from racecar.pipelines.live.ros.bulk_messages import path_bytes, pose_array_bytes
 from racecar.pipelines.live.ros.messages import cloud_message, grid_message
@@ -20,6 +21,7 @@ from racecar.pipelines.live.ros.parameters import declare_positive
 from racecar.pipelines.live.ros.qos import LATCHED, is_heard
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
+from racecar.pipelines.studio.watch.tools import Senders
 
 if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView
@@ -61,6 +63,22 @@ class LocalizerDisplay:
         self._cloud_topic = create(PointCloud2, "scan_on_map", 1)
         self._path_topic = create(PathMessage, "path", LATCHED)
         self._map_topic = create(OccupancyGridMessage, "map", LATCHED) if publishes_map else None
+        self._clicks: list[ClickedGoals | ClickedPlaces] = []
+        if view is not None:
+            goals, places = ClickedGoals(node, map_frame), ClickedPlaces(node, map_frame)
+            view.connect(Senders(goals.send, places.send))
+            self._clicks = [goals, places]
+
+    def tell(self, words: str) -> None:
+        """How the node is, in Markdown, for the page."""
+        if self._view is not None:
+            self._view.tell(words)
+
+    def end(self) -> None:
+        """Send nothing any more that is clicked on the page."""
+        for clicks in self._clicks:
+            clicks.close()
+        self.tell("The node has ended.")
 
     def show_map(self, grid: OccupancyGrid) -> None:
         """The map from now on."""

@@ -22,12 +22,21 @@ class MapVerdict:
     def __init__(self, worker: Worker) -> None:
         self._worker = worker
         self._due = time.monotonic() + _EVERY
-        self._figures: dict[str, Any] = {}
+        self.quality: MapQuality | None = None
+        """As it was judged last; None before that."""
 
     @property
     def figures(self) -> dict[str, Any]:
         """The last verdict, with the first reason where the map is not good; nothing before there is one."""
-        return self._figures
+        quality = self.quality
+        if quality is None:
+            return {}
+        return {
+            "map so far": quality.verdict.value,
+            "expected error (m per 10 m)": quality.error_per_10_m,
+            "expected error (m over all)": quality.error_of_whole,
+            "doubt": next(iter(quality.reasons), "none"),
+        }
 
     def judge_when_due(self, quality: Callable[[], Callable[[], MapQuality]]) -> None:
         """Let the worker judge the map as it is now, if it is time; ``quality`` takes hold of it."""
@@ -40,13 +49,7 @@ class MapVerdict:
     def _judge(self, judge: Callable[[], MapQuality]) -> None:
         began = time.monotonic()
         try:
-            quality = judge()
-            self._figures = {
-                "map so far": quality.verdict.value,
-                "expected error (m per 10 m)": quality.error_per_10_m,
-                "expected error (m over all)": quality.error_of_whole,
-                "doubt": next(iter(quality.reasons), "none"),
-            }
+            self.quality = judge()
         finally:
             now = time.monotonic()
             self._due = now + max(_EVERY, _LEAST_REST * (now - began))

@@ -14,7 +14,9 @@ from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.live.display.clicks import ClickedGoals
 from racecar.pipelines.live.display.driven_path import DrivenPath
+from racecar.pipelines.live.display.mapper_words import Growth
 from racecar.pipelines.live.monitoring.health import Health
 from racecar.pipelines.live.ros.bulk_messages import path_bytes
 from racecar.pipelines.live.ros.graph_markers import graph_markers
@@ -22,6 +24,7 @@ from racecar.pipelines.live.ros.messages import grid_message
 from racecar.pipelines.live.ros.qos import LATCHED, is_heard
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
+from racecar.pipelines.studio.watch.tools import Senders
 
 if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView
@@ -58,19 +61,34 @@ class MapperDisplay:
         self._map_topic = create(OccupancyGridMessage, "map", LATCHED)
         self._graph_topic = create(MarkerArray, "pose_graph", LATCHED)
         self._path_topic = create(PathMessage, "path", LATCHED)
+        self.growth: Growth | None = None
+        """How much is mapped, as the page was shown it last."""
+        self._clicks: ClickedGoals | None = None
+        if view is not None:
+            self._clicks = ClickedGoals(node, map_frame)
+            view.connect(Senders(self._clicks.send))
 
     @property
     def times_redrawn(self) -> int:
         """How often the whole map was redrawn."""
         return self._grid.redrawn
 
+    def tell(self, words: str) -> None:
+        """How the node is, in Markdown, for the page."""
+        if self._view is not None:
+            self._view.tell(words)
+
+    def end(self) -> None:
+        """Send nothing any more that is clicked on the page."""
+        if self._clicks is not None:
+            self._clicks.close()
+        self.tell("The drive is over; its map is being finished and saved.")
+
     def show(self, stamp: Any, scan: Scan, map_from_base: Pose, mapper: Mapper) -> None:
         """A scan and where it was taken, which is the next pose of the path."""
         self._path.add(map_from_base)
         if self._schedule.is_due("map"):
-            session = mapper.session()
-            poses = session.map_from_keyframe.copy()
-            draw = partial(self._grid.draw, list(session.rays), poses, mapper.held_scans())
+            draw = partial(self._grid.draw, *mapper.seen_so_far())
             self._drawer.inbox.put("map", partial(self._publish_map, stamp, draw))
         put = self._worker.inbox.put
         if self._schedule.is_due("graph") and is_heard(self._graph_topic):
@@ -78,6 +96,7 @@ class MapperDisplay:
         if self._schedule.is_due("path") and is_heard(self._path_topic):
             put("path", partial(self._publish_path, stamp))
         if self._view is not None and self._schedule.is_due("view"):
+            self.growth = Growth.of(mapper.session())
             put("view", partial(self._show_in_browser, self._view, scan, map_from_base))
 
     def _publish_map(self, stamp: Any, draw: Callable[[], OccupancyGrid]) -> None:

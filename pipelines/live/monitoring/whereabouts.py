@@ -6,6 +6,7 @@ from typing import Any
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.verdict.drive_judge import DriveJudge
+from racecar.localization.verdict.drive_quality import DriveQuality
 from racecar.localization.verdict.known_place import is_lost, is_place_known
 
 
@@ -32,9 +33,14 @@ class Whereabouts:
             self._inform(f"Found: the car is at x {x:.2f} m, y {y:.2f} m, yaw {yaw:.2f} rad.")
 
     @property
-    def figures(self) -> dict[str, Any]:
+    def quality(self) -> DriveQuality:
         """The verdict on the drive so far, as `racecar localize` gives it at the end."""
-        quality = self._judge.quality
+        return self._judge.quality
+
+    @property
+    def figures(self) -> dict[str, Any]:
+        """The same for the diagnostics."""
+        quality = self.quality
         return {
             "drive so far": quality.verdict.value,
             "share of it with a known place": quality.known_share,

@@ -42,11 +42,9 @@ class Discovery:
 
     def draw(self) -> OccupancyGrid | None:
         """The map so far, in the world; None before the first keyframe."""
-        session = self._mapper.session()
-        if not session.rays:
+        if not self.keyframes:
             return None
-        poses = session.map_from_keyframe.copy()
-        grid = self._growing.draw(list(session.rays), poses, self._mapper.held_scans())
+        grid = self._growing.draw(*self._mapper.seen_so_far())
         return OccupancyGrid(grid.cells, grid.resolution, compose(self._world_from_map, grid.map_from_grid))
 
     def save(self, folder: Path) -> str:

@@ -13,18 +13,19 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.experiments.course_filter import CourseSettings
-from racecar.pipelines.pictures.map_picture import known_cells
-from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
+from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.drive.discovery import Discovery
 from racecar.pipelines.studio.drive.localizer_panel import LocalizerPanel
-from racecar.pipelines.studio.drive.tools import HELP, Tool, dragged_pose
+from racecar.pipelines.studio.drive.tools import TOOLS, Tool
 from racecar.pipelines.studio.drive.tracking import Tracking
 from racecar.pipelines.studio.drive.world_panel import add_hand_controls, add_world_controls
 from racecar.pipelines.studio.legend import Entry
-from racecar.pipelines.studio.map_image import paint
+from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline, cross, ellipse
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, PATH, SCAN, SKY, TRUTH
+from racecar.pipelines.studio.pointed import Pointed
+from racecar.pipelines.studio.pointer import Pointer
 
 _PERIODS = {"map": 1.0, "plot": 1.0, "words": 0.25}
 """Seconds from one drawing to the next: what costs more, or is read and not seen, is drawn less often."""
@@ -38,22 +39,26 @@ class DriveRoom:
     """A car on a map, with the localizer beside the truth or a mapper that discovers the floor."""
 
     def __init__(
-        self, page: Page, grid: OccupancyGrid, localization: LocalizationConfig, mapping: MappingConfig
+        self,
+        page: Page,
+        grid: OccupancyGrid,
+        simulation: DrivenSimulation,
+        localization: LocalizationConfig,
+        mapping: MappingConfig,
     ) -> None:
-        """Raises UserError when the car finds no room in the map."""
-        self._page, self._grid, self._mapping = page, grid, mapping
-        self._conditions = Conditions()
-        self._simulation = DrivenSimulation(grid, self._conditions)
+        """``simulation`` is of a car on the map ``grid``."""
+        self._page, self._grid, self._mapping, self._simulation = page, grid, mapping, simulation
         self._tracking: Tracking | None = Tracking(grid, localization, self._simulation.truth)
         self._localization = localization
         self._discovery: Discovery | None = None
-        self._tool = Tool.DRIVE
         self._goal: NDArray[np.float64] = self._simulation.truth[:2]
         self._scan: Scan | None = None
         self._is_paused = False
         self._due_at: dict[str, float] = {}
         self._build_panel()
-        page.view.show_whole(*_extent(grid))
+        extent = known_extent(grid)
+        assert extent is not None  # the car has found room in it
+        page.view.show_whole(*extent)
 
     @property
     def truth(self) -> Pose:
@@ -77,9 +82,15 @@ class DriveRoom:
         return None if self._tracking is None else self._tracking.course_error
 
     @property
-    def takes_drags(self) -> bool:
+    def would_be_lost(self) -> str:
+        """A map that was discovered."""
+        if self._discovery is None or not self._discovery.keyframes:
+            return ""
+        return "The discovered map is not saved: save it, or press again to leave without it."
+
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
         """Only goals are clicked and never dragged."""
-        return self._tool != Tool.DRIVE
+        return self._pointer.tool != Tool.DRIVE
 
     def draw_all(self) -> None:
         """Draw the map, or what has been discovered of it."""
@@ -107,28 +118,13 @@ class DriveRoom:
 
     def click(self, place: NDArray[np.float64]) -> None:
         """What the tool means."""
-        if self._tool == Tool.DRIVE:
-            self._simulation.drive_to(place)
-            self._goal = place
-        elif self._tool == Tool.ESTIMATE:
-            self._tracked().start_near(place, _CLICK_RADIUS)
-        else:
-            self._simulation.put_at(np.array([*place, self._simulation.truth[2]]))
+        self._take(self._pointer.click(place))
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
         """A pose: the place and where it looks."""
-        pose = dragged_pose(start, end)
-        layers = self._page.layers
-        if not is_over:
-            layers.line("drag", np.stack([start, end]), LOOP, 4.0)
-            return
-        layers.clear("drag")
-        if pose is None:
-            self.click(start)
-        elif self._tool == Tool.ESTIMATE:
-            self._tracked().start_at(pose)
-        else:
-            self._simulation.put_at(pose)
+        shown = self._pointer.drag(start, end, is_over=is_over)
+        if shown is not None:
+            self._take(shown)
 
     def close(self) -> None:
         """There is nothing to end."""
@@ -137,9 +133,7 @@ class DriveRoom:
         page = self._page
         gui = page.gui
         with page.folder("What a click means"):
-            tool = gui.add_dropdown("Tool", [tool.value for tool in Tool], initial_value=self._tool.value)
-            page.on_change(tool, self._take_tool)
-            self._help = gui.add_markdown(HELP[self._tool])
+            self._pointer = Pointer(page, TOOLS)
             self._state = gui.add_markdown("")
         with page.folder("Localizer"):
             self._panel = LocalizerPanel(page, self._localization, self._reconfigure)
@@ -148,7 +142,7 @@ class DriveRoom:
             course = gui.add_checkbox("The course's filter, too", False)
             page.on_change(course, self._run_course)
         with page.folder("World"):
-            add_world_controls(page, self._conditions)
+            add_world_controls(page, self._simulation.conditions)
             page.on_change(gui.add_checkbox("Pause", False), self._pause)
         with page.folder("By hand", is_open=False):
             add_hand_controls(page, self._simulation.steer, self._simulation.stop)
@@ -159,9 +153,17 @@ class DriveRoom:
             self._folder = gui.add_text("Save as", "runs/discovered")
             page.on_press(gui.add_button("Save the map"), self._save)
 
-    def _take_tool(self, value: str) -> None:
-        self._tool = Tool(value)
-        self._help.content = HELP[self._tool]
+    def _take(self, shown: Pointed) -> None:
+        tool = self._pointer.tool
+        if tool == Tool.DRIVE:
+            self._simulation.drive_to(shown.place)
+            self._goal = shown.place
+        elif tool == Tool.CARRY:
+            self._simulation.put_at(shown.pose(otherwise=self._simulation.truth[2]))
+        elif shown.heading is None:
+            self._tracked().start_near(shown.place, _CLICK_RADIUS)
+        else:
+            self._tracked().start_at(np.array([*shown.place, shown.heading]))
 
     def _pause(self, is_paused: bool) -> None:
         self._is_paused = is_paused
@@ -286,9 +288,3 @@ class DriveRoom:
             return False
         self._due_at[what] = now + _PERIODS[what]
         return True
-
-
-def _extent(grid: OccupancyGrid) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    known = known_cells(grid)
-    corners = grid.center_of(known[[*known.argmin(axis=0), *known.argmax(axis=0)]])
-    return corners.min(axis=0), corners.max(axis=0)

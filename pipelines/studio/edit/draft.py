@@ -40,6 +40,21 @@ class Draft:
         state, (x, y) = self._states[-1], place.tolist()
         self._states.append(replace(state, corners=(*state.corners, (x, y))))
 
+    def move_corner(self, number: int, place: NDArray[np.float64]) -> None:
+        """Let a corner, by its number from 0, lie at a place (2,)."""
+        state, (x, y) = self._states[-1], place.tolist()
+        corners = (*state.corners[:number], (x, y), *state.corners[number + 1 :])
+        self._states.append(replace(state, corners=corners))
+
+    def reopen(self, number: int) -> None:
+        """Draw on at a finished edit, by its number from 0. Raises UserError while another shape is drawn."""
+        if len(self.corners):
+            raise UserError(
+                "A shape is not finished: finish it, or undo its corners, and change the other then."
+            )
+        corners = tuple((float(x), float(y)) for x, y in self.edits.edits[number].points)
+        self._states.append(_State(self.edits.without(number), corners))
+
     def finish(self, kind: EditKind, *, width: float, limit: float) -> None:
         """Make an edit of the corners; a width, metres, is of walls, a limit, metres per second, of speed.
 

@@ -1,6 +1,7 @@
 """The finished edits in a list of the panel, one of which is chosen."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from racecar.maps.grid.edits import Edit
@@ -13,12 +14,19 @@ _NONE = "none yet"
 class EditList:
     """In the order in which they are drawn over the map."""
 
-    def __init__(self, page: Page, show_choice: Callable[[], None], remove: Callable[[int], None]) -> None:
-        self._remove = remove
+    def __init__(
+        self,
+        page: Page,
+        show_choice: Callable[[], None],
+        change: Callable[[int], None],
+        remove: Callable[[int], None],
+    ) -> None:
         self._names: list[str] = []
         self._choice: Any = page.gui.add_dropdown("Chosen", [_NONE])
         page.on_change(self._choice, lambda _: show_choice())
-        page.on_press(page.gui.add_button("Remove the chosen one", color="gray"), self._remove_chosen)
+        for label, action in (("Change the chosen one", change), ("Remove the chosen one", remove)):
+            button = page.gui.add_button(label, color="gray")
+            page.on_press(button, partial(self._with_chosen, action))
 
     @property
     def chosen(self) -> int | None:
@@ -31,9 +39,9 @@ class EditList:
         self._choice.options = self._names or [_NONE]
         self._choice.value = (self._names or [_NONE])[-1]
 
-    def _remove_chosen(self) -> None:
+    def _with_chosen(self, action: Callable[[int], None]) -> None:
         if self.chosen is not None:
-            self._remove(self.chosen)
+            action(self.chosen)
 
 
 def _described(edit: Edit) -> str:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,14 +20,9 @@ from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import PATH
 
-_FINGER = 0.02
-"""Of what is seen from bottom to top: how near to a corner a click means that corner."""
-
 
 class EditRoom:
     """Clicks become the corners of edits, which are drawn over the map at once and saved in the end."""
-
-    takes_drags = False
 
     def __init__(
         self,
@@ -41,15 +37,14 @@ class EditRoom:
         self._page, self._folder, self._grid, self._rendering = page, folder, grid, config.rendering
         self._draft = Draft(grid, edits)
         self._saving = Saving(folder, config, edits)
-        self._leave_room = leave
-        self._is_asked_to_leave = False
+        self._leave = leave
         self._build_panel()
 
     def draw_all(self) -> None:
         """Draw the map with its edits, and the shape that is being drawn."""
         self._page.layers.clear_all()
         self._draw_edits()
-        self._draw_corners()
+        self._draw_corners(self._draft.corners)
 
     def step(self, seconds: float) -> None:
         """Nothing moves here."""
@@ -59,18 +54,35 @@ class EditRoom:
 
     def click(self, place: NDArray[np.float64]) -> None:
         """A corner; the first one again closes a shape, the last one again ends a wall."""
-        corners = self._draft.corners
-        kind = KIND_OF_NAME[self._kind.value]
-        end = corners[-1:] if kind == "wall" else corners[:1]
-        if len(end) and np.hypot(*(end[0] - place)) < _FINGER * self._page.view.seen_metres:
+        corners, corner = self._draft.corners, self._corner_at(place)
+        is_wall = KIND_OF_NAME[self._kind.value] == "wall"
+        if corner is not None and corner == (len(corners) - 1 if is_wall else 0):
             self._finish()
             return
-        self._is_asked_to_leave = False
-        self._draft.add_corner(place)
-        self._draw_corners()
+        self._draft.add_corner(place if corner is None else corners[corner])
+        self._draw_corners(self._draft.corners)
+
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
+        """Corners of the shape that is being drawn are dragged; elsewhere a drag moves the map."""
+        return self._corner_at(start) is not None
 
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
-        """A drag moves the map here."""
+        """Move a corner."""
+        number = self._corner_at(start)
+        if number is None:
+            return
+        corners = self._draft.corners
+        corners[number] = end
+        self._draw_corners(corners)
+        if is_over:
+            self._draft.move_corner(number, end)
+
+    @property
+    def would_be_lost(self) -> str:
+        """What was drawn since it was saved."""
+        if self._saving.is_saved(self._draft.edits) and not len(self._draft.corners):
+            return ""
+        return "What was drawn is not saved: save it, or press again to leave without it."
 
     def close(self) -> None:
         """There is nothing to end."""
@@ -78,16 +90,16 @@ class EditRoom:
     def _build_panel(self) -> None:
         page, gui = self._page, self._page.gui
         with page.folder("Draw"):
-            self._kind = gui.add_dropdown("Kind", list(KIND_OF_NAME))
+            self._kind: Any = gui.add_dropdown("Kind", list(KIND_OF_NAME))
             page.on_change(self._kind, lambda _: self._explain())
             self._help = gui.add_markdown("")
-            self._width = gui.add_number("Width (m)", 0.0, min=0.0, step=0.05, hint="0: as a cell.")
-            self._limit = gui.add_number("Limit (m/s)", 0.5, min=0.0, step=0.05)
+            self._width: Any = gui.add_number("Width (m)", 0.0, min=0.0, step=0.05, hint="0: as a cell.")
+            self._limit: Any = gui.add_number("Limit (m/s)", 0.5, min=0.0, step=0.05)
             page.on_press(gui.add_button("Finish the shape"), self._finish)
             page.on_press(gui.add_button("Undo", color="gray"), self._undo)
             self._explain()
         with page.folder("Edits"):
-            self._list = EditList(page, self._draw_chosen, self._remove)
+            self._list = EditList(page, self._draw_chosen, self._change, self._remove)
             self._list.show(self._draft.edits.edits)
         with page.folder("Save"):
             self._out = gui.add_text("Folder", str(self._folder))
@@ -100,9 +112,29 @@ class EditRoom:
     def _explain(self) -> None:
         kind = KIND_OF_NAME[self._kind.value]
         end = "the last corner again" if kind == "wall" else "the first corner again"
-        self._help.content = f"{KINDS[kind].help} Click the corners, then {end}."
+        self._help.content = f"{KINDS[kind].help} Click the corners, then {end}; drag a corner to move it."
         self._width.visible = kind == "wall"
         self._limit.visible = kind == "speed"
+
+    def _corner_at(self, place: NDArray[np.float64]) -> int | None:
+        """The number of the corner that is meant by a place (2,), if any is."""
+        corners = self._draft.corners
+        if not len(corners):
+            return None
+        distances = np.hypot(*(corners - place).T)
+        nearest = int(np.argmin(distances))
+        return nearest if distances[nearest] < self._page.view.finger else None
+
+    def _change(self, number: int) -> None:
+        edit = self._draft.edits.edits[number]
+        self._draft.reopen(number)
+        self._kind.value = KINDS[edit.kind].name
+        if edit.kind == "wall":
+            self._width.value = edit.width
+        elif edit.kind == "speed":
+            self._limit.value = edit.limit
+        self._explain()
+        self._draw_changed()
 
     def _finish(self) -> None:
         kind = KIND_OF_NAME[self._kind.value]
@@ -113,7 +145,7 @@ class EditRoom:
         before = self._draft.edits
         self._draft.undo()
         if self._draft.edits is before:
-            self._draw_corners()
+            self._draw_corners(self._draft.corners)
         else:
             self._draw_changed()
 
@@ -139,18 +171,10 @@ class EditRoom:
         self._state.content = words
         self._page.tell("Saved", "The panel says what was written.", "green")
 
-    def _leave(self) -> None:
-        is_saved = self._saving.is_saved(self._draft.edits) and not len(self._draft.corners)
-        if not is_saved and not self._is_asked_to_leave:
-            self._is_asked_to_leave = True
-            raise UserError("What was drawn is not saved: save it, or press again to leave without it.")
-        self._leave_room()
-
     def _draw_changed(self) -> None:
-        self._is_asked_to_leave = False
         self._list.show(self._draft.edits.edits)
         self._draw_edits()
-        self._draw_corners()
+        self._draw_corners(self._draft.corners)
 
     def _draw_edits(self) -> None:
         page, edits = self._page, self._draft.edits.edits
@@ -170,7 +194,6 @@ class EditRoom:
         entries = [Entry(kind.name.lower(), [kind.color]) for key, kind in KINDS.items() if key in there]
         self._page.legend.show([*entries, Entry("being drawn, or chosen", [PATH])])
 
-    def _draw_corners(self) -> None:
-        corners = self._draft.corners
+    def _draw_corners(self, corners: NDArray[np.float64]) -> None:
         self._page.layers.line("drawn", corners, PATH, 3.0)
         self._page.layers.dots("corners", corners, PATH, 9.0)

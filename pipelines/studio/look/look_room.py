@@ -6,15 +6,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import transform_points
-from racecar.pipelines.pictures.map_picture import known_cells
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.look.path_colors import PathColoring, path_colors, path_entry
 from racecar.pipelines.studio.look.plots import add_plots
 from racecar.pipelines.studio.look.time_line import TimeLine
-from racecar.pipelines.studio.map_image import paint
+from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline, cross, ellipse
 from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, SCAN, SKY
+from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, SCAN, SKY, by_doubt, stops
 from racecar.pipelines.view.scene import Doubt, Scene
 
 _NEAR = 12.0
@@ -26,6 +25,8 @@ _PARTICLE_LENGTH = 0.12
 """Metres."""
 _MOST_NAMED = 12
 """Doubtful stretches with a button of their own, so that the panel stays readable."""
+_MISSED = 0.05
+"""Metres by which the map misses a match that is drawn as the most doubtful: a cell, by judgement."""
 _MARKER = 0.6
 """Metres: the cross over a doubtful place."""
 
@@ -33,11 +34,18 @@ _MARKER = 0.6
 class LookRoom:
     """A run on the page."""
 
-    takes_drags = False
+    would_be_lost = ""
 
-    def __init__(self, page: Page, scene: Scene, edit: Callable[[], None] | None = None) -> None:
-        """``edit`` opens the room in which the map is edited; None where it cannot be."""
-        self._page, self._scene, self._edit = page, scene, edit
+    def __init__(
+        self,
+        page: Page,
+        scene: Scene,
+        edit: Callable[[], None] | None = None,
+        drive: Callable[[], None] | None = None,
+    ) -> None:
+        """``edit`` opens the room in which the map is edited, and ``drive`` the one in which a car drives on
+        it; None where that cannot be."""
+        self._page, self._scene, self._edit, self._drive = page, scene, edit, drive
         stamps = scene.trajectory.stamps
         self._start = int(stamps[0])
         self._coloring = PathColoring.TIME
@@ -55,6 +63,7 @@ class LookRoom:
         if scene.grid is not None:
             layers.image("map", paint(scene.grid, self._page.ground))
         layers.segments("loops", scene.loops, LOOP, 2.0)
+        layers.segments("matches", scene.matches, by_doubt(np.clip(scene.misses / _MISSED, 0.0, 1.0)), 2.0)
         layers.dots("keyframes", scene.keyframes, SKY, 6.0)
         places = [cross(doubt.place, _MARKER) for doubt in scene.doubts]
         layers.segments("mark", np.array(places).reshape(-1, 2, 2), LOOP, 4.0)
@@ -78,6 +87,10 @@ class LookRoom:
         nearest = int(np.argmin(np.linalg.norm(path - place, axis=1)))
         self._time_line.go_to(self._seconds_of(nearest))
 
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
+        """A drag moves the map."""
+        return False
+
     def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
         """A drag moves the map here."""
 
@@ -96,27 +109,35 @@ class LookRoom:
                 "Path by", [each.value for each in PathColoring], initial_value=self._coloring.value
             )
             page.on_change(coloring, self._color_path)
-            for name, words, is_there in (
-                ("scan", "Scan", bool(scene.sights)),
-                ("keyframes", "Keyframes", len(scene.keyframes) > 0),
-                ("loops", "Loop closures", len(scene.loops) > 0),
-                ("particles", "Particles", bool(scene.clouds)),
-                ("ellipse", "Covariance (3 σ)", bool(np.any(scene.covariances))),
+            for name, words, is_there, is_on in (
+                ("scan", "Scan", bool(scene.sights), True),
+                ("keyframes", "Keyframes", len(scene.keyframes) > 0, True),
+                ("loops", "Loop closures", len(scene.loops) > 0, True),
+                ("matches", "Matches of scans", len(scene.matches) > 0, False),
+                ("particles", "Particles", bool(scene.clouds), True),
+                ("ellipse", "Covariance (3 σ)", bool(np.any(scene.covariances)), True),
             ):
                 if is_there:
-                    self._add_switch(name, words)
-        if self._edit is not None:
+                    self._add_switch(name, words, is_on=is_on)
+        rooms = {"Edit the map": self._edit, "Drive on the map": self._drive}
+        if any(rooms.values()):
             with page.folder("Map"):
-                page.on_press(gui.add_button("Edit the map"), self._edit)
+                for label, enter in rooms.items():
+                    if enter is not None:
+                        page.on_press(gui.add_button(label), enter)
         with page.folder("Doubtful stretches"):
             self._list_doubts()
         add_plots(page, scene)
         with page.folder("About this run"):
             gui.add_markdown(scene.about)
 
-    def _add_switch(self, name: str, words: str) -> None:
-        switch = self._page.gui.add_checkbox(words, True)
-        self._page.on_change(switch, lambda is_on: self._page.layers.show(name, is_wanted=is_on))
+    def _add_switch(self, name: str, words: str, *, is_on: bool) -> None:
+        def show(is_wanted: bool) -> None:
+            self._page.layers.show(name, is_wanted=is_wanted)
+            self._draw_legend()
+
+        self._page.on_change(self._page.gui.add_checkbox(words, is_on), show)
+        self._page.layers.show(name, is_wanted=is_on)
 
     def _list_doubts(self) -> None:
         gui, doubts = self._page.gui, self._scene.doubts
@@ -143,16 +164,26 @@ class LookRoom:
         colors = path_colors(scene, self._coloring)
         each = colors[1:] if isinstance(colors, np.ndarray) else colors
         self._page.layers.line("path", scene.trajectory.map_from_base[:, :2], each, 3.0)
+        self._draw_legend()
+
+    def _draw_legend(self) -> None:
+        scene = self._scene
         entries = [path_entry(self._coloring), Entry("car", [CAR])]
-        for is_there, words, color in (
-            (scene.sights, "scan", SCAN),
-            (len(scene.keyframes), "keyframe", SKY),
-            (len(scene.loops), "loop closure", LOOP),
-            (scene.clouds, "particle, with its heading", PARTICLE),
-            (scene.doubts, "doubtful place (cross)", LOOP),
+        for name, is_there, words, colors in (
+            ("scan", scene.sights, "scan", [SCAN]),
+            ("keyframes", len(scene.keyframes), "keyframe", [SKY]),
+            ("loops", len(scene.loops), "loop closure", [LOOP]),
+            (
+                "matches",
+                len(scene.matches),
+                f"match, missed by up to {100 * _MISSED:.0f} cm",
+                stops(by_doubt),
+            ),
+            ("particles", scene.clouds, "particle, with its heading", [PARTICLE]),
+            ("mark", scene.doubts, "doubtful place (cross)", [LOOP]),
         ):
-            if is_there:
-                entries.append(Entry(words, [color]))
+            if is_there and self._page.layers.is_shown(name):
+                entries.append(Entry(words, colors))
         self._page.legend.show(entries)
 
     def _draw_moment(self, scan: int) -> None:
@@ -177,8 +208,9 @@ class LookRoom:
         self._moment.content = self._words(scan)
 
     def _words(self, scan: int) -> str:
-        x, y, yaw = self._scene.trajectory.map_from_base[scan]
-        words = f"x {x:.2f} m, y {y:.2f} m, heading {np.degrees(yaw):.0f}°"
+        pose = self._scene.trajectory.map_from_base[scan]
+        x, y = np.round(pose[:2], 2) + 0.0  # no "-0"
+        words = f"x {x:.2f} m, y {y:.2f} m, heading {round(np.degrees(pose[2])):d}°"
         if np.any(self._scene.covariances):
             place, heading = self._scene.deviations[scan]
             words += f"; ± {100 * place:.1f} cm, ± {np.degrees(heading):.1f}°"
@@ -208,11 +240,6 @@ def _latest(stamps: NDArray[np.int64], stamp: int) -> int | None:
 
 def _extent(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """What is known of the map, and the path."""
-    places = [scene.trajectory.map_from_base[:, :2]]
-    if scene.grid is not None:
-        known = known_cells(scene.grid)
-        if len(known):
-            corners = known[[*known.argmin(axis=0), *known.argmax(axis=0)]]
-            places.append(scene.grid.center_of(corners))
-    every = np.vstack(places)
-    return every.min(axis=0), every.max(axis=0)
+    known = None if scene.grid is None else known_extent(scene.grid)
+    places = np.vstack([scene.trajectory.map_from_base[:, :2], *(known or ())])
+    return places.min(axis=0), places.max(axis=0)

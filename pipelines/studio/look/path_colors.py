@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.pipelines.studio.legend import Entry
-from racecar.pipelines.studio.palette import PATH, Color, by_doubt, by_time
+from racecar.pipelines.studio.palette import PATH, Color, by_doubt, by_time, stops
 from racecar.pipelines.view.scene import Scene
 
 _DOUBTFUL_DEVIATION = 0.3
@@ -35,8 +35,8 @@ def path_entry(coloring: PathColoring) -> Entry:
     if coloring == PathColoring.PLAIN:
         return Entry("path", [PATH])
     paint = by_time if coloring == PathColoring.TIME else by_doubt
-    stops = [(int(r), int(g), int(b)) for r, g, b in paint(np.linspace(0.0, 1.0, 3))]
-    return Entry("path, early to late" if coloring == PathColoring.TIME else "path, sure to doubtful", stops)
+    words = "path, early to late" if coloring == PathColoring.TIME else "path, sure to doubtful"
+    return Entry(words, stops(paint))
 
 
 def _doubts(scene: Scene) -> NDArray[np.float64]:

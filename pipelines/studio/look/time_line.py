@@ -1,5 +1,6 @@
 """The controls of time: a slider, play, speed and single steps."""
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -17,7 +18,7 @@ class TimeLine:
 
     def __init__(self, page: Page, seconds: float, step: Callable[[int], float]) -> None:
         """``step`` says to which second so many scans onwards, or backwards, lead."""
-        self._end = max(seconds, _LEAST_SECONDS)
+        self._end = max(math.ceil(10.0 * seconds) / 10.0, _LEAST_SECONDS)  # it is written under the slider
         self._step = step
         self._is_playing, self._since_shown = False, 0.0
         self.now = 0.0

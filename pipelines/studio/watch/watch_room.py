@@ -1,18 +1,23 @@
-"""The room in which one watches what a node sees."""
+"""The room in which one watches what a node sees, and sends it somewhere by clicks."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.pictures.map_picture import known_cells
 from racecar.pipelines.studio.legend import Entry
-from racecar.pipelines.studio.map_image import paint
+from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline
 from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.palette import CAR, PARTICLE, PATH, SCAN
+from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, PATH, SCAN
+from racecar.pipelines.studio.pointed import Pointed
+from racecar.pipelines.studio.pointer import Pointer
+from racecar.pipelines.studio.watch.goal import Goal, goal_pose
+from racecar.pipelines.studio.watch.tools import HELP, NodeTool, Senders
 
 _PARTICLE_LENGTH = 0.15
 """Metres of a particle's arrow, by judgement."""
@@ -34,65 +39,132 @@ class Glimpse:
 class WatchRoom:
     """Shows the latest of everything; what was before is forgotten, so that memory does not grow."""
 
-    takes_drags = False
+    would_be_lost = ""
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Page, tools: Sequence[NodeTool]) -> None:
+        """Of the tools the first is chosen."""
         self._page = page
+        self._senders: Senders | None = None
         self._grid: OccupancyGrid | None = None
         self._glimpse: Glimpse | None = None
-        self._is_news = False
+        self._goal: Goal | None = None
+        self._is_news = self._is_new_map = False
+        with page.folder("State"):
+            self._state = page.gui.add_markdown("The node is starting.")
+        with page.folder("What a click means"):
+            self._pointer = Pointer(page, {tool: HELP[tool] for tool in tools})
+            self._outcome = page.gui.add_markdown("")
+            self._way = page.gui.add_markdown("")
         with page.folder("View"):
             page.on_press(page.gui.add_button("Show the whole map"), self._show_whole)
             self._follows = page.gui.add_checkbox("Follow the car", False)
 
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
+        """A drag moves the map unless a tool is chosen."""
+        return self._pointer.tool != NodeTool.MOVE
+
+    def connect(self, senders: Senders) -> None:
+        """What is clicked goes there from now on."""
+        self._senders = senders
+
+    def tell(self, words: str) -> None:
+        """How the node is, from now on, in Markdown."""
+        self._state.content = words
+
     def take_map(self, grid: OccupancyGrid) -> None:
         """The map from now on."""
-        is_first, self._grid = self._grid is None, grid
-        self._page.layers.image("map", paint(grid, self._page.ground))
+        is_first, self._grid, self._is_new_map = self._grid is None, grid, True
         if is_first:
             self._show_whole()
+        else:
+            self._page.view.keep_whole(known_extent(grid))
 
     def take(self, glimpse: Glimpse) -> None:
         """Where the car is now."""
-        self._glimpse, self._is_news = glimpse, True
+        is_first, self._glimpse, self._is_news = self._glimpse is None, glimpse, True
+        if is_first:
+            self._draw_legend()
+        if self._goal is not None:
+            self._way.content = self._goal.follow(glimpse.map_from_base)
 
     def draw_all(self) -> None:
         """Draw everything anew."""
-        if self._grid is not None:
-            self._page.layers.image("map", paint(self._grid, self._page.ground))
-        self._page.legend.show(
-            [Entry("car", [CAR]), Entry("path", [PATH]), Entry("scan", [SCAN]), Entry("particle", [PARTICLE])]
-        )
+        self._is_new_map = self._grid is not None
+        self._is_news = self._glimpse is not None
+        self._draw_legend()
 
     def step(self, seconds: float) -> None:
         """The node lets time pass."""
 
     def draw(self) -> None:
         """Draw the latest, once."""
-        glimpse = self._glimpse
-        if glimpse is None or not self._is_news:
+        if self._is_new_map and self._grid is not None:
+            self._is_new_map = False
+            self._page.layers.image("map", paint(self._grid, self._page.ground))
+        if self._is_news and self._glimpse is not None:
+            self._is_news = False
+            self._draw_car(self._glimpse)
+
+    def click(self, place: NDArray[np.float64]) -> None:
+        """What the tool means."""
+        self._take(self._pointer.click(place))
+
+    def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
+        """A place and a direction."""
+        shown = self._pointer.drag(start, end, is_over=is_over)
+        if shown is not None:
+            self._take(shown)
+
+    def close(self) -> None:
+        """There is nothing to end."""
+
+    def _take(self, shown: Pointed) -> None:
+        if self._pointer.tool == NodeTool.MOVE:
             return
-        self._is_news = False
+        try:
+            self._outcome.content = self._send(self._pointer.tool, shown)
+        except UserError as error:
+            self._outcome.content = str(error)
+            raise
+
+    def _send(self, tool: NodeTool, shown: Pointed) -> str:
+        """Hand on what was shown; what became of it. Raises UserError when it is too early, or in vain."""
+        senders, glimpse = self._senders, self._glimpse
+        if senders is None or self._grid is None:
+            raise UserError("There is no map yet to click on: wait until it is seen.")
+        if tool == NodeTool.PLACE:
+            assert senders.place is not None
+            return senders.place(shown)
+        map_from_goal = goal_pose(shown, None if glimpse is None else glimpse.map_from_base)
+        words = senders.goal(map_from_goal)
+        self._goal, self._way.content = Goal(map_from_goal), ""
+        self._draw_goal(self._goal)
+        return words
+
+    def _draw_car(self, glimpse: Glimpse) -> None:
         layers = self._page.layers
         layers.line("car", car_outline(glimpse.map_from_base), CAR, 4.0)
         layers.dots("scan", glimpse.scan_in_map, SCAN, 3.0)
         layers.line("path", glimpse.path[:, :2], PATH, 3.0)
         if glimpse.particles is not None:
             layers.arrows("particles", glimpse.particles, PARTICLE, _PARTICLE_LENGTH, 1.5)
+        if self._goal is not None:
+            self._draw_goal(self._goal)
         if self._follows.value:
             self._page.view.follow(glimpse.map_from_base[:2])
 
-    def click(self, place: NDArray[np.float64]) -> None:
-        """A click means nothing here."""
+    def _draw_goal(self, goal: Goal) -> None:
+        self._page.layers.segments("goal", goal.drawing(self._page.view.finger), LOOP, 4.0)
+        if goal.is_reached:
+            self._goal = None
 
-    def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
-        """A drag moves the map."""
-
-    def close(self) -> None:
-        """There is nothing to end."""
+    def _draw_legend(self) -> None:
+        entries = [Entry("car", [CAR]), Entry("path", [PATH]), Entry("scan", [SCAN])]
+        if self._glimpse is not None and self._glimpse.particles is not None:
+            entries.append(Entry("particle, with its heading", [PARTICLE]))
+        self._page.legend.show([*entries, Entry("goal", [LOOP])])
 
     def _show_whole(self) -> None:
-        known = None if self._grid is None else known_cells(self._grid)
-        if self._grid is not None and known is not None and len(known):
-            corners = self._grid.center_of(known[[*known.argmin(axis=0), *known.argmax(axis=0)]])
-            self._page.view.show_whole(corners.min(axis=0), corners.max(axis=0))
+        extent = None if self._grid is None else known_extent(self._grid)
+        if extent is not None:
+            self._page.view.show_whole(*extent)

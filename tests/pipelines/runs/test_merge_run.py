@@ -1,7 +1,9 @@
 """The sessions of several drives become one map, whatever their order."""
 
 from itertools import permutations
+from json import dumps
 from pathlib import Path
+from shutil import copytree
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.session_file import save_session
 from racecar.pipelines.runs.merge_run import draw_merged, merge_runs
+from racecar.pipelines.runs.source_recording import SourceRecording
 from tests.mapping.ring_drives import RING, path, session
 from tests.mapping.worlds import box
 
@@ -47,6 +50,22 @@ def test_the_order_does_not_matter(folders: list[Path]) -> None:
     np.testing.assert_allclose(compose(run.frames[part], FRAMES["part"]), run.frames[whole], atol=0.02)
     moved = merged.edits.edits[0].points[0]
     np.testing.assert_allclose(moved, run.frames[part][:2], atol=1e-3)
+
+
+def test_a_recording_does_not_count_twice(folders: list[Path], tmp_path: Path) -> None:
+    whole, part, _ = folders
+    again = tmp_path / "again"
+    copytree(whole, again)
+    for folder, bag, kept in ((whole, "a", None), (again, "a", None), (part, "a", {"start": 5.0})):
+        inputs = {"bag_fingerprint": bag, **({"part": kept} if kept else {})}
+        (folder / "report.json").write_text(dumps({"inputs": inputs}))
+    report = Report("racecar merge")
+    run = merge_runs([again, part, whole], Config(), 0, report)
+    assert set(run.first_keyframes) == {again, part}
+    assert "whole was left out: it is of the same recording as" in report.warnings[0]
+    (again / "report.json").write_text(dumps({"inputs": {"bag_fingerprint": "a", "continue": "runs/first"}}))
+    assert SourceRecording.of_run(whole).is_same_as(SourceRecording.of_run(again))
+    assert not SourceRecording.of_run(again).is_all
 
 
 def test_maps_of_other_places_are_not_merged(folders: list[Path]) -> None:

@@ -10,6 +10,7 @@ import pytest
 from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.maps.map_files import load_map
+from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.studio.drive.drive_room import DriveRoom
 from racecar.pipelines.studio.page import LOOPBACK
 from tests.pipelines.simulation.test_driven_simulation import a_room
@@ -30,7 +31,9 @@ def drive(chromium: Any) -> Iterator[Drive]:
     made = Drive()
 
     def make(studio: Any) -> DriveRoom:
-        made.room = DriveRoom(studio, a_room(), LocalizationConfig(particles=500), MappingConfig())
+        grid = a_room()
+        simulation = DrivenSimulation(grid, Conditions())
+        made.room = DriveRoom(studio, grid, simulation, LocalizationConfig(particles=500), MappingConfig())
         return made.room
 
     with running(make) as studio, opened(chromium, studio) as made.page:

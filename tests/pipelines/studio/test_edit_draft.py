@@ -86,3 +86,27 @@ def test_every_step_is_undone(tmp_path: Path) -> None:
         assert len(draft.corners) == left
     with pytest.raises(UserError, match="nothing to undo"):
         draft.undo()
+
+
+def test_a_finished_shape_is_changed_and_undone() -> None:
+    draft = a_draft()
+    draw(draft, SQUARE, "Free")
+    before = draft.edits
+    draft.reopen(0)
+    assert not draft.edits.edits
+    np.testing.assert_array_equal(draft.corners, SQUARE)
+    draft.move_corner(2, np.array([3.0, 3.0]))
+    draft.finish("free", width=0.0, limit=0.5)
+    np.testing.assert_array_equal(draft.edits.edits[0].points, [*SQUARE[:2], [3.0, 3.0], SQUARE[3]])
+    for _ in range(3):
+        draft.undo()
+    assert draft.edits is before
+
+
+def test_a_shape_is_not_changed_while_another_is_drawn() -> None:
+    draft = a_draft()
+    draw(draft, SQUARE, "Free")
+    draft.add_corner(np.array([5.0, 5.0]))
+    with pytest.raises(UserError, match="not finished"):
+        draft.reopen(0)
+    assert len(draft.edits.edits) == 1

@@ -13,7 +13,7 @@ from racecar.pipelines.cli import run
 from racecar.pipelines.files.config_file import load_config
 from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.studio.page import LOOPBACK, Page
-from racecar.pipelines.studio.studio import look_or_drive
+from racecar.pipelines.studio.studio import room_for
 from tests.pipelines.studio.chromium import Opened, opened, running
 
 AREA = [(5.0, -0.5), (6.0, -0.5), (6.0, 0.5), (5.0, 0.5)]
@@ -43,7 +43,7 @@ def folder(mapped: Path, tmp_path: Path) -> Path:
 @pytest.fixture
 def page(chromium: Any, folder: Path) -> Iterator[Opened]:
     def make(studio: Page) -> Any:
-        return look_or_drive(studio, folder, load_config(None))()
+        return room_for(studio, folder, load_config(None))()
 
     with running(make) as studio, opened(chromium, studio) as page:
         page.press("Edit the map")
@@ -123,3 +123,21 @@ def test_mistakes_are_told_steps_undone_and_all_pages_see_the_same(
     page.press("Save and render")
     page.wait_for(lambda: page.says("was rendered into"), "the map to be saved")
     assert edits_beside(folder).edits == ()
+
+
+@pytest.mark.slow
+def test_a_corner_is_dragged_and_a_wall_closed(page: Opened, folder: Path) -> None:
+    choose(page, "Wall")
+    draw(page, [*AREA, AREA[0]])
+    page.press("Finish the shape")
+    page.wait_for(lambda: in_list(page, "2: wall, 5 corners"), "the wall")
+    page.press("Change the chosen one")
+    page.wait_for(lambda: in_list(page, "1: unknown, 3 corners"), "the wall to be drawn on")
+    page.drag(AREA[1], (6.5, -0.5))
+    page.press("Finish the shape")
+    page.wait_for(lambda: in_list(page, "2: wall, 5 corners"), "the wall again")
+    page.press("Save and render")
+    page.wait_for(lambda: page.says("was rendered into"), "the map to be saved")
+    wall = edits_beside(folder).edits[1].points
+    np.testing.assert_array_equal(wall[0], wall[-1])
+    np.testing.assert_allclose(wall[1], [6.5, -0.5], atol=0.05)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import compose
+from racecar.maps.geometry.se2 import between, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.map_files import save_map
 from racecar.maps.sensing.scan import Scan
@@ -36,13 +36,18 @@ def run(tmp_path: Path) -> Path:
 
 
 def save_session(folder: Path) -> None:
-    """Three keyframes, the last two tied by a loop closure; the first is of an earlier drive."""
+    """Three keyframes, the last two tied by a loop closure; the first, which is of an earlier drive, is tied
+    to the second by a match that the map misses by half a metre."""
     keyframes = np.vstack([[9.0, 9.0, 0.0], PATH[[4, 10]]])
     laser_from_base = np.array([-0.3, -0.1, 0.0])
     base_from_laser = np.array([0.3, 0.1, 0.0])
+    map_from_keyframe = compose(keyframes, base_from_laser)
+    matched = between(map_from_keyframe[:2], map_from_keyframe[1:])
+    matched[0, :2] += [0.3, 0.4]
     arrays = {
         "keyframe_from_base": np.tile(laser_from_base, (3, 1)),
-        "map_from_keyframe": compose(keyframes, base_from_laser),
+        "map_from_keyframe": map_from_keyframe,
+        "constraints.poses": matched,
         "constraints.keyframes": np.array([[0, 1], [1, 2]], dtype=np.int32),
         "constraints.kinds": np.array([1, 2], dtype=np.int8),
         "scans.counts": np.array([1, 2, 1], dtype=np.int16),
@@ -66,6 +71,8 @@ def test_a_mapping_run_shows_its_keyframes_loops_and_their_scans(run: Path, grid
     assert scene.grid is not None
     np.testing.assert_allclose(scene.keyframes[1:], PATH[[4, 10], :2], atol=1e-9)
     np.testing.assert_allclose(scene.loops, [PATH[[4, 10], :2]], atol=1e-9)
+    np.testing.assert_allclose(scene.matches, [[[9.0, 9.0], PATH[4, :2]]], atol=1e-9)
+    np.testing.assert_allclose(scene.misses, [0.5], atol=1e-9)
     assert [sight.stamp for sight in scene.sights] == STAMPS[[4, 10]].tolist()
     np.testing.assert_allclose(scene.sights[0].points_in_base, [[1.3, 0.1], [2.3, 0.1]], atol=1e-6)
 

@@ -1,0 +1,37 @@
+"""How the localizer is, in words for the page."""
+
+import math
+from collections.abc import Sequence
+
+from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.verdict.config import KnownPlaceConfig
+from racecar.localization.verdict.drive_quality import DriveQuality
+from racecar.localization.verdict.known_place import deviation, is_lost, is_place_known
+
+
+def localizer_words(
+    estimate: PoseEstimate | None, config: KnownPlaceConfig, drive: DriveQuality, wrong: Sequence[str]
+) -> str:
+    """Paragraphs of Markdown: is the place known and how well, is the drive, and what is wrong at the
+    moment."""
+    if estimate is None:
+        return "\n\n".join(["There is no pose yet.", *wrong])
+    so_far = " ".join([f"The drive so far is {drive.verdict.value}.", *drive.reasons[:1]])
+    return "\n\n".join([_place_words(estimate, config), so_far, *wrong])
+
+
+def _place_words(estimate: PoseEstimate, config: KnownPlaceConfig) -> str:
+    place, degrees = deviation(estimate), math.degrees(math.sqrt(max(estimate.covariance[2, 2], 0.0)))
+    sure = f"± {_length(place)}, ± {max(degrees, 0.1):.1f}°"
+    if is_lost(estimate, config):
+        return "**The car is lost**, and searched for on the whole map."
+    if is_place_known(estimate, config):
+        return f"**The place is known**: {sure}."
+    if estimate.cluster_weight <= config.dominant:
+        return "**The car is being searched for**: it may be at several places. Drive on, or say where it is."
+    return f"**The place is known roughly**: {sure}."
+
+
+def _length(metres: float) -> str:
+    """In centimetres below a metre, and never as zero."""
+    return f"{metres:.1f} m" if metres >= 0.995 else f"{max(100.0 * metres, 1.0):.0f} cm"

@@ -1,0 +1,40 @@
+"""How the map grows, in words for the page."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from racecar.mapping.quality.map_quality import MapQuality
+from racecar.mapping.session.session import Session
+
+
+@dataclass(frozen=True)
+class Growth:
+    """How much is mapped."""
+
+    keyframes: int
+    metres: float
+    loops: int
+
+    @classmethod
+    def of(cls, session: Session) -> "Growth":
+        """Of a session, by the thread that changes it."""
+        loops = int(np.count_nonzero(session.constraints.are("loop_closure")))
+        path = session.loops.graph.path
+        return cls(len(session.rays), path[-1] if path else 0.0, loops)
+
+
+def mapper_words(growth: Growth | None, quality: MapQuality | None, wrong: Sequence[str]) -> str:
+    """Paragraphs of Markdown: how much is mapped, what the map is worth so far, and what is wrong at the
+    moment."""
+    if growth is None:
+        return "\n\n".join(["There is no map yet.", *wrong])
+    keyframes, loops = _counted(growth.keyframes, "keyframe"), _counted(growth.loops, "loop")
+    extent = f"**{growth.metres:.0f} m** driven, {keyframes}, {loops} closed."
+    verdict = "The map is judged once a minute." if quality is None else f"So far: {quality.summary}"
+    return "\n\n".join([extent, verdict, *wrong])
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"

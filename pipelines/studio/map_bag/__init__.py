@@ -1,0 +1,1 @@
+"""A bag becomes a map on the page, which one watches grow."""

@@ -1,0 +1,74 @@
+"""What is done with a bag in a process of its own, and told to the page by a pipe."""
+
+import logging
+import signal
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+from racecar.pipelines.bags.check import BagCheck
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.checked_bag import check_reader
+from racecar.pipelines.runs.mapping_job import MappingJob, carry_out
+from racecar.pipelines.runs.progress import progress_heard_by
+from racecar.pipelines.runs.run_lock import run_lock
+from racecar.pipelines.studio.map_bag.news import Progress, Remark
+from racecar.pipelines.studio.map_bag.sketcher import Sketcher
+
+_TELL_EVERY = 0.2
+"""Seconds between two words about progress, which nobody reads faster."""
+
+
+@dataclass(frozen=True)
+class Mapped:
+    """A map was written."""
+
+    folder: Path
+    summary: str
+    """The verdict."""
+    warnings: list[str]
+
+
+def check_and_tell(bag: Path, told: Connection) -> BagCheck:
+    """Read a bag for what it holds. Raises UserError."""
+    with _progress_told(told), BagReader(bag) as reader:
+        return check_reader(reader, quiet=True)
+
+
+def map_and_tell(job: MappingJob, told: Connection) -> Mapped:
+    """Map a bag; SIGTERM ends the reading, and what was read becomes the map. Raises UserError."""
+    report = Report("racecar map")
+    sketcher = Sketcher(job.config.mapping, told.send)
+    with _progress_told(told), run_lock(job.out):
+        mapped = carry_out(
+            job,
+            report,
+            quiet=True,
+            announce=lambda sentence: told.send(Remark(sentence)),
+            watch=sketcher.watch,
+            stop_signals=(signal.SIGTERM,),
+        )
+    return Mapped(job.out, mapped.quality.summary, report.warnings)
+
+
+@contextmanager
+def _progress_told(told: Connection) -> Iterator[None]:
+    """Meanwhile progress goes into the pipe, and nothing to the terminal of whoever serves the page."""
+    logging.getLogger("racecar").setLevel(logging.ERROR)
+    warnings.simplefilter("ignore")  # what a user should know is in the report
+    last_what, due = "", 0.0
+
+    def tell(what: str, share: float) -> None:
+        nonlocal last_what, due
+        now = time.monotonic()
+        if what != last_what or now >= due:
+            last_what, due = what, now + _TELL_EVERY
+            told.send(Progress(what, share))
+
+    with progress_heard_by(tell):
+        yield

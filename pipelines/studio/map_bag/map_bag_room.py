@@ -1,0 +1,258 @@
+"""The room in which a bag becomes a map."""
+
+import signal
+from collections.abc import Callable, Mapping
+from functools import partial
+from multiprocessing import Pipe
+from multiprocessing.connection import Connection
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.errors import UserError
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.bags.check import BagCheck
+from racecar.pipelines.bags.findings import Finding
+from racecar.pipelines.batch.run_folders import run_folders
+from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.runs.error_sentences import in_one_sentence
+from racecar.pipelines.runs.mapping_job import MappingJob
+from racecar.pipelines.runs.other_process import FreshProcess, ProcessDiedError
+from racecar.pipelines.studio.legend import Entry
+from racecar.pipelines.studio.map_bag.bag_work import Mapped, check_and_tell, map_and_tell
+from racecar.pipelines.studio.map_bag.news import News, Progress, Remark, Sketch
+from racecar.pipelines.studio.map_image import known_extent, paint
+from racecar.pipelines.studio.outlines import car_outline
+from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.palette import CAR, LOOP, PATH, SCAN
+
+
+class MapBagRoom:
+    """Chooses a bag, checks it, and watches a process that maps it."""
+
+    def __init__(
+        self, page: Page, bags: Mapping[str, Path], config: Config, open_run: Callable[[Path], None]
+    ) -> None:
+        """``bags`` by the names under which they are listed, at least one; ``open_run`` shows what a folder
+        holds."""
+        self._page, self._bags, self._config, self._open_run = page, bags, config, open_run
+        self._process: FreshProcess[BagCheck] | FreshProcess[Mapped] | None = None
+        self._news: Connection | None = None
+        self._chosen = next(iter(bags.values()))
+        self.sketch: Sketch | None = None
+        """The car as it was seen last."""
+        self.grid: OccupancyGrid | None = None
+        """The map as it was drawn last."""
+        self._drawn: Sketch | None = None
+        self._drawn_grid: OccupancyGrid | None = None
+        self._mapped: Path | None = None
+        self._build_panel()
+        self.choose(next(iter(bags)))
+
+    @property
+    def is_idle(self) -> bool:
+        """Whether no bag is read at the moment."""
+        return self._process is None
+
+    @property
+    def words(self) -> str:
+        """How far it is, and in the end what came of it."""
+        return str(self._words.content)
+
+    @property
+    def remarks(self) -> str:
+        """What a person should know besides."""
+        return str(self._remarks.content)
+
+    @property
+    def would_be_lost(self) -> str:
+        """What is given up when the room is left now."""
+        if self.is_idle:
+            return ""
+        return "The bag is still being read: stop it first, or press again to leave all the same."
+
+    def draw_all(self) -> None:
+        """Draw the map so far."""
+        self._page.layers.clear_all()
+        self._drawn = self._drawn_grid = None
+        self.draw()
+        entries = [Entry("car", [CAR]), Entry("path", [PATH]), Entry("scan", [SCAN])]
+        self._page.legend.show([*entries, Entry("loop closure", [LOOP])])
+
+    def step(self, seconds: float) -> None:
+        """Hear what the process tells."""
+        process = self._process
+        is_over = process is not None and process.is_over
+        self._hear()
+        if process is not None and is_over:
+            self._end(process)
+
+    def draw(self) -> None:
+        """Draw the latest of map and car, once."""
+        sketch, layers = self.sketch, self._page.layers
+        if self.grid is not None and self.grid is not self._drawn_grid:
+            self._drawn_grid = self.grid
+            layers.image("map", paint(self.grid, self._page.ground))
+        if sketch is None or sketch is self._drawn:
+            return
+        self._drawn = sketch
+        layers.line("path", sketch.path[:, :2], PATH, 3.0)
+        layers.segments("loops", sketch.loops, LOOP, 2.0)
+        layers.dots("scan", sketch.scan_in_map, SCAN, 3.0)
+        layers.line("car", car_outline(sketch.map_from_base), CAR, 4.0)
+
+    def click(self, place: NDArray[np.float64]) -> None:
+        """A click means nothing here."""
+
+    def takes_drag(self, start: NDArray[np.float64]) -> bool:
+        """A drag moves the map."""
+        return False
+
+    def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
+        """A drag moves the map."""
+
+    def close(self) -> None:
+        """End the process; mapping the same bag again goes on from its last checkpoint."""
+        if self._process is not None:
+            self._process.kill()
+        self._process = None
+
+    def _build_panel(self) -> None:
+        page, gui = self._page, self._page.gui
+        with page.folder("Map a bag"):
+            self._bag = gui.add_dropdown("Bag", list(self._bags))
+            page.on_change(self._bag, self.choose)
+            self._out: Any = gui.add_text("Save as", "")
+            self._records = gui.add_checkbox(
+                "Record each scan", False, hint="So that the time line shows it, as --record does."
+            )
+            self._buttons = [gui.add_button("Map it"), gui.add_button("Check it first", color="gray")]
+            page.on_press(self._buttons[0], self.map_it)
+            page.on_press(self._buttons[1], self.check_it)
+        with page.folder("How it goes"):
+            self._words = gui.add_markdown("")
+            self._bar: Any = gui.add_progress_bar(0.0, visible=False)
+            self._stop = gui.add_button("Stop here", color="orange", visible=False)
+            page.on_press(self._stop, self.stop)
+            self._open = gui.add_button("Open the result", visible=False)
+            page.on_press(self._open, self.open_result)
+            self._remarks = gui.add_markdown("")
+
+    def choose(self, name: str) -> None:
+        """Take one of the bags; its map goes to a folder named after it."""
+        self._chosen = self._bags[name]
+        self._out.value = str(run_folders([self._chosen], Path("runs"))[0])
+        if self.is_idle:
+            self._words.content, self._remarks.content = str(self._chosen), ""
+
+    def map_it(self) -> None:
+        """Begin to map the chosen bag. Raises UserError while a bag is read."""
+        job = MappingJob(
+            self._chosen.absolute(),
+            Path(self._out.value.strip() or "runs/map").expanduser().absolute(),
+            self._config,
+            record=self._records.value,
+        )
+        self._start(partial(map_and_tell, job))
+        self._stop.label = "Stop here, and map what was read"
+
+    def check_it(self) -> None:
+        """Begin to check the chosen bag. Raises UserError while a bag is read."""
+        self._start(partial(check_and_tell, self._chosen.absolute()))
+        self._stop.label = "Stop"
+
+    def stop(self) -> None:
+        """Let what was read so far become the map."""
+        if self._process is not None:
+            self._words.content = "Stopping …"
+            self._process.ask_to_stop()
+
+    def open_result(self) -> None:
+        """Look at the map that was made last."""
+        if self._mapped is not None:
+            self._open_run(self._mapped)
+
+    def _start(self, work: Callable[[Connection], Any]) -> None:
+        if not self.is_idle:
+            raise UserError("A bag is being read already: stop it, or wait for its end.")
+        self._news, told = Pipe(duplex=False)
+        self._process = FreshProcess(partial(work, told))
+        told.close()  # the process has its own end
+        self.sketch = self.grid = None
+        self._page.layers.clear_all()
+        self._remarks.content, self._words.content = "", "Starting …"
+        self._show_buttons(is_working=True)
+
+    def _hear(self) -> None:
+        try:
+            while self._news is not None and self._news.poll():
+                self._take(self._news.recv())
+        except EOFError:  # the process has said all
+            self._news = None
+
+    def _take(self, news: News) -> None:
+        if isinstance(news, Sketch):
+            self.sketch = news
+            if news.grid is not None:
+                self.grid = news.grid
+                self._page.view.keep_whole(known_extent(news.grid))
+        elif isinstance(news, Remark):
+            self._remarks.content += f"\n\n{news.sentence}"
+        elif isinstance(news, Progress):
+            self._bar.value = 100.0 * news.share
+            self._words.content = f"{news.what} … {self._length()}"
+
+    def _length(self) -> str:
+        if self.sketch is None:
+            return ""
+        path, loops = self.sketch.path, len(self.sketch.loops)
+        metres = float(np.sum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
+        return f"{metres:.0f} m driven, {loops} {'loop' if loops == 1 else 'loops'} closed"
+
+    def _end(self, process: FreshProcess[BagCheck] | FreshProcess[Mapped]) -> None:
+        self._process = None
+        self._show_buttons(is_working=False)
+        try:
+            result = process.result()
+        except ProcessDiedError as death:
+            self._words.content = _explained(death)
+        except Exception as error:
+            self._words.content = in_one_sentence(error)
+        else:
+            self._show_result(result)
+
+    def _show_result(self, result: BagCheck | Mapped) -> None:
+        if isinstance(result, BagCheck):
+            scans = result.facts["scans"]
+            found = "these problems were found:" if result.findings else "no problems were found."
+            self._words.content = (
+                f"{scans['count']} scans on {scans['topic']} in {scans['duration_s']:.0f} s; {found}"
+            )
+            self._remarks.content = _listed(result.findings)
+            return
+        self._mapped = result.folder
+        self._open.visible = True
+        self._words.content = f"**{result.summary}**"
+        self._remarks.content = "\n".join(f"- {sentence}" for sentence in result.warnings)
+
+    def _show_buttons(self, *, is_working: bool) -> None:
+        for button in self._buttons:
+            button.disabled = is_working
+        self._bar.visible = self._stop.visible = is_working
+        self._bar.value = 0.0
+        self._open.visible = False
+
+
+def _listed(findings: list[Finding]) -> str:
+    return "\n".join(f"- {finding.what} *{finding.remedy}*" for finding in findings)
+
+
+def _explained(death: ProcessDiedError) -> str:
+    if death.exit_code == -signal.SIGTERM:
+        return "It was stopped before there was a map."
+    return (
+        "The process that read the bag was ended from outside, as the system does when memory runs out: "
+        "map a part of the bag with `racecar map --duration`."
+    )

@@ -1,0 +1,53 @@
+"""Draws the map while it is built, and seldom enough to hold mapping up little."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.grid.growing_grid import GrowingGrid
+from racecar.mapping.mapper import Mapper
+from racecar.maps.geometry.se2 import Pose, transform_points
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.studio.map_bag.news import Sketch
+
+_EVERY = 0.5
+"""Seconds between two sketches at least: by judgement, as often as one sees something new."""
+_LEAST_WORK = 10.0
+"""How many times as long as drawing the map the work between two drawings takes: watching costs a tenth."""
+
+
+class Sketcher:
+    """Looks at a mapper after each scan, and hands on what it draws."""
+
+    def __init__(self, config: MappingConfig, hand_on: Callable[[Sketch], None]) -> None:
+        self._new_grid = partial(GrowingGrid, config.resolution, config.rendering, config.growing_grid)
+        self._growing = self._new_grid()
+        self._mapper: Mapper | None = None
+        self._hand_on = hand_on
+        self._sketch_due = self._grid_due = 0.0
+
+    def watch(self, mapper: Mapper, scan: Scan, map_from_base: Pose) -> None:
+        """Draw what is due, once there is a keyframe."""
+        session = mapper.session()
+        if time.monotonic() < self._sketch_due or not session.rays:
+            return
+        grid = self._draw(mapper)
+        path, constraints = session.map_from_base, session.constraints.to_arrays()
+        closed = constraints["keyframes"][session.constraints.are("loop_closure")]
+        scan_in_map = transform_points(map_from_base, scan.points_in_base())
+        self._hand_on(Sketch(grid, map_from_base, scan_in_map, path, path[closed, :2]))
+        self._sketch_due = time.monotonic() + _EVERY
+
+    def _draw(self, mapper: Mapper) -> OccupancyGrid | None:
+        """The map, if that is due."""
+        began = time.monotonic()
+        if mapper is not self._mapper:  # the run has begun anew
+            self._growing, self._mapper, self._grid_due = self._new_grid(), mapper, began
+        if began < self._grid_due:
+            return None
+        grid = self._growing.draw(*mapper.seen_so_far())
+        now = time.monotonic()
+        self._grid_due = now + _LEAST_WORK * (now - began)
+        return grid

@@ -1,0 +1,52 @@
+"""The goal that was sent last, and how far the car is from it."""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.studio.outlines import arrow, cross
+from racecar.pipelines.studio.pointed import Pointed
+
+_THERE = 0.3
+"""Metres from the goal at which the car counts as being there, as navigations stop within some decimetres."""
+_CROSS, _AHEAD, _BARB = 1.2, 1.8, 0.7
+"""Widths of a finger: the cross, the arrow from its middle, and the arrow's barbs; by judgement."""
+
+
+def goal_pose(shown: Pointed, map_from_base: Pose | None) -> Pose:
+    """``map_from_goal`` (3,). A goal that is clicked without a direction looks ahead as the car comes to it,
+    straight from where it is (3,). Raises UserError when that is not known."""
+    if shown.heading is not None:
+        return np.array([*shown.place, shown.heading])
+    if map_from_base is None:
+        raise UserError("It is not known yet where the car is: wait for its first pose, then send a goal.")
+    ahead = shown.place - map_from_base[:2]
+    is_far = math.hypot(*ahead) > _THERE
+    return np.array([*shown.place, math.atan2(ahead[1], ahead[0]) if is_far else map_from_base[2]])
+
+
+class Goal:
+    """Shown until the car is there."""
+
+    def __init__(self, map_from_goal: Pose) -> None:
+        self._map_from_goal = map_from_goal
+        self.is_reached = False
+
+    def follow(self, map_from_base: Pose) -> str:
+        """Take in where the car is (3,); how it goes, in words."""
+        distance = math.hypot(*(self._map_from_goal - map_from_base)[:2])
+        self.is_reached = self.is_reached or distance < _THERE
+        return "The car is at the goal." if self.is_reached else f"{distance:.1f} m to the goal."
+
+    def drawing(self, finger: float) -> NDArray[np.float64]:
+        """(N, 2, 2) strokes, a finger being so many metres wide on the floor: a cross at the goal, and an
+        arrow to where the car shall look; none once it is reached."""
+        if self.is_reached:
+            return np.zeros((0, 2, 2))
+        x, y, yaw = self._map_from_goal
+        place = np.array([x, y])
+        ahead = place + _AHEAD * finger * np.array([math.cos(yaw), math.sin(yaw)])
+        return np.concatenate([cross(place, _CROSS * finger), arrow(place, ahead, _BARB * finger)])

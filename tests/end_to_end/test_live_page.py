@@ -1,0 +1,159 @@
+"""The pages of live nodes, each node a process, in a real browser."""
+
+import re
+import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from racecar.maps.geometry.se2 import compose
+from racecar.maps.map_files import load_map
+from racecar.pipelines.live.ros.processes import private_environment, racecar_process
+from tests.pipelines.live.simulated_driver import Driver
+from tests.pipelines.studio.chromium import HEIGHT, WIDTH
+from tests.ros_domains import next_domain
+
+START = np.array([2.0, 0.0, 0.0])
+"""In a corridor of the building."""
+PATIENCE = 120.0
+"""Seconds: a browser without graphics keeps both cores busy."""
+
+
+@pytest.fixture
+def ros(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    """The environment of the processes; skips where there is no ROS 2."""
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        pytest.skip(f"no ROS 2 here, so no live tests: {error}")
+    environment = private_environment(next_domain())
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    return environment
+
+
+class Tab:
+    """A node's page in a browser."""
+
+    def __init__(self, chromium: Any, log: Path) -> None:
+        self._log = log
+        self.page = chromium.new_page(viewport={"width": WIDTH, "height": HEIGHT})
+        self.page.set_default_timeout(1e3 * PATIENCE)
+        self.until(lambda: "Look at http://" in log.read_text(), "the address")
+        self.page.goto(log.read_text().split("Look at ")[1].split()[0])
+
+    def until(self, is_true: Any, what: str) -> None:
+        for _ in range(round(PATIENCE / 0.2)):
+            if is_true():
+                return
+            self.page.wait_for_timeout(200)
+        pytest.fail(f"waited {PATIENCE:.0f} s for {what}: {self.text}; {self._log.read_text()[-2000:]}")
+
+    def await_words(self, words: str) -> None:
+        self.until(lambda: words in self.text, words)
+
+    @property
+    def text(self) -> str:
+        return str(self.page.inner_text("body"))
+
+    @property
+    def tool(self) -> Any:
+        return self.page.get_by_label("Tool", exact=True).first
+
+    def choose(self, tool: str) -> None:
+        self.tool.click()
+        self.page.get_by_role("option", name=tool, exact=True).click()
+
+    def click_the_middle(self) -> bool:
+        """Of the map's part of the page."""
+        box = self.page.locator("canvas").first.bounding_box()
+        self.page.mouse.click(box["x"] + box["width"] / 2.0, box["y"] + box["height"] / 2.0)
+        return False
+
+
+@pytest.fixture
+def open_tab(chromium: Any) -> Iterator[Callable[[Path], Tab]]:
+    """Opens the page of the node that writes a log."""
+    tabs: list[Tab] = []
+
+    def open_tab(log: Path) -> Tab:
+        tabs.append(Tab(chromium, log))
+        return tabs[-1]
+
+    yield open_tab
+    for tab in tabs:
+        tab.page.close()
+
+
+def end(process: subprocess.Popen[bytes], log: Path) -> None:
+    """By Ctrl-C; it must end well, and without a traceback."""
+    process.send_signal(signal.SIGINT)
+    assert process.wait(PATIENCE) == 0, log.read_text()
+    assert "Traceback" not in log.read_text()
+
+
+@pytest.mark.slow
+def test_a_floor_is_discovered_by_clicks_in_a_browser(
+    ros: dict[str, str], open_tab: Callable[[Path], Tab], tmp_path: Path
+) -> None:
+    from racecar.pipelines.live.ros.run import ros_node, served
+
+    log, out = tmp_path / "log", tmp_path / "out"
+    log.touch()
+    simulate = ["live", "simulate", "--map", "building", "--start", *map(str, START)]
+    mapping = ["live", "map", "--out", str(out), "--view"]
+    with (
+        ros_node("test_driver", []) as node,
+        racecar_process(simulate, ros, tmp_path / "simulator"),
+        racecar_process(mapping, ros, log) as mapper,
+    ):
+        driver = Driver(node)
+        with served(node):
+            tab = open_tab(log)
+            tab.await_words("keyframe")
+            tab.click_the_middle()
+            tab.choose("Send a goal")
+            tab.await_words("Click where the car shall go")
+            assert "went to" not in tab.text
+            tab.until(lambda: "went to racecar_simulator" in tab.text or tab.click_the_middle(), "a goal")
+            tab.await_words("The car is at the goal.")
+            sent = re.search(r"The goal x (\S+) m, y (\S+) m, heading (\S+)°", tab.text)
+            assert sent is not None
+            goal = np.array([float(number) for number in sent.groups()])
+            assert np.hypot(*goal[:2]) > 2.0
+            true_goal = compose(START, [goal[0], goal[1], np.radians(goal[2])])
+            tab.until(lambda: driver.speed == 0.0, "the car to stand")
+            assert driver.distance_to(true_goal) < 0.3
+        tab.page.close()
+        tab = open_tab(log)
+        tab.await_words("The car is at the goal.")
+        assert tab.tool.input_value() == "Send a goal"
+        end(mapper, log)
+    assert np.count_nonzero(load_map(out).cells == 0) > 1000
+
+
+@pytest.mark.slow
+def test_a_localizer_takes_another_port_and_ends_quietly_while_a_page_is_open(
+    ros: dict[str, str], open_tab: Callable[[Path], Tab], tmp_path: Path
+) -> None:
+    log = tmp_path / "log"
+    log.touch()
+    localize = ["live", "localize", "--map", "building", "--global", "--no-memory", "--view"]
+    with racecar_process([*localize, "--view-port", "65535"], ros, tmp_path / "first") as first:
+        open_tab(tmp_path / "first").await_words("There is no pose yet.")
+        with racecar_process([*localize, "--view-port", "65535"], ros, log) as second:
+            tab = open_tab(log)
+            tab.await_words("Nothing has arrived on /scan yet")
+            tab.choose("Send a goal")
+            tab.await_words("Click where the car shall go")
+            tab.until(
+                lambda: "It is not known yet where the car is" in tab.text or tab.click_the_middle(), "words"
+            )
+            end(second, log)
+        end(first, tmp_path / "first")
+    said = log.read_text()
+    assert said.count("The page is not at port 65535 (Address already in use): a free one is taken.") == 1

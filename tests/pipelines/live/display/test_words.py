@@ -1,0 +1,69 @@
+"""How a node is, in words for the page."""
+
+import numpy as np
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.verdict.drive_judge import DriveJudge
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.quality.map_quality import MapQuality, Verdict
+from racecar.pipelines.bags.replay import feed
+from racecar.pipelines.live.display.localizer_words import localizer_words
+from racecar.pipelines.live.display.mapper_words import Growth, mapper_words
+from tests.localization.verdict.estimates import estimate, straight_drive
+from tests.pipelines.simulation.test_driven_simulation import a_drive, drive_on
+
+CONFIG = LocalizationConfig().verdict
+GOOD = MapQuality(Verdict.GOOD, 0.03, 0.1, (), (), {})
+WRONG = MapQuality(Verdict.WRONG, 0.4, 2.0, ("Passes disagree.",), (), {}, ("Passes disagree.",))
+
+
+def words_of(judge: DriveJudge, *wrong: str, **of_estimate: float) -> list[str]:
+    last = estimate(11.0, 3.0, **of_estimate) if of_estimate else None
+    return localizer_words(last, CONFIG.known_place, judge.quality, wrong).split("\n\n")
+
+
+def test_the_localizer_says_how_sure_it_is_of_its_place() -> None:
+    judge = DriveJudge(CONFIG)
+    assert words_of(judge, "No scans arrive.") == ["There is no pose yet.", "No scans arrive."]
+    (first, second) = words_of(judge, deviation=0.04)
+    assert first.startswith("**The place is known**: ± 4 cm, ± ")
+    assert second.startswith("The drive so far is lost. ")
+    assert words_of(judge, deviation=2.5)[0].startswith("**The place is known roughly**: ± 2.5 m, ± ")
+    assert words_of(judge, weight=0.4)[0].startswith("**The car is being searched for**")
+    assert words_of(judge, lost=0.99)[0].startswith("**The car is lost**")
+
+
+def test_the_localizer_says_what_the_drive_is_worth_and_what_is_wrong() -> None:
+    judge = DriveJudge(CONFIG)
+    for each in straight_drive(10.0):
+        judge.follow(each)
+    _, drive, fault = words_of(judge, "Nothing arrives on /odom any more.", deviation=0.04)
+    assert drive == "The drive so far is localized."
+    assert fault == "Nothing arrives on /odom any more."
+
+
+def test_the_mapper_says_how_much_is_mapped_and_what_it_is_worth() -> None:
+    assert mapper_words(None, None, ["No scans."]) == "There is no map yet.\n\nNo scans."
+    assert mapper_words(Growth(1, 0.0, 0), None, []).split("\n\n") == [
+        "**0 m** driven, 1 keyframe, 0 loops closed.",
+        "The map is judged once a minute.",
+    ]
+    grown = mapper_words(Growth(120, 40.2, 1), GOOD, ["It is behind."]).split("\n\n")
+    assert grown[0] == "**40 m** driven, 120 keyframes, 1 loop closed."
+    assert grown[1] == f"So far: {GOOD.summary}"
+    assert grown[2] == "It is behind."
+    assert "passes disagree" in mapper_words(Growth(120, 40.2, 1), WRONG, [])
+
+
+def test_as_much_is_mapped_as_was_driven() -> None:
+    simulation, mapper = a_drive(), Mapper(MappingConfig())
+    simulation.drive_to(np.array([2.5, 4.5]))
+    before = simulation.truth
+    for measurement in drive_on(simulation):
+        feed(measurement, mapper)
+    growth = Growth.of(mapper.session())
+    assert growth.metres >= np.hypot(*(simulation.truth - before)[:2]) - 0.3
+    assert growth.keyframes == len(mapper.session().rays) > 3
+    assert growth.loops == 0
+    assert Growth.of(Mapper(MappingConfig()).session()) == Growth(0, 0.0, 0)

@@ -1,0 +1,170 @@
+"""A bag becomes a map on the page."""
+
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from racecar.maps.errors import UserError
+from racecar.maps.map_files import load_map
+from racecar.pipelines.cli import run
+from racecar.pipelines.files.config_file import load_config
+from racecar.pipelines.files.report import read_report
+from racecar.pipelines.studio.map_bag.map_bag_room import MapBagRoom
+from racecar.pipelines.studio.page import LOOPBACK, Page
+from racecar.pipelines.studio.studio import room_for
+from tests.pipelines.studio.chromium import opened, running
+
+_PATIENCE = 60.0
+"""Seconds: the process loads its libraries first."""
+
+
+@pytest.fixture(scope="module")
+def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A drive of some metres along the x axis."""
+    path = tmp_path_factory.mktemp("drives") / "drive.bag"
+    assert run(["simulate", "--map", "track", "--out", str(path), "--duration", "4", "--quiet"]) == 0
+    return path
+
+
+@pytest.fixture(scope="module")
+def long_bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One that takes a while to map."""
+    path = tmp_path_factory.mktemp("drives") / "long.bag"
+    assert run(["simulate", "--map", "track", "--out", str(path), "--duration", "40", "--quiet"]) == 0
+    return path
+
+
+@pytest.fixture
+def page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Page]:
+    """A page without a browser; runs go to an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    page = Page("racecar studio", 0)
+    try:
+        yield page
+    finally:
+        page.close()
+
+
+def enter(page: Page, target: Path) -> MapBagRoom:
+    page.enter(room_for(page, target, load_config(None)))
+    return room_of(page)
+
+
+def room_of(page: Page) -> Any:
+    return page._room
+
+
+def wait_for(page: Page, is_true: Callable[[], Any]) -> None:
+    """Work as the page's worker does."""
+    end = time.monotonic() + _PATIENCE
+    while not is_true():
+        assert time.monotonic() < end, f"{room_of(page).words} {room_of(page).remarks}"
+        page._take_requests()
+        page._step(0.05)
+        time.sleep(0.02)
+
+
+def test_a_bag_is_mapped_while_one_watches(page: Page, bag: Path, tmp_path: Path) -> None:
+    room = enter(page, bag)
+    room.map_it()
+    assert "press again" in room.would_be_lost
+    with pytest.raises(UserError, match="already"):
+        room.check_it()
+    wait_for(page, lambda: room.sketch is not None)
+    assert len(room.sketch.scan_in_map) > 1000
+    wait_for(page, lambda: room.is_idle)
+    assert "The map is" in room.words
+    assert room.would_be_lost == ""
+    folder = tmp_path / "runs/drive"
+    assert read_report(folder)["inputs"]["bag"] == str(bag)
+    assert load_map(folder).cells.size > 0
+    room.open_result()
+    assert "LookRoom" in type(room_of(page)).__name__
+
+
+def test_a_bag_is_checked(page: Page, bag: Path) -> None:
+    room = enter(page, bag)
+    room.check_it()
+    wait_for(page, lambda: room.is_idle)
+    assert "160 scans on /scan in 4 s" in room.words
+
+
+def test_what_was_read_until_one_stops_becomes_the_map(page: Page, long_bag: Path, tmp_path: Path) -> None:
+    room = enter(page, long_bag)
+    room.map_it()
+    wait_for(page, lambda: room.sketch is not None)
+    room.stop()
+    wait_for(page, lambda: room.is_idle)
+    report = read_report(tmp_path / "runs/long")
+    assert report["counts"]["interrupted"]
+    assert 0 < report["counts"]["scans"] < 1600
+    assert "Stopped by SIGTERM" in room.remarks
+
+
+def test_a_process_that_is_stopped_before_it_reads_leaves_nothing(
+    page: Page, bag: Path, tmp_path: Path
+) -> None:
+    room = enter(page, bag)
+    room.map_it()
+    room.stop()
+    wait_for(page, lambda: room.is_idle)
+    assert "before there was a map" in room.words
+    assert not list((tmp_path / "runs").glob("*/*"))
+
+
+def test_a_room_that_is_left_ends_its_process(page: Page, long_bag: Path, tmp_path: Path) -> None:
+    room = enter(page, long_bag)
+    room.map_it()
+    wait_for(page, lambda: room.sketch is not None)
+    leave = lambda: page.leave_for(lambda: room_for(page, Path("track"), load_config(None)))  # noqa: E731
+    with pytest.raises(UserError, match="still being read"):
+        leave()
+    leave()
+    assert room.is_idle
+    assert not (tmp_path / "runs/long").exists()
+
+
+def test_a_bag_with_a_fault_is_explained_and_another_can_be_mapped(page: Page, bag: Path) -> None:
+    (bag.parent / "cut.bag").write_bytes(bag.read_bytes()[:5000])
+    room = enter(page, bag.parent)
+    room.choose("cut.bag")
+    room.map_it()
+    wait_for(page, lambda: room.is_idle)
+    assert "cut.bag" in room.words
+    room.choose("drive.bag")
+    room.check_it()
+    wait_for(page, lambda: room.is_idle)
+    assert "scans on /scan" in room.words
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("nowhere", "There is no nowhere"), ("empty", "no bag in"), ("notes.txt", "notes.txt")],
+)
+def test_what_cannot_be_opened_is_told(page: Page, tmp_path: Path, name: str, words: str) -> None:
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "notes.txt").write_text("")
+    with pytest.raises(UserError, match=words):
+        enter(page, Path(name))
+
+
+@pytest.mark.slow
+def test_a_bag_is_mapped_by_clicks_and_the_result_opened(
+    chromium: Any, bag: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+
+    def make(studio: Page) -> Any:
+        return room_for(studio, bag, load_config(None))()
+
+    with running(make) as studio, opened(chromium, studio) as page:
+        page.press("Map it")
+        page.wait_for(lambda: np.any(page.pixels() < 60), "a wall on the map")
+        page.wait_for(lambda: page.says("The map is"), "the verdict")
+        page.press("Open the result")
+        page.wait_for(lambda: page.says("About this run"), "the run")
+        assert page.asked_hosts == {LOOPBACK}
