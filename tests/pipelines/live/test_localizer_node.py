@@ -99,11 +99,12 @@ def test_odometry_stops(stage: Stage) -> None:
 
 @pytest.mark.parametrize("seconds", [-10, 3600, -3590])
 def test_stamps_jump(stage: Stage, seconds: int) -> None:
+    sentence = f"The stamps of the scans jumped by {'+' if seconds > 0 else '-'}"  # give or take a delay
+    before = len(stage.witness.warnings(sentence))
     stage.car.shift += seconds * 10**9
-    sentence = f"The stamps of the scans jumped by {seconds:+.1f} s: a clock was set"
     stage.witness.await_diagnosis(sentence)
     stage.witness.seconds_until_right(RIGHT_AGAIN)
-    assert len(stage.witness.warnings(sentence)) == 1
+    assert len(stage.witness.warnings(sentence)) == before + 1
 
 
 def test_scans_of_nothing_but_nan(stage: Stage) -> None:
