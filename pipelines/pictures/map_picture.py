@@ -85,10 +85,12 @@ def map_picture(
     title: str,
     doubtful: Sequence[DoubtfulSegment] = (),
     *,
+    starts: Sequence[int] = (),
     new_figure: NewFigure = figure_for_file,
 ) -> Figure:
     """The map with the path and its loops; the constraints are between keyframes at poses (K, 3), and so are
-    the ``doubtful`` segments of the path."""
+    the ``doubtful`` segments of the path. ``starts`` are the poses of the trajectory at which another drive
+    begins."""
     figure, axes = map_figure(grid, trajectory, title, new_figure)
     keyframes = map_from_keyframe[:, :2]
     loops = [
@@ -96,23 +98,25 @@ def map_picture(
         for constraint in constraints
         if constraint.kind == "loop_closure"
     ]
-    x, y = trajectory.map_from_base[:, :2].T
-    axes.plot(x, y, color=PATH_COLOR, linewidth=1.2, label="path", zorder=3)
+    path = np.insert(trajectory.map_from_base[:, :2], starts, np.nan, axis=0)  # no line leads there
+    axes.plot(*path.T, color=PATH_COLOR, linewidth=1.2, label="path", zorder=3)
     _draw_doubtful(axes, keyframes, doubtful)
     if loops:
         label = f"loop closures ({len(loops)})"
         axes.add_collection(LineCollection(loops, colors=LOOP_COLOR, linewidths=0.9, label=label))
-    draw_ends(axes, trajectory, zorder=5)
+    draw_ends(axes, trajectory, zorder=5, starts=starts)
     add_map_legend(figure, axes)
     return figure
 
 
-def draw_ends(axes: Axes, trajectory: Trajectory, zorder: float) -> None:
-    """Mark where a drive starts, and where it ends by a smaller mark, so that both are seen at one place."""
-    x, y = trajectory.map_from_base[[0, -1], :2].T
+def draw_ends(axes: Axes, trajectory: Trajectory, zorder: float, starts: Sequence[int] = ()) -> None:
+    """Mark where a drive starts, and where it ends by a smaller mark, so that both are seen at one place;
+    ``starts`` are the poses at which further drives begin."""
+    places = trajectory.map_from_base[:, :2]
+    first, last = places[[0, *starts]], places[[*(start - 1 for start in starts), -1]]
     style: dict[str, Any] = {"linestyle": "none", "markeredgecolor": "white", "zorder": zorder}
-    axes.plot(x[0], y[0], marker="o", markersize=12, color=START_COLOR, label="start", **style)
-    axes.plot(x[1], y[1], marker="s", markersize=7, color=END_COLOR, label="end", **style)
+    axes.plot(*first.T, marker="o", markersize=12, color=START_COLOR, label="start", **style)
+    axes.plot(*last.T, marker="s", markersize=7, color=END_COLOR, label="end", **style)
 
 
 def _draw_doubtful(axes: Axes, keyframes: NDArray[np.float64], segments: Sequence[DoubtfulSegment]) -> None:

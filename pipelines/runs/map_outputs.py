@@ -114,14 +114,18 @@ def _write_picture(map_: WrittenMap) -> None:
         save_figure,
     )
 
-    keyframes = map_.session.map_from_base
+    keyframes, trajectory, starts = map_.session.map_from_base, map_.trajectory, np.zeros(0, dtype=np.int64)
+    if trajectory is None:
+        trajectory = Trajectory(np.arange(len(keyframes)), keyframes)
+        starts = 1 + np.flatnonzero(np.diff(map_.session.drives))
     figure = map_picture(
         thinned(as_written(map_.grid, **_pixels(map_.rendering)), MOST_DRAWN_CELLS),
-        map_.trajectory or Trajectory(np.arange(len(keyframes)), keyframes),
+        trajectory,
         keyframes,
         list(map_.session.constraints_between_bases()),
         map_.title,
         map_.doubtful,
+        starts=starts.tolist(),
     )
     save_figure(map_.folder / "map.png", figure, MAP_DOTS_PER_INCH)
 

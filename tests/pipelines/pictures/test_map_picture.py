@@ -145,3 +145,14 @@ def test_a_drive_that_ends_where_it_starts_shows_both(tmp_path: Path) -> None:
     over_the_map = picture[: picture.shape[0] * 3 // 4]  # and not the legend beneath
     assert has_color(over_the_map, START_COLOR)
     assert has_color(over_the_map, END_COLOR)
+
+
+def test_no_line_leads_from_a_drive_to_the_next() -> None:
+    figure = map_picture(room(), circle(), circle().map_from_base, [], "two drives", starts=[40])
+    path, first, last = figure.axes[0].lines[:3]
+    x, y = np.asarray(path.get_data())
+    assert np.isnan(x[40])
+    assert np.isfinite(np.delete(x, 40)).all()
+    np.testing.assert_allclose(np.delete(y, 40), circle().map_from_base[:, 1])
+    np.testing.assert_allclose(np.transpose(first.get_data()), circle().map_from_base[[0, 40], :2])
+    np.testing.assert_allclose(np.transpose(last.get_data()), circle().map_from_base[[39, 99], :2])
