@@ -149,7 +149,8 @@ def test_a_drive_that_ends_where_it_starts_shows_both(tmp_path: Path) -> None:
 
 def test_no_line_leads_from_a_drive_to_the_next() -> None:
     figure = map_picture(room(), circle(), circle().map_from_base, [], "two drives", starts=[40])
-    path, first, last = figure.axes[0].lines[:3]
+    named = {str(line.get_label()): line for line in figure.axes[0].lines}
+    path, first, last = (named[label] for label in ("path", "start", "end"))
     x, y = np.asarray(path.get_data())
     assert np.isnan(x[40])
     assert np.isfinite(np.delete(x, 40)).all()
