@@ -72,3 +72,18 @@ def test_the_remedy_is_of_what_made_them_rare(
 ) -> None:
     (finding,) = findings_of_rare_scans(*facts(every, 5.0, sweep=sweep, kept=kept))
     assert finding.remedy.startswith(remedy)
+
+
+@pytest.mark.parametrize(
+    ("rate", "jitter", "is_too_seldom"),
+    [(50.0, 0.9, False), (25.0, 0.0, False), (5.0, 0.0, True), (5.0, 0.5, True)],
+)
+def test_only_odometry_that_comes_seldom_is_told_of(rate: float, jitter: float, is_too_seldom: bool) -> None:
+    """At 8 m/s, or 2 m/s where it is seldom; stamps are late by up to a share of the step."""
+    generator, speed, facts = np.random.default_rng(1), 8.0 if rate > 20.0 else 2.0, OdometryFacts()
+    for k in range(400):
+        stamp = round((k + generator.uniform(0.0, jitter)) / rate * 1e9)
+        facts.add(Odometry(stamp, np.array([k * speed / rate, 0.0, 0.0]), IDENTITY))
+    assert facts.top_speed < 2.0 * speed
+    assert facts.path_length == pytest.approx(399 * speed / rate)
+    assert bool(facts.findings) == is_too_seldom
