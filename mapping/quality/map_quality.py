@@ -94,6 +94,11 @@ class MapQuality:
             return " ".join([is_map, doubt[0].lower() + doubt[1:], f"Otherwise {expected}.", *where])
         return " ".join(dict.fromkeys([is_map, f"{expected}.", *self.reasons[:1], *where]))
 
+    @property
+    def caution(self) -> str:
+        """The same of a map that is not good, for whoever looks at it; else nothing."""
+        return "" if self.verdict == Verdict.GOOD else self.summary
+
     def as_dict(self) -> dict[str, object]:
         """For reports."""
         return {

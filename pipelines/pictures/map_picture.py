@@ -44,6 +44,9 @@ _LEGEND_INCHES = np.array([1.8, -0.3])
 """Width and height that a legend beside the map takes more than one beneath."""
 _LETTER_INCHES = 0.12
 """Width of a wide letter of the title."""
+_CAUTION_LETTER_INCHES = 0.1
+"""Likewise of a caution, whose letters are smaller."""
+_CAUTION_COLOR = "#a33c00"
 _TALL = 2.0
 """Times as high as wide, from which a map is narrower than a legend beneath it."""
 _THIN = 12.0
@@ -86,12 +89,13 @@ def map_picture(
     doubtful: Sequence[DoubtfulSegment] = (),
     *,
     starts: Sequence[int] = (),
+    caution: str = "",
     new_figure: NewFigure = figure_for_file,
 ) -> Figure:
     """The map with the path and its loops; the constraints are between keyframes at poses (K, 3), and so are
     the ``doubtful`` segments of the path. ``starts`` are the poses of the trajectory at which another drive
-    begins."""
-    figure, axes = map_figure(grid, trajectory, title, new_figure)
+    begins; a ``caution`` is written over the map."""
+    figure, axes = map_figure(grid, trajectory, title, caution, new_figure)
     keyframes = map_from_keyframe[:, :2]
     loops = [
         (keyframes[constraint.from_keyframe], keyframes[constraint.to_keyframe])
@@ -129,7 +133,11 @@ def _draw_doubtful(axes: Axes, keyframes: NDArray[np.float64], segments: Sequenc
 
 
 def map_figure(
-    grid: OccupancyGrid, trajectory: Trajectory, title: str, new_figure: NewFigure = figure_for_file
+    grid: OccupancyGrid,
+    trajectory: Trajectory,
+    title: str,
+    caution: str = "",
+    new_figure: NewFigure = figure_for_file,
 ) -> tuple[Figure, Axes]:
     """A figure whose axes, in metres of the map frame, show the grid and leave room for the trajectory."""
     low, high = _extent(grid, trajectory)
@@ -140,9 +148,10 @@ def map_figure(
     draw_grid(axes, grid, (low, high))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal", xlabel="x (m)", ylabel="y (m)")
     if _is_tall(low, high):
-        _draw_title_over(figure, title)
+        _draw_title_over(figure, title, caution)
     else:
         draw_title(axes, title)
+        _draw_caution(figure, caution)
     axes.spines[:].set_color("#9aa3ad")
     axes.tick_params(color="#9aa3ad")
     _draw_scale_bar(figure, axes, low, high)
@@ -194,10 +203,20 @@ def draw_title(axes: Axes, title: str) -> None:
     axes.set_title(_printable(title), loc="left", parse_math=False)
 
 
-def _draw_title_over(figure: Figure, title: str) -> None:
+def _draw_title_over(figure: Figure, title: str, caution: str) -> None:
     """Put a title over all of a narrow figure, in lines that fit in; over its axes it would squeeze them."""
-    lines = fill(_printable(title), int(figure.get_figwidth() / _LETTER_INCHES))
+    width = int(figure.get_figwidth() / _LETTER_INCHES)
+    lines = "\n".join(fill(_printable(each), width) for each in (title, caution) if each)
     figure.suptitle(lines, x=0.02, ha="left", fontsize="large", parse_math=False)
+
+
+def _draw_caution(figure: Figure, caution: str) -> None:
+    """Write it over all else, where it is read first."""
+    if caution:
+        lines = fill(_printable(caution), int(figure.get_figwidth() / _CAUTION_LETTER_INCHES))
+        figure.suptitle(
+            lines, x=0.02, ha="left", fontsize="medium", weight="bold", color=_CAUTION_COLOR, parse_math=False
+        )
 
 
 def _printable(title: str) -> str:

@@ -45,6 +45,8 @@ class WrittenMap:
     """Those that are drawn over the grid; in this frame."""
     title: str
     folder: Path
+    caution: str = ""
+    """Why the map may be wrong, where it is not good."""
 
     @cached_property
     def walls(self) -> list[NDArray[np.float64]]:
@@ -126,6 +128,7 @@ def _write_picture(map_: WrittenMap) -> None:
         map_.title,
         map_.doubtful,
         starts=starts.tolist(),
+        caution=map_.caution,
     )
     save_figure(map_.folder / "map.png", figure, MAP_DOTS_PER_INCH)
 

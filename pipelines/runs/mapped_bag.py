@@ -80,6 +80,7 @@ class MappedBag:
             self.result.constraints,
             self.title,
             self.quality.segments,
+            caution=self.quality.caution,
             new_figure=figure_to_show,
         )
 

@@ -123,6 +123,7 @@ def save_mapping(
         rendering=result.rendering,
         trajectory=result.trajectory,
         doubtful=result.quality.segments,
+        caution=result.quality.caution,
         edits=edits,
         title=title,
         folder=folder,

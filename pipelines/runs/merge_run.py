@@ -125,6 +125,7 @@ def save_merged(
         rendering=config.mapping.rendering,
         trajectory=None,
         doubtful=merged.quality.segments,
+        caution=merged.quality.caution,
         edits=merged.edits,
         title=" + ".join(source.absolute().name for source in run.frames),
         folder=folder,

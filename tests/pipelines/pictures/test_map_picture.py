@@ -157,3 +157,18 @@ def test_no_line_leads_from_a_drive_to_the_next() -> None:
     np.testing.assert_allclose(np.delete(y, 40), circle().map_from_base[:, 1])
     np.testing.assert_allclose(np.transpose(first.get_data()), circle().map_from_base[[0, 40], :2])
     np.testing.assert_allclose(np.transpose(last.get_data()), circle().map_from_base[[39, 99], :2])
+
+
+@pytest.mark.parametrize("is_tall", [False, True])
+def test_a_map_that_is_not_good_says_so_in_its_picture(is_tall: bool, tmp_path: Path) -> None:
+    caution = "The map is wrong: walls lie apart at (1.0, 2.0), where the car passed twice, half a metre off."
+    cells = np.full((400, 60) if is_tall else (60, 400), FREE, dtype=np.int8)
+    drive = Trajectory(np.arange(2), np.array([[1.0, 1.0, 0.0], [2.0, 2.0, 0.0]]))
+    figure = map_picture(
+        OccupancyGrid(cells, 0.05, np.zeros(3)), drive, drive.map_from_base, [], "drive.bag", caution=caution
+    )
+    save_figure(tmp_path / "map.png", figure, MAP_DOTS_PER_INCH)
+    assert " ".join(figure.get_suptitle().split()).endswith(caution)
+    box = figure._suptitle.get_window_extent()  # type: ignore[attr-defined]
+    assert box.x0 >= 0.0
+    assert box.x1 <= figure.bbox.x1
