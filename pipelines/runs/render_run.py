@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.grid.log_odds import looks_until_free
+from racecar.mapping.quality.map_quality import Verdict
 from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
 from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
@@ -18,7 +19,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.keyframe_times import seconds_of_keyframes
 from racecar.pipelines.files.outputs import output_folder
-from racecar.pipelines.files.report import Report, read_report
+from racecar.pipelines.files.report import REPORT_FILE, Report, read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits, remove_old_masks
@@ -111,7 +112,8 @@ def save_rendering(
     """Write every file of a run that was rendered again from a ``source`` into an existing folder."""
     grid = run.drawn.tiled
     move = IDENTITY if run.drawn.drawn_from_map is None else run.drawn.drawn_from_map
-    for section, values in _carried_over(source).items():
+    carried = _carried_over(source)
+    for section, values in carried.items():
         report.add(section, values)
     report.add(
         "inputs", {"rendered_from": source, "settings": config.model_dump(), "edits": len(run.edits.edits)}
@@ -129,6 +131,7 @@ def save_rendering(
         rendering=config.rendering,
         trajectory=run.trajectory,
         doubtful=(),
+        caution=_caution(source, carried.get("quality", {}).get("verdict")),
         edits=run.edits,
         title=source.absolute().name,
         folder=folder,
@@ -153,6 +156,13 @@ def _times(folder: Path, session: Session, report: Report) -> tuple[Trajectory |
         report.warn(f"{path} is not of the session beside it, so it was not used.")
         return None, unknown
     return trajectory, seconds
+
+
+def _caution(source: Path, verdict: object) -> str:
+    """Where to read why the map that was rendered is not good."""
+    if verdict not in (Verdict.DOUBTFUL.value, Verdict.WRONG.value):
+        return ""
+    return f"The map is {verdict}: {REPORT_FILE} of {source.absolute().name} says why and where."
 
 
 def _carried_over(source: Path) -> dict[str, dict[str, Any]]:

@@ -36,7 +36,7 @@ def test_an_output_is_one_entry_of_the_list(tmp_path: Path, monkeypatch: pytest.
         tiled=TiledGrid({}, 1, 1, 0.05, np.zeros(3)),
         rendering=RenderingConfig(),
         trajectory=None,
-        quality=SimpleNamespace(segments=()),
+        quality=SimpleNamespace(segments=(), caution=""),
     )
     save_mapping(result, Report("racecar map"), tmp_path, "a drive")
     assert {path.name for path in tmp_path.iterdir()} == {"title.txt", "report.json"}
