@@ -32,6 +32,9 @@ _FIRST_TURNS, _ROUNDS = 5000, 3
 """Messages in which turns are looked for, about a minute of driving as a car may stand for long at first; and
 how often it begins again at most, since the lag that is learned hardly changes after the second time."""
 
+OPTIMIZING = "Optimizing"
+"""The progress of what comes after the reading, which no request to stop ends any more."""
+
 _NO_EDITS = MapEdits()
 
 Watch = Callable[[Mapper, Scan, Pose], None]
@@ -73,7 +76,7 @@ def build_map(
         raise UserError(
             f"There is no usable scan on {reader.scan_topic}; `racecar check` shows what the bag holds."
         )
-    with report.stage("optimizing"), progress_bar("Optimizing", quiet=quiet) as advance_to:
+    with report.stage("optimizing"), progress_bar(OPTIMIZING, quiet=quiet) as advance_to:
         try:
             reader.require_returns()
             result = start.mapper.finish(advance_to, earlier)

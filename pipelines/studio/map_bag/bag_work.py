@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
 
+from racecar.maps.errors import UserError
 from racecar.pipelines.bags.check import BagCheck
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.report import Report
@@ -22,6 +23,9 @@ from racecar.pipelines.studio.map_bag.sketcher import Sketcher
 
 _TELL_EVERY = 0.2
 """Seconds between two words about progress, which nobody reads faster."""
+
+
+STOPPED = "It was stopped, and no map was written."
 
 
 @dataclass(frozen=True)
@@ -44,15 +48,18 @@ def map_and_tell(job: MappingJob, told: Connection) -> Mapped:
     """Map a bag; SIGTERM ends the reading, and what was read becomes the map. Raises UserError."""
     report = Report("racecar map")
     sketcher = Sketcher(job.config.mapping, told.send)
-    with _progress_told(told), run_lock(job.out):
-        mapped = carry_out(
-            job,
-            report,
-            quiet=True,
-            announce=lambda sentence: told.send(Remark(sentence)),
-            watch=sketcher.watch,
-            stop_signals=(signal.SIGTERM,),
-        )
+    try:
+        with _progress_told(told), run_lock(job.out):
+            mapped = carry_out(
+                job,
+                report,
+                quiet=True,
+                announce=lambda sentence: told.send(Remark(sentence)),
+                watch=sketcher.watch,
+                stop_signals=(signal.SIGTERM,),
+            )
+    except KeyboardInterrupt as stop:  # as it is called when the reading is over, or has not begun
+        raise UserError(STOPPED) from stop
     return Mapped(job.out, mapped.quality.summary, report.warnings)
 
 

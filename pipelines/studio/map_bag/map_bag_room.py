@@ -19,9 +19,10 @@ from racecar.pipelines.batch.run_folders import run_folders
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.runs.error_sentences import in_one_sentence
 from racecar.pipelines.runs.mapping_job import MappingJob
+from racecar.pipelines.runs.mapping_run import OPTIMIZING
 from racecar.pipelines.runs.other_process import FreshProcess, ProcessDiedError
 from racecar.pipelines.studio.legend import Entry
-from racecar.pipelines.studio.map_bag.bag_work import Mapped, check_and_tell, map_and_tell
+from racecar.pipelines.studio.map_bag.bag_work import STOPPED, Mapped, check_and_tell, map_and_tell
 from racecar.pipelines.studio.map_bag.news import News, Progress, Remark, Sketch
 from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline
@@ -165,7 +166,8 @@ class MapBagRoom:
 
     def stop(self) -> None:
         """Let what was read so far become the map."""
-        if self._process is not None:
+        if self._process is not None and self._stop.visible:
+            self._stop.visible = False
             self._words.content = "Stopping …"
             self._process.ask_to_stop()
 
@@ -202,6 +204,8 @@ class MapBagRoom:
             self._remarks.content += f"\n\n{news.sentence}"
         elif isinstance(news, Progress):
             self._bar.value = 100.0 * news.share
+            if news.what == OPTIMIZING:
+                self._stop.visible = False
             self._words.content = f"{news.what} … {self._length()}"
 
     def _length(self) -> str:
@@ -251,7 +255,7 @@ def _listed(findings: list[Finding]) -> str:
 
 def _explained(death: ProcessDiedError) -> str:
     if death.exit_code == -signal.SIGTERM:
-        return "It was stopped before there was a map."
+        return STOPPED
     return (
         "The process that read the bag was ended from outside, as the system does when memory runs out: "
         "map a part of the bag with `racecar map --duration`."
