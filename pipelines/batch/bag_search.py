@@ -10,6 +10,7 @@ from racecar.maps.text_files import read_text
 from racecar.pipelines.bags.storage.folder import METADATA, natural_order, read_folder
 from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS2_SUFFIXES, file_format
 from racecar.pipelines.files.report import REPORT_FILE
+from racecar.pipelines.files.typed_path import typed_path
 
 BAG_SUFFIXES = tuple(reader.suffix for reader in FORMATS)
 _MOST_BYTES = 10_000_000
@@ -28,7 +29,7 @@ def find_bags(source: Path, out: Path) -> list[Path]:
         found = list(_search(source, _Visited(out)))
         if not found:
             raise UserError(f"There is no bag in {source}, nor in the folders below it.")
-    elif _is_bag_file(source):
+    elif is_bag_file(source):
         found = [source]
     else:
         found = list(_listed(source, out))
@@ -75,7 +76,7 @@ def _listed(source: Path, out: Path) -> Iterator[Path]:
             continue
         if "\0" in words:
             raise UserError(f"{source} is not a list of bags: write the path of one on each line.")
-        named = Path(words).expanduser()
+        named = typed_path(words)
         beside = source.parent / named
         path = named if named.exists() and not beside.exists() else beside
         if path.is_dir() and not _is_bag_folder(path):
@@ -102,7 +103,7 @@ def _search(folder: Path, visited: _Visited) -> Iterator[Path]:
             continue
         if entry.is_dir():
             yield from _search(entry, visited)
-        elif _is_bag_file(entry):
+        elif is_bag_file(entry):
             yield entry
 
 
@@ -118,7 +119,7 @@ def _is_bag_folder(folder: Path) -> bool:
     return (folder / METADATA).is_file() or all(part.fullmatch(file.name) for file in bag.files)
 
 
-def _is_bag_file(path: Path) -> bool:
+def is_bag_file(path: Path) -> bool:
     """By its name, which a damaged one has too, or else by its first bytes."""
     if not path.is_file():
         return False

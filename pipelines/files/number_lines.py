@@ -39,7 +39,9 @@ def read_number_lines(path: Path, layout: str, *, stamps: int) -> Iterator[Numbe
             continue
         place = f"line {number} of {path}"
         if len(fields) != columns:
-            raise UserError(f"There are {len(fields)} values in {place}; it should hold '{layout}'.")
+            raise UserError(
+                f"In {place} should be '{layout}', {columns} values, and there are {len(fields)}."
+            )
         try:
             yield NumberLine(
                 place,

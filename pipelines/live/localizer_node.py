@@ -322,7 +322,7 @@ class LocalizerNode(LiveNode):
 
     def _judge(self, estimate: PoseEstimate) -> None:
         self._whereabouts.follow(estimate)
-        if is_lost(estimate, self._config.verdict.known_place) and not estimate.is_start:
+        if self._whereabouts.may_be_lost:
             self.faults.report(
                 "lost", "The scans do not fit the map where the car is taken to be: it may be lost."
             )

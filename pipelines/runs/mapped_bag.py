@@ -162,9 +162,10 @@ def map_reader(
     if continued is not None:
         report.add("inputs", {"continue": continued, "initial_pose": initial_pose})
         earlier = earlier_map(continued, config, seed, initial_pose)
-        if SourceRecording(reader.inputs).is_same_as(SourceRecording.of_run(continued)):
+        if SourceRecording(reader.inputs).is_within(SourceRecording.of_run(continued)):
             report.warn(
-                f"{continued} is of this recording already, which now counts twice: extend it by another."
+                f"{continued} is of this recording already, which now counts twice: extend it by another "
+                "drive."
             )
     elif initial_pose is not None:
         raise UserError(

@@ -231,7 +231,7 @@ def _feed(
             advance_to(reader.messages_read)
     if stop.is_made:
         report.add("counts", {"interrupted": True})
-        report.warn(f"Stopped by {stop.source} after {scans} scans; the map shows these.")
+        report.warn(f"The reading was stopped after {scans} scans ({stop.source}); the map shows these.")
     return scans
 
 

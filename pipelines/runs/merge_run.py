@@ -139,7 +139,7 @@ def _without_repeated(longest: Path, others: Sequence[Path]) -> tuple[dict[Path,
     left_out: dict[Path, str] = {}
     for folder in others:
         own = SourceRecording.of_run(folder)
-        same = next((each for each, recording in kept.items() if own.is_same_as(recording)), None)
+        same = next((each for each, recording in kept.items() if own.is_within(recording)), None)
         if same is not None and own.is_all:
             left_out[folder] = f"it is of the same recording as {same}, which would count twice"
         else:

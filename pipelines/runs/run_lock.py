@@ -6,16 +6,22 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from racecar.maps.whole_files import cannot_write
+
 
 @contextmanager
 def run_lock(out: Path) -> Iterator[None]:
     """Wait until no other process that asks for it holds the lock of an output folder, and hold it.
 
     It is a file beside the folder, removed at the end; the system takes the lock from a process that dies.
+    Raises UserError when the folder cannot be written to.
     """
     path = out.parent / f".{out.name}.lock"
-    path.parent.mkdir(parents=True, exist_ok=True)
-    lock = _locked(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        lock = _locked(path)
+    except OSError as error:
+        raise cannot_write(out, error) from error
     try:
         yield
     finally:

@@ -1,5 +1,6 @@
 """Which recording a run's map is of, so that none counts twice."""
 
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,12 @@ class SourceRecording:
     def __init__(self, inputs: Any) -> None:
         """What is no inputs of a run is of no recording that is known."""
         known: Mapping[str, Any] = inputs if isinstance(inputs, dict) else {}
-        self._bag, self._part = known.get("bag_fingerprint"), known.get("part")
+        self._bag = known.get("bag_fingerprint")
+        part = known.get("part")
+        part = part if isinstance(part, dict) else {}
+        duration = part.get("duration")
+        self._begin = float(part.get("start") or 0.0)
+        self._end = math.inf if duration is None else self._begin + float(duration)
         self.is_all = known.get("continue") is None
         """Whether the map is of nothing else."""
 
@@ -22,6 +28,7 @@ class SourceRecording:
         """That of a run's folder."""
         return cls(read_report(folder).get("inputs"))
 
-    def is_same_as(self, other: "SourceRecording") -> bool:
-        """Whether both are known and the same, by the content of the bag."""
-        return self._bag is not None and (self._bag, self._part) == (other._bag, other._part)
+    def is_within(self, other: "SourceRecording") -> bool:
+        """Whether all of it is known to be in another one, by the content of the bag."""
+        is_same_bag = self._bag is not None and self._bag == other._bag
+        return is_same_bag and other._begin <= self._begin and self._end <= other._end

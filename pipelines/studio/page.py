@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent, ViserServer
 
 from racecar.maps.errors import UserError
+from racecar.pipelines.runs.error_sentences import in_one_sentence, is_mendable_by_user
 from racecar.pipelines.studio.layers import Layers
 from racecar.pipelines.studio.legend import Legend
 from racecar.pipelines.studio.pace import Pace
@@ -196,9 +197,10 @@ class Page:
     def _survive(self, action: Callable[..., None], *arguments: Any) -> None:
         try:
             action(*arguments)
-        except UserError as error:
-            self.tell("Not possible", str(error), "orange")
         except Exception as error:
+            if is_mendable_by_user(error):
+                self.tell("Not possible", in_one_sentence(error), "orange")
+                return
             _log.exception("A request failed.")
             self.tell("This is a fault in racecar", f"{type(error).__name__}: {error}", "red")
 

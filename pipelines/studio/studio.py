@@ -8,11 +8,12 @@ from pathlib import Path
 from racecar.maps.errors import UserError
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_names
-from racecar.pipelines.batch.bag_search import find_bags
+from racecar.pipelines.batch.bag_search import find_bags, is_bag_file
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.edits_file import MapEdits, edits_beside
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.session_file import SESSION_FILE
+from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.runs.render_run import render_run
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.studio.drive.drive_room import DriveRoom
@@ -98,7 +99,12 @@ def drive(page: Page, map: Path, settings: Config) -> Callable[[], Room]:
 def map_bag(page: Page, source: Path, settings: Config) -> Callable[[], Room]:
     """How to make the room in which a bag becomes a map, or one of those in a folder. Raises UserError when
     there is none."""
-    bags = find_bags(source, _RUNS)
+    if source.is_file() and not is_bag_file(source):
+        raise UserError(f"{source} is neither a bag nor a map; of a run, name the folder.")
+    try:
+        bags = find_bags(source, _RUNS)
+    except UserError as error:
+        raise UserError(f"{error} It is no run's folder and no map, either.") from error
     home = os.path.commonpath([bag.parent for bag in bags])
     names = {str(bag.relative_to(home)): bag for bag in bags}
 
@@ -110,9 +116,7 @@ def map_bag(page: Page, source: Path, settings: Config) -> Callable[[], Room]:
 
 def _room_named(page: Page, name: str, settings: Config) -> Callable[[], Room]:
     """The room for what a person has typed."""
-    if not name.strip():
-        raise UserError("Type the path of what is to be opened.")
-    return room_for(page, Path(name.strip()).expanduser(), settings)
+    return room_for(page, typed_path(name), settings)
 
 
 def _is_map(target: Path) -> bool:

@@ -14,6 +14,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.keyframe_times import SAME_PLACE, scans_of_keyframes
+from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.files.report import named_map, read_report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_arrays
 from racecar.pipelines.files.tum import load_tum
@@ -115,7 +116,7 @@ def _doubt_of(segment: dict[str, Any]) -> Doubt:
 
 def _about(report: dict[str, Any]) -> str:
     """What a person wants to know first, as Markdown."""
-    lines = [f"## {report.get('command', 'A run')}"]
+    lines = [f"## {literal(str(report.get('command', 'A run')))}"]
     inputs, counts, result = (report.get(section, {}) for section in ("inputs", "counts", "result"))
     for label, value in (
         ("bag", inputs.get("bag")),
@@ -126,8 +127,8 @@ def _about(report: dict[str, Any]) -> str:
         ("end points on walls", _share(report.get("accuracy", {}))),
     ):
         if value is not None:
-            lines.append(f"- {label}: {value}")
-    lines += [f"\n**Warning:** {sentence}" for sentence in report.get("warnings", [])]
+            lines.append(f"- {label}: {literal(str(value))}")
+    lines += [f"\n**Warning:** {literal(str(sentence))}" for sentence in report.get("warnings", [])]
     return "\n".join(lines)
 
 

@@ -7,6 +7,7 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.verdict.config import KnownPlaceConfig
 from racecar.localization.verdict.drive_quality import DriveQuality
 from racecar.localization.verdict.known_place import deviation, is_lost, is_place_known
+from racecar.pipelines.files.literal_markdown import literal
 
 
 def localizer_words(
@@ -15,9 +16,9 @@ def localizer_words(
     """Paragraphs of Markdown: is the place known and how well, is the drive, and what is wrong at the
     moment."""
     if estimate is None:
-        return "\n\n".join(["There is no pose yet.", *wrong])
-    so_far = " ".join([f"The drive so far is {drive.verdict.value}.", *drive.reasons[:1]])
-    return "\n\n".join([_place_words(estimate, config), so_far, *wrong])
+        return "\n\n".join(["There is no pose yet.", *map(literal, wrong)])
+    so_far = " ".join([f"The drive so far is {drive.verdict.value}.", *map(literal, drive.reasons[:1])])
+    return "\n\n".join([_place_words(estimate, config), so_far, *map(literal, wrong)])
 
 
 def _place_words(estimate: PoseEstimate, config: KnownPlaceConfig) -> str:

@@ -1,7 +1,6 @@
 """The room in which a simulated car is driven."""
 
 import time
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.drive.discovery import Discovery
 from racecar.pipelines.studio.drive.localizer_panel import LocalizerPanel
@@ -203,7 +203,7 @@ class DriveRoom:
         if self._discovery is None:
             self._page.tell("There is nothing to save", "Discover the floor first.", "orange")
             return
-        folder = Path(self._folder.value)
+        folder = typed_path(self._folder.value)
         words = self._discovery.save(folder)
         self._stop_discovery()
         self._page.tell(f"Saved in {folder}", words, "green")

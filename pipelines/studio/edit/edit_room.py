@@ -11,6 +11,8 @@ from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.pipelines.files.edits_file import MapEdits
+from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.studio.edit.draft import Draft
 from racecar.pipelines.studio.edit.edit_drawing import outlines, paint_edited
 from racecar.pipelines.studio.edit.edit_list import EditList
@@ -160,15 +162,17 @@ class EditRoom:
         try:
             words = self._saving.save(
                 self._draft.edits,
-                Path(self._out.value.strip() or self._folder).expanduser(),
+                typed_path(self._out.value) if self._out.value.strip() else self._folder,
                 is_straightened=self._is_straightened.value,
                 is_cropped=self._is_cropped.value,
             )
         except UserError as error:
             is_saved = self._saving.is_saved(self._draft.edits)
-            self._state.content = f"{'No map was rendered' if is_saved else 'Nothing was written'}. {error}"
+            self._state.content = (
+                f"{'No map was rendered' if is_saved else 'Nothing was written'}. {literal(str(error))}"
+            )
             raise
-        self._state.content = words
+        self._state.content = literal(words)
         self._page.tell("Saved", "The panel says what was written.", "green")
 
     def _draw_changed(self) -> None:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import transform_points
+from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.look.path_colors import PathColoring, path_colors, path_entry
 from racecar.pipelines.studio.look.plots import add_plots
@@ -145,7 +146,7 @@ class LookRoom:
             gui.add_markdown("None was found.")
         for number, doubt in enumerate(doubts[:_MOST_NAMED], start=1):
             button = gui.add_button(f"Go to {number}", color="orange")
-            gui.add_markdown(doubt.why)
+            gui.add_markdown(literal(doubt.why))
             self._page.on_press(button, lambda doubt=doubt: self._go_to(doubt))  # type: ignore[misc]
         if len(doubts) > _MOST_NAMED:
             gui.add_markdown(f"And {len(doubts) - _MOST_NAMED} more, marked on the map.")

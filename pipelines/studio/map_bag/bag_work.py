@@ -19,7 +19,7 @@ from racecar.pipelines.runs.mapping_job import MappingJob, carry_out
 from racecar.pipelines.runs.progress import progress_heard_by
 from racecar.pipelines.runs.run_lock import run_lock
 from racecar.pipelines.studio.map_bag.news import Progress, Remark
-from racecar.pipelines.studio.map_bag.sketcher import Sketcher
+from racecar.pipelines.studio.map_bag.sketcher import Sketcher, finished_sketch
 
 _TELL_EVERY = 0.2
 """Seconds between two words about progress, which nobody reads faster."""
@@ -60,6 +60,7 @@ def map_and_tell(job: MappingJob, told: Connection) -> Mapped:
             )
     except KeyboardInterrupt as stop:  # as it is called when the reading is over, or has not begun
         raise UserError(STOPPED) from stop
+    told.send(finished_sketch(mapped.result))
     return Mapped(job.out, mapped.quality.summary, report.warnings)
 
 

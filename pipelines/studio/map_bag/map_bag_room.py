@@ -17,6 +17,8 @@ from racecar.pipelines.bags.check import BagCheck
 from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.batch.run_folders import run_folders
 from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.runs.error_sentences import in_one_sentence
 from racecar.pipelines.runs.mapping_job import MappingJob
 from racecar.pipelines.runs.mapping_run import OPTIMIZING
@@ -146,13 +148,13 @@ class MapBagRoom:
         self._chosen = self._bags[name]
         self._out.value = str(run_folders([self._chosen], Path("runs"))[0])
         if self.is_idle:
-            self._words.content, self._remarks.content = str(self._chosen), ""
+            self._words.content, self._remarks.content = literal(str(self._chosen)), ""
 
     def map_it(self) -> None:
         """Begin to map the chosen bag. Raises UserError while a bag is read."""
         job = MappingJob(
             self._chosen.absolute(),
-            Path(self._out.value.strip() or "runs/map").expanduser().absolute(),
+            typed_path(self._out.value).absolute(),
             self._config,
             record=self._records.value,
         )
@@ -201,7 +203,7 @@ class MapBagRoom:
                 self.grid = news.grid
                 self._page.view.keep_whole(known_extent(news.grid))
         elif isinstance(news, Remark):
-            self._remarks.content += f"\n\n{news.sentence}"
+            self._remarks.content += f"\n\n{literal(news.sentence)}"
         elif isinstance(news, Progress):
             self._bar.value = 100.0 * news.share
             if news.what == OPTIMIZING:
@@ -223,7 +225,7 @@ class MapBagRoom:
         except ProcessDiedError as death:
             self._words.content = _explained(death)
         except Exception as error:
-            self._words.content = in_one_sentence(error)
+            self._words.content = literal(in_one_sentence(error))
         else:
             self._show_result(result)
 
@@ -232,14 +234,14 @@ class MapBagRoom:
             scans = result.facts["scans"]
             found = "these problems were found:" if result.findings else "no problems were found."
             self._words.content = (
-                f"{scans['count']} scans on {scans['topic']} in {scans['duration_s']:.0f} s; {found}"
+                f"{scans['count']} scans on {literal(scans['topic'])} in {scans['duration_s']:.0f} s; {found}"
             )
             self._remarks.content = _listed(result.findings)
             return
         self._mapped = result.folder
         self._open.visible = True
-        self._words.content = f"**{result.summary}**"
-        self._remarks.content = "\n".join(f"- {sentence}" for sentence in result.warnings)
+        self._words.content = f"**{literal(result.summary)}**"
+        self._remarks.content = "\n".join(f"- {literal(sentence)}" for sentence in result.warnings)
 
     def _show_buttons(self, *, is_working: bool) -> None:
         for button in self._buttons:
@@ -250,13 +252,13 @@ class MapBagRoom:
 
 
 def _listed(findings: list[Finding]) -> str:
-    return "\n".join(f"- {finding.what} *{finding.remedy}*" for finding in findings)
+    return "\n".join(f"- {literal(finding.what)} *{literal(finding.remedy)}*" for finding in findings)
 
 
 def _explained(death: ProcessDiedError) -> str:
     if death.exit_code == -signal.SIGTERM:
         return STOPPED
     return (
-        "The process that read the bag was ended from outside, as the system does when memory runs out: "
-        "map a part of the bag with `racecar map --duration`."
+        "The process that read the bag was ended from outside, as the system does when memory runs out. Map "
+        "the bag again to go on from the last checkpoint, or a part of it with `racecar map --duration`."
     )

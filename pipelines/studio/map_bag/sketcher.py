@@ -4,18 +4,38 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+import numpy as np
+from numpy.typing import NDArray
+
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.mapper import Mapper
+from racecar.mapping.session.session import Session
+from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.thinning import thinned
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.studio.map_bag.news import Sketch
 
 _EVERY = 0.5
 """Seconds between two sketches at least: by judgement, as often as one sees something new."""
-_LEAST_WORK = 10.0
-"""How many times as long as drawing the map the work between two drawings takes: watching costs a tenth."""
+_MOST_CELLS = 16_000_000
+"""Of a map that is sent: the page shows no more."""
+_LEAST_WORK, _LONGEST_PAUSE = 10.0, 3.0
+"""How many times as long as drawing the map the work between two drawings takes, so that watching costs a
+tenth; but no more seconds than that, as a first drawing may compile its loops."""
+
+
+def finished_sketch(result: MappingResult) -> Sketch:
+    """The map as it was written, with the car at the end of its drive."""
+    grid, map_from_base = thinned(result.tiled, _MOST_CELLS), result.trajectory.map_from_base[-1]
+    return Sketch(grid, map_from_base, np.zeros((0, 2)), *_path_and_loops(result.session))
+
+
+def _path_and_loops(session: Session) -> tuple[Pose, NDArray[np.float64]]:
+    path, keyframes = session.map_from_base, session.constraints.to_arrays()["keyframes"]
+    return path, path[keyframes[session.constraints.are("loop_closure")], :2]
 
 
 class Sketcher:
@@ -34,10 +54,8 @@ class Sketcher:
         if time.monotonic() < self._sketch_due or not session.rays:
             return
         grid = self._draw(mapper)
-        path, constraints = session.map_from_base, session.constraints.to_arrays()
-        closed = constraints["keyframes"][session.constraints.are("loop_closure")]
         scan_in_map = transform_points(map_from_base, scan.points_in_base())
-        self._hand_on(Sketch(grid, map_from_base, scan_in_map, path, path[closed, :2]))
+        self._hand_on(Sketch(grid, map_from_base, scan_in_map, *_path_and_loops(session)))
         self._sketch_due = time.monotonic() + _EVERY
 
     def _draw(self, mapper: Mapper) -> OccupancyGrid | None:
@@ -49,5 +67,5 @@ class Sketcher:
             return None
         grid = self._growing.draw(*mapper.seen_so_far())
         now = time.monotonic()
-        self._grid_due = now + _LEAST_WORK * (now - began)
+        self._grid_due = now + min(_LEAST_WORK * (now - began), _LONGEST_PAUSE)
         return grid

@@ -1,6 +1,7 @@
 """The goal that was sent last, and how far the car is from it."""
 
 import math
+import time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,8 @@ from racecar.pipelines.studio.pointed import Pointed
 
 _THERE = 0.3
 """Metres from the goal at which the car counts as being there, as navigations stop within some decimetres."""
+_STEP, _PATIENCE = 0.1, 5.0
+"""Metres that a car does not move for so many seconds when it stands, and does not only turn or wait."""
 _CROSS, _AHEAD, _BARB = 1.2, 1.8, 0.7
 """Widths of a finger: the cross, the arrow from its middle, and the arrow's barbs; by judgement."""
 
@@ -33,13 +36,21 @@ class Goal:
 
     def __init__(self, map_from_goal: Pose) -> None:
         self._map_from_goal = map_from_goal
+        self._stood_at, self._since = np.full(2, np.nan), time.monotonic()
         self.is_reached = False
 
     def follow(self, map_from_base: Pose) -> str:
         """Take in where the car is (3,); how it goes, in words."""
         distance = math.hypot(*(self._map_from_goal - map_from_base)[:2])
         self.is_reached = self.is_reached or distance < _THERE
-        return "The car is at the goal." if self.is_reached else f"{distance:.1f} m to the goal."
+        if self.is_reached:
+            return "The car is at the goal."
+        if not np.hypot(*(map_from_base[:2] - self._stood_at)) < _STEP:
+            self._stood_at, self._since = map_from_base[:2].copy(), time.monotonic()
+        words = f"{distance:.1f} m to the goal."
+        if time.monotonic() - self._since < _PATIENCE:
+            return words
+        return f"{words} The car stands; the log of the program that drives it may say why."
 
     def drawing(self, finger: float) -> NDArray[np.float64]:
         """(N, 2, 2) strokes, a finger being so many metres wide on the floor: a cross at the goal, and an

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline
@@ -122,9 +123,9 @@ class WatchRoom:
         if self._pointer.tool == NodeTool.MOVE:
             return
         try:
-            self._outcome.content = self._send(self._pointer.tool, shown)
+            self._outcome.content = literal(self._send(self._pointer.tool, shown))
         except UserError as error:
-            self._outcome.content = str(error)
+            self._outcome.content = literal(str(error))
             raise
 
     def _send(self, tool: NodeTool, shown: Pointed) -> str:

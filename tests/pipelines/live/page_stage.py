@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from html import unescape
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,7 @@ class Clicker:
         """Until they are read in the panel: how the node is, or what became of a click."""
         panel = self.room._state, self.room._outcome
         wait_for(
-            lambda: any(words in part.content for part in panel),
+            lambda: any(words in unescape(part.content) for part in panel),
             within,
             lambda: str([part.content for part in panel]),
         )

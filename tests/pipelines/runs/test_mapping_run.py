@@ -160,7 +160,7 @@ def test_so_does_whoever_ends_processes() -> None:
     report = Report("racecar map")
     result = build(RoomReader(40, interrupt_after=20, by=signal.SIGTERM), report)
     assert 20 <= len(result.trajectory) <= 21
-    assert any("Stopped by SIGTERM after 2" in sentence for sentence in report.warnings)
+    assert any("The reading was stopped after 2" in sentence for sentence in report.warnings)
 
 
 def test_comparing_clocks_changes_nothing_where_they_agree() -> None:

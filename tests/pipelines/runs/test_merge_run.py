@@ -56,7 +56,7 @@ def test_a_recording_does_not_count_twice(folders: list[Path], tmp_path: Path) -
     whole, part, _ = folders
     again = tmp_path / "again"
     copytree(whole, again)
-    for folder, bag, kept in ((whole, "a", None), (again, "a", None), (part, "a", {"start": 5.0})):
+    for folder, bag, kept in ((whole, "a", None), (again, "a", None), (part, "b", {"start": 5.0})):
         inputs = {"bag_fingerprint": bag, **({"part": kept} if kept else {})}
         (folder / "report.json").write_text(dumps({"inputs": inputs}))
     report = Report("racecar merge")
@@ -64,8 +64,24 @@ def test_a_recording_does_not_count_twice(folders: list[Path], tmp_path: Path) -
     assert set(run.first_keyframes) == {again, part}
     assert "whole was left out: it is of the same recording as" in report.warnings[0]
     (again / "report.json").write_text(dumps({"inputs": {"bag_fingerprint": "a", "continue": "runs/first"}}))
-    assert SourceRecording.of_run(whole).is_same_as(SourceRecording.of_run(again))
+    assert SourceRecording.of_run(whole).is_within(SourceRecording.of_run(again))
     assert not SourceRecording.of_run(again).is_all
+
+
+def test_a_part_of_a_recording_is_within_it() -> None:
+    whole, first, later = (
+        SourceRecording({"bag_fingerprint": "a", **part})
+        for part in (
+            {},
+            {"part": {"start": 0.0, "duration": 40.0}},
+            {"part": {"start": 25.0, "duration": None}},
+        )
+    )
+    assert first.is_within(whole)
+    assert later.is_within(whole)
+    assert not whole.is_within(first)
+    assert not first.is_within(later)
+    assert not SourceRecording({}).is_within(SourceRecording({}))
 
 
 def test_maps_of_other_places_are_not_merged(folders: list[Path]) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import closing
+from html import unescape
 from typing import Any
 
 import numpy as np
@@ -158,7 +159,7 @@ def test_a_goal_that_nobody_hears_is_told_and_not_drawn(shown: Watched) -> None:
     shown.choose(NodeTool.GOAL)
     with pytest.raises(UserError, match="Nobody listens"):
         shown.room.click(GOAL)
-    assert shown.words()[0] == "Nobody listens on /goal_pose."
+    assert unescape(shown.words()[0]) == "Nobody listens on /goal_pose."
     assert "goal" not in shown.room._page.layers._handles
 
 
