@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.errors import UserError
+from racecar.maps.grid.occupancy_grid import OCCUPIED
 from racecar.maps.map_files import load_map
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.config_file import load_config
@@ -81,7 +83,9 @@ def test_a_bag_is_mapped_while_one_watches(page: Page, bag: Path, tmp_path: Path
     assert room.would_be_lost == ""
     folder = tmp_path / "runs/drive"
     assert read_report(folder)["inputs"]["bag"] == str(bag)
-    assert load_map(folder).cells.size > 0
+    written = load_map(folder)
+    assert room.grid is not None
+    np.testing.assert_array_equal(room.grid.cells >= 65, written.cells == OCCUPIED)  # not the last sketch
     room.open_result()
     assert "LookRoom" in type(room_of(page)).__name__
 
@@ -126,6 +130,27 @@ def test_a_room_that_is_left_ends_its_process(page: Page, long_bag: Path, tmp_pa
     leave()
     assert room.is_idle
     assert not (tmp_path / "runs/long").exists()
+
+
+def test_a_folder_that_cannot_be_made_is_a_users_mistake(page: Page, bag: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    room = enter(page, bag)
+    room._out.value = str(tmp_path / "file" / "run")
+    room.map_it()
+    wait_for(page, lambda: room.is_idle)
+    assert "Cannot write to" in room.words
+    room._out.value = "~nobody-of-this-name/run"
+    with pytest.raises(UserError, match="cannot be a path"):
+        room.map_it()
+
+
+def test_names_of_bags_are_shown_as_they_are(page: Page, bag: Path) -> None:
+    name = "<b>*bold*_{x}.bag"
+    (bag.parent / name).write_bytes(bag.read_bytes()[:5000])
+    room = enter(page, bag.parent)
+    room.choose(name)
+    assert unescape(room.words).endswith(name)
+    assert not set(room.words) & set("<*_{")
 
 
 def test_a_bag_with_a_fault_is_explained_and_another_can_be_mapped(page: Page, bag: Path) -> None:

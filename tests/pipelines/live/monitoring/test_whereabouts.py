@@ -35,3 +35,19 @@ def test_diagnostics_give_the_verdict_of_the_command() -> None:
         whereabouts.follow(each)
     assert whereabouts.figures["drive so far"] == "lost"
     assert "map of another place" in whereabouts.figures["doubt"]
+
+
+def test_a_car_that_is_still_being_found_is_not_called_lost() -> None:
+    whereabouts = Whereabouts(LocalizationConfig(), lambda sentence: None)
+    told = []
+    for seconds, lost in ((0.0, 0.9), (0.2, 0.9), (0.4, 0.01), (0.5, 0.9)):
+        whereabouts.follow(estimate(seconds, 0.0, lost=lost))
+        told.append(whereabouts.may_be_lost)
+    assert told == [False, False, False, True]
+
+
+def test_a_car_that_is_never_found_is_called_lost_in_the_end() -> None:
+    whereabouts = Whereabouts(LocalizationConfig(), lambda sentence: None)
+    for tenths in range(12):
+        whereabouts.follow(estimate(0.1 * tenths, 0.0, lost=0.9))
+    assert whereabouts.may_be_lost
