@@ -1,8 +1,6 @@
 """Many bags become maps at once; what is done is kept, and what fails does not stop the rest."""
 
-import logging
 import signal
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from functools import partial
@@ -11,7 +9,7 @@ from racecar.pipelines.batch.batch_row import BatchRow, Outcome, mapped_row
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.error_sentences import in_one_sentence
 from racecar.pipelines.runs.mapping_job import MappingJob, carry_out, is_done
-from racecar.pipelines.runs.other_process import ProcessDiedError, in_fresh_process
+from racecar.pipelines.runs.other_process import ProcessDiedError, in_fresh_process, leave_terminal_alone
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.runs.run_lock import run_lock
 
@@ -40,8 +38,7 @@ def _map_apart(job: MappingJob, *, threads: int) -> str | None:
 
 
 def _map_or_explain(job: MappingJob) -> str | None:
-    logging.getLogger("racecar").setLevel(logging.ERROR)
-    warnings.simplefilter("ignore")  # what a user should know is in the report
+    leave_terminal_alone()
     try:
         with run_lock(job.out):
             if not is_done(job):  # by another batch that was at it

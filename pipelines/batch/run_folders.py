@@ -1,6 +1,5 @@
 """Which folder the map of each bag goes to: none replaces another's, and a repeated batch finds its own."""
 
-import os
 from collections.abc import Iterator, Sequence
 from itertools import count
 from pathlib import Path
@@ -8,7 +7,8 @@ from pathlib import Path
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.batch.bag_search import bag_stem
-from racecar.pipelines.files.report import read_report
+from racecar.pipelines.files.report import read_inputs
+from racecar.pipelines.runs.source_recording import SourceRecording
 
 _LONGEST_NAME = 120
 """Characters; file systems take 255 bytes, and the names of checkpoints are longer."""
@@ -43,26 +43,20 @@ class _Owner:
     """The bag whose run lies in a folder."""
 
     def __init__(self, folder: Path) -> None:
-        inputs = read_report(folder).get("inputs")
-        self._inputs = inputs if isinstance(inputs, dict) else {}
-
-    @property
-    def is_run(self) -> bool:
-        return "bag" in self._inputs
+        inputs = read_inputs(folder)
+        self.is_run = "bag" in inputs
+        self._recording = SourceRecording(inputs)
 
     def has_content_of(self, bag: Path) -> bool:
         """Wherever it was moved to."""
         try:
-            return self._inputs.get("bag_fingerprint") == bag_fingerprint(bag)
+            return self._recording.fingerprint == bag_fingerprint(bag)
         except (UserError, OSError):
             return False
 
     def is_at_path_of(self, bag: Path) -> bool:
         """Whatever became of it."""
-        named = self._inputs.get("bag")
-        if not isinstance(named, str) or "\0" in named:
-            return False
-        return os.path.realpath(named) == os.path.realpath(bag)
+        return self._recording.is_at_path_of(bag)
 
 
 def _names(bag: Path) -> Iterator[str]:

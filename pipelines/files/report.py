@@ -139,6 +139,12 @@ def read_report(folder: Path) -> dict[str, Any]:
     return contents if isinstance(contents, dict) else {}
 
 
+def read_inputs(folder: Path) -> dict[str, Any]:
+    """What the report in a run's folder says it was made from; empty likewise."""
+    inputs = read_report(folder).get("inputs")
+    return inputs if isinstance(inputs, dict) else {}
+
+
 def named_map(report: Mapping[str, Any]) -> OccupancyGrid | None:
     """The map that a report names, if it is still there and can be read."""
     inputs = report.get("inputs")

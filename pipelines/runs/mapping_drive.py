@@ -1,14 +1,12 @@
 """The drive that made a map, and whether a bag is its recording."""
 
-from os.path import realpath
 from pathlib import Path
-from typing import Any
 
 from racecar.maps.map_files import find_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
-from racecar.pipelines.files.report import read_report
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.source_recording import SourceRecording
 
 
 def has_mapping_drive(map_path: Path) -> bool:
@@ -22,7 +20,7 @@ def mapping_trajectory(map_path: Path, bag: Path) -> Trajectory | None:
     The report beside the map names the bag. Stamps are not asked: clocks that were never set, and simulated
     ones, count the same times on every drive.
     """
-    if not has_mapping_drive(map_path) or not _is_named(bag, _inputs(map_path)):
+    if not has_mapping_drive(map_path) or not _is_of(_recording(map_path), bag):
         return None
     return load_tum(_trajectory_file(map_path))
 
@@ -31,15 +29,12 @@ def _trajectory_file(map_path: Path) -> Path:
     return find_map(map_path).parent / "trajectory.tum"
 
 
-def _inputs(map_path: Path) -> dict[str, Any]:
-    """What the map's report says it was made from; nothing where there is none, or it is damaged."""
-    inputs = read_report(find_map(map_path).parent).get("inputs")
-    return inputs if isinstance(inputs, dict) else {}
+def _recording(map_path: Path) -> SourceRecording:
+    return SourceRecording.of_run(find_map(map_path).parent)
 
 
-def _is_named(bag: Path, inputs: dict[str, Any]) -> bool:
+def _is_of(recording: SourceRecording, bag: Path) -> bool:
     """By its content; where a report does not hold that, by its path."""
-    if "bag_fingerprint" in inputs:
-        return bool(inputs["bag_fingerprint"] == bag_fingerprint(bag))
-    named = inputs.get("bag")
-    return isinstance(named, str) and "\0" not in named and realpath(named) == realpath(bag)
+    if recording.fingerprint is not None:
+        return bool(recording.fingerprint == bag_fingerprint(bag))
+    return recording.is_at_path_of(bag)

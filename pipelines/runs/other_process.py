@@ -1,8 +1,10 @@
 """Work in other processes: a fresh one, whose memory and state are its own, or a copy of this one."""
 
+import logging
 import os
 import signal
 import traceback
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from multiprocessing import current_process, get_context, parent_process
@@ -93,6 +95,12 @@ def start_beside(work: Callable[[], None]) -> None:
     """
     with _deaf_to_interrupts():
         get_context("fork").Process(target=work, daemon=True).start()
+
+
+def leave_terminal_alone() -> None:
+    """Let nothing of this process be printed but errors: what a user should know is in the report."""
+    logging.getLogger("racecar").setLevel(logging.ERROR)
+    warnings.simplefilter("ignore")
 
 
 def _deliver(work: Callable[[], Any], sender: Connection) -> None:

@@ -1,9 +1,7 @@
 """What is done with a bag in a process of its own, and told to the page by a pipe."""
 
-import logging
 import signal
 import time
-import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,6 +14,7 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.checked_bag import check_reader
 from racecar.pipelines.runs.mapping_job import MappingJob, carry_out
+from racecar.pipelines.runs.other_process import leave_terminal_alone
 from racecar.pipelines.runs.progress import progress_heard_by
 from racecar.pipelines.runs.run_lock import run_lock
 from racecar.pipelines.studio.map_bag.news import Progress, Remark
@@ -67,8 +66,7 @@ def map_and_tell(job: MappingJob, told: Connection) -> Mapped:
 @contextmanager
 def _progress_told(told: Connection) -> Iterator[None]:
     """Meanwhile progress goes into the pipe, and nothing to the terminal of whoever serves the page."""
-    logging.getLogger("racecar").setLevel(logging.ERROR)
-    warnings.simplefilter("ignore")  # what a user should know is in the report
+    leave_terminal_alone()
     last_what, due = "", 0.0
 
     def tell(what: str, share: float) -> None:
