@@ -92,6 +92,11 @@ def load_map(path: str | Path) -> OccupancyGrid:
     return OccupancyGrid(_read_cells(header, yaml_path), header.resolution, header.origin)
 
 
+def image_of_map(yaml_path: Path) -> Path:
+    """The image that a map's YAML file names. Raises UserError when it is no such file."""
+    return _read_header(yaml_path).image
+
+
 def save_map(
     grid: Raster,
     yaml_path: str | Path,

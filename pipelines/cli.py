@@ -3,11 +3,13 @@
 import logging
 import os
 import sys
+from collections.abc import Iterator
 from contextlib import suppress
 from inspect import getdoc
 from typing import Annotated
 
 import typer
+from typer.models import CommandInfo
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.commands.benchmark import benchmark
@@ -22,6 +24,7 @@ from racecar.pipelines.commands.localize import localize
 from racecar.pipelines.commands.map import map
 from racecar.pipelines.commands.merge import merge
 from racecar.pipelines.commands.options import join_laser_pose
+from racecar.pipelines.commands.outputs import checked
 from racecar.pipelines.commands.play import play
 from racecar.pipelines.commands.render import render
 from racecar.pipelines.commands.simulate import simulate
@@ -68,17 +71,26 @@ app.add_typer(experiment, name="experiment")
 app.add_typer(live, name="live")
 
 
-def _unwrap_help(group: typer.Typer) -> None:
-    """Lines of help are as long as the terminal is wide, not as those of the source."""
+def commands_of(group: typer.Typer, title: str = "racecar") -> Iterator[tuple[str, CommandInfo]]:
+    """All commands, by what is typed to run them."""
     for command in group.registered_commands:
-        text = command.help or getdoc(command.callback) or ""
-        command.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+        assert command.callback is not None
+        yield f"{title} {command.name or command.callback.__name__}", command
     for child in group.registered_groups:
         if child.typer_instance is not None:
-            _unwrap_help(child.typer_instance)
+            yield from commands_of(child.typer_instance, f"{title} {child.name}")
 
 
-_unwrap_help(app)
+def _unwrap_help(command: CommandInfo) -> None:
+    """Lines of help are as long as the terminal is wide, not as those of the source."""
+    text = command.help or getdoc(command.callback) or ""
+    command.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
+
+
+for _title, _info in commands_of(app):
+    _unwrap_help(_info)
+    assert _info.callback is not None
+    _info.callback = checked(_info.callback, _title)
 
 
 def main() -> None:

@@ -21,7 +21,6 @@ from rosbags.rosbag1 import Writer as Ros1Writer
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 
-from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
@@ -39,6 +38,7 @@ from racecar.pipelines.bags.messages import (
     ros1_types,
     ros2_types,
 )
+from racecar.pipelines.bags.storage.recordings import CALLER, WRITTEN_BY, refuse_lone_part
 from racecar.pipelines.files.outputs import output_folder
 
 _LATCHED = Qos(
@@ -63,8 +63,7 @@ class BagWriter:
 
     def __init__(self, path: str | Path) -> None:
         path = Path(path)
-        if path.suffix in (".mcap", ".db3"):
-            raise UserError(f"{path} cannot be written as a single file: name a .bag file, or a folder.")
+        refuse_lone_part(path)
         self._path = path
         self._is_ros1 = path.suffix == ".bag"
         self._types = ros1_types() if self._is_ros1 else ros2_types()
@@ -82,6 +81,8 @@ class BagWriter:
                 place = stack.enter_context(output_folder(self._path)) / self._path.absolute().name
                 stack.callback(_move_up, place)
                 writer = Ros2Writer(place, version=8, storage_plugin=StoragePlugin.MCAP)
+                for key, value in WRITTEN_BY.items():
+                    writer.set_custom_data(key, value)
                 self._writer = stack.enter_context(writer)
             self._stack = stack.pop_all()
         return self
@@ -182,7 +183,7 @@ class BagWriter:
         is_latched = topic == "/tf_static" or message_type == OCCUPANCY_GRID
         if isinstance(self._writer, Ros1Writer):
             return self._writer.add_connection(
-                topic, message_type, typestore=self._types, latching=int(is_latched)
+                topic, message_type, typestore=self._types, callerid=CALLER, latching=int(is_latched)
             )
         qos = [_LATCHED] if is_latched else []
         return self._writer.add_connection(

@@ -1,18 +1,21 @@
 """The bags of a batch: those that a list names, or that lie in a folder."""
 
 import os
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.maps.text_files import read_text
-from racecar.pipelines.bags.storage.folder import METADATA, natural_order, read_folder
-from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS2_SUFFIXES, file_format
+from racecar.pipelines.bags.storage.folder import natural_order
+from racecar.pipelines.bags.storage.recordings import (
+    BAG_SUFFIXES,
+    is_bag_file,
+    is_bag_folder,
+    unpacked_name,
+)
 from racecar.pipelines.files.report import REPORT_FILE
 from racecar.pipelines.files.typed_path import typed_path
 
-BAG_SUFFIXES = tuple(reader.suffix for reader in FORMATS)
 _MOST_BYTES = 10_000_000
 """Of a list; a hundred thousand long paths take less, and a bag named by mistake is not read to its end."""
 
@@ -43,16 +46,8 @@ def find_bags(source: Path, out: Path) -> list[Path]:
 
 def bag_stem(bag: Path) -> str:
     """The name of a bag without its ending."""
-    name = _unpacked_name(bag)
+    name = unpacked_name(bag)
     return next((name.removesuffix(suffix) for suffix in BAG_SUFFIXES if name.endswith(suffix)), name) or name
-
-
-def _unpacked_name(path: Path) -> str:
-    """Without the endings of compression, and of a ROS 1 bag that is still being recorded."""
-    name = path.name
-    for suffix in (*PACKED_SUFFIXES, ".active"):
-        name = name.removesuffix(suffix)
-    return name
 
 
 class _Visited:
@@ -79,7 +74,7 @@ def _listed(source: Path, out: Path) -> Iterator[Path]:
         named = typed_path(words)
         beside = source.parent / named
         path = named if named.exists() and not beside.exists() else beside
-        if path.is_dir() and not _is_bag_folder(path):
+        if path.is_dir() and not is_bag_folder(path):
             found = list(_search(path, visited))
             yield from found or [path]  # whose row says that no bag is in it
         else:
@@ -90,7 +85,7 @@ def _search(folder: Path, visited: _Visited) -> Iterator[Path]:
     """What is in a folder, in the order of names. Raises UserError when it cannot be read."""
     if not visited.is_new(folder):
         return
-    if _is_bag_folder(folder):
+    if is_bag_folder(folder):
         yield folder
         return
     try:
@@ -105,28 +100,3 @@ def _search(folder: Path, visited: _Visited) -> Iterator[Path]:
             yield from _search(entry, visited)
         elif is_bag_file(entry):
             yield entry
-
-
-def _is_bag_folder(folder: Path) -> bool:
-    """Whether a folder is one bag: rosbag2 wrote metadata.yaml, or was killed before, and named the parts
-    after the folder. Other bag files in a folder are bags of their own."""
-    try:
-        bag = read_folder(folder)
-    except UserError:
-        return False
-    endings = "|".join(re.escape(suffix) for suffix in ROS2_SUFFIXES)
-    part = re.compile(rf"{re.escape(folder.name)}(_\d+)?({endings})(\.zstd|\.zst)?")
-    return (folder / METADATA).is_file() or all(part.fullmatch(file.name) for file in bag.files)
-
-
-def is_bag_file(path: Path) -> bool:
-    """By its name, which a damaged one has too, or else by its first bytes."""
-    if not path.is_file():
-        return False
-    if _unpacked_name(path).endswith(BAG_SUFFIXES):
-        return True
-    try:
-        file_format(path)
-    except UserError:
-        return False
-    return True

@@ -6,8 +6,11 @@ from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.recordings import is_bag_folder
 from racecar.pipelines.batch.bag_search import bag_stem
 from racecar.pipelines.files.report import read_inputs
+from racecar.pipelines.runs.map_outputs import MAP_FILES
+from racecar.pipelines.runs.output_places import OutputFolder, check_places
 from racecar.pipelines.runs.source_recording import SourceRecording
 
 _LONGEST_NAME = 120
@@ -18,8 +21,8 @@ def run_folders(bags: Sequence[Path], out: Path, reserved: Sequence[str] = ()) -
     """A folder in ``out`` for each bag, named after it; bags of the same name are told apart by the folders
     that they lie in, and else by numbers.
 
-    A folder with the run of one of the bags stays that bag's, and one with the run of any other bag is left
-    alone. Names that are ``reserved`` are not used.
+    A folder with the run of one of the bags stays that bag's, and one with the run of any other bag, with a
+    bag or with files of others is left alone. Names that are ``reserved`` are not used.
     """
     owners = {path.name: _Owner(path) for path in out.iterdir() if path.is_dir()} if out.is_dir() else {}
     folders: dict[Path, str] = {}
@@ -31,7 +34,7 @@ def run_folders(bags: Sequence[Path], out: Path, reserved: Sequence[str] = ()) -
             if name is not None:
                 folders[bag] = name
                 taken.add(name.casefold())
-    taken |= {name.casefold() for name, owner in owners.items() if owner.is_run}
+    taken |= {name.casefold() for name, owner in owners.items() if owner.is_run or not _is_free(out / name)}
     for bag in bags:
         if bag not in folders:
             folders[bag] = next(name for name in _names(bag) if name.casefold() not in taken)
@@ -57,6 +60,15 @@ class _Owner:
     def is_at_path_of(self, bag: Path) -> bool:
         """Whatever became of it."""
         return self._recording.is_at_path_of(bag)
+
+
+def _is_free(folder: Path) -> bool:
+    """Whether a map would replace nothing there."""
+    try:
+        check_places([OutputFolder(folder, lambda: MAP_FILES)], (), force=False)
+    except UserError:
+        return False
+    return not is_bag_folder(folder)
 
 
 def _names(bag: Path) -> Iterator[str]:

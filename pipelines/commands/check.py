@@ -70,7 +70,7 @@ def check(
 
         result = check_reader(reader, quiet=quiet)
     if json is not None:
-        write_json(json, result.as_dict())
+        write_json(json, {"command": "racecar check", **result.as_dict()})
     if not quiet:
         console = Console()
         cut = "" if result.part.is_whole else f", read from {result.part.words}"

@@ -6,11 +6,20 @@ from typing import Annotated
 import typer
 
 from racecar.pipelines.commands.options import JsonOption, QuietOption, SeedOption
+from racecar.pipelines.commands.outputs import WritesFolder
+
+_NAMES = (
+    *("mapping_drive.bag", "mapping_drive.ground_truth.tum", "map"),
+    *("second_drive.bag", "second_drive.ground_truth.tum", "localized"),
+    "report.json",
+)
 
 
 def demo(
     out: Annotated[
-        Path, typer.Option("--out", metavar="DIR", help="Folder for the results; created if missing.")
+        Path,
+        typer.Option("--out", metavar="DIR", help="Folder for the results; created if missing."),
+        WritesFolder(lambda flags: _NAMES),
     ] = Path("demo"),
     seed: SeedOption = 0,
     json: JsonOption = None,

@@ -8,6 +8,7 @@ import typer
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.commands.options import PAGE_WIDTH, JsonOption, QuietOption
+from racecar.pipelines.commands.outputs import WritesFile
 
 
 def evaluate(
@@ -45,6 +46,7 @@ def evaluate(
             help="Draw the error along the path on the map, and over time; with --reference.",
             show_default=False,
         ),
+        WritesFile(".png"),
     ] = None,
     map: Annotated[
         Path | None,
@@ -85,7 +87,7 @@ def evaluate(
     from racecar.pipelines.runs.trajectory_evaluation import evaluate_all, plot_errors
     from racecar.pipelines.runs.trajectory_files import load_trajectory
 
-    figures: dict[str, Any] = {"compared_with": reference or relations}
+    figures: dict[str, Any] = {"command": "racecar evaluate", "compared_with": reference or relations}
     if reference is not None:
         true = load_trajectory(reference)
         evaluated = evaluate_all(trajectories, true)

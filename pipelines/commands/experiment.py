@@ -24,6 +24,7 @@ from racecar.pipelines.commands.options import (
     SeedOption,
     parse_laser_pose,
 )
+from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.written_files import where_to_look
 from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, Uses
 
@@ -31,6 +32,10 @@ if TYPE_CHECKING:
     from racecar.pipelines.experiments.recording import BagRecording
     from racecar.pipelines.experiments.result import ExperimentSettings
 
+ResultFolderOption = Annotated[
+    OutputFolderOption,
+    WritesFolder(lambda flags: ("report.json", "report.html", *(f"{entry.name}.md" for entry in CATALOGUE))),
+]
 QuickOption = Annotated[
     bool,
     typer.Option(
@@ -89,7 +94,7 @@ _ANY_RECORDING = Uses.RECORDING | Uses.EXTRA_RECORDING
 _FLAGS: tuple[tuple[str, Any, Uses | None], ...] = (
     ("bag", BagArgument, Uses.RECORDING),
     ("map", MapOption, Uses.RECORDING),
-    ("out", OutputFolderOption, None),
+    ("out", ResultFolderOption, None),
     ("bag", RecordingOption, Uses.EXTRA_RECORDING),
     ("map", RecordingMapOption, Uses.EXTRA_RECORDING),
     ("initial_pose", InitialPoseOption, _ANY_RECORDING),
@@ -106,7 +111,7 @@ _FLAGS: tuple[tuple[str, Any, Uses | None], ...] = (
 )
 """Each flag, how it is parsed and explained, and which uses of an experiment bring it along (None: it is
 always there), in the order of the help."""
-_REQUIRED = (BagArgument, MapOption, OutputFolderOption)
+_REQUIRED = (BagArgument, MapOption, ResultFolderOption)
 
 experiment = typer.Typer(help="Measure the particle filter, as tables and figures for a report.")
 

@@ -12,6 +12,8 @@ import typer
 
 from racecar.pipelines.commands.live_simulate import simulate
 from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
+from racecar.pipelines.commands.outputs import WritesFolder
+from racecar.pipelines.commands.rendering_options import map_files
 from racecar.pipelines.live.ros.arguments import RosCommand
 
 if TYPE_CHECKING:
@@ -100,6 +102,7 @@ def localize(
             help="Folder where the pose is remembered over a restart; default: ~/.local/state/racecar.",
             show_default=False,
         ),
+        WritesFolder(lambda flags: ()),
     ] = None,
     no_memory: Annotated[bool, typer.Option("--no-memory", help="Do not remember the pose.")] = False,
     view: ViewOption = False,
@@ -159,14 +162,14 @@ def localize(
         finally:
             localizer.stop()
             if json is not None:
-                write_json(json, localizer.summary())
+                write_json(json, {"command": "racecar live localize", **localizer.summary()})
                 print(where_figures_are(json))
 
 
 @live.command(cls=RosCommand)
 def map(
     context: typer.Context,
-    out: OutputFolderOption,
+    out: Annotated[OutputFolderOption, WritesFolder(map_files)],
     anew: Annotated[
         bool,
         typer.Option("--anew", help="Begin a new drive even if the node was killed during the last one."),
@@ -220,7 +223,7 @@ def map(
         finally:
             drive.stop()
             if json is not None:
-                write_json(json, drive.summary())
+                write_json(json, {"command": "racecar live map", **drive.summary()})
         console.print("Optimizing the map; a second Ctrl-C abandons it.")
         drive.save()
         console.print(f"The map is saved. {where_to_look(out, 'map.png', json)}", markup=False)

@@ -1,5 +1,6 @@
 """``racecar localize``: a bag and a map become the car's poses."""
 
+from collections.abc import Collection
 from typing import Annotated
 
 import typer
@@ -24,12 +25,18 @@ from racecar.pipelines.commands.options import (
     StartOption,
     bag_reading,
 )
+from racecar.pipelines.commands.outputs import Flags, WritesFolder
+
+
+def _names(flags: Flags) -> Collection[str]:
+    """Of what is written into --out."""
+    return ("trajectory.tum", "overlay.png", "report.json", *(["record"] if flags["record"] else []))
 
 
 def localize(
     bag: BagArgument,
     map: MapOption,
-    out: OutputFolderOption,
+    out: Annotated[OutputFolderOption, WritesFolder(_names)],
     initial_pose: Annotated[
         tuple[float, float, float] | None,
         typer.Option(

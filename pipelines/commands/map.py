@@ -1,5 +1,6 @@
 """``racecar map``: a bag becomes a map."""
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,11 +25,13 @@ from racecar.pipelines.commands.options import (
     StartOption,
     bag_reading,
 )
+from racecar.pipelines.commands.outputs import Flags, WritesFolder
 from racecar.pipelines.commands.rendering_options import (
     DxfOption,
     PlyOption,
     PngOption,
     SvgOption,
+    map_files,
     requested_files,
 )
 
@@ -86,8 +89,15 @@ JobsOption = Annotated[
 ]
 
 
+def _names(flags: Flags) -> Collection[str]:
+    """Of what is written into --out."""
+    from racecar.pipelines.batch.batch_results import FIGURES, PAGE
+
+    return map_files(flags) if flags["batch"] is None else (PAGE, FIGURES)
+
+
 def map(
-    out: OutputFolderOption,
+    out: Annotated[OutputFolderOption, WritesFolder(_names, remakes="continue_")],
     bag: OptionalBagArgument = None,
     batch: BatchOption = None,
     jobs: JobsOption = None,

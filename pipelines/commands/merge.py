@@ -12,11 +12,13 @@ from racecar.pipelines.commands.options import (
     QuietOption,
     SeedOption,
 )
+from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import (
     DxfOption,
     PlyOption,
     PngOption,
     SvgOption,
+    map_files,
     requested_files,
 )
 
@@ -28,7 +30,7 @@ RunsArgument = Annotated[
 
 def merge(
     runs: RunsArgument,
-    out: OutputFolderOption,
+    out: Annotated[OutputFolderOption, WritesFolder(map_files)],
     config: ConfigOption = None,
     ply: PlyOption = False,
     png: PngOption = False,

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from racecar.pipelines.commands.outputs import WritesFile
+
 if TYPE_CHECKING:
     from racecar.pipelines.runs.bag_reading import BagReading
 
@@ -157,6 +159,7 @@ SeedOption = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Sam
 JsonOption = Annotated[
     Path | None,
     typer.Option("--json", metavar="FILE", help="Also write the figures to this file.", show_default=False),
+    WritesFile(),
 ]
 SchedulerOption = Annotated[
     str | None,

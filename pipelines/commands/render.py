@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, QuietOption
+from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import (
     CropOption,
     DxfOption,
@@ -21,6 +22,7 @@ from racecar.pipelines.commands.rendering_options import (
     SvgOption,
     TurnOption,
     drawn_as,
+    map_files,
     requested_files,
 )
 
@@ -37,7 +39,7 @@ EditsOption = Annotated[
 
 def render(
     run: RunArgument,
-    out: OutputFolderOption,
+    out: Annotated[OutputFolderOption, WritesFolder(map_files, remakes="run")],
     config: ConfigOption = None,
     resolution: ResolutionOption = None,
     turn: TurnOption = None,

@@ -1,9 +1,12 @@
 """The flags that say how a map is drawn, over the settings of a configuration."""
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+
+from racecar.pipelines.commands.outputs import Flags
 
 if TYPE_CHECKING:
     from racecar.mapping.config import MappingConfig
@@ -89,6 +92,19 @@ DxfOption = Annotated[
     bool, typer.Option("--dxf", help="Also write walls.dxf, the walls as lines for CAD, in metres.")
 ]
 
+_REQUESTED = {"ply": "points.ply", "png": "map_image.png", "svg": "walls.svg", "dxf": "walls.dxf"}
+"""The files that flags ask for."""
+
+
+def map_files(flags: Flags) -> Collection[str]:
+    """The names of what a command that makes a map writes into its folder."""
+    from racecar.pipelines.runs.map_outputs import MAP_FILES
+    from racecar.pipelines.view.recorder import RECORD_FOLDER
+
+    asked_for = {**_REQUESTED, "record": RECORD_FOLDER}
+    return {*MAP_FILES, *(name for flag, name in asked_for.items() if flags.get(flag))}
+
+
 _FLAGS = {
     "resolution": "--resolution",
     "turn": "--turn",
@@ -103,8 +119,8 @@ _FLAGS = {
 
 def requested_files(*, ply: bool, png: bool, svg: bool, dxf: bool) -> tuple[str, ...]:
     """The files that flags ask for."""
-    wanted = {"points.ply": ply, "map_image.png": png, "walls.svg": svg, "walls.dxf": dxf}
-    return tuple(name for name, is_wanted in wanted.items() if is_wanted)
+    wanted = {"ply": ply, "png": png, "svg": svg, "dxf": dxf}
+    return tuple(name for flag, name in _REQUESTED.items() if wanted[flag])
 
 
 def drawn_as(

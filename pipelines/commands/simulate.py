@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from racecar.pipelines.commands.options import QuietOption, SeedOption
+from racecar.pipelines.commands.outputs import WritesBag
 from racecar.pipelines.commands.simulation_options import (
     LaserOption,
     NoiseOption,
@@ -27,6 +28,7 @@ def simulate(
             help="Bag to write: a .bag file (ROS 1), else a folder (ROS 2).",
             show_default=False,
         ),
+        WritesBag(),
     ],
     noise: NoiseOption = NoiseLevel.SLIGHT,
     seed: SeedOption = 0,

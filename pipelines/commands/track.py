@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from racecar.pipelines.commands.options import JsonOption, QuietOption
+from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import RunArgument
 
 SpacingOption = Annotated[
@@ -23,6 +24,7 @@ SmoothingOption = Annotated[
 OutOption = Annotated[
     Path | None,
     typer.Option("--out", metavar="DIR", help="Folder for the results; default: DIR.", show_default=False),
+    WritesFolder(lambda flags: ("track.csv", "track.png"), remakes="run"),
 ]
 
 

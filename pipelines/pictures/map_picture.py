@@ -242,14 +242,18 @@ def _is_tall(low: NDArray[np.float64], high: NDArray[np.float64]) -> bool:
     return bool(height > _TALL * width)
 
 
-def save_figure(path: Path, figure: Figure, dots_per_inch: int) -> None:
-    """Write a figure as PNG, whole or not at all. Raises UserError when the place cannot be written to."""
+def save_figure(path: Path, figure: Figure, dots_per_inch: int, author: str = "racecar") -> None:
+    """Write a figure as PNG, whole or not at all, that names its author: the command that it is of.
+
+    Raises UserError when the place cannot be written to.
+    """
     _lay_out(figure, dots_per_inch)
     with write_atomically(path) as partial:
         figure.savefig(
             partial,
+            format="png",
             dpi=dots_per_inch,
-            metadata={"Software": None},
+            metadata={"Software": author},
             pil_kwargs={"compress_level": _COMPRESSION},
         )
 

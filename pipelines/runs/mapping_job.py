@@ -15,6 +15,7 @@ from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report, read_report
 from racecar.pipelines.runs.bag_reading import BagReading
+from racecar.pipelines.runs.output_places import OutputFolder
 
 if TYPE_CHECKING:
     from racecar.pipelines.runs.mapped_bag import MappedBag
@@ -40,6 +41,16 @@ class MappingJob:
     record: bool = False
     """Whether the folder ``record`` is written."""
     seed: int = 0
+
+    @property
+    def place(self) -> OutputFolder:
+        """The folder, as a place that is written to."""
+        return OutputFolder(self.out, self._written, () if self.continued is None else (self.continued,))
+
+    def _written(self) -> Collection[str]:
+        from racecar.pipelines.runs.map_outputs import MAP_FILES
+
+        return (*MAP_FILES, *self.requested, *(["record"] if self.record else []))
 
     def digest(self, bag_fingerprint: str) -> str:
         """Which differs when a bag of this fingerprint would become another map."""

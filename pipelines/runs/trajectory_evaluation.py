@@ -72,7 +72,7 @@ def plot_errors(evaluated: Sequence[Evaluated], map_path: Path | None, picture: 
         )
         for each in evaluated
     ]
-    save_figure(picture, error_picture(paths), ERROR_DOTS_PER_INCH)
+    save_figure(picture, error_picture(paths), ERROR_DOTS_PER_INCH, "racecar evaluate")
 
 
 def _map_of(trajectory: Path) -> OccupancyGrid | None:

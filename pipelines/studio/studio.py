@@ -8,7 +8,8 @@ from pathlib import Path
 from racecar.maps.errors import UserError
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_names
-from racecar.pipelines.batch.bag_search import find_bags, is_bag_file
+from racecar.pipelines.bags.storage.recordings import is_bag_file
+from racecar.pipelines.batch.bag_search import find_bags
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.edits_file import MapEdits, edits_beside
 from racecar.pipelines.files.report import Report

@@ -43,7 +43,7 @@ def read_folder(folder: Path) -> BagFolder:
     ]
     if not bag_files:
         raise UserError(_no_bag(folder, present))
-    metadata = _read_metadata(folder / METADATA)
+    metadata = read_metadata(folder / METADATA)
     count = metadata.get("message_count")
     bag = BagFolder(bag_files, count if isinstance(count, int) and count > 0 else None)
     named = _named_files(metadata)
@@ -59,7 +59,7 @@ def read_folder(folder: Path) -> BagFolder:
     return bag
 
 
-def _read_metadata(path: Path) -> dict[str, Any]:
+def read_metadata(path: Path) -> dict[str, Any]:
     """The content of metadata.yaml; empty where it is missing or broken."""
     try:
         content = parse_yaml(read_text(path, _MOST_BYTES))

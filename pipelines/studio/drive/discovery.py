@@ -10,7 +10,9 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.mapping_run import finish_and_save
+from racecar.pipelines.runs.output_places import OutputFolder, check_places
 
 
 class Discovery:
@@ -50,8 +52,10 @@ class Discovery:
     def save(self, folder: Path) -> str:
         """Finish the map and write a run's folder; the verdict in words. The discovery is over then.
 
-        Raises UserError when there is no map yet, or the folder cannot be written to.
+        Raises UserError when there is no map yet, or the folder cannot be written to or holds what is
+        not ours.
         """
+        check_places([OutputFolder(folder, lambda: MAP_FILES)], (), force=False)
         report = Report("racecar studio")
         report.add("inputs", {"simulated": True, "settings": self._config.model_dump()})
         return finish_and_save(self._mapper, report, folder).quality.summary

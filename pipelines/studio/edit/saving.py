@@ -8,6 +8,8 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits, edits_beside, save_edits
 from racecar.pipelines.files.outputs import written_to
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.map_outputs import MAP_FILES
+from racecar.pipelines.runs.output_places import OutputFolder, check_places
 from racecar.pipelines.runs.render_run import render_into
 
 
@@ -25,8 +27,8 @@ class Saving:
     def save(self, edits: MapEdits, out: Path, *, is_straightened: bool, is_cropped: bool) -> str:
         """Write the edits beside their map and render it into ``out``; what was written, in words.
 
-        Raises UserError when a folder cannot be written to, when another hand has changed the edits
-        meanwhile, and when the map would turn under its own edits.
+        Raises UserError when a folder cannot be written to or holds what is not ours, when another hand has
+        changed the edits meanwhile, and when the map would turn under its own edits.
         """
         if is_straightened and out.resolve() == self._folder.resolve():
             raise UserError(
@@ -40,6 +42,8 @@ class Saving:
         if not self.is_saved(edits):
             save_edits(edits, self._folder)
             self._saved = edits
+        place = OutputFolder(out, lambda: MAP_FILES, (self._folder,))
+        check_places([place], [self._folder], force=False)
         rendering = {"turn": "walls" if is_straightened else 0.0, "crop": "driven" if is_cropped else None}
         config = self._config.model_copy(
             update={"rendering": self._config.rendering.model_copy(update=rendering)}

@@ -23,6 +23,7 @@ from racecar.pipelines.runs.error_sentences import in_one_sentence
 from racecar.pipelines.runs.mapping_job import MappingJob
 from racecar.pipelines.runs.mapping_run import OPTIMIZING
 from racecar.pipelines.runs.other_process import FreshProcess, ProcessDiedError
+from racecar.pipelines.runs.output_places import check_places
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.map_bag.bag_work import STOPPED, Mapped, check_and_tell, map_and_tell
 from racecar.pipelines.studio.map_bag.news import News, Progress, Remark, Sketch
@@ -151,13 +152,15 @@ class MapBagRoom:
             self._words.content, self._remarks.content = literal(str(self._chosen)), ""
 
     def map_it(self) -> None:
-        """Begin to map the chosen bag. Raises UserError while a bag is read."""
+        """Begin to map the chosen bag. Raises UserError while a bag is read, and when its map would replace
+        what is not ours."""
         job = MappingJob(
             self._chosen.absolute(),
             typed_path(self._out.value).absolute(),
             self._config,
             record=self._records.value,
         )
+        check_places([job.place], [job.bag], force=False)
         self._start(partial(map_and_tell, job))
         self._stop.label = "Stop here, and map what was read"
 

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.batch.run_folders import run_folders
+from tests.pipelines.bag_samples import write_bag
 
 
 def bag(path: Path, content: str | None = None) -> Path:
@@ -54,6 +55,13 @@ def test_copies_have_folders_of_their_own(tmp_path: Path) -> None:
     mapped(out / "drive", one)
     mapped(out / "b-drive", two)
     assert names([one, two], out) == ["drive", "b-drive"]
+
+
+def test_neither_a_bag_nor_a_map_of_others_is_written_into(tmp_path: Path) -> None:
+    drive = write_bag(tmp_path / "drive", 3)
+    bag(tmp_path / "map" / "map.yaml")
+    bags = [drive, bag(tmp_path / "other" / "map.bag")]
+    assert names(bags, tmp_path) == [f"{tmp_path.name}-drive", "other-map"]
 
 
 def test_a_name_as_long_as_names_are_leaves_room(tmp_path: Path) -> None:

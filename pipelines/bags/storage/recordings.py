@@ -1,0 +1,66 @@
+"""What on a disk is a recording, and which recordings this program wrote itself."""
+
+import re
+from contextlib import suppress
+from pathlib import Path
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.storage.folder import METADATA, read_folder, read_metadata
+from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS2_SUFFIXES, file_format
+
+BAG_SUFFIXES = tuple(reader.suffix for reader in FORMATS)
+CALLER = "/racecar"
+"""The publisher that a ROS 1 bag of ours names."""
+WRITTEN_BY = {"written_by": "racecar"}
+"""The custom data in the metadata.yaml of a ROS 2 bag of ours."""
+_FIRST_BYTES = 1 << 14
+"""Of a ROS 1 bag: its header takes 4096, and the first connection, with its message type, a few thousand."""
+
+
+def is_bag_file(path: Path) -> bool:
+    """By its name, which a damaged one has too, or else by its first bytes."""
+    if not path.is_file():
+        return False
+    if unpacked_name(path).endswith(BAG_SUFFIXES):
+        return True
+    try:
+        file_format(path)
+    except UserError:
+        return False
+    return True
+
+
+def is_bag_folder(folder: Path) -> bool:
+    """Whether a folder is one bag: rosbag2 wrote metadata.yaml, or was killed before, and named the parts
+    after the folder. Other bag files in a folder are bags of their own."""
+    try:
+        bag = read_folder(folder)
+    except UserError:
+        return False
+    endings = "|".join(re.escape(suffix) for suffix in ROS2_SUFFIXES)
+    part = re.compile(rf"{re.escape(folder.name)}(_\d+)?({endings})(\.zstd|\.zst)?")
+    return (folder / METADATA).is_file() or all(part.fullmatch(file.name) for file in bag.files)
+
+
+def unpacked_name(path: Path) -> str:
+    """Without the endings of compression, and of a ROS 1 bag that is still being recorded."""
+    name = path.name
+    for suffix in (*PACKED_SUFFIXES, ".active"):
+        name = name.removesuffix(suffix)
+    return name
+
+
+def is_our_recording(path: Path) -> bool:
+    """Whether this program wrote a bag, as it says itself."""
+    if path.is_dir():
+        custom = read_metadata(path / METADATA).get("custom_data")
+        return isinstance(custom, dict) and custom.items() >= WRITTEN_BY.items()
+    with suppress(OSError), path.open("rb") as file:
+        return f"callerid={CALLER}".encode() in file.read(_FIRST_BYTES)
+    return False
+
+
+def refuse_lone_part(path: Path) -> None:
+    """Raises UserError when a bag to be written is named like a single file of a ROS 2 bag."""
+    if path.suffix in ROS2_SUFFIXES or path.name == METADATA:
+        raise UserError(f"{path} cannot be written as a single file: name a .bag file, or a folder.")

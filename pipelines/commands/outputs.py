@@ -1,0 +1,130 @@
+"""Which parameters of a command name a place to write to; before the command begins, each is checked.
+
+A parameter is marked in its annotation, as in ``Annotated[Path, typer.Option("--json"), WritesFile()]``.
+Every other path is read. A command that writes has the flag --force, too.
+"""
+
+import inspect
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial, wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, get_args
+
+import typer
+
+from racecar.maps.errors import UserError
+
+if TYPE_CHECKING:
+    from racecar.pipelines.runs.output_places import OutputPlace
+
+Flags: TypeAlias = Mapping[str, Any]
+"""The values of a command's parameters, by their names."""
+
+ForceOption = Annotated[
+    bool,
+    typer.Option(
+        "--force",
+        help="Replace files that this command did not write; never a recording, nor what is read.",
+    ),
+]
+
+
+@dataclass(frozen=True)
+class WritesFile:
+    """The parameter names a file to write."""
+
+    suffix: str = ""
+    """That its name must have."""
+
+    def place(self, path: Path, flags: Flags, command: str) -> "OutputPlace":
+        """What is checked."""
+        from racecar.pipelines.runs.output_places import OutputFile
+
+        return OutputFile(path, command, self.suffix)
+
+
+@dataclass(frozen=True)
+class WritesFolder:
+    """The parameter names a folder to write into."""
+
+    names: Callable[[Flags], Collection[str]]
+    """Of the files and folders that the command writes there."""
+    remakes: str | None = None
+    """The parameter whose folder may be this one, too, and is where none is named: the command makes the same
+    results anew."""
+
+    def place(self, path: Path, flags: Flags, command: str) -> "OutputPlace":
+        """What is checked."""
+        from racecar.pipelines.runs.output_places import OutputFolder
+
+        remade = flags[self.remakes] if self.remakes else None
+        return OutputFolder(path, partial(self.names, flags), () if remade is None else (remade,))
+
+
+@dataclass(frozen=True)
+class WritesBag:
+    """The parameter names a bag to write."""
+
+    def place(self, path: Path, flags: Flags, command: str) -> "OutputPlace":
+        """What is checked, with the true path that is written beside."""
+        from racecar.pipelines.runs.output_places import OutputBag
+        from racecar.pipelines.simulation.simulator import ground_truth_file
+
+        return OutputBag(path, command, (ground_truth_file(path),))
+
+
+Writes: TypeAlias = WritesFile | WritesFolder | WritesBag
+
+
+def written_parameters(command: Callable[..., Any]) -> dict[str, Writes]:
+    """The parameters of a command that name places to write to."""
+    return {
+        name: mark
+        for name, parameter in inspect.signature(command).parameters.items()
+        for mark in get_args(parameter.annotation)
+        if isinstance(mark, Writes)
+    }
+
+
+def checked(command: Callable[..., Any], title: str) -> Callable[..., Any]:
+    """A command, called ``title``, that begins by checking where it writes, if it writes anything.
+
+    It raises UserError then, before any work is done.
+    """
+    written = written_parameters(command)
+    if not written:
+        return command
+
+    @wraps(command)
+    def check_and_run(*, force: bool, **flags: Any) -> Any:
+        from racecar.pipelines.runs.output_places import ForeignFileError, check_places
+
+        places = [
+            mark.place(path, flags, title)
+            for name, mark in written.items()
+            if (path := flags[name] or _by_default(mark, flags)) is not None
+        ]
+        if places:
+            read = [path for name, value in flags.items() if name not in written for path in _paths(value)]
+            try:
+                check_places(places, read, force=force)
+            except ForeignFileError as error:
+                raise UserError(f"{str(error)[:-1]}, or replace it with --force.") from error
+        return command(**flags)
+
+    signature = inspect.signature(command)
+    force = inspect.Parameter("force", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=ForceOption)
+    check_and_run.__signature__ = signature.replace(  # type: ignore[attr-defined]  # which typer reads
+        parameters=[*signature.parameters.values(), force]
+    )
+    return check_and_run
+
+
+def _by_default(mark: Writes, flags: Flags) -> Path | None:
+    return flags[mark.remakes] if isinstance(mark, WritesFolder) and mark.remakes else None
+
+
+def _paths(value: object) -> Sequence[Path]:
+    values = value if isinstance(value, list | tuple) else [value]
+    return [each for each in values if isinstance(each, Path)]
