@@ -18,7 +18,7 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent, ViserServer
+from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.runs.error_sentences import in_one_sentence, is_mendable_by_user
@@ -27,9 +27,11 @@ from racecar.pipelines.studio.legend import Legend
 from racecar.pipelines.studio.pace import Pace
 from racecar.pipelines.studio.palette import DARK, LIGHT, Backdrop
 from racecar.pipelines.studio.room import Room
+from racecar.pipelines.studio.server.gate import LOOPBACK, Gate
+from racecar.pipelines.studio.server.gated_server import gated_server
+from racecar.pipelines.studio.server.secret import page_secret
 from racecar.pipelines.studio.top_view import TopView, floor_point
 
-LOOPBACK = "127.0.0.1"
 FRAME = 0.05
 """Seconds from frame to frame: 20 a second look smooth and leave the processor time for more."""
 _SLOWEST_FRAME = 0.25
@@ -44,14 +46,12 @@ _LOOK_EVERY = 5.0
 """Seconds between two looks at whether the page can still be reached; by judgement."""
 
 _log = logging.getLogger(__name__)
-logging.getLogger("websockets").setLevel(logging.CRITICAL)  # who connects and says nothing is no error
-warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a page that was just closed
 
 Request = Callable[[], None]
 
 
 class Page:
-    """Serves this machine only, while it is open."""
+    """Serves its user on this machine only, while it is open."""
 
     def __init__(self, title: str, port: int) -> None:
         """Port 0 takes a free one, and so does one that is in use, which is said in the log."""
@@ -61,8 +61,9 @@ class Page:
         self._stop = threading.Event()
         self._warned_until = -math.inf
         self.ground: Backdrop = LIGHT
-        with redirect_stdout(io.StringIO()):  # it announces itself, verbose or not
-            self.server = ViserServer(LOOPBACK, _usable(port), label=title, verbose=False)
+        _hush()
+        self._secret = page_secret()
+        self.server = gated_server(LOOPBACK, _usable(port), title, Gate(self._secret))
         self.gui = self.server.gui
         self.gui.main_panel.dock_right()
         self.layers = Layers(self.server)
@@ -77,8 +78,8 @@ class Page:
 
     @property
     def address(self) -> str:
-        """Where a browser of this machine finds the page."""
-        return f"http://{LOOPBACK}:{self.server.get_port()}/"
+        """Where a browser of this machine finds the page; whoever knows it may use the page."""
+        return f"http://{LOOPBACK}:{self.server.get_port()}/{self._secret}/"
 
     def enter(self, make_room: Callable[[], Room]) -> None:
         """Use the page for something else; called by the worker, or before it runs."""
@@ -187,12 +188,10 @@ class Page:
             self.pace.note_frame()
 
     def _take_requests(self) -> None:
-        while not self._stop.is_set():
-            try:
-                request = self._requests.get_nowait()
-            except queue.Empty:
+        for _ in range(self._requests.qsize()):  # those that come meanwhile wait for the next frame
+            if self._stop.is_set():
                 return
-            self._survive(request)
+            self._survive(self._requests.get_nowait())
 
     def _survive(self, action: Callable[..., None], *arguments: Any) -> None:
         try:
@@ -223,6 +222,12 @@ class Page:
             return False
         self.request(lambda: room.drag(start, end, is_over=phase == "end"))
         return True
+
+
+def _hush() -> None:
+    """Visitors who connect and say nothing, and pages that were just closed, are nothing to tell of."""
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
 
 
 def _usable(port: int) -> int:
