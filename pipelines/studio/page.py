@@ -59,6 +59,7 @@ class Page:
         self._room: Room | None = None
         self._folders: list[GuiFolderHandle] = []
         self._stop = threading.Event()
+        self._has_dropped = False
         self._warned_until = -math.inf
         self.ground: Backdrop = LIGHT
         _hush()
@@ -120,13 +121,20 @@ class Page:
         try:
             self._requests.put_nowait(request)
         except queue.Full:
-            _log.warning("The page asks for more than can be done; a request was dropped.")
+            if not self._has_dropped:
+                _log.warning("The page asks for more than can be done; requests are dropped.")
+            self._has_dropped = True
+
+    def ask(self, request: Request) -> None:
+        """Have the worker do what a person asks of the room: nothing, once another was entered."""
+        room = self._room
+        self.request(lambda: request() if self._room is room else None)
 
     def on_press(self, button: Any, action: Request) -> None:
         """Have the worker do something when a button is pressed."""
 
         async def press(_: GuiEvent[Any]) -> None:
-            self.request(action)
+            self.ask(action)
 
         button.on_click(press)
 
@@ -136,7 +144,7 @@ class Page:
         async def change(event: GuiEvent[Any]) -> None:
             if event.client is not None:  # not what the worker itself has set
                 value = control.value
-                self.request(lambda: action(value))
+                self.ask(lambda: action(value))
 
         control.on_update(change)
 
@@ -213,14 +221,15 @@ class Page:
             self._room.draw_all()
 
     async def _click(self, event: SceneClickEvent) -> None:
-        place = floor_point(event.ray_origin, event.ray_direction)
-        self.request(lambda: None if self._room is None else self._room.click(place))
+        place, room = floor_point(event.ray_origin, event.ray_direction), self._room
+        if room is not None:
+            self.ask(lambda: room.click(place))
 
     def _take_drag(self, phase: str, start: NDArray[np.float64], end: NDArray[np.float64]) -> bool:
         room = self._room
         if room is None or not room.takes_drag(start):
             return False
-        self.request(lambda: room.drag(start, end, is_over=phase == "end"))
+        self.ask(lambda: room.drag(start, end, is_over=phase == "end"))
         return True
 
 

@@ -9,6 +9,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import yaml
 from rosbags.rosbag1 import Reader as Ros1Reader
@@ -27,7 +28,8 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.files.config_file import load_config
-from racecar.pipelines.files.session_file import load_session, save_session
+from racecar.pipelines.files.session_file import SESSION_FILE, load_session, save_session
+from tests.fuzz.pages import ROOMS, SAID, page_action, sound_messages
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -40,6 +42,8 @@ Change = Callable[[str, Any], Any]
 START, STEP = 1_700_000_000_000_000_000, 100_000_000
 SCANS, BEAMS = 25, 90
 HALF_LENGTH, HALF_WIDTH = 4.0, 3.0
+_RUN = ("map.yaml", "map.pgm", "report.json", "trajectory.tum", SESSION_FILE)
+"""Files of a run's folder that its map is edited with."""
 SECONDS = {"check": 10.0, "map": 30.0, "localize": 30.0}
 """Of processor time, by command: 10 and what a healthy bag of this size takes on a slow machine."""
 
@@ -172,6 +176,7 @@ def healthy_samples(folder: Path) -> list[Sample]:
     samples.append(_session(folder))
     samples.append(_config())
     samples += _trajectories()
+    samples += _pages(folder, room)
     return samples
 
 
@@ -285,6 +290,16 @@ def _config() -> Sample:
     files = {"settings.yaml": yaml.safe_dump(settings).encode()}
     action = partial(read_action, partial(load_config, Path("settings.yaml")))
     return Sample("config", files, action, tuple(files), weight=8.0)
+
+
+def _pages(folder: Path, room: Mapping[str, bytes]) -> list[Sample]:
+    racecar(["map", str(folder / "mcap"), "--out", str(folder / "run"), "--quiet"])
+    run = {name: content for name, content in _folder(folder / "run").items() if name.split("/")[1] in _RUN}
+    files = {**room, **run, SAID: msgspec.msgpack.encode(sound_messages())}
+    return [
+        Sample(f"page to {kind}", files, partial(page_action, kind), (SAID,), weight=0.5, seconds=30.0)
+        for kind in ROOMS
+    ]
 
 
 def _trajectories() -> list[Sample]:

@@ -52,10 +52,11 @@ def _gated(gate: Gate, control_of: Callable[[str], Any]) -> Iterator[Callable[[]
     serve, was_used = websockets_server.serve, threading.Event()
 
     def serve_gated(*arguments: Any, **options: Any) -> Any:
-        options["process_request"] = gate.before(options["process_request"])
-        options["create_connection"] = _connection(control_of)
-        options["max_size"] = LONGEST_MESSAGE
-        was_used.set()
+        if "process_request" in options:
+            options["process_request"] = gate.before(options["process_request"])
+            options["create_connection"] = _connection(control_of)
+            options["max_size"] = LONGEST_MESSAGE
+            was_used.set()
         return serve(*arguments, **options)
 
     websockets_server.serve = serve_gated  # type: ignore[assignment,misc]
