@@ -89,6 +89,7 @@ def page_action(kind: str) -> int:
     with closing(Page("a page", 0)) as page:
         page.enter(_ROOMS[kind](page))
         add_opening(page, Config())
+        _controls(page)[-2].value = "room.yaml"  # what it offers to open takes too long here
         worker = threading.Thread(target=page.run)
         worker.start()
         try:
@@ -131,15 +132,20 @@ def _does_its_work(page: Page) -> bool:
 
 def _encoded(frame: Any, page: Page) -> bytes:
     """A message, with the controls as they are at the moment."""
-    controls = list(page.server.gui._gui_input_handle_from_uuid.items())
     match frame:
         case {"uuid": {"control": int(number)}}:
-            uuid, control = controls[number % len(controls)]
-            frame = {**frame, "uuid": uuid}
+            controls = _controls(page)
+            control = controls[number % len(controls)]
+            frame = {**frame, "uuid": control._impl.uuid}
             match frame.get("updates"):
                 case {"value": {"of": float(share)}} if 0.0 <= share <= 1.0:
                     frame["updates"] = {"value": _value(control, share)}
     return msgspec.msgpack.encode(frame)
+
+
+def _controls(page: Page) -> list[Any]:
+    """In the order in which they were made."""
+    return list(page.server.gui._gui_input_handle_from_uuid.values())
 
 
 def _value(control: Any, share: float) -> Any:
