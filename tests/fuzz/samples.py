@@ -42,8 +42,6 @@ Change = Callable[[str, Any], Any]
 START, STEP = 1_700_000_000_000_000_000, 100_000_000
 SCANS, BEAMS = 25, 90
 HALF_LENGTH, HALF_WIDTH = 4.0, 3.0
-_RUN = ("map.yaml", "map.pgm", "report.json", "trajectory.tum", SESSION_FILE)
-"""Files of a run's folder that its map is edited with."""
 SECONDS = {"check": 10.0, "map": 30.0, "localize": 30.0}
 """Of processor time, by command: 10 and what a healthy bag of this size takes on a slow machine."""
 
@@ -58,7 +56,7 @@ class Sample:
     damaged: tuple[str, ...]
     """Which of the files are to be damaged."""
     command: str = ""
-    """That reads a bag; empty where something else is read."""
+    """That reads a bag, or ``page``; empty where something else is read."""
     weight: float = 1.0
     seconds: float = 10.0
 
@@ -176,7 +174,7 @@ def healthy_samples(folder: Path) -> list[Sample]:
     samples.append(_session(folder))
     samples.append(_config())
     samples += _trajectories()
-    samples += _pages(folder, room)
+    samples += _pages(room, (folder / "session.npz").read_bytes())
     return samples
 
 
@@ -292,12 +290,10 @@ def _config() -> Sample:
     return Sample("config", files, action, tuple(files), weight=8.0)
 
 
-def _pages(folder: Path, room: Mapping[str, bytes]) -> list[Sample]:
-    racecar(["map", str(folder / "mcap"), "--out", str(folder / "run"), "--quiet"])
-    run = {name: content for name, content in _folder(folder / "run").items() if name.split("/")[1] in _RUN}
-    files = {**room, **run, SAID: msgspec.msgpack.encode(sound_messages())}
+def _pages(room: Mapping[str, bytes], session: bytes) -> list[Sample]:
+    files = {**room, f"run/{SESSION_FILE}": session, SAID: msgspec.msgpack.encode(sound_messages())}
     return [
-        Sample(f"page to {kind}", files, partial(page_action, kind), (SAID,), weight=0.5, seconds=30.0)
+        Sample(f"page to {kind}", files, partial(page_action, kind), (SAID,), "page", 0.5, 30.0)
         for kind in ROOMS
     ]
 
