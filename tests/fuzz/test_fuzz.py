@@ -14,7 +14,7 @@ from tests.fuzz.pages import SAID
 from tests.fuzz.samples import read_action
 from tests.fuzz.trial import run_trial
 
-INPUTS, PAGES = 150, 6
+INPUTS, PAGES = 150, 4
 
 
 @pytest.fixture(scope="module")
