@@ -13,6 +13,14 @@ settings.register_profile("racecar-ci", deadline=None, derandomize=True)  # the 
 settings.load_profile("racecar-ci" if os.environ.get("CI") else "racecar")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _state_of_their_own(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """What programs keep is not kept beside that of whoever runs the tests."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_STATE_HOME", str(tmp_path_factory.mktemp("state")))
+        yield
+
+
 @pytest.fixture(scope="session")
 def recordings() -> Path:
     """The folder of real recordings, beside the clone or named by RACECAR_DATA; skips when there is none."""

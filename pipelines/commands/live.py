@@ -1,6 +1,5 @@
 """``racecar live``: the ROS 2 nodes that run on the car."""
 
-import os
 import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from racecar.pipelines.commands.live_simulate import simulate
 from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import map_files
+from racecar.pipelines.files.state_folder import state_folder
 from racecar.pipelines.live.ros.arguments import RosCommand
 
 if TYPE_CHECKING:
@@ -43,11 +43,6 @@ live = typer.Typer(help="ROS 2 nodes: map, localize, or simulate a car.")
 @live.callback()
 def _describe() -> None:
     """The ROS 2 nodes that run on the car, one that is a car, and the files to start them with."""
-
-
-def _state_folder() -> Path:
-    home = os.environ.get("XDG_STATE_HOME") or str(Path.home() / ".local" / "state")
-    return Path(home) / "racecar"
 
 
 @contextmanager
@@ -146,7 +141,7 @@ def localize(
         grid=None if map is None else load_map(map),
         initial_pose=None if initial_pose is None else np.array(initial_pose),
         anywhere=anywhere,
-        memory=None if no_memory else memory or _state_folder(),
+        memory=None if no_memory else memory or state_folder(),
         seed=seed,
     )
     with (

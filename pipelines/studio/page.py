@@ -18,7 +18,7 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent, ViserServer
+from viser import ClientHandle, GuiEvent, GuiFolderHandle, SceneClickEvent
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.runs.error_sentences import in_one_sentence, is_mendable_by_user
@@ -27,9 +27,11 @@ from racecar.pipelines.studio.legend import Legend
 from racecar.pipelines.studio.pace import Pace
 from racecar.pipelines.studio.palette import DARK, LIGHT, Backdrop
 from racecar.pipelines.studio.room import Room
+from racecar.pipelines.studio.server.gate import LOOPBACK, Gate
+from racecar.pipelines.studio.server.gated_server import gated_server
+from racecar.pipelines.studio.server.secret import page_secret
 from racecar.pipelines.studio.top_view import TopView, floor_point
 
-LOOPBACK = "127.0.0.1"
 FRAME = 0.05
 """Seconds from frame to frame: 20 a second look smooth and leave the processor time for more."""
 _SLOWEST_FRAME = 0.25
@@ -44,14 +46,12 @@ _LOOK_EVERY = 5.0
 """Seconds between two looks at whether the page can still be reached; by judgement."""
 
 _log = logging.getLogger(__name__)
-logging.getLogger("websockets").setLevel(logging.CRITICAL)  # who connects and says nothing is no error
-warnings.filterwarnings("ignore", "Queued a .* on a closed connection")  # a page that was just closed
 
 Request = Callable[[], None]
 
 
 class Page:
-    """Serves this machine only, while it is open."""
+    """Serves its user on this machine only, while it is open."""
 
     def __init__(self, title: str, port: int) -> None:
         """Port 0 takes a free one, and so does one that is in use, which is said in the log."""
@@ -59,10 +59,12 @@ class Page:
         self._room: Room | None = None
         self._folders: list[GuiFolderHandle] = []
         self._stop = threading.Event()
+        self._has_dropped = False
         self._warned_until = -math.inf
         self.ground: Backdrop = LIGHT
-        with redirect_stdout(io.StringIO()):  # it announces itself, verbose or not
-            self.server = ViserServer(LOOPBACK, _usable(port), label=title, verbose=False)
+        _hush()
+        self._secret = page_secret()
+        self.server = gated_server(LOOPBACK, _usable(port), title, Gate(self._secret))
         self.gui = self.server.gui
         self.gui.main_panel.dock_right()
         self.layers = Layers(self.server)
@@ -77,8 +79,8 @@ class Page:
 
     @property
     def address(self) -> str:
-        """Where a browser of this machine finds the page."""
-        return f"http://{LOOPBACK}:{self.server.get_port()}/"
+        """Where a browser of this machine finds the page; whoever knows it may use the page."""
+        return f"http://{LOOPBACK}:{self.server.get_port()}/{self._secret}/"
 
     def enter(self, make_room: Callable[[], Room]) -> None:
         """Use the page for something else; called by the worker, or before it runs."""
@@ -119,13 +121,20 @@ class Page:
         try:
             self._requests.put_nowait(request)
         except queue.Full:
-            _log.warning("The page asks for more than can be done; a request was dropped.")
+            if not self._has_dropped:
+                _log.warning("The page asks for more than can be done; requests are dropped.")
+            self._has_dropped = True
+
+    def ask(self, request: Request) -> None:
+        """Have the worker do what a person asks of the room: nothing, once another was entered."""
+        room = self._room
+        self.request(lambda: request() if self._room is room else None)
 
     def on_press(self, button: Any, action: Request) -> None:
         """Have the worker do something when a button is pressed."""
 
         async def press(_: GuiEvent[Any]) -> None:
-            self.request(action)
+            self.ask(action)
 
         button.on_click(press)
 
@@ -135,7 +144,7 @@ class Page:
         async def change(event: GuiEvent[Any]) -> None:
             if event.client is not None:  # not what the worker itself has set
                 value = control.value
-                self.request(lambda: action(value))
+                self.ask(lambda: action(value))
 
         control.on_update(change)
 
@@ -187,12 +196,10 @@ class Page:
             self.pace.note_frame()
 
     def _take_requests(self) -> None:
-        while not self._stop.is_set():
-            try:
-                request = self._requests.get_nowait()
-            except queue.Empty:
+        for _ in range(self._requests.qsize()):  # those that come meanwhile wait for the next frame
+            if self._stop.is_set():
                 return
-            self._survive(request)
+            self._survive(self._requests.get_nowait())
 
     def _survive(self, action: Callable[..., None], *arguments: Any) -> None:
         try:
@@ -214,15 +221,22 @@ class Page:
             self._room.draw_all()
 
     async def _click(self, event: SceneClickEvent) -> None:
-        place = floor_point(event.ray_origin, event.ray_direction)
-        self.request(lambda: None if self._room is None else self._room.click(place))
+        place, room = floor_point(event.ray_origin, event.ray_direction), self._room
+        if room is not None:
+            self.ask(lambda: room.click(place))
 
     def _take_drag(self, phase: str, start: NDArray[np.float64], end: NDArray[np.float64]) -> bool:
         room = self._room
         if room is None or not room.takes_drag(start):
             return False
-        self.request(lambda: room.drag(start, end, is_over=phase == "end"))
+        self.ask(lambda: room.drag(start, end, is_over=phase == "end"))
         return True
+
+
+def _hush() -> None:
+    """Visitors who connect and say nothing, and pages that were just closed, are nothing to tell of."""
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)
+    warnings.filterwarnings("ignore", "Queued a .* on a closed connection")
 
 
 def _usable(port: int) -> int:

@@ -33,6 +33,8 @@ _ASPECT = 1.3
 _SETTLED_AFTER, _NUDGE = 1.0, 1.0005
 """Seconds after which a page's panel stands where it stays, and the factor by which the camera then rises,
 which nobody sees."""
+_LOWEST = 1e-3
+"""Metres of a camera, below which there is no floor to look down at."""
 _OBEYED_AFTER = 1.0
 """Seconds for which a page may still report what it saw before it was told to look elsewhere."""
 _TILTED = 1e-3
@@ -145,8 +147,8 @@ class TopView:
         self._views.pop(client.client_id, None)
 
     async def _keep_upright(self, camera: CameraHandle) -> None:
-        """Remember what a page shows, and put it right where it is tilted: by its own controls, or for a
-        moment on the way to another view."""
+        """Remember what a page shows, and put it right where it is tilted or under the floor: by its own
+        controls, or for a moment on the way to another view."""
         number = camera.client.client_id
         view = self._views.get(number)
         if view is None:
@@ -203,10 +205,11 @@ def _point_under(camera: CameraHandle, screen: tuple[float, float]) -> NDArray[n
 
 
 def _is_tilted(camera: CameraHandle) -> bool:
+    """Whether a camera does not look down at the floor, north up."""
     ahead = np.asarray(camera.look_at) - np.asarray(camera.position)
     sideways = math.hypot(ahead[0], ahead[1]) / max(float(np.linalg.norm(ahead)), 1e-9)
     is_upside_down = ahead[2] > 0.0 or camera.up_direction[1] < 1.0 - _TILTED
-    return bool(sideways > _TILTED or is_upside_down)
+    return bool(sideways > _TILTED or is_upside_down or camera.position[2] < _LOWEST)
 
 
 def _look(camera: CameraHandle, middle: NDArray[np.float64], height: float) -> None:

@@ -10,6 +10,7 @@ from typing import Any
 from tests.fuzz.mutations import damage, odd_message
 from tests.fuzz.samples import SECONDS, Sample, bag_action, healthy_samples, write_drive
 
+COMMANDS = (*SECONDS, "page")
 _ODD_MESSAGES_SHARE = 0.3
 """Of the inputs: sound bags with odd messages in them, since damage to bytes seldom makes such."""
 
@@ -27,12 +28,12 @@ class Input:
 class Inputs:
     """Makes inputs of healthy samples."""
 
-    def __init__(self, commands: tuple[str, ...] = ("check", "map", "localize")) -> None:
+    def __init__(self, commands: tuple[str, ...] = COMMANDS) -> None:
         with tempfile.TemporaryDirectory() as folder:
             samples = healthy_samples(Path(folder))
         self.healthy = samples
         self._samples = [sample for sample in samples if sample.command in (*commands, "")]
-        self._commands = commands
+        self._commands = [command for command in commands if command in SECONDS]
         self._room = next(sample.files for sample in samples if sample.command == "localize")
 
     def make(self, number: int) -> Input:

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
+import msgspec
 import numpy as np
 
 ODD_FLOATS = (
@@ -49,6 +50,8 @@ def damage(name: str, content: bytes, rng: random.Random) -> tuple[bytes, str]:
         ways += 3 * [damage_text]
     if name.endswith(".npz"):
         ways += 3 * [damage_arrays]
+    if name.endswith(".said"):
+        ways += 20 * [damage_said]
     return rng.choice(ways)(content, rng)
 
 
@@ -227,4 +230,45 @@ def _odd_array(values: np.ndarray, rng: random.Random) -> np.ndarray:
         some[rng.randrange(len(some)) :: rng.choice((1, 2, 7))] = odd
     return rng.choice(
         (values[:0], values[: len(values) // 2], np.full_like(values, odd), some, np.tile(values, 3))
+    )
+
+
+_KINDS_SAID = (
+    "ShareUrlRequest", "RunJavascriptMessage", "GuiFormDirtyMessage", "FileTransferStartUpload", "Message",
+    "TransformControlsUpdateMessage", "SceneNodeUpdateMessage", "GetRenderResponseMessage", "ResetGuiMessage",
+    "CommandTriggerMessage", "ViewerCameraMessage", "ScenePointerMessage", "GuiUpdateMessage",
+)  # fmt: skip
+"""Of messages that a browser and the server of a page know."""
+
+
+def damage_said(content: bytes, rng: random.Random) -> tuple[bytes, str]:
+    """Messages of a page in any order, some of them odd or longer than is heard."""
+    messages = msgspec.msgpack.decode(content)
+    count, share = rng.choice((5, 20, 60)), rng.choice((0.0, 0.1, 0.5))
+    said: list[Any] = [rng.choice(messages) for _ in range(count)]
+    for index, message in enumerate(said):
+        if rng.random() < share:
+            said[index] = rng.choice((*3 * (_odd_said(message, rng),), *_odd_frames(message, rng)))
+    return msgspec.msgpack.encode([messages[0], *said]), f"{count} messages, {share:.0%} odd"
+
+
+def _odd_frames(message: Any, rng: random.Random) -> tuple[Any, ...]:
+    damaged, _ = damage_bytes(msgspec.msgpack.encode(message), rng)
+    return damaged, rng.choice(ODD_TOKENS), bytes(rng.choice((0, 1000, 1 << 16, 1 << 20)))
+
+
+def _odd_said(value: Any, rng: random.Random) -> Any:
+    """A copy of what is said with something odd in it."""
+    if isinstance(value, dict) and value:
+        name = rng.choice(list(value))
+        if rng.random() < 0.1:
+            return {key: each for key, each in value.items() if key != name}
+        if name == "type" and rng.random() < 0.7:
+            return {**value, name: rng.choice(_KINDS_SAID)}
+        return {**value, rng.choice((*9 * (name,), *ODD_STRINGS)): _odd_said(value[name], rng)}
+    if isinstance(value, list) and value and rng.random() < 0.9:
+        index = rng.randrange(len(value))
+        return [*value[:index], _odd_said(value[index], rng), *value[index + rng.choice((0, 1, 1, 1)) :]]
+    return rng.choice(
+        (*ODD_FLOATS, *ODD_INTEGERS, *ODD_STRINGS, None, True, [], {}, [value], {"value": value}, b"x")
     )

@@ -9,6 +9,7 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import yaml
 from rosbags.rosbag1 import Reader as Ros1Reader
@@ -27,7 +28,8 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.files.config_file import load_config
-from racecar.pipelines.files.session_file import load_session, save_session
+from racecar.pipelines.files.session_file import SESSION_FILE, load_session, save_session
+from tests.fuzz.pages import ROOMS, SAID, page_action, sound_messages
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -54,7 +56,7 @@ class Sample:
     damaged: tuple[str, ...]
     """Which of the files are to be damaged."""
     command: str = ""
-    """That reads a bag; empty where something else is read."""
+    """That reads a bag, or ``page``; empty where something else is read."""
     weight: float = 1.0
     seconds: float = 10.0
 
@@ -172,6 +174,7 @@ def healthy_samples(folder: Path) -> list[Sample]:
     samples.append(_session(folder))
     samples.append(_config())
     samples += _trajectories()
+    samples += _pages(room, (folder / "session.npz").read_bytes())
     return samples
 
 
@@ -285,6 +288,14 @@ def _config() -> Sample:
     files = {"settings.yaml": yaml.safe_dump(settings).encode()}
     action = partial(read_action, partial(load_config, Path("settings.yaml")))
     return Sample("config", files, action, tuple(files), weight=8.0)
+
+
+def _pages(room: Mapping[str, bytes], session: bytes) -> list[Sample]:
+    files = {**room, f"run/{SESSION_FILE}": session, SAID: msgspec.msgpack.encode(sound_messages())}
+    return [
+        Sample(f"page to {kind}", files, partial(page_action, kind), (SAID,), "page", 0.5, 30.0)
+        for kind in ROOMS
+    ]
 
 
 def _trajectories() -> list[Sample]:

@@ -3,16 +3,18 @@
 import os
 import random
 import signal
+from dataclasses import replace
 
 import pytest
 
 from racecar.maps.errors import UserError
 from tests.fuzz.__main__ import prepare
 from tests.fuzz.mutations import damage
+from tests.fuzz.pages import SAID
 from tests.fuzz.samples import read_action
 from tests.fuzz.trial import run_trial
 
-INPUTS = 150
+INPUTS, PAGES = 150, 4
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +31,17 @@ def test_damaged_inputs_end_in_a_result_or_one_sentence(inputs, tmp_path):
         if outcome.fault:
             faults.append(f"input {number}, {tried.sample.name}, {tried.what}: {outcome}")
     assert not faults
+
+
+def test_a_page_is_well_whatever_is_said_to_it(inputs, tmp_path):
+    (watched,) = (sample for sample in inputs.healthy if sample.name == "page to watch")
+    for number in range(PAGES):
+        folder = tmp_path / str(number)
+        said, what = damage(SAID, watched.files[SAID], random.Random(number))
+        tried = replace(watched, files={**watched.files, SAID: said})
+        tried.write(folder)
+        outcome = run_trial(tried.action, folder, tried.seconds)
+        assert not outcome.fault, f"{number}, {what}: {outcome}"
 
 
 def test_the_same_number_gives_the_same_input(inputs):

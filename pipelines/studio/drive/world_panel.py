@@ -43,6 +43,6 @@ def add_world_controls(page: Page, conditions: Conditions) -> None:
 
 def _while_held(page: Page, button: Any, action: Callable[[], None]) -> None:
     async def hold(_: object) -> None:
-        page.request(action)
+        page.ask(action)
 
     button.on_hold(hold, callback_hz=_HELD_PER_SECOND)

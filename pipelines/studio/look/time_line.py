@@ -33,7 +33,7 @@ class TimeLine:
         @back_and_on.on_click
         async def _(_: object) -> None:
             scans = -1 if back_and_on.value == "◀ scan" else 1
-            page.request(lambda: self.go_to(self._step(scans)))
+            page.ask(lambda: self.go_to(self._step(scans)))
 
     def go_to(self, seconds: float) -> None:
         """Show a moment."""

@@ -12,7 +12,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.studio.drive.drive_room import DriveRoom
-from racecar.pipelines.studio.page import LOOPBACK
+from racecar.pipelines.studio.server.gate import LOOPBACK
 from tests.pipelines.simulation.test_driven_simulation import a_room
 from tests.pipelines.studio.chromium import Opened, opened, running
 

@@ -12,7 +12,8 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.config_file import load_config
 from racecar.pipelines.files.edits_file import edits_beside
-from racecar.pipelines.studio.page import LOOPBACK, Page
+from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.server.gate import LOOPBACK
 from racecar.pipelines.studio.studio import room_for
 from tests.pipelines.studio.chromium import Opened, opened, running
 

@@ -16,7 +16,8 @@ from racecar.pipelines.cli import run
 from racecar.pipelines.files.config_file import load_config
 from racecar.pipelines.files.report import read_report
 from racecar.pipelines.studio.map_bag.map_bag_room import MapBagRoom
-from racecar.pipelines.studio.page import LOOPBACK, Page
+from racecar.pipelines.studio.page import Page
+from racecar.pipelines.studio.server.gate import LOOPBACK
 from racecar.pipelines.studio.studio import room_for
 from tests.pipelines.studio.chromium import opened, running
 

@@ -11,9 +11,10 @@ import pytest
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.live.display.browser_view import live_view
-from racecar.pipelines.studio.page import LOOPBACK, Page
+from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import CAR, LOOP
 from racecar.pipelines.studio.pointed import Pointed
+from racecar.pipelines.studio.server.gate import LOOPBACK
 from racecar.pipelines.studio.watch.tools import NodeTool, Senders
 from racecar.pipelines.studio.watch.watch_room import Glimpse, WatchRoom
 from tests.pipelines.simulation.test_driven_simulation import a_room

@@ -1,0 +1,1 @@
+"""Who reaches the page, and what is heard of them."""

@@ -1,0 +1,79 @@
+"""A server of pages that lets in only the user, and hears only what people can do on a page.
+
+viser's own looks neither at who comes nor at what is said. Its connections are made by the `serve` of
+websockets, which takes an answer to requests and a kind of connection: both are replaced while it starts.
+"""
+
+import io
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout
+from typing import Any
+
+import viser
+from viser import ViserServer
+from websockets.asyncio import server as websockets_server
+from websockets.asyncio.server import ServerConnection
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.studio.server.gate import Gate
+from racecar.pipelines.studio.server.hearing import LONGEST_MESSAGE, is_heard
+
+_GUARDED = "1.1.1"
+"""The version of viser with which this was tried."""
+_CONTROLS = "_gui_input_handle_from_uuid"
+"""Where viser keeps the controls of the side panel; it has no other way to find one."""
+_starting = threading.Lock()
+
+
+def gated_server(host: str, port: int, title: str, gate: Gate) -> ViserServer:
+    """Serve pages at a port. Raises UserError with a viser that starts otherwise: better no page than one
+    that is open to everybody."""
+    started: list[ViserServer] = []
+
+    def control_of(uuid: str) -> Any:
+        return getattr(started[0].gui, _CONTROLS).get(uuid) if started else None
+
+    with _starting, redirect_stdout(io.StringIO()), _gated(gate, control_of) as is_gated:
+        server = ViserServer(host, port, label=title, verbose=False)
+        if not is_gated() or not hasattr(server.gui, _CONTROLS):
+            server.stop()
+            raise UserError(
+                f"The page cannot be guarded with viser {viser.__version__}, and everybody could use it: "
+                f"`pip install 'viser=={_GUARDED}'` installs one with which it can."
+            )
+    started.append(server)
+    return server
+
+
+@contextmanager
+def _gated(gate: Gate, control_of: Callable[[str], Any]) -> Iterator[Callable[[], bool]]:
+    """Have whatever is served from now on gated; whether something was."""
+    serve, was_used = websockets_server.serve, threading.Event()
+
+    def serve_gated(*arguments: Any, **options: Any) -> Any:
+        if "process_request" in options:
+            options["process_request"] = gate.before(options["process_request"])
+            options["create_connection"] = _connection(control_of)
+            options["max_size"] = LONGEST_MESSAGE
+            was_used.set()
+        return serve(*arguments, **options)
+
+    websockets_server.serve = serve_gated  # type: ignore[assignment,misc]
+    try:
+        yield was_used.is_set
+    finally:
+        websockets_server.serve = serve  # type: ignore[misc]
+
+
+def _connection(control_of: Callable[[str], Any]) -> type[ServerConnection]:
+    class Connection(ServerConnection):
+        """Receives only what is heard."""
+
+        async def recv(self, decode: bool | None = None) -> Any:
+            while True:
+                said = await super().recv(decode)
+                if is_heard(said, control_of):
+                    return said
+
+    return Connection
