@@ -277,7 +277,7 @@ def _image_path(entries: dict[str, Any], yaml_path: Path) -> Path:
     image_path, beside = yaml_path.parent / name, yaml_path.parent / Path(name).name
     is_other = beside != image_path and beside.is_file()
     instead = f"{beside.name} lies beside it: write 'image: {beside.name}' if that is the one"
-    if not image_path.resolve().is_relative_to(yaml_path.parent.resolve()):
+    if not Path(os.path.realpath(image_path)).is_relative_to(os.path.realpath(yaml_path.parent)):
         remedy = instead if is_other else "put the image beside the YAML file and name it without a path"
         raise UserError(f"In {yaml_path}, image points outside its folder ({_short(name)}); {remedy}.")
     if not image_path.is_file():

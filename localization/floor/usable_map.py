@@ -11,10 +11,9 @@ from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGr
 
 
 def refuse_empty(grid: OccupancyGrid) -> None:
-    """Raises UserError when a map has no free cells or no walls, before a field is made of as many cells as it
-    claims."""
+    """Raises UserError when a map has no free cells or no walls, before fields of its size are made."""
     parts = [grid.cells[rows] for rows in strips(grid.shape)]
-    if not any(((UNKNOWN < part) & (part < OCCUPIED_FROM)).any() for part in parts):
+    if not any(((part > UNKNOWN) & (part < OCCUPIED_FROM)).any() for part in parts):
         raise UserError("The map has no free cells, so a car can stand nowhere on it; check its thresholds.")
     if not any((part >= OCCUPIED_FROM).any() for part in parts):
         raise UserError(

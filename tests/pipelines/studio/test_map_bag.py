@@ -14,7 +14,7 @@ from racecar.maps.grid.occupancy_grid import OCCUPIED
 from racecar.maps.map_files import load_map
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.config_file import load_config
-from racecar.pipelines.files.report import read_report
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.studio.map_bag.map_bag_room import MapBagRoom
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.server.gate import LOOPBACK
@@ -83,7 +83,7 @@ def test_a_bag_is_mapped_while_one_watches(page: Page, bag: Path, tmp_path: Path
     assert "The map is" in room.words
     assert room.would_be_lost == ""
     folder = tmp_path / "runs/drive"
-    assert read_report(folder)["inputs"]["bag"] == str(bag)
+    assert read_report(folder).inputs.bag == str(bag)
     written = load_map(folder)
     assert room.grid is not None
     np.testing.assert_array_equal(room.grid.cells >= 65, written.cells == OCCUPIED)  # not the last sketch
