@@ -19,7 +19,7 @@ _DEEPEST = 20
 """Levels of nesting, since settings in a report have eight, and what walks through them recurses."""
 
 
-class BagPart(Lenient):
+class PartRead(Lenient):
     """What was read of a bag; seconds."""
 
     start: Number = 0.0
@@ -31,7 +31,7 @@ class Inputs(Lenient):
 
     bag: Text | None = None
     bag_fingerprint: Text | None = None
-    part: BagPart = BagPart()
+    part: PartRead = PartRead()
     continued: Text | None = Field(default=None, alias="continue")
     map: Text | None = None
     run_digest: Text | None = None

@@ -105,8 +105,9 @@ def test_what_was_read_until_one_stops_becomes_the_map(page: Page, long_bag: Pat
     room.stop()
     wait_for(page, lambda: room.is_idle)
     report = read_report(tmp_path / "runs/long")
-    assert report["counts"]["interrupted"]
-    assert 0 < report["counts"]["scans"] < 1600
+    assert report.counts.interrupted
+    assert report.counts.scans is not None
+    assert 0 < report.counts.scans < 1600
     assert "The reading was stopped after" in room.remarks
 
 
