@@ -35,8 +35,8 @@ Mode = Literal["trinary", "scale", "raw"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 _IMAGE_ENDS: dict[Mode, str] = {"trinary": ".pgm", "scale": "_image.png", "raw": ".pgm"}
 """Of an image, after the name of its YAML file; not ``.png``, since ``map.png`` shows the path as well."""
-MOST_PIXELS = 89_478_485
-"""Of an image that is read: Pillow's limit, beyond which a file may be made to fill the memory."""
+MOST_PIXELS = 9000 * 9000
+"""Of an image that is read, since a file of any size may claim any number: in colours these take 0.4 GB."""
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
 OCCUPIED_THRESHOLD = 0.65
 BLACK, GREY, WHITE = 0, 205, 254
@@ -277,7 +277,7 @@ def _image_path(entries: dict[str, Any], yaml_path: Path) -> Path:
     image_path, beside = yaml_path.parent / name, yaml_path.parent / Path(name).name
     is_other = beside != image_path and beside.is_file()
     instead = f"{beside.name} lies beside it: write 'image: {beside.name}' if that is the one"
-    if not image_path.resolve().is_relative_to(yaml_path.parent.resolve()):
+    if not Path(os.path.realpath(image_path)).is_relative_to(os.path.realpath(yaml_path.parent)):
         remedy = instead if is_other else "put the image beside the YAML file and name it without a path"
         raise UserError(f"In {yaml_path}, image points outside its folder ({_short(name)}); {remedy}.")
     if not image_path.is_file():
@@ -341,10 +341,11 @@ def _brightness(image: Image.Image, mode: str) -> tuple[NDArray[np.uint16], int,
 def _open_image(image_path: Path, yaml_path: Path) -> Image.Image:
     try:
         with _silence():
-            warnings.simplefilter("error", Image.DecompressionBombWarning)
             image = Image.open(image_path, formats=IMAGE_FORMATS)
+            if image.width * image.height > MOST_PIXELS:
+                raise Image.DecompressionBombError
             image.load()
-    except (Image.DecompressionBombWarning, Image.DecompressionBombError) as error:
+    except Image.DecompressionBombError as error:
         raise UserError(
             f"The image {image_path}, named in {yaml_path}, has more than {MOST_PIXELS} pixels; "
             "crop it or save it at a coarser resolution."

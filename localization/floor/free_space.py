@@ -10,7 +10,6 @@ from scipy import ndimage
 from racecar.localization.floor.config import FreeSpaceConfig
 from racecar.localization.floor.patches import patch_sizes, spread, strips
 from racecar.localization.floor.region import Region
-from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, UNKNOWN, OccupancyGrid
 
@@ -90,7 +89,7 @@ def find_free_space(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig
 
     (A map may not know the floor that the mapping car itself stood on.) Where that is more than
     ``max_cells``, patches that reach the grid's edge are left out if others remain: on the map of a
-    track, the endless floor around it. Raises UserError when nothing is free.
+    track, the endless floor around it. Some cell must be free.
     """
     is_open = _open_floor(grid, max_cells, config)
     return FreeSpace(grid, is_open, _find_movable(grid, is_open, config.largest_movable))
@@ -99,8 +98,6 @@ def find_free_space(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig
 def _open_floor(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) -> NDArray[np.bool_]:
     free = (grid.cells > UNKNOWN) & (grid.cells < OCCUPIED_FROM)
     patches, count = ndimage.label(free)
-    if count == 0:
-        raise UserError("The map has no free cells, so a car can stand nowhere on it; check its thresholds.")
     areas = patch_sizes(patches, count) * grid.resolution**2
     areas[0] = 0.0
     wanted = areas >= min(config.smallest_area, areas.max())

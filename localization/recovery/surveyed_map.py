@@ -13,7 +13,7 @@ from racecar.localization.floor.range_table.range_table import (
     affordable_cells,
     build_range_table,
 )
-from racecar.localization.floor.usable_map import refuse_unusable
+from racecar.localization.floor.usable_map import refuse_empty, refuse_inverted
 from racecar.localization.floor.walls import Walls, find_walls
 from racecar.localization.recovery.place_search import PlaceSearch
 from racecar.localization.sensor.beam_model import BeamModel
@@ -42,10 +42,11 @@ def survey(grid: OccupancyGrid, config: LocalizationConfig) -> SurveyedMap:
 
     Raises UserError when the map has no free space or no walls, or seems to have one for the other.
     """
+    refuse_empty(grid)
     walls = find_walls(grid)
     affordable = affordable_cells(config.table_megabytes, config.range_table)
     free_space = find_free_space(grid, affordable, config.free_space)
-    refuse_unusable(walls, free_space, config.free_space)
+    refuse_inverted(walls, free_space, config.free_space)
     table = build_range_table(free_space, config.table_megabytes, config.range_table)
     places = PlaceSearch(free_space, table, config.place_search)
     return SurveyedMap(walls, free_space, table, places, places.shares_when_lost(config.lost_detector))

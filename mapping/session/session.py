@@ -45,7 +45,7 @@ from racecar.mapping.grid.rendering import Rays, returns_of
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.session.session_layout import check_session
+from racecar.mapping.session.session_layout import checked_session
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
 
 _MATCHING = ScanMatchingConfig()
@@ -131,9 +131,8 @@ class Session:
     @classmethod
     def from_arrays(cls, arrays: Arrays, matching: ScanMatchingConfig = _MATCHING) -> "Session":
         """The session that `to_arrays` wrote. Raises ValueError that names the array when one is missing or
-        cannot be of a session. One from before drives were told apart counts as a single drive."""
-        arrays = {"drives": one_drive(len(arrays.get("map_from_keyframe", ()))), **arrays}
-        check_session(arrays)
+        cannot be of a session."""
+        arrays = checked_session(arrays)
         ends = unpack(arrays["rays.ends"].astype(np.float32), arrays["rays.lengths"])
         returns = arrays["rays.returns"].tolist()
         return cls(

@@ -68,8 +68,18 @@ _SESSION: dict[str, _Numbers] = {
 """The arrays of a session by definition, as its module's documentation names them."""
 
 
-def check_session(arrays: Arrays) -> None:
-    """Raises ValueError that names the array at fault."""
+def checked_session(arrays: Arrays) -> Arrays:
+    """The arrays of a session; one from before drives were told apart counts as a single drive.
+
+    Raises ValueError that names the array at fault.
+    """
+    keyframes = np.atleast_1d(arrays.get("map_from_keyframe", np.empty(0)))
+    arrays = {"drives": np.zeros(len(keyframes), dtype=np.int32), **arrays}
+    _check(arrays)
+    return arrays
+
+
+def _check(arrays: Arrays) -> None:
     check_layout(arrays, {name: numbers.layout for name, numbers in _SESSION.items()})
     for name, numbers in _SESSION.items():
         if numbers.layout.kinds != "U" and not _are_within(arrays, name, numbers.low, numbers.high):

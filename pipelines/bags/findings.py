@@ -62,6 +62,10 @@ _COUNTED = {
         "Messages dropped because their bytes are damaged",
         "Copy the bag again from where it was recorded.",
     ),
+    "oversized_messages": (
+        "Messages dropped because they are larger than any sensor's",
+        "Copy the bag again from where it was recorded, and look at what the driver publishes.",
+    ),
     "invalid_odometry": (
         "Odometry messages dropped because they hold no valid pose",
         "Make the odometry node set the pose's quaternion (w = 1 for no rotation).",
@@ -85,7 +89,7 @@ _COUNTED = {
     ),
 }
 
-_LOST = ("dropped_out_of_order", "empty_scans", "undecodable_messages")
+_LOST = ("dropped_out_of_order", "empty_scans", "undecodable_messages", "oversized_messages")
 """Counts of messages that are missing in the map."""
 _MUCH_LOST = 0.25
 """Of all messages; a drive of which more is lost has holes that no odometry bridges: by judgement."""

@@ -1,11 +1,10 @@
 """What became of a bag of a batch."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 from typing import Any
 
-from racecar.pipelines.files.report import read_report
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.mapping_job import MappingJob
 
 
@@ -70,33 +69,24 @@ class BatchRow:
 def mapped_row(job: MappingJob) -> BatchRow:
     """What the report in a job's folder says of its map."""
     report = read_report(job.out)
-    quality = _section(report, "quality")
-    if "verdict" not in quality:
-        return BatchRow(
-            job,
-            Outcome.FAILED,
-            f"Its report is not in {job.out}; a cluster's machines must all see this folder under this name.",
+    quality = report.quality
+    try:
+        outcome = Outcome(quality.verdict)
+    except ValueError:
+        missing = (
+            f"Its report is not in {job.out}; a cluster's machines must all see this folder under this name."
         )
-    outcome = Outcome(quality["verdict"])
-    reasons = quality.get("reasons") or [""]
+        return BatchRow(job, Outcome.FAILED, report.damage or missing)
     return BatchRow(
         job,
         outcome,
-        reason="" if outcome == Outcome.GOOD else reasons[0],
-        path_m=_section(report, "result").get("path_metres"),
-        log_seconds=_section(report, "result").get("log_seconds"),
-        error_per_10_m=quality.get("error_per_10_m"),
-        error_of_whole_m=quality.get("error_of_whole_m"),
-        residual_m=_section(report, "consistency", "scan_matching").get("mean_residual_m"),
-        loop_closures=_section(report, "counts").get("loop_closures"),
-        seconds=_section(report, "stages", "total").get("wall_seconds"),
-        warnings=report.get("warnings", []),
+        reason="" if outcome == Outcome.GOOD else next(iter(quality.reasons), ""),
+        path_m=report.result.path_metres,
+        log_seconds=report.result.log_seconds,
+        error_per_10_m=quality.error_per_10_m,
+        error_of_whole_m=quality.error_of_whole_m,
+        residual_m=report.consistency.scan_matching.mean_residual_m,
+        loop_closures=report.counts.loop_closures,
+        seconds=report.stages.total.wall_seconds,
+        warnings=report.cautions,
     )
-
-
-def _section(report: Mapping[str, Any], *names: str) -> Mapping[str, Any]:
-    """A part of a report; empty where there is none."""
-    part: Any = report
-    for name in names:
-        part = part.get(name, {}) if isinstance(part, Mapping) else {}
-    return part if isinstance(part, Mapping) else {}

@@ -8,7 +8,7 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.bags.storage.recordings import is_bag_folder
 from racecar.pipelines.batch.bag_search import bag_stem
-from racecar.pipelines.files.report import read_inputs
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.output_places import OutputFolder, check_places
 from racecar.pipelines.runs.source_recording import SourceRecording
@@ -46,9 +46,9 @@ class _Owner:
     """The bag whose run lies in a folder."""
 
     def __init__(self, folder: Path) -> None:
-        inputs = read_inputs(folder)
-        self.is_run = "bag" in inputs
-        self._recording = SourceRecording(inputs)
+        report = read_report(folder)
+        self.is_run = report.has("inputs", "bag")
+        self._recording = SourceRecording(report.inputs)
 
     def has_content_of(self, bag: Path) -> bool:
         """Wherever it was moved to."""

@@ -15,10 +15,6 @@ from typing import Any
 
 import numpy as np
 
-from racecar.maps.errors import UserError
-from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import load_map
-from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
 
 REPORT_FILE = "report.json"
@@ -127,29 +123,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not isfinite(value):
         return None
     return value
-
-
-def read_report(folder: Path) -> dict[str, Any]:
-    """The report in a run's folder; empty when there is none or it is damaged, as all else can be used
-    without."""
-    try:
-        contents = json.loads(read_text(folder / REPORT_FILE))
-    except (UserError, ValueError, RecursionError):
-        return {}
-    return contents if isinstance(contents, dict) else {}
-
-
-def read_inputs(folder: Path) -> dict[str, Any]:
-    """What the report in a run's folder says it was made from; empty likewise."""
-    inputs = read_report(folder).get("inputs")
-    return inputs if isinstance(inputs, dict) else {}
-
-
-def named_map(report: Mapping[str, Any]) -> OccupancyGrid | None:
-    """The map that a report names, if it is still there and can be read."""
-    inputs = report.get("inputs")
-    named = inputs.get("map") if isinstance(inputs, dict) else None
-    try:
-        return load_map(named) if isinstance(named, str) else None
-    except UserError:
-        return None

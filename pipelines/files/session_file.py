@@ -14,6 +14,7 @@ import numpy as np
 
 from racecar.mapping.arrays import Arrays
 from racecar.mapping.session.session import Session
+from racecar.mapping.session.session_layout import checked_session
 from racecar.maps.errors import UserError
 from racecar.maps.whole_files import write_atomically
 
@@ -31,15 +32,20 @@ def save_session(session: Session, path: Path) -> None:
 
 def load_session(folder: Path) -> Session:
     """The session that ``racecar map`` left in a folder. Raises UserError when there is none to be read."""
-    path = folder / SESSION_FILE
-    if not path.is_file():
+    if not (folder / SESSION_FILE).is_file():
         raise UserError(
             f"There is no {SESSION_FILE} in {folder}, so there is no map to extend or to render; name a "
             "folder that `racecar map` has written."
         )
+    return Session.from_arrays(load_session_arrays(folder))
+
+
+def load_session_arrays(folder: Path) -> Arrays:
+    """The arrays of the session in a folder, checked. Raises UserError when they are not of a session."""
+    path = folder / SESSION_FILE
     arrays = load_arrays(path, "racecar session")
     try:
-        return Session.from_arrays(arrays)
+        return checked_session(arrays)
     except ValueError as error:
         raise _damaged(path) from error
 

@@ -1,19 +1,20 @@
 """Where the car was when its node stopped, and where its laser sits, so that the next start begins there."""
 
 import hashlib
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field, ValidationError
 
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.text_files import read_text
+from racecar.pipelines.files.lenient import Lenient
 from racecar.pipelines.files.report import write_json
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 
@@ -23,6 +24,32 @@ _FASTEST = 10.0
 """Metres per second; odometry that claims more was restarted meanwhile; no small car is as fast."""
 _DRIFT = 0.05
 """Standard deviation (m, rad) per metre that the car went meanwhile; wheels drift by 2 to 5 % on our logs."""
+
+
+_MOST_BYTES = 100_000
+"""Of the file, since what is written takes a hundredth."""
+_FARTHEST = 1e7
+"""Metres or radians, since that is a quarter of the earth's circumference."""
+
+_Number = Annotated[float, Field(ge=-_FARTHEST, le=_FARTHEST)]
+_Place = tuple[_Number, _Number, _Number]
+_Row = tuple[_Number, _Number, _Number, _Number]
+
+
+class _KeptLaser(Lenient):
+    base_frame: str
+    laser_frame: str
+    base_from_laser: tuple[_Row, _Row, _Row, _Row]
+
+
+class _Kept(Lenient):
+    """The file."""
+
+    map_from_base: _Place
+    covariance: tuple[_Place, _Place, _Place]
+    odometry_stamp: Annotated[int, Field(ge=-(2**63), lt=2**63)] | None = None
+    odom_from_base: _Place | None = None
+    laser: _KeptLaser | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,36 +109,24 @@ class PoseMemory:
         """What was remembered for this map, or None. Raises UserError when it is damaged."""
         if not self.path.is_file():
             return None
-        contents = self._read()
-        map_from_base, covariance = _numbers(contents, "map_from_base"), _numbers(contents, "covariance")
-        if map_from_base.shape != (3,) or not _is_covariance(covariance):
-            raise UserError(f"{self.path} holds no remembered pose; remove it, or give the start yourself.")
-        stamp, odom_from_base = contents.get("odometry_stamp"), _numbers(contents, "odom_from_base")
-        if not isinstance(stamp, int) or odom_from_base.shape != (3,):
-            stamp, odom_from_base = None, np.zeros(3)
+        try:
+            kept = _Kept.model_validate_json(read_text(self.path, _MOST_BYTES))
+        except ValidationError as error:
+            raise self._damaged() from error
+        covariance = np.array(kept.covariance)
+        if not _is_covariance(covariance):
+            raise self._damaged()
+        stamp, odom_from_base = kept.odometry_stamp, kept.odom_from_base
+        if stamp is None or odom_from_base is None:
+            stamp, odom_from_base = None, (0.0, 0.0, 0.0)
+        laser = None if kept.laser is None else LaserPlace.from_fields(kept.laser.model_dump())
         return RememberedPose(
-            map_from_base, covariance, stamp, odom_from_base, LaserPlace.from_fields(contents.get("laser"))
+            np.array(kept.map_from_base), covariance, stamp, np.array(odom_from_base), laser
         )
 
-    def _read(self) -> dict[str, Any]:
-        """Empty where the file holds something else."""
-        try:
-            contents = json.loads(read_text(self.path))
-        except ValueError:
-            return {}
-        return contents if isinstance(contents, dict) else {}
-
-
-def _numbers(contents: dict[str, Any], name: str) -> NDArray[np.float64]:
-    """Finite numbers of any shape; empty where there are none of that name."""
-    try:
-        numbers = np.array(contents.get(name), dtype=np.float64)
-    except (TypeError, ValueError):
-        return np.empty(0)
-    return numbers if np.isfinite(numbers).all() else np.empty(0)
+    def _damaged(self) -> UserError:
+        return UserError(f"{self.path} holds no remembered pose; remove it, or give the start yourself.")
 
 
 def _is_covariance(matrix: NDArray[np.float64]) -> bool:
-    if matrix.shape != (3, 3):
-        return False
     return bool(np.all(np.linalg.eigvalsh((matrix + matrix.T) / 2) >= 0.0))

@@ -5,6 +5,7 @@ import logging
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from os.path import realpath
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,7 @@ class MappingStart:
 
 def checkpoint_file(out: Path) -> Path:
     """Where the checkpoints of a run with this output folder lie."""
-    folder = out.resolve()
+    folder = Path(realpath(out))
     return folder.parent / f"{folder.name}.checkpoint.npz"
 
 

@@ -1,5 +1,6 @@
 """Which edits a map is drawn with, so that none is lost and none lands in another frame."""
 
+from os.path import realpath
 from pathlib import Path
 
 from racecar.maps.errors import UserError
@@ -30,7 +31,7 @@ def edits_of_new_map(out: Path, continued: Path | None, report: Report) -> MapEd
 def refuse_to_lose_edits(out: Path, edits: MapEdits, source: Path) -> None:
     """Raises UserError when a folder holds edits that somebody wrote, and others are to be written there."""
     path, home = out / EDITS_FILE, source if source.is_dir() else source.parent
-    if not path.is_file() or out.resolve() == home.resolve():
+    if not path.is_file() or realpath(out) == realpath(home):
         return
     there = read_text(path)
     if there != edits.text and not is_made_by_us(there):

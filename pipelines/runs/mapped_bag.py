@@ -16,6 +16,7 @@ from racecar.pipelines.files.config_file import Config, ConfigSource, load_confi
 from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.run_report import Inputs
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
 from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
@@ -162,7 +163,7 @@ def map_reader(
     if continued is not None:
         report.add("inputs", {"continue": continued, "initial_pose": initial_pose})
         earlier = earlier_map(continued, config, seed, initial_pose)
-        if SourceRecording(reader.inputs).is_within(SourceRecording.of_run(continued)):
+        if SourceRecording(Inputs.model_validate(reader.inputs)).is_within(SourceRecording.of_run(continued)):
             report.warn(
                 f"{continued} is of this recording already, which now counts twice: extend it by another "
                 "drive."

@@ -13,7 +13,8 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.outputs import output_folder
-from racecar.pipelines.files.report import Report, read_report
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.bag_reading import BagReading
 from racecar.pipelines.runs.output_places import OutputFolder
 
@@ -119,8 +120,7 @@ def is_done(job: MappingJob) -> bool:
     from racecar.pipelines.runs.map_outputs import outputs_with
 
     report = read_report(job.out)
-    inputs, counts = report.get("inputs"), report.get("counts")
-    if not isinstance(inputs, dict) or not isinstance(counts, dict) or counts.get("interrupted"):
+    if report.damage or report.counts.interrupted:
         return False
     try:
         digest = job.digest(bag_fingerprint(job.bag))
@@ -128,4 +128,4 @@ def is_done(job: MappingJob) -> bool:
         return False
     names = [name for kind in outputs_with(job.requested) if kind.is_possible for name in kind.files]
     wanted = [*names, "record"] if job.record else names
-    return inputs.get("run_digest") == digest and all((job.out / name).exists() for name in wanted)
+    return report.inputs.run_digest == digest and all((job.out / name).exists() for name in wanted)

@@ -3,7 +3,6 @@
 from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,17 +18,18 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.keyframe_times import seconds_of_keyframes
 from racecar.pipelines.files.outputs import output_folder
-from racecar.pipelines.files.report import REPORT_FILE, Report, read_report
+from racecar.pipelines.files.report import REPORT_FILE, Report
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits, remove_old_masks
 from racecar.pipelines.runs.map_outputs import WrittenMap, outputs_with, write_outputs
 
-_CARRIED_OVER = {
-    "inputs": None,
-    "counts": None,
-    "result": None,
-    "quality": ("verdict", "error_per_10_m", "error_of_whole_m"),
+_CARRIED_OVER: dict[str, bool | set[str]] = {
+    "inputs": True,
+    "counts": True,
+    "result": True,
+    "quality": {"verdict", "error_per_10_m", "error_of_whole_m"},
 }
 """What of a mapping run's report holds of the same map rendered again, because it says what it was made of
 and what it is worth; but for sentences that name places in the frame it had."""
@@ -112,8 +112,12 @@ def save_rendering(
     """Write every file of a run that was rendered again from a ``source`` into an existing folder."""
     grid = run.drawn.tiled
     move = IDENTITY if run.drawn.drawn_from_map is None else run.drawn.drawn_from_map
-    carried = _carried_over(source)
-    for section, values in carried.items():
+    earlier = read_report(source)
+    if earlier.damage:
+        report.warn(earlier.damage)
+    for section, values in earlier.model_dump(
+        include=_CARRIED_OVER, by_alias=True, exclude_unset=True
+    ).items():
         report.add(section, values)
     report.add(
         "inputs", {"rendered_from": source, "settings": config.model_dump(), "edits": len(run.edits.edits)}
@@ -131,7 +135,7 @@ def save_rendering(
         rendering=config.rendering,
         trajectory=run.trajectory,
         doubtful=(),
-        caution=_caution(source, carried.get("quality", {}).get("verdict")),
+        caution=_caution(source, earlier.quality.verdict),
         edits=run.edits,
         title=source.absolute().name,
         folder=folder,
@@ -158,19 +162,8 @@ def _times(folder: Path, session: Session, report: Report) -> tuple[Trajectory |
     return trajectory, seconds
 
 
-def _caution(source: Path, verdict: object) -> str:
+def _caution(source: Path, verdict: str | None) -> str:
     """Where to read why the map that was rendered is not good."""
     if verdict not in (Verdict.DOUBTFUL.value, Verdict.WRONG.value):
         return ""
     return f"The map is {verdict}: {REPORT_FILE} of {source.absolute().name} says why and where."
-
-
-def _carried_over(source: Path) -> dict[str, dict[str, Any]]:
-    """What the report of a run says, as far as it holds on; nothing where there is none, or it is damaged."""
-    report = read_report(source)
-    carried = {}
-    for section, keys in _CARRIED_OVER.items():
-        values = report.get(section)
-        if isinstance(values, dict):
-            carried[section] = {key: value for key, value in values.items() if keys is None or key in keys}
-    return carried

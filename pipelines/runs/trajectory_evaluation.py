@@ -8,7 +8,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.pipelines.evaluation.evaluation import TrajectoryErrors, compare
-from racecar.pipelines.files.report import named_map, read_report
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.runs.trajectory_files import NamedTrajectory, load_trajectory
 
 _ENOUGH = 0.9
@@ -80,4 +80,4 @@ def _map_of(trajectory: Path) -> OccupancyGrid | None:
     try:
         return load_map(trajectory.parent / "map.yaml")
     except UserError:
-        return named_map(read_report(trajectory.parent))
+        return read_report(trajectory.parent).named_map()

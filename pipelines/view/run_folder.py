@@ -1,7 +1,7 @@
 """A run's folder as something to look at: its recording where there is one, else its files."""
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,8 +15,8 @@ from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.keyframe_times import SAME_PLACE, scans_of_keyframes
 from racecar.pipelines.files.literal_markdown import literal
-from racecar.pipelines.files.report import named_map, read_report
-from racecar.pipelines.files.session_file import SESSION_FILE, load_arrays
+from racecar.pipelines.files.run_report import RunReport, Segment, read_report
+from racecar.pipelines.files.session_file import SESSION_FILE, load_session_arrays
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.view.record_file import read_record
 from racecar.pipelines.view.recorder import RECORD_FOLDER
@@ -26,14 +26,23 @@ _SCAN_MATCHING, _LOOP_CLOSURE = KINDS.index("scan_matching"), KINDS.index("loop_
 
 
 def load_run(folder: Path) -> Scene:
-    """What a mapping or localization run left in a folder. Raises UserError when it left nothing."""
+    """What a mapping or localization run left in a folder; what of it cannot be read is told beside the rest.
+
+    Raises UserError when it left neither a trajectory nor a recording that can be read.
+    """
     report = read_report(folder)
     scene = _recorded_or_driven(folder, folder.absolute().name, _about(report))
-    if scene.grid is None:
-        scene.grid = _find_grid(folder, report)
-    if (folder / SESSION_FILE).is_file():
-        _add_session(scene, load_arrays(folder / SESSION_FILE, "racecar session"))
-    scene.doubts = _doubts_of(report)
+    try:
+        if scene.grid is None:
+            scene.grid = _find_grid(folder, report)
+    except UserError as error:
+        scene.about += _warning(str(error))
+    try:
+        if (folder / SESSION_FILE).is_file():
+            _add_session(scene, load_session_arrays(folder))
+    except UserError as error:
+        scene.about += _warning(str(error))
+    scene.doubts = _doubts_of(report.quality.segments)
     return scene
 
 
@@ -60,9 +69,9 @@ def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
     )
 
 
-def _find_grid(folder: Path, report: dict[str, Any]) -> OccupancyGrid | None:
+def _find_grid(folder: Path, report: RunReport) -> OccupancyGrid | None:
     """The map in the folder, or the one that its report names, if it is still there."""
-    return load_map(folder) if (folder / "map.yaml").is_file() else named_map(report)
+    return load_map(folder) if (folder / "map.yaml").is_file() else report.named_map()
 
 
 def _add_session(scene: Scene, arrays: Arrays) -> None:
@@ -101,41 +110,41 @@ def _sights_of_keyframes(arrays: Arrays, places: NDArray[np.float64], trajectory
     ]
 
 
-def _doubts_of(report: dict[str, Any]) -> list[Doubt]:
+def _doubts_of(segments: Iterable[Segment]) -> list[Doubt]:
     """What the verdict names, of a map or of a localization."""
-    segments = report.get("quality", {}).get("segments", [])
-    return [_doubt_of(segment) for segment in segments if {"x_m", "y_m"} <= segment.keys()]
+    return [
+        _doubt_of(segment, np.array([segment.x_m, segment.y_m]))
+        for segment in segments
+        if segment.x_m is not None and segment.y_m is not None
+    ]
 
 
-def _doubt_of(segment: dict[str, Any]) -> Doubt:
-    begin, end = segment.get("from_s"), segment.get("to_s")
-    seconds = None if begin is None or end is None else (float(begin), float(end))
-    why = segment.get("why") or f"The car's place was {'lost' if segment.get('lost') else 'not known'}."
-    return Doubt(why, np.array([segment["x_m"], segment["y_m"]], dtype=np.float64), seconds)
+def _doubt_of(segment: Segment, place: NDArray[np.float64]) -> Doubt:
+    begin, end = segment.from_s, segment.to_s
+    seconds = None if begin is None or end is None else (begin, end)
+    why = segment.why or f"The car's place was {'lost' if segment.lost else 'not known'}."
+    return Doubt(why, place, seconds)
 
 
-def _about(report: dict[str, Any]) -> str:
+def _about(report: RunReport) -> str:
     """What a person wants to know first, as Markdown."""
-    lines = [f"## {literal(str(report.get('command', 'A run')))}"]
-    inputs, counts, result = (report.get(section, {}) for section in ("inputs", "counts", "result"))
+    path_metres, share = (
+        report.result.path_metres or report.counts.path_metres,
+        report.accuracy.share_on_walls,
+    )
+    lines = [f"## {literal(report.command)}"]
     for label, value in (
-        ("bag", inputs.get("bag")),
-        ("map", inputs.get("map")),
-        ("scans", counts.get("scans")),
-        ("path", _metres(result.get("path_metres") or counts.get("path_metres"))),
-        ("verdict", report.get("quality", {}).get("verdict")),
-        ("end points on walls", _share(report.get("accuracy", {}))),
+        ("bag", report.inputs.bag),
+        ("map", report.inputs.map),
+        ("scans", report.counts.scans),
+        ("path", None if path_metres is None else f"{path_metres:.1f} m"),
+        ("verdict", report.quality.verdict),
+        ("end points on walls", None if share is None else f"{share:.0%}"),
     ):
         if value is not None:
             lines.append(f"- {label}: {literal(str(value))}")
-    lines += [f"\n**Warning:** {literal(str(sentence))}" for sentence in report.get("warnings", [])]
-    return "\n".join(lines)
+    return "\n".join(lines) + "".join(map(_warning, report.cautions))
 
 
-def _metres(value: float | None) -> str | None:
-    return None if value is None else f"{value:.1f} m"
-
-
-def _share(accuracy: dict[str, Any]) -> str | None:
-    value = accuracy.get("share_of_end_points_within_0.10_m_of_a_wall")
-    return None if value is None else f"{value:.0%}"
+def _warning(sentence: str) -> str:
+    return f"\n\n**Warning:** {literal(sentence)}"

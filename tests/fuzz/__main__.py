@@ -23,10 +23,11 @@ def main() -> int:
     parser.add_argument("--inputs", type=int, default=20_000, help="how many")
     parser.add_argument("--first", type=int, default=0, help="number of the first")
     parser.add_argument("--only", type=int, help="number of the one to try; its files are kept in any case")
+    parser.add_argument("--samples", nargs="+", default=(), help="only of samples whose names hold these")
     parser.add_argument("--processes", type=int, default=os.cpu_count())
     parser.add_argument("--out", type=Path, default=Path("fuzz"), help="folder for inputs that fail")
     options = parser.parse_args()
-    prepare()
+    prepare(words=tuple(options.samples))
     numbers = range(options.first, options.first + options.inputs)
     if options.only is not None:
         outcome = _try(options.only)[1]
@@ -48,16 +49,17 @@ def main() -> int:
     return bool(faults)
 
 
-def prepare(commands: tuple[str, ...] = COMMANDS) -> Inputs:
+def prepare(commands: tuple[str, ...] = COMMANDS, words: tuple[str, ...] = ()) -> Inputs:
     """Make the samples and do what is done with them, so that all is imported and compiled.
 
     Raises AssertionError where a healthy sample is not read.
     """
     global _inputs
-    _inputs = Inputs(commands)
+    _inputs = Inputs(commands, words)
     here, done = Path.cwd(), set[str]()
     for sample in _inputs.healthy:
-        if sample.command not in (*commands, "") or sample.command in done - {"", "check", "page"}:
+        is_broken, once = not sample.damaged, done - {"", "check", "page"}
+        if is_broken or sample.command not in (*commands, "") or sample.command in once:
             continue
         with tempfile.TemporaryDirectory() as folder:
             sample.write(Path(folder))

@@ -28,22 +28,32 @@ class Input:
 class Inputs:
     """Makes inputs of healthy samples."""
 
-    def __init__(self, commands: tuple[str, ...] = COMMANDS) -> None:
+    def __init__(self, commands: tuple[str, ...] = COMMANDS, words: tuple[str, ...] = ()) -> None:
+        """Of the ``commands`` that read bags; with ``words``, only of samples whose names hold one."""
         with tempfile.TemporaryDirectory() as folder:
             samples = healthy_samples(Path(folder))
         self.healthy = samples
-        self._samples = [sample for sample in samples if sample.command in (*commands, "")]
+        self._has_odd_messages = not words
+        self._samples = [
+            sample
+            for sample in samples
+            if sample.damaged
+            and sample.command in (*commands, "")
+            and (not words or any(word in sample.name for word in words))
+        ]
         self._commands = [command for command in commands if command in SECONDS]
         self._room = next(sample.files for sample in samples if sample.command == "localize")
 
     def make(self, number: int) -> Input:
         """The input of a number."""
         rng = random.Random(number)
-        if rng.random() < _ODD_MESSAGES_SHARE:
+        if self._has_odd_messages and rng.random() < _ODD_MESSAGES_SHARE:
             return self._odd_messages(number, rng)
         (sample,) = rng.choices(self._samples, [sample.weight for sample in self._samples])
         name = rng.choice(sample.damaged)
-        content, what = damage(name, sample.files[name], rng)
+        original = sample.files[name]
+        assert isinstance(original, bytes)
+        content, what = damage(name, original, rng)
         files = {**sample.files, name: content}
         return Input(number, replace(sample, files=files), f"{name}: {what}")
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import io
+import json
 import random
 import struct
 import warnings
@@ -42,12 +43,20 @@ ODD_TOKENS = (
     "/dev/zero", "/dev/stdin", ".", "x" * 5000,
 )  # fmt: skip
 
+ODD_JSON = (
+    "null", "true", "0", "-1", "1e999", "NaN", "-Infinity", "1e308", "9" * 30, "9" * 5000, '""', '"x"', "[]",
+    "[[]]", "[null]", "[1, 2]", "{}", '{"a": 1}', '"\\ud800"', '"\\u0000"', '"' + "x" * 5000 + '"', "3.5",
+    "[" * 60 + "]" * 60, "[" * 3000 + "]" * 3000, '{"a": ' * 400 + "1" + "}" * 400, "\"/dev/zero\"",
+)  # fmt: skip
+
 
 def damage(name: str, content: bytes, rng: random.Random) -> tuple[bytes, str]:
     """A damaged copy of a file, and in a word what was done to it."""
     ways: list[Callable[[bytes, random.Random], tuple[bytes, str]]] = [damage_bytes]
-    if name.endswith((".yaml", ".tum", ".relations")):
+    if name.endswith((".yaml", ".tum", ".relations", ".txt")):
         ways += 3 * [damage_text]
+    if name.endswith(".json"):
+        ways += 9 * [damage_json]
     if name.endswith(".npz"):
         ways += 3 * [damage_arrays]
     if name.endswith(".said"):
@@ -139,6 +148,36 @@ def damage_text(content: bytes, rng: random.Random) -> tuple[bytes, str]:
         done.append(f"{token[:30]!r} in line {at}")
         lines = lines or [""]
     return "\n".join(lines).encode("utf-8", "surrogatepass"), ", ".join(done)
+
+
+def damage_json(content: bytes, rng: random.Random) -> tuple[bytes, str]:
+    """Values of another kind, left out, or nested too deep, anywhere in the text."""
+    value, done = json.loads(content), []
+    for _ in range(rng.choice((1, 1, 2, 5))):
+        parent, key = _place_in(value, rng)
+        odd = rng.choice(ODD_JSON)
+        if rng.random() < 0.15 and isinstance(parent, dict):
+            del parent[key]
+            done.append(f"{key} left out")
+        else:
+            parent[key] = f"<{odd}>"
+            done.append(f"{odd[:30]} at {key}")
+        if not value:
+            break
+    text = json.dumps(value)
+    for odd in ODD_JSON:
+        text = text.replace(json.dumps(f"<{odd}>"), odd)
+    return text.encode(), ", ".join(done)
+
+
+def _place_in(value: Any, rng: random.Random) -> tuple[Any, Any]:
+    """A container and a key of it."""
+    while True:
+        keys = list(value) if isinstance(value, dict) else list(range(len(value)))
+        key = rng.choice(keys)
+        if not isinstance(value[key], dict | list) or not value[key] or rng.random() < 0.3:
+            return value, key
+        value = value[key]
 
 
 def damage_arrays(content: bytes, rng: random.Random) -> tuple[bytes, str]:

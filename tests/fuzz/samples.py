@@ -1,5 +1,6 @@
 """Small healthy inputs of every kind, and what is done with them."""
 
+import json
 import shutil
 import sqlite3
 import sys
@@ -27,8 +28,17 @@ from racecar.pipelines.bags.messages import POINT_CLOUD
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.bags.writer import BagWriter
-from racecar.pipelines.files.config_file import load_config
+from racecar.pipelines.batch.bag_search import find_bags
+from racecar.pipelines.batch.batch_row import mapped_row
+from racecar.pipelines.batch.run_folders import run_folders
+from racecar.pipelines.files.config_file import Config, load_config
+from racecar.pipelines.files.edits_file import load_edits
+from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_session, save_session
+from racecar.pipelines.live.remembered_pose import PoseMemory
+from racecar.pipelines.runs.mapping_job import MappingJob, is_done
+from racecar.pipelines.runs.source_recording import SourceRecording
+from racecar.pipelines.view.run_folder import load_run
 from tests.fuzz.pages import ROOMS, SAID, page_action, sound_messages
 
 if sys.version_info >= (3, 14):
@@ -46,12 +56,16 @@ SECONDS = {"check": 10.0, "map": 30.0, "localize": 30.0}
 """Of processor time, by command: 10 and what a healthy bag of this size takes on a slow machine."""
 
 
+class Link(str):
+    """Where a symbolic link leads, in place of a file's content."""
+
+
 @dataclass(frozen=True)
 class Sample:
     """Files by their path within a folder, and an action on them that returns an exit code."""
 
     name: str
-    files: Mapping[str, bytes]
+    files: "Mapping[str, bytes | Link]"
     action: Callable[[], int]
     damaged: tuple[str, ...]
     """Which of the files are to be damaged."""
@@ -65,7 +79,11 @@ class Sample:
         for name, content in self.files.items():
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
+            if isinstance(content, Link):
+                path.unlink(missing_ok=True)
+                path.symlink_to(content)
+            else:
+                path.write_bytes(content)
 
 
 def write_drive(path: Path, change: Change = lambda topic, message: message, as_cloud: bool = False) -> None:
@@ -172,6 +190,8 @@ def healthy_samples(folder: Path) -> list[Sample]:
         action = partial(read_action, partial(load_map, Path("room.yaml")))
         samples.append(Sample(f"map {image}", files, action, tuple(files), weight=8.0))
     samples.append(_session(folder))
+    samples += _runs(folder, room)
+    samples += [_remembered(), _edits(), _list(), *_loops(room)]
     samples.append(_config())
     samples += _trajectories()
     samples += _pages(room, (folder / "session.npz").read_bytes())
@@ -278,6 +298,111 @@ def _session(folder: Path) -> Sample:
     return Sample(
         "session", files, partial(read_action, partial(load_session, Path())), tuple(files), weight=12.0
     )
+
+
+def _runs(folder: Path, room: Mapping[str, bytes]) -> list[Sample]:
+    """A run's folder, as the studio and ``racecar render`` read it."""
+    poses = [f"{1700000000 + 0.1 * i:.3f} {0.1 * i - 1:.4f} 0 0 0 0 0 1\n" for i in range(SCANS)]
+    report = Report("racecar map")
+    report.add("inputs", {"bag": "drive.bag", "bag_fingerprint": "1", "run_digest": "2", "map": "run"})
+    report.add("inputs", {"part": {"start": 1.0, "duration": 5.0}, "settings": MappingConfig().model_dump()})
+    report.add("counts", {"scans": SCANS, "loop_closures": 1, "path_metres": 2.5})
+    report.add("result", {"path_metres": 2.5, "log_seconds": 2.4})
+    segment = {"from_s": 0.5, "to_s": 1.0, "x_m": 0.0, "y_m": 0.0, "why": "It is doubtful.", "lost": False}
+    report.add("quality", {"verdict": "doubtful", "reasons": ["So it is."], "segments": [segment, segment]})
+    report.add("quality", {"error_per_10_m": 0.1, "error_of_whole_m": 0.2})
+    report.add("accuracy", {"share_of_end_points_within_0.10_m_of_a_wall": 0.9})
+    report.add("consistency", {"scan_matching": {"mean_residual_m": 0.01}})
+    report.warn("Beware.")
+    report.write(folder / "report.json")
+    files = {
+        "run/report.json": (folder / "report.json").read_bytes(),
+        "run/session.npz": (folder / "session.npz").read_bytes(),
+        "run/trajectory.tum": "".join(poses).encode(),
+        "run/map.yaml": room["room.yaml"],
+        "run/room.pgm": room["room.pgm"],
+    }
+    named = ("run/report.json", "run/session.npz", "run/trajectory.tum", "run/map.yaml")
+    job = MappingJob(Path("drive.bag"), Path("run"), Config())
+    render = partial(racecar, ["render", "run", "--out", "out", "--quiet"])
+    look, row = partial(read_action, partial(load_run, Path("run"))), partial(read_action, lambda: _seen(job))
+    return [
+        Sample("run looked at", files, look, named, weight=12.0),
+        Sample("report alone", files, row, named[:1], weight=12.0),
+        Sample("run rendered", files, render, named[:2], weight=3.0, seconds=SECONDS["map"]),
+    ]
+
+
+def _seen(job: MappingJob) -> None:
+    """All else that reads the report of a run."""
+    json.dumps(mapped_row(job).as_dict(), default=str).encode()
+    is_done(job)
+    SourceRecording.of_run(job.out).is_at_path_of(job.bag)
+    run_folders([job.bag.absolute()], Path())
+
+
+def _remembered() -> Sample:
+    grid = OccupancyGrid(np.zeros((2, 2), dtype=np.int8), 0.05, np.zeros(3))
+    kept = {
+        "stamp": START,
+        "map_from_base": [1.0, 2.0, 0.5],
+        "covariance": np.eye(3).tolist(),
+        "odometry_stamp": START,
+        "odom_from_base": [1.0, 2.0, 0.5],
+        "laser": {"base_frame": "base_link", "laser_frame": "laser", "base_from_laser": np.eye(4).tolist()},
+    }
+    name = PoseMemory(Path(), grid).path.name
+    action = partial(read_action, lambda: _carried(PoseMemory(Path(), grid)))
+    return Sample("remembered pose", {name: json.dumps(kept).encode()}, action, (name,), weight=6.0)
+
+
+def _carried(memory: PoseMemory) -> None:
+    found = memory.load()
+    if found is not None:
+        found.carried_to(START + STEP, np.zeros(3))
+
+
+def _edits() -> Sample:
+    text = b"- erase: [[1, 2], [3, 2], [3, 4]]\n- wall: [[0, 0], [5, 0]]\n  width: 0.1\n"
+    text += b"- speed: [[5, 0], [9, 0], [9, 3]]\n  limit: 0.5\n"
+    action = partial(read_action, lambda: load_edits(Path("edits.yaml")).moved(np.ones(3)))
+    return Sample("edits", {"edits.yaml": text}, action, ("edits.yaml",), weight=6.0)
+
+
+def _list() -> Sample:
+    text = b"# the drives\nmonday.bag\n'tuesday.bag'\n/no/such/folder\n"
+    action = partial(read_action, lambda: find_bags(Path("list.txt"), Path("out")))
+    return Sample("list", {"list.txt": text}, action, ("list.txt",), weight=4.0)
+
+
+def _loops(room: Mapping[str, bytes]) -> list[Sample]:
+    """Links that lead to each other in place of each file that a command is given."""
+    loop = {"a": Link("b"), "b": Link("a")}
+    in_run = {f"run/{name}": Link(name) for name in ("report.json", "session.npz", "map.yaml", "edits.yaml")}
+    track = {"run/trajectory.tum": b"1 0 0 0 0 0 0 1\n2 1 0 0 0 0 0 1\n"}
+    image = {"room.yaml": room["room.yaml"], "room.pgm": Link("room.pgm")}
+    commands = [
+        (["check", "a", "--quiet"], loop),
+        (["map", "a", "--out", "out", "--quiet"], loop),
+        (["evaluate", "a", "--reference", "b", "--quiet"], loop),
+        (["render", "a", "--out", "out", "--quiet"], loop),
+        (["render", "run", "--out", "out", "--quiet"], {**track, **in_run}),
+        (["merge", "a", "b", "--out", "out", "--quiet"], loop),
+    ]
+    reads = [
+        (partial(load_map, Path("a")), loop),
+        (partial(load_map, Path("room.yaml")), image),
+        (partial(load_config, Path("a")), loop),
+        (partial(load_edits, Path("a")), loop),
+        (partial(find_bags, Path("a"), Path("out")), loop),
+        (partial(find_bags, Path(), Path("a")), loop),
+        (partial(load_run, Path("a")), loop),
+        (partial(load_run, Path("run")), {**track, **in_run}),
+    ]
+    return [
+        *(Sample("links", files, partial(racecar, words), (), weight=0.0) for words, files in commands),
+        *(Sample("links", files, partial(read_action, read), (), weight=0.0) for read, files in reads),
+    ]
 
 
 def _config() -> Sample:

@@ -44,6 +44,18 @@ def test_a_page_is_well_whatever_is_said_to_it(inputs, tmp_path):
         assert not outcome.fault, f"{number}, {what}: {outcome}"
 
 
+def test_links_that_lead_to_each_other_end_in_a_result_or_one_sentence(inputs, tmp_path):
+    faults = []
+    links = [sample for sample in inputs.healthy if sample.name == "links"]
+    for number, sample in enumerate(links):
+        sample.write(tmp_path / str(number))
+        outcome = run_trial(sample.action, tmp_path / str(number), sample.seconds)
+        if outcome.fault:
+            faults.append(f"{sample.action}: {outcome}")
+    assert links
+    assert not faults
+
+
 def test_the_same_number_gives_the_same_input(inputs):
     first, again = inputs.make(7), inputs.make(7)
     assert (first.what, first.sample.files) == (again.what, again.sample.files)

@@ -308,8 +308,9 @@ def test_a_grid_as_it_is_written_is_the_one_that_is_read(
     np.testing.assert_array_equal(written.in_one_piece().cells, load_map(tmp_path).cells)
 
 
-def test_as_many_pixels_are_read_as_pillow_reads() -> None:
-    assert Image.MAX_IMAGE_PIXELS == MOST_PIXELS
+def test_all_that_may_be_read_is_read_by_pillow_too() -> None:
+    assert Image.MAX_IMAGE_PIXELS is not None
+    assert MOST_PIXELS <= Image.MAX_IMAGE_PIXELS
 
 
 def test_chosen_thresholds_hold_and_unknown_cells_stay_unknown(tmp_path: Path) -> None:

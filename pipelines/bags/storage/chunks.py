@@ -6,16 +6,22 @@ that, the chunks can be loaded one after the other in the order of time: memory 
 overlap, however long the bag.
 """
 
+import heapq
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
-from itertools import zip_longest
+from itertools import count, zip_longest
 from pathlib import Path
 from typing import ClassVar
 
+from racecar.pipelines.bags.storage.compression import Allowance
+
 RawMessage = tuple[str, int, bytes]
 """Topic, time of recording in nanoseconds, serialized message."""
+_MOST_HELD = 128 << 20
+"""Bytes of messages that wait for chunks which begin before them, so that memory suffices: a second of many
+lasers has a hundredth."""
 
 
 @dataclass(frozen=True)
@@ -151,19 +157,21 @@ class ChunkedFile(BagFile):
             (chunk for chunk in self.chunks if not wanted.keys().isdisjoint(chunk.counts)),
             key=lambda chunk: chunk.start_time,
         )
-        waiting: list[tuple[int, int, bytes]] = []
+        waiting: list[tuple[int, int, int, bytes]] = []
+        held, arrivals, allowance = 0, count(), Allowance(self._file_size)
         for chunk, following in zip_longest(chunks, chunks[1:]):
-            loaded = self._load(chunk, wanted)
+            loaded = self._load(chunk, wanted, allowance)
             self._note_losses(chunk, wanted, Counter(channel for _, channel, _ in loaded))
-            waiting += loaded
-            waiting.sort(key=lambda message: message[0])
-            later = []
-            for message in waiting:
-                if following is None or message[0] < following.start_time:
-                    yield wanted[message[1]], message[0], message[2]
-                else:
-                    later.append(message)
-            waiting = later
+            for time, channel, data in loaded:
+                heapq.heappush(waiting, (time, next(arrivals), channel, data))
+                held += len(data)
+            del loaded
+            while waiting and (
+                following is None or waiting[0][0] < following.start_time or held > _MOST_HELD
+            ):
+                time, _, channel, data = heapq.heappop(waiting)
+                held -= len(data)
+                yield wanted[channel], time, data
 
     @property
     def unreadable_messages(self) -> int:
@@ -176,7 +184,9 @@ class ChunkedFile(BagFile):
                 self._lost[chunk.begin, channel] = chunk.counts[channel] - loaded[channel]
 
     @abstractmethod
-    def _load(self, chunk: Chunk, wanted: Collection[int]) -> list[tuple[int, int, bytes]]:
+    def _load(
+        self, chunk: Chunk, wanted: Collection[int], allowance: Allowance
+    ) -> list[tuple[int, int, bytes]]:
         """Time, channel and content of the wanted channels' readable messages in a chunk."""
 
     def _read_at(self, begin: int, size: int) -> bytes:

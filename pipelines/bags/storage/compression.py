@@ -32,32 +32,43 @@ _STEP = 4096
 """Bytes decompressed at once, because an error in a later step leaves the earlier ones intact."""
 _PIECE = 1 << 20
 """Bytes that one step gives at most, because a few may stand for gigabytes."""
-_BLOCK_BYTES = 64 << 20
-"""That any block may grow to, since chunks have 1 to 4 MB, and a large map in one message has 16 MB."""
+_LARGEST_RATIO = 200
+"""Of what comes out of a file to its size, since scans shrink to a half or a tenth, and black images to a
+hundredth."""
+_ANY_BYTES = 16 << 20
+"""Beyond that, since an empty map of 4000 x 4000 cells shrinks to next to nothing."""
 _MOST_BLOCK_BYTES = 512 << 20
 """That no block may grow to, so that memory suffices."""
-_FILE_BYTES = 1 << 30
-"""That any file may grow to, since a disk takes it in seconds."""
-_LARGEST_RATIO = 200
-"""Beyond these sizes, since scans shrink to a half or a tenth, and black images to a hundredth."""
 
 
-def decompress_what_is_there(data: bytes, compression: str) -> bytes:
-    """The content of a compressed block, as far as it is whole; nothing of a block that is not readable."""
+class Allowance:
+    """How many bytes may yet come out of a file in one pass over it, whatever the file claims to hold."""
+
+    def __init__(self, file_size: int) -> None:
+        self._left = _ANY_BYTES + _LARGEST_RATIO * file_size
+
+    def gives(self, size: int) -> bool:
+        """Whether so many bytes may come out; if so, they are taken off."""
+        if is_allowed := size <= self._left:
+            self._left -= size
+        return is_allowed
+
+
+def decompress_what_is_there(data: bytes, compression: str, allowance: Allowance) -> bytes | bytearray:
+    """The content of a compressed block, as far as it is whole and allowed; nothing of a block that is not
+    readable."""
     if compression in ("", "none"):
         return data
     if compression not in _DECOMPRESSORS:
         return b""
-    room = min(max(_BLOCK_BYTES, _LARGEST_RATIO * len(data)), _MOST_BLOCK_BYTES)
     steps = (data[begin : begin + _STEP] for begin in range(0, len(data), _STEP))
-    pieces = []
+    content = bytearray()
     with suppress(*_ERRORS):
         for piece in _pieces(steps, compression):
-            pieces.append(piece)
-            room -= len(piece)
-            if room < 0:
+            if len(content) + len(piece) > _MOST_BLOCK_BYTES or not allowance.gives(len(piece)):
                 break
-    return b"".join(pieces)
+            content += piece
+    return content
 
 
 def _pieces(steps: Iterable[bytes], compression: str) -> Iterator[bytes]:
@@ -94,12 +105,11 @@ class UnpackedFile:
         self._folder.cleanup()
 
     def _unpack(self, packed: Path) -> None:
-        room = max(_FILE_BYTES, _LARGEST_RATIO * packed.stat().st_size)
+        allowance = Allowance(packed.stat().st_size)
         with packed.open("rb") as source, self.path.open("wb") as target:
             try:
                 for piece in _pieces(iter(lambda: source.read(_STEP), b""), "zstd"):
-                    room -= len(piece)
-                    if room < 0:
+                    if not allowance.gives(len(piece)):
                         return
                     self._require_space(len(piece), packed)
                     target.write(piece)

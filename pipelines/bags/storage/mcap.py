@@ -5,15 +5,17 @@ behind damaged bytes.
 """
 
 import struct
+from bisect import bisect
 from collections.abc import Collection, Iterator
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from rosbags.typesys.msg import normalize_msgtype
 
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
-from racecar.pipelines.bags.storage.compression import decompress_what_is_there
+from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there
 
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _CHUNK_INDEX, _DATA_END = (
     0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x0F
@@ -25,6 +27,8 @@ _GARBAGE = (struct.error, ValueError)
 _LOOSE = "loose"
 """In place of a compression: messages that stand outside chunks."""
 _LOOSE_BYTES = 1 << 20
+_LONGEST_NAME = 64
+"""Bytes of a compression's name, which are three or four; more is garbage."""
 
 _record_head = struct.Struct("<BQ")
 _message_head = struct.Struct("<HIQQ")
@@ -36,9 +40,9 @@ _three_uint64 = struct.Struct("<3Q")
 _footer = struct.Struct("<BQQQI8s")
 
 
-def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
+def _records(data: bytes | bytearray) -> Iterator[tuple[int, memoryview]]:
     """The whole records in a chunk's content: operation and content."""
-    position = 0
+    view, position = memoryview(data), 0
     while position + 9 <= len(data):
         operation, size = _record_head.unpack_from(data, position)
         position += 9
@@ -46,13 +50,13 @@ def _records(data: bytes) -> Iterator[tuple[int, bytes]]:
             return
         if operation == _MESSAGE and size < _message_head.size:
             return
-        yield operation, data[position : position + size]
+        yield operation, view[position : position + size]
         position += size
 
 
-def _string(data: bytes, position: int) -> tuple[str, int]:
+def _string(data: memoryview, position: int) -> tuple[str, int]:
     end = position + 4 + _uint32.unpack_from(data, position)[0]
-    return data[position + 4 : end].decode(errors="replace"), end
+    return str(data[position + 4 : end], errors="replace"), end
 
 
 def _is_operation(operation: int) -> bool:
@@ -72,6 +76,8 @@ class McapFile(ChunkedFile):
         self._schema_names: dict[int, str] = {}
         self._skipped = 0
         self._content_sizes: dict[int, int] = {}
+        self._looked_into: Chunk | None = None
+        self._allowance = Allowance(self._file_size)
         end = self._scan(len(self.magic))
         self._learn_last(may_lack_index=True)
         if end is None:
@@ -110,7 +116,9 @@ class McapFile(ChunkedFile):
         operation, size = _record_head.unpack(self._read_at(following, 9).ljust(9, b"\0"))
         if _is_operation(operation) and following + 9 + size <= self._file_size:
             return following
-        return min((begin for begin in self._summarized_chunks() if begin > position), default=None)
+        begins = self._summarized_chunks
+        number = bisect(begins, position)
+        return begins[number] if number < len(begins) else None
 
     def _take_summary(self) -> None:
         """It repeats the channels of all chunks, also of those that are damaged."""
@@ -120,20 +128,21 @@ class McapFile(ChunkedFile):
                 self._take_description(operation, content)
         self.channels |= known
 
-    def _summary(self) -> Iterator[tuple[int, bytes]]:
+    def _summary(self) -> Iterator[tuple[int, memoryview]]:
         """The records of the summary at the end of the file; none where it is not there."""
         footer = self._read_at(self._file_size - _footer.size, _footer.size)
         if len(footer) == _footer.size and footer.endswith(self.magic):
             summary_at = _footer.unpack(footer)[2]
             yield from _records(self._read_at(summary_at, self._file_size - summary_at))
 
+    @cached_property
     def _summarized_chunks(self) -> list[int]:
         """Where chunks begin, according to the summary."""
-        return [
+        return sorted(
             _three_uint64.unpack_from(content)[2]
             for operation, content in self._summary()
             if operation == _CHUNK_INDEX and len(content) >= _three_uint64.size
-        ]
+        )
 
     def _take(self, operation: int, begin: int, size: int) -> None:
         """Take a record; raises one of `_GARBAGE` where it is none. All of it need not be there."""
@@ -141,28 +150,33 @@ class McapFile(ChunkedFile):
             raise ValueError("no such record")
         if operation == _CHUNK:
             self._learn_last()
-            self._take_chunk(begin)
+            self._take_chunk(begin, size)
         elif begin + size > self._file_size:
             return
         elif operation == _MESSAGE:
             channel, _, time, _ = _message_head.unpack(self._read_at(begin, _message_head.size))
             self._loose_chunk(begin - 9, size + 9).note(channel, time, time)
         elif operation == _MESSAGE_INDEX and self.chunks and size > 6:
+            if self.chunks[-1] is self._looked_into:
+                return
             content = self._read_at(begin, size)
             channel = int.from_bytes(content[:2], "little")
             times = np.frombuffer(content, dtype="<u8", offset=6)[::2]
             self.chunks[-1].note(channel, int(times.min()), int(times.max()), len(times))
         elif operation in (_SCHEMA, _CHANNEL):
-            self._take_description(operation, self._read_at(begin, size))
+            self._take_description(operation, memoryview(self._read_at(begin, size)))
 
-    def _take_chunk(self, begin: int) -> None:
+    def _take_chunk(self, begin: int, record_size: int) -> None:
         _, _, content_size, _, name_length = _chunk_head.unpack(self._read_at(begin, _chunk_head.size))
+        if name_length > _LONGEST_NAME:
+            raise ValueError("no compression has so long a name")
         name_at = begin + _chunk_head.size
         compression = self._read_at(name_at, name_length).decode(errors="replace")
         size = _uint64.unpack(self._read_at(name_at + name_length, 8))[0]
         content_at = name_at + name_length + 8
         self._content_sizes[content_at] = content_size
-        self.chunks.append(Chunk(content_at, min(size, self._file_size - content_at), compression))
+        end = min(content_at + size, begin + record_size, self._file_size)
+        self.chunks.append(Chunk(content_at, max(end - content_at, 0), compression))
 
     def _loose_chunk(self, begin: int, size: int) -> Chunk:
         """The chunk that a message outside chunks is counted to."""
@@ -173,7 +187,7 @@ class McapFile(ChunkedFile):
         last.size = begin + size - last.begin
         return last
 
-    def _take_description(self, operation: int, content: bytes) -> None:
+    def _take_description(self, operation: int, content: memoryview) -> None:
         if operation == _SCHEMA:
             name, _ = _string(content, 2)
             self._schema_names[int.from_bytes(content[:2], "little")] = name
@@ -190,10 +204,12 @@ class McapFile(ChunkedFile):
             return
         chunk = self.chunks[-1]
         is_indexed = bool(chunk.counts) and not may_lack_index
-        if is_indexed and all(channel in self.channels for channel in chunk.counts):
+        is_known = is_indexed and all(channel in self.channels for channel in chunk.counts)
+        if is_known or chunk is self._looked_into:
             return
+        self._looked_into = chunk
         chunk.counts.clear()
-        records = self._content(chunk)
+        records = self._content(chunk, self._allowance)
         if len(records) < self._content_sizes[chunk.begin]:
             self._skipped += chunk.size
         for operation, content in _records(records):
@@ -204,15 +220,17 @@ class McapFile(ChunkedFile):
                 with suppress(*_GARBAGE):
                     self._take_description(operation, content)
 
-    def _content(self, chunk: Chunk) -> bytes:
+    def _content(self, chunk: Chunk, allowance: Allowance) -> bytes | bytearray:
         compression = "" if chunk.compression == _LOOSE else chunk.compression
-        return decompress_what_is_there(self._read_at(chunk.begin, chunk.size), compression)
+        return decompress_what_is_there(self._read_at(chunk.begin, chunk.size), compression, allowance)
 
-    def _load(self, chunk: Chunk, wanted: Collection[int]) -> list[tuple[int, int, bytes]]:
+    def _load(
+        self, chunk: Chunk, wanted: Collection[int], allowance: Allowance
+    ) -> list[tuple[int, int, bytes]]:
         messages = []
-        for operation, content in _records(self._content(chunk)):
+        for operation, content in _records(self._content(chunk, allowance)):
             if operation == _MESSAGE:
                 channel, _, time, _ = _message_head.unpack_from(content)
                 if channel in wanted:
-                    messages.append((time, channel, content[_message_head.size :]))
+                    messages.append((time, channel, bytes(content[_message_head.size :])))
         return messages

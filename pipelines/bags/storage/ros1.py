@@ -5,6 +5,7 @@ reader keeps one entry per chunk and finds them by passing over the file. The fo
 http://wiki.ros.org/Bags/Format/2.0
 """
 
+import re
 import struct
 from collections.abc import Collection, Iterator
 from contextlib import suppress
@@ -15,18 +16,21 @@ from rosbags.typesys.msg import normalize_msgtype
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
-from racecar.pipelines.bags.storage.compression import decompress_what_is_there
+from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there
 
 _FIRST_LINE = b"#ROSBAG V2.0\n"
 
 _MESSAGE, _BAG_HEADER, _INDEX, _CHUNK, _CONNECTION = 0x02, 0x03, 0x04, 0x05, 0x07
 _MESSAGE_OPERATION, _CONNECTION_OPERATION = bytes([_MESSAGE]), bytes([_CONNECTION])
-_LONGEST_HEADER = 1 << 20  # bytes; more is garbage
+_LONGEST_HEADER = 4096  # bytes; the longest names a topic; more is garbage
 _INDEX_ENTRY = 12  # bytes: seconds, nanoseconds, offset
-_CHUNK_FIELD = b"\x04\0\0\0op=" + bytes([_CHUNK])
-"""In the header of every chunk, and in hardly anything else."""
-_CHUNK_HEADER = 64
-"""Bytes, more than the header of a chunk has: op, size, and "none", "bz2" or "lz4"."""
+_CHUNK_HEADER = re.compile(
+    rb"[\x28\x29]\0\0\0(?:\x04\0\0\0op=\x05|\x09\0\0\0size=....|"
+    rb"\x0f\0\0\0compression=(?:bz2|lz4)|\x10\0\0\0compression=none){3}",
+    re.DOTALL,
+)
+"""Its length, and its three fields in any order; of three such fields only these make up the length."""
+_LONGEST_CHUNK_HEADER = 45
 _STEP = 1 << 20
 """Bytes searched at once."""
 _GARBAGE = (LookupError, struct.error, ValueError)
@@ -37,19 +41,19 @@ _uint64 = struct.Struct("<Q")
 _time = struct.Struct("<II")
 
 
-def _header_fields(header: bytes) -> dict[bytes, bytes]:
+def _header_fields(header: bytes | bytearray) -> dict[bytes, bytes]:
     fields, position = {}, 0
     while position + 4 <= len(header):
         end = position + 4 + _uint32.unpack_from(header, position)[0]
-        name, _, value = header[position + 4 : end].partition(b"=")
+        name, _, value = bytes(header[position + 4 : end]).partition(b"=")
         fields[name] = value
         position = end
     return fields
 
 
-def _records(data: bytes) -> Iterator[tuple[dict[bytes, bytes], bytes]]:
+def _records(data: bytes | bytearray) -> Iterator[tuple[dict[bytes, bytes], memoryview]]:
     """The whole records within a chunk's content: header fields and data."""
-    position = 0
+    view, position = memoryview(data), 0
     while position + 4 <= len(data):
         data_at = position + 4 + _uint32.unpack_from(data, position)[0]
         if data_at + 4 > len(data):
@@ -57,11 +61,11 @@ def _records(data: bytes) -> Iterator[tuple[dict[bytes, bytes], bytes]]:
         end = data_at + 4 + _uint32.unpack_from(data, data_at)[0]
         if end > len(data):
             return
-        yield _header_fields(data[position + 4 : data_at]), data[data_at + 4 : end]
+        yield _header_fields(data[position + 4 : data_at]), view[data_at + 4 : end]
         position = end
 
 
-def _messages(data: bytes) -> Iterator[tuple[int, int, bytes]]:
+def _messages(data: bytes | bytearray) -> Iterator[tuple[int, int, memoryview]]:
     """Time, channel and content of the messages in a chunk's content, up to the first that is damaged."""
     try:
         for fields, content in _records(data):
@@ -83,6 +87,7 @@ class Ros1File(ChunkedFile):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
+        self._allowance = Allowance(self._file_size)
         self._index_position = 0
         self._expected_chunks = 0
         if self._read_at(0, len(_FIRST_LINE)) != _FIRST_LINE:
@@ -133,14 +138,9 @@ class Ros1File(ChunkedFile):
     def _next_chunk_after(self, position: int) -> int:
         """Where the next chunk begins behind damaged bytes, or the end of the file."""
         for begin in range(position + 1, self._file_size, _STEP):
-            block = self._read_at(begin, _STEP + 2 * _CHUNK_HEADER)
-            at = block.find(_CHUNK_FIELD)
-            while at >= 0:
-                for start in range(max(begin + at - _CHUNK_HEADER, position + 1), begin + at):
-                    record = self._record_at(start)
-                    if record is not None and record[0].keys() == {b"op", b"compression", b"size"}:
-                        return start
-                at = block.find(_CHUNK_FIELD, at + 1)
+            found = _CHUNK_HEADER.search(self._read_at(begin, _STEP + _LONGEST_CHUNK_HEADER))
+            if found:
+                return begin + found.start()
         return self._file_size
 
     def _take(self, fields: dict[bytes, bytes], data_at: int, size: int) -> None:
@@ -194,9 +194,9 @@ class Ros1File(ChunkedFile):
         if chunk.counts and all(channel in self.channels for channel in chunk.counts):
             return
         with suppress(*_GARBAGE):
-            for fields, content in _records(self._content(chunk)):
+            for fields, content in _records(self._content(chunk, self._allowance)):
                 if fields[b"op"] == _CONNECTION_OPERATION:
-                    self._take_connection(fields, content)
+                    self._take_connection(fields, bytes(content))
 
     def _count_messages(self) -> None:
         """Look into the last chunk: a cut or damage may have taken a part of it, or of its index."""
@@ -204,7 +204,7 @@ class Ros1File(ChunkedFile):
             return
         last = self.chunks[-1]
         last.counts.clear()
-        for time, channel, _ in _messages(self._content(last)):
+        for time, channel, _ in _messages(self._content(last, self._allowance)):
             last.note(channel, time, time)
         if not all(channel in self.channels for channel in last.counts):
             self._learn_channels(last)
@@ -220,8 +220,12 @@ class Ros1File(ChunkedFile):
             return Damage(self.path.name, "is cut off", end, self._file_size)
         return None
 
-    def _content(self, chunk: Chunk) -> bytes:
-        return decompress_what_is_there(self._read_at(chunk.begin, chunk.size), chunk.compression)
+    def _content(self, chunk: Chunk, allowance: Allowance) -> bytes | bytearray:
+        content = self._read_at(chunk.begin, chunk.size)
+        return decompress_what_is_there(content, chunk.compression, allowance)
 
-    def _load(self, chunk: Chunk, wanted: Collection[int]) -> list[tuple[int, int, bytes]]:
-        return [message for message in _messages(self._content(chunk)) if message[1] in wanted]
+    def _load(
+        self, chunk: Chunk, wanted: Collection[int], allowance: Allowance
+    ) -> list[tuple[int, int, bytes]]:
+        messages = _messages(self._content(chunk, allowance))
+        return [(time, channel, bytes(data)) for time, channel, data in messages if channel in wanted]

@@ -105,7 +105,13 @@ class _Tables:
         try:
             self._connection.execute("PRAGMA trusted_schema = OFF")
             self._require_tables()
-            counts = dict(self._rows("SELECT topic_id, COUNT(*) FROM messages GROUP BY topic_id"))
+            sizes = "SELECT topic_id, COUNT(*), SUM(LENGTH(data)) FROM messages GROUP BY topic_id"
+            counts, size = {}, 0
+            for number, count, size_of_topic in self._rows(sizes):
+                counts[number] = count
+                size += size_of_topic or 0
+            if size > path.stat().st_size:
+                raise sqlite3.DatabaseError("its messages are larger than the file")
             self.topics = {
                 number: BagTopic(_text(name), _text(message_type), _text(encoding), counts.get(number, 0))
                 for number, name, message_type, encoding in self._rows(

@@ -11,6 +11,7 @@ from contextlib import suppress
 from pathlib import Path
 
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
+from racecar.pipelines.bags.storage.compression import Allowance
 from racecar.pipelines.bags.storage.sqlite_log import PAGE_SIZES, WriteAheadLog
 
 _LEAF = 0x0D
@@ -83,7 +84,7 @@ class SqlitePages(ChunkedFile):
         self._page_count = in_file
         if self._log:  # a damaged page number may be any
             self._page_count = max(in_file, min(self._log.last_page, in_file + len(self._log)))
-        self._scan(range(1, self._page_count + 1))
+        self._scan(range(1, self._page_count + 1), Allowance(self._file_size))
         self.damage = self._find_damage(range(in_file + 1, expected + 1), expected * self._page_size)
 
     def close(self) -> None:
@@ -99,31 +100,33 @@ class SqlitePages(ChunkedFile):
         cause = "is cut off" if self._file_size < expected else "is damaged"
         return Damage(self.path.name, cause, self._file_size, max(expected, self._file_size))
 
-    def _scan(self, pages: range) -> None:
+    def _scan(self, pages: range, allowance: Allowance) -> None:
         for begin in range(pages.start, pages.stop, _PAGES_PER_CHUNK):
             chunk = Chunk(begin, min(_PAGES_PER_CHUNK, pages.stop - begin))
             for page, cell in self._cells(chunk):
                 with suppress(IndexError, UnicodeDecodeError):  # a page of garbage
-                    self._take(page, cell, chunk)
+                    self._take(page, cell, chunk, allowance)
             if chunk.counts:
                 self.chunks.append(chunk)
 
-    def _take(self, page: bytes, cell: int, chunk: Chunk) -> None:
+    def _take(self, page: bytes, cell: int, chunk: Chunk, allowance: Allowance) -> None:
         """Note a cell that looks like a row of ``topics`` or of ``messages``."""
-        row_id, record, is_whole = self._record(page, cell, with_overflow=False)
+        row_id, record, is_whole = self._record(page, cell)
         match _columns(record, 4):
-            case [None, int(topic), int(time), *_] if is_whole or self._record(page, cell)[2]:
+            case [None, int(topic), int(time), *_] if is_whole or self._record(page, cell, allowance)[2]:
                 chunk.note(topic, time, time)
             case [None, bytes(name), bytes(message_type), bytes(encoding)] if name.startswith(b"/"):
                 self.channels[row_id] = BagTopic(name.decode(), message_type.decode(), encoding.decode())
 
-    def _load(self, chunk: Chunk, wanted: Collection[int]) -> list[tuple[int, int, bytes]]:
+    def _load(
+        self, chunk: Chunk, wanted: Collection[int], allowance: Allowance
+    ) -> list[tuple[int, int, bytes]]:
         messages = []
         for page, cell in self._cells(chunk):
             with suppress(IndexError):
-                match _columns(self._record(page, cell, with_overflow=False)[1], 3):
+                match _columns(self._record(page, cell)[1], 3):
                     case [None, int(topic), int(time)] if topic in wanted:
-                        _, record, is_whole = self._record(page, cell)
+                        _, record, is_whole = self._record(page, cell, allowance)
                         data = _columns(record, 4)[-1]
                         if is_whole and isinstance(data, bytes):
                             messages.append((time, topic, data))
@@ -142,17 +145,18 @@ class SqlitePages(ChunkedFile):
                 if 8 <= cell < self._usable - 16:
                     yield page, cell
 
-    def _record(self, page: bytes, cell: int, with_overflow: bool = True) -> tuple[int, bytes, bool]:
-        """Row id and record of a cell, and whether all of it is there."""
+    def _record(self, page: bytes, cell: int, allowance: Allowance | None = None) -> tuple[int, bytes, bool]:
+        """Row id and record of a cell, and whether all of it is there; with an allowance, also what stands on
+        overflow pages, since any number of cells may claim the same ones."""
         size, position = _varint(page, cell)
         row_id, position = _varint(page, position)
         local = self._bytes_on_page(size)
         record = page[position : position + local]
-        if local == size or not with_overflow:
+        if allowance is None:
             return row_id, record, local == size
-        pieces, missing = [record], size - local
-        if size > self._page_count * self._page_size:
+        if size > self._page_count * self._page_size or not allowance.gives(size):
             return row_id, record, False
+        pieces, missing = [record], size - local
         number = _uint32.unpack_from(page, position + local)[0] if position + local + 4 <= len(page) else 0
         while missing > 0 and 0 < number <= self._page_count:
             overflow = self._page(number)

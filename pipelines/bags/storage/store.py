@@ -8,7 +8,12 @@ from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.chunks import BagFile, BagTopic, Damage, RawMessage
-from racecar.pipelines.bags.storage.compression import ZSTD_MAGIC, UnpackedFile, decompress_what_is_there
+from racecar.pipelines.bags.storage.compression import (
+    ZSTD_MAGIC,
+    Allowance,
+    UnpackedFile,
+    decompress_what_is_there,
+)
 from racecar.pipelines.bags.storage.folder import METADATA, BagFolder, read_folder
 from racecar.pipelines.bags.storage.formats import file_format, is_packed
 from racecar.pipelines.bags.storage.losses import describe_losses
@@ -103,9 +108,10 @@ class BagStore:
     def messages(self, topics: Collection[str]) -> Iterator[RawMessage]:
         """The messages of these topics, in the order of recording."""
         wanted = {name: self.topics[name] for name in topics if name in self.topics}
+        allowance = Allowance(sum(part.path.stat().st_size for part in self._parts))
         for topic, time, data in _in_order_of_time(self._parts, wanted):
             if wanted[topic].encoding == "cdr" and data.startswith(ZSTD_MAGIC):
-                data = decompress_what_is_there(data, "zstd")
+                data = bytes(decompress_what_is_there(data, "zstd", allowance))
             yield topic, min(max(time, 0), _LATEST), data
 
     def _open(self) -> None:
@@ -154,7 +160,7 @@ def _merged(topics: list[BagTopic]) -> dict[str, BagTopic]:
 
 def _in_order_of_time(parts: list[BagFile], topics: dict[str, BagTopic]) -> Iterator[RawMessage]:
     """Of parts in the order of their beginnings; one is not looked into before its time has come."""
-    waiting = deque(enumerate(parts))
+    waiting = deque((part.start_time, number, part) for number, part in enumerate(parts))
     running: list[tuple[int, int, RawMessage, Iterator[RawMessage]]] = []
 
     def go_on(number: int, messages: Iterator[RawMessage]) -> None:
@@ -163,8 +169,8 @@ def _in_order_of_time(parts: list[BagFile], topics: dict[str, BagTopic]) -> Iter
             return
 
     while waiting or running:
-        while waiting and (not running or waiting[0][1].start_time <= running[0][0]):
-            number, part = waiting.popleft()
+        while waiting and (not running or waiting[0][0] <= running[0][0]):
+            _, number, part = waiting.popleft()
             go_on(number, part.messages(topics))
         if running:
             _, number, message, messages = heapq.heappop(running)

@@ -1,5 +1,6 @@
 """Edits go beside the map that they are of, and the map is rendered with them."""
 
+from os.path import realpath
 from pathlib import Path
 
 from racecar.mapping.config import MappingConfig
@@ -30,7 +31,7 @@ class Saving:
         Raises UserError when a folder cannot be written to or holds what is not ours, when another hand has
         changed the edits meanwhile, and when the map would turn under its own edits.
         """
-        if is_straightened and out.resolve() == self._folder.resolve():
+        if is_straightened and realpath(out) == realpath(self._folder):
             raise UserError(
                 f"A straightened map has another frame than {self._folder}: name another folder for it."
             )

@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.localization.floor.region import Region
+from racecar.localization.floor.usable_map import refuse_empty
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
@@ -38,7 +39,7 @@ def test_unknown_floor_beside_free_floor_counts_as_a_place_but_not_what_lies_beh
 def test_a_map_without_floor_is_a_sentence() -> None:
     blocked = OccupancyGrid(np.full((20, 20), OCCUPIED, dtype=np.int8), 0.1, IDENTITY)
     with pytest.raises(UserError, match="no free cells"):
-        free_space_of(blocked)
+        refuse_empty(blocked)
 
 
 @settings(max_examples=40)

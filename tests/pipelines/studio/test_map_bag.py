@@ -14,7 +14,7 @@ from racecar.maps.grid.occupancy_grid import OCCUPIED
 from racecar.maps.map_files import load_map
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.config_file import load_config
-from racecar.pipelines.files.report import read_report
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.studio.map_bag.map_bag_room import MapBagRoom
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.server.gate import LOOPBACK
@@ -83,7 +83,7 @@ def test_a_bag_is_mapped_while_one_watches(page: Page, bag: Path, tmp_path: Path
     assert "The map is" in room.words
     assert room.would_be_lost == ""
     folder = tmp_path / "runs/drive"
-    assert read_report(folder)["inputs"]["bag"] == str(bag)
+    assert read_report(folder).inputs.bag == str(bag)
     written = load_map(folder)
     assert room.grid is not None
     np.testing.assert_array_equal(room.grid.cells >= 65, written.cells == OCCUPIED)  # not the last sketch
@@ -105,8 +105,9 @@ def test_what_was_read_until_one_stops_becomes_the_map(page: Page, long_bag: Pat
     room.stop()
     wait_for(page, lambda: room.is_idle)
     report = read_report(tmp_path / "runs/long")
-    assert report["counts"]["interrupted"]
-    assert 0 < report["counts"]["scans"] < 1600
+    assert report.counts.interrupted
+    assert report.counts.scans is not None
+    assert 0 < report.counts.scans < 1600
     assert "The reading was stopped after" in room.remarks
 
 

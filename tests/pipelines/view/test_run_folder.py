@@ -6,13 +6,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from racecar.mapping.arrays import named
+from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.map_files import save_map
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.files.session_file import SESSION_FILE, save_arrays
+from racecar.pipelines.files.session_file import SESSION_FILE, load_arrays, save_arrays
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.view.recorder import Recorder
 from racecar.pipelines.view.run_folder import load_run
@@ -52,6 +54,13 @@ def save_session(folder: Path) -> None:
         "constraints.kinds": np.array([1, 2], dtype=np.int8),
         "scans.counts": np.array([1, 2, 1], dtype=np.int16),
         "scans.points": np.array([[5, 5], [1, 0], [2, 0], [3, 0]], dtype=np.float32),
+        "scans.normals": np.zeros((4, 2), dtype=np.float32),
+        "rays.lengths": np.zeros(3, dtype=np.int64),
+        "rays.returns": np.zeros(3, dtype=np.int64),
+        "rays.ends": np.zeros((0, 2), dtype=np.float32),
+        "constraints.information": np.tile(np.eye(3), (2, 1, 1)),
+        **named("loops", LoopHistory().to_arrays()),
+        "loops.path": np.zeros(3),
     }
     save_arrays(arrays, folder / SESSION_FILE, "racecar session")
 
@@ -124,9 +133,45 @@ def test_an_empty_folder_is_one_sentence(tmp_path: Path) -> None:
         load_run(tmp_path)
 
 
-def test_a_damaged_report_hides_nothing_else(run: Path) -> None:
-    (run / "report.json").write_text("{")
-    assert len(load_run(run).trajectory) == 20
+@pytest.mark.parametrize(
+    "report", ["{", "7", "[" * 5000, '{"a": ' * 50 + "1" + "}" * 50, '{"a": ' + "9" * 5000 + "}"]
+)
+def test_a_damaged_report_hides_nothing_else(run: Path, report: str) -> None:
+    (run / "report.json").write_text(report)
+    scene = load_run(run)
+    assert len(scene.trajectory) == 20
+    assert "report.json is damaged" in scene.about
+
+
+def test_of_a_report_what_is_right_is_shown(run: Path) -> None:
+    report = {
+        "command": "racecar map",
+        "counts": {"scans": [], "path_metres": 12.0},
+        "quality": {"verdict": "good", "segments": 3},
+        "warnings": None,
+    }
+    (run / "report.json").write_text(json.dumps(report))
+    about = load_run(run).about
+    assert "path: 12.0 m" in about
+    assert "verdict: good" in about
+    assert "what it says of scans, segments is left out" in about
+
+
+@pytest.mark.parametrize("spoilt", [np.array(3.0), np.full((3, 3), np.nan), np.zeros((2, 3))])
+def test_a_damaged_session_hides_nothing_else(run: Path, spoilt: np.ndarray) -> None:
+    save_session(run)
+    arrays = load_arrays(run / SESSION_FILE, "racecar session") | {"map_from_keyframe": spoilt}
+    save_arrays(arrays, run / SESSION_FILE, "racecar session")
+    scene = load_run(run)
+    assert len(scene.trajectory) == 20
+    assert "session.npz is damaged" in scene.about
+
+
+def test_a_damaged_map_hides_nothing_else(run: Path) -> None:
+    (run / "map.yaml").write_text("image: map.pgm")
+    scene = load_run(run)
+    assert len(scene.trajectory) == 20
+    assert "map.yaml" in scene.about
 
 
 def test_a_folder_named_record_that_is_no_recording_is_one_sentence(run: Path) -> None:

@@ -28,7 +28,7 @@ class PickledFile(ChunkedFile):
             chunk.note(self._numbers[topic], time, time)
         self.chunks = [chunk]
 
-    def _load(self, chunk, wanted):
+    def _load(self, chunk, wanted, allowance):
         listed = [(time, self._numbers[topic], data) for topic, time, data in self._messages]
         return [message for message in listed if message[1] in wanted]
 

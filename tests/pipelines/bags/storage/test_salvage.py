@@ -13,7 +13,7 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.bags.storage.compression import decompress_what_is_there
+from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there
 from tests.pipelines.bag_samples import (
     bags_of_all_formats,
     cut,
@@ -150,11 +150,12 @@ def test_garbage_in_the_middle_costs_only_what_is_under_it(whole, tmp_path, kind
 def test_half_a_compressed_block_gives_its_beginning():
     text = bytes(range(256)) * 4000
     packed = lz4.frame.compress(text, block_size=lz4.frame.BLOCKSIZE_MAX64KB)
-    part = decompress_what_is_there(packed[: len(packed) // 2], "lz4")
+    allowance = Allowance(len(packed))
+    part = decompress_what_is_there(packed[: len(packed) // 2], "lz4", allowance)
     assert 0 < len(part) < len(text)
     assert text.startswith(part)
-    assert decompress_what_is_there(b"no such thing", "zstd") == b""
-    assert decompress_what_is_there(packed, "of another world") == b""
+    assert decompress_what_is_there(b"no such thing", "zstd", allowance) == b""
+    assert decompress_what_is_there(packed, "of another world", allowance) == b""
 
 
 @pytest.mark.parametrize("name", ["drive.bag", "drive.mcap", "drive.db3"])
