@@ -20,8 +20,9 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
+from racecar.maps.whole_folders import MOVED_LAST, finish_replacing
 
-REPORT_FILE = "report.json"
+REPORT_FILE = MOVED_LAST
 
 _REPORTED_PACKAGES = ("racecar-slam", "numpy", "numba", "scipy", "gtsam", "kiss-icp", "rosbags", "evo")
 
@@ -133,6 +134,7 @@ def read_report(folder: Path) -> dict[str, Any]:
     """The report in a run's folder; empty when there is none or it is damaged, as all else can be used
     without."""
     try:
+        finish_replacing(folder)
         contents = json.loads(read_text(folder / REPORT_FILE))
     except (UserError, ValueError, RecursionError):
         return {}

@@ -16,6 +16,7 @@ from racecar.mapping.arrays import Arrays
 from racecar.mapping.session.session import Session
 from racecar.maps.errors import UserError
 from racecar.maps.whole_files import write_atomically
+from racecar.maps.whole_folders import finish_replacing
 
 SESSION_FILE = "session.npz"
 VERSION = 2
@@ -31,6 +32,7 @@ def save_session(session: Session, path: Path) -> None:
 
 def load_session(folder: Path) -> Session:
     """The session that ``racecar map`` left in a folder. Raises UserError when there is none to be read."""
+    finish_replacing(folder)
     path = folder / SESSION_FILE
     if not path.is_file():
         raise UserError(

@@ -13,6 +13,7 @@ from racecar.maps.geometry.se2 import between, compose, inverse, transform_point
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
+from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.files.keyframe_times import SAME_PLACE, scans_of_keyframes
 from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.files.report import named_map, read_report
@@ -27,6 +28,7 @@ _SCAN_MATCHING, _LOOP_CLOSURE = KINDS.index("scan_matching"), KINDS.index("loop_
 
 def load_run(folder: Path) -> Scene:
     """What a mapping or localization run left in a folder. Raises UserError when it left nothing."""
+    finish_replacing(folder)
     report = read_report(folder)
     scene = _recorded_or_driven(folder, folder.absolute().name, _about(report))
     if scene.grid is None:
