@@ -108,8 +108,7 @@ def _finish(pending: Path) -> None:
         moves = _moves(pending, pending.parent)
         if is_locked:  # else another process may be at it, and these be new ones
             for source, target in reversed(moves):
-                if not _is_removal(source):
-                    Path(os.path.realpath(target)).unlink(missing_ok=True)
+                _place(source, target).unlink(missing_ok=True)
         for source, target in moves:
             _move(source, target)
         for below, _, _ in os.walk(pending, topdown=False):
@@ -142,6 +141,11 @@ def _is_removal(source: Path) -> bool:
     return source.name.startswith(_REMOVED)
 
 
+def _place(source: Path, target: Path) -> Path:
+    """What is replaced: not a link, but what it leads to. What is removed may be a link."""
+    return target if _is_removal(source) else Path(os.path.realpath(target))
+
+
 def _move(source: Path, target: Path) -> None:
     if _is_removal(source):
         target.unlink(missing_ok=True)
@@ -149,7 +153,7 @@ def _move(source: Path, target: Path) -> None:
         return
     target.parent.mkdir(parents=True, exist_ok=True)
     try:
-        source.replace(os.path.realpath(target))
+        source.replace(_place(source, target))
     except FileNotFoundError:
         if source.exists():
             raise  # else another process was faster
@@ -157,7 +161,7 @@ def _move(source: Path, target: Path) -> None:
 
 def _require_room(source: Path, target: Path) -> None:
     """Raises UserError where a file could not be moved."""
-    real = Path(os.path.realpath(target))
+    real = _place(source, target)
     home = next(folder for folder in real.parents if os.path.lexists(folder))
     if real.is_dir():
         raise cannot_write(target, OSError("it is a folder"))
