@@ -22,8 +22,8 @@ _CLUTTERED = 0.5
 _POOR_FIT = 0.5
 """Share of end points on walls below which a person should look twice."""
 _ASTRAY = 0.05
-"""Share of a path in walls or beyond the map: none on our maps, and a tenth where the image of another run lay
-beside the path."""
+"""Share of a path in walls or beyond the map: none on our maps, and a tenth where the image was of another
+run."""
 _NAMED = 3
 """Parts of the view that a sentence names, so that it stays one; report.json has all."""
 
