@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 import random
+import re
 import shutil
 import time
 from collections.abc import Callable, Iterator
@@ -16,7 +17,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from pathlib import Path
-from tempfile import TemporaryDirectory, mkdtemp
+from tempfile import TemporaryDirectory, gettempdir, mkdtemp
 
 from racecar.mapping import Mapper, MappingConfig
 from racecar.maps.map_files import load_map
@@ -41,6 +42,8 @@ INPUTS = {
 }
 _VOLATILE = ("stages", "peak_memory_mb", "mapping_seconds", "update_ms")
 """Of report.json: what differs from run to run."""
+_HOME = re.compile(rf'{re.escape(gettempdir())}/[^/"]+(/home)?')
+"""A working directory, which the reports of a batch name."""
 _AT_A_CALL = 0.7
 """Share of the kills; the others come at any moment."""
 _READERS: tuple[tuple[str, Callable[[Path], object]], ...] = (
@@ -237,13 +240,13 @@ def _contents(home: Path, out: str) -> dict[str, str]:
     """The files of a run, as any program sees them."""
     folder = home / out
     files = {str(path.relative_to(folder)): path for path in folder.rglob("*") if path.is_file()}
-    return {name: _digest(path, home) for name, path in files.items() if not name.startswith(".racecar")}
+    return {name: _digest(path) for name, path in files.items() if not name.startswith(".racecar")}
 
 
-def _digest(path: Path, home: Path) -> str:
+def _digest(path: Path) -> str:
     content = path.read_bytes()
     if path.name == "report.json":
         report = json.loads(content)
         kept = {section: figures for section, figures in report.items() if section not in _VOLATILE}
-        content = json.dumps(kept).replace(str(home), "home").encode()
+        content = _HOME.sub("home", json.dumps(kept)).encode()
     return hashlib.sha256(content).hexdigest()
