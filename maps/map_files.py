@@ -29,6 +29,7 @@ from racecar.maps.image_files import write_pgm, write_png
 from racecar.maps.shipped import shipped_map, shipped_names
 from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
+from racecar.maps.whole_folders import finish_replacing
 from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
 
 Mode = Literal["trinary", "scale", "raw"]
@@ -70,6 +71,7 @@ class _Header:
 def find_map(path: str | Path) -> Path:
     """The YAML file meant by a path: itself, the ``map.yaml`` of a folder, or the name of a shipped map."""
     path = Path(path)
+    finish_replacing(path)
     if path.is_dir():
         path = path / "map.yaml"
     if path.is_file():

@@ -4,6 +4,7 @@ Beside is a folder ``.racecar-…``, which is removed again. That of a run that 
 one: whoever writes into such a folder holds a lock on it, which the system takes from a process that ends.
 """
 
+import errno
 import fcntl
 import os
 import shutil
@@ -18,6 +19,8 @@ from typing import BinaryIO
 from racecar.maps.errors import UserError
 
 _PREFIX = ".racecar-"
+_WITHOUT_SYNC = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
+"""What file systems answer that know no fsync."""
 
 
 @contextmanager
@@ -49,7 +52,7 @@ def staging_folder(home: Path, path: Path) -> Iterator[Path]:
     """
     try:
         home.mkdir(parents=True, exist_ok=True)
-        _remove_abandoned(home)
+        remove_abandoned(home)
         folder, lock = _locked_folder(home)
     except OSError as error:
         raise cannot_write(path, error) from error
@@ -66,8 +69,31 @@ def move_into_place(source: Path, destination: Path) -> None:
         with source.open("rb") as contents, _open_stream(destination) as stream:
             shutil.copyfileobj(contents, stream)
         source.unlink()
-    else:
-        source.replace(os.path.realpath(destination))
+        return
+    place = Path(os.path.realpath(destination))
+    if is_staged(place):
+        source.replace(place)
+        return
+    sync(source)
+    source.replace(place)
+    sync(place.parent)
+
+
+def sync(path: Path) -> None:
+    """Have the disk hold the contents of a file, or the names in a folder, if power fails. Raises OSError."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    except OSError as error:
+        if error.errno not in _WITHOUT_SYNC:
+            raise
+    finally:
+        os.close(descriptor)
+
+
+def is_staged(path: Path) -> bool:
+    """Whether a path lies in a staging folder, which reaches the disk as a whole when its time comes."""
+    return any(part.startswith(_PREFIX) for part in path.parts)
 
 
 def is_stream(path: Path) -> bool:
@@ -129,7 +155,7 @@ def _locked_folder(home: Path) -> tuple[Path, int]:
         os.close(lock)  # another run took it for abandoned before it was locked
 
 
-def _remove_abandoned(home: Path) -> None:
+def remove_abandoned(home: Path) -> None:
     """Remove the folders of runs that were killed: those that nobody holds the lock of."""
     for folder in home.glob(f"{_PREFIX}*"):
         with suppress(OSError):

@@ -67,7 +67,7 @@ def merge(
     report.add("inputs", {"runs": [str(folder) for folder in folders], "config": config, "seed": seed})
     with output_folder(out) as folder:
         with report.stage("loading"):
-            from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits, remove_old_masks
+            from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.merge_run import draw_merged, merge_runs, save_merged
         requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
@@ -75,7 +75,6 @@ def merge(
         merged = draw_merged(merge_runs(folders, loaded, seed, report), loaded, report)
         refuse_to_lose_edits(out, merged.edits, folders[0])
         save_merged(merged, loaded, report, folder, requested=requested)
-    remove_old_masks(out, merged.edits)
     if json is not None:
         report.write(json)
     if quiet:

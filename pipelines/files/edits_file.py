@@ -26,6 +26,7 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.edits import EDIT_KINDS, Edit, EditKind
 from racecar.maps.text_files import read_text
 from racecar.maps.whole_files import write_atomically
+from racecar.maps.whole_folders import finish_replacing
 from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
 from racecar.pipelines.files.edits_text import with_entry, without_entry
 
@@ -87,6 +88,7 @@ def load_edits(path: Path) -> MapEdits:
 
 def edits_beside(folder: Path) -> MapEdits:
     """Those of the map in a folder; none where there is no file."""
+    finish_replacing(folder)
     path = folder / EDITS_FILE
     return load_edits(path) if path.is_file() else MapEdits()
 

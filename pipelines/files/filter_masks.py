@@ -15,6 +15,7 @@ from racecar.maps.grid.edits import Edit, keepout_mask, speed_mask
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.map_files import save_map
 from racecar.maps.whole_files import write_atomically
+from racecar.maps.whole_folders import remove_with
 
 FILTERS = {"keepout": 0, "speed": 2}
 """nav2's numbers for the types of filters, by definition of CostmapFilterInfo."""
@@ -26,13 +27,17 @@ def filter_files(name: str) -> tuple[str, ...]:
 
 
 def save_filter_masks(grid: TiledGrid, edits: Sequence[Edit], folder: Path) -> None:
-    """Write the masks that edits ask for, on the cells of a grid. Raises UserError when the place cannot be
-    written to."""
-    if any(edit.kind == "keepout" for edit in edits):
+    """Write the masks that edits ask for, on the cells of a grid, into the folder of a new run; the others
+    that an earlier run may have are removed with it. Raises UserError when the place cannot be written to."""
+    wanted = {edit.kind for edit in edits}
+    if "keepout" in wanted:
         _save(keepout_mask(grid, edits), "keepout", 1.0, folder)
-    if any(edit.kind == "speed" for edit in edits):
+    if "speed" in wanted:
         mask, metres_per_second = speed_mask(grid, edits)
         _save(mask, "speed", metres_per_second, folder)
+    for name in FILTERS.keys() - wanted:
+        for file in filter_files(name):
+            remove_with(folder / file)
 
 
 def _save(mask: TiledGrid, name: str, multiplier: float, folder: Path) -> None:

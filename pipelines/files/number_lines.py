@@ -7,6 +7,7 @@ from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.maps.text_files import read_text
+from racecar.maps.whole_folders import finish_replacing
 
 _LATEST_SECONDS = 2**63 // 10**9
 """Because stamps are 64-bit nanoseconds."""
@@ -32,6 +33,7 @@ def read_number_lines(path: Path, layout: str, *, stamps: int) -> Iterator[Numbe
     `layout` names the columns, the first `stamps` of them are seconds. Raises UserError that names the line
     when it does not hold as many finite numbers, none of them absurdly large.
     """
+    finish_replacing(path)
     columns = len(layout.split())
     for number, line in enumerate(read_text(path).splitlines(), start=1):
         fields = line.split()

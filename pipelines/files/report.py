@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.whole_files import write_atomically
+from racecar.maps.whole_folders import MOVED_LAST
 
-REPORT_FILE = "report.json"
+REPORT_FILE = MOVED_LAST
 
 _REPORTED_PACKAGES = ("racecar-slam", "numpy", "numba", "scipy", "gtsam", "kiss-icp", "rosbags", "evo")
 

@@ -10,6 +10,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.text_files import read_text
+from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.files.lenient import Count, Flag, Lenient, Number, Text
 from racecar.pipelines.files.report import REPORT_FILE
 
@@ -144,6 +145,10 @@ class RunReport(Lenient):
 def read_report(folder: Path) -> RunReport:
     """The report in a run's folder; an empty one when there is none, as all else can be used without."""
     path = folder / REPORT_FILE
+    try:
+        finish_replacing(folder)
+    except UserError as error:
+        return _damaged(RunReport(), str(error))
     if not path.is_file():
         return RunReport()
     faults: list[str] = []

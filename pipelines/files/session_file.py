@@ -17,6 +17,7 @@ from racecar.mapping.session.session import Session
 from racecar.mapping.session.session_layout import checked_session
 from racecar.maps.errors import UserError
 from racecar.maps.whole_files import write_atomically
+from racecar.maps.whole_folders import finish_replacing
 
 SESSION_FILE = "session.npz"
 VERSION = 2
@@ -32,6 +33,7 @@ def save_session(session: Session, path: Path) -> None:
 
 def load_session(folder: Path) -> Session:
     """The session that ``racecar map`` left in a folder. Raises UserError when there is none to be read."""
+    finish_replacing(folder)
     if not (folder / SESSION_FILE).is_file():
         raise UserError(
             f"There is no {SESSION_FILE} in {folder}, so there is no map to extend or to render; name a "

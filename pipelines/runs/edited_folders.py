@@ -6,7 +6,6 @@ from pathlib import Path
 from racecar.maps.errors import UserError
 from racecar.maps.text_files import read_text
 from racecar.pipelines.files.edits_file import EDITS_FILE, MapEdits, edits_beside, is_made_by_us
-from racecar.pipelines.files.filter_masks import FILTERS, filter_files
 from racecar.pipelines.files.report import Report
 
 
@@ -39,12 +38,3 @@ def refuse_to_lose_edits(out: Path, edits: MapEdits, source: Path) -> None:
             f"{path} holds other edits than those of {source}: move them there, or render {out} itself, "
             "or remove the file."
         )
-
-
-def remove_old_masks(out: Path, edits: MapEdits) -> None:
-    """Remove the masks in a folder that are of no edit any more."""
-    wanted = {edit.kind for edit in edits.edits}
-    for name in FILTERS:
-        if name not in wanted:
-            for file in filter_files(name):
-                (out / file).unlink(missing_ok=True)

@@ -27,6 +27,7 @@ from racecar.pipelines.runs.localization_run import (
     save_localization,
     start_anywhere,
 )
+from racecar.pipelines.runs.map_cautions import cautions_of_path
 from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
 from racecar.pipelines.runs.opened_bag import opened_bag
 from racecar.pipelines.view.recorder import Recorder
@@ -164,6 +165,8 @@ def localize_reader(
     with report.stage("self-calibration"):
         calibrate(reader, config.mapping.self_calibration, quiet=quiet)
     driven = None if map_path is None else mapping_trajectory(map_path, reader.path)
+    for sentence in [] if map_path is None else cautions_of_path(grid, map_path):
+        report.warn(sentence)
     with report.stage("preparing the map"):
         localizer = Localizer(grid, settings, np.random.default_rng(seed))
     if initial_pose is not None:

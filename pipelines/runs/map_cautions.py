@@ -1,13 +1,19 @@
 """What to know of a map before its figures are believed."""
 
 from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
 
 from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.mapping.moving_along.left_out import LeftOut
+from racecar.maps.errors import UserError
 from racecar.maps.grid.edits import Edit, covered
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TiledGrid
-from racecar.maps.map_files import MOST_PIXELS
+from racecar.maps.map_files import MOST_PIXELS, OCCUPIED_THRESHOLD
 from racecar.pipelines.evaluation.wall_fit import ON_WALL, WallFit
+from racecar.pipelines.runs.mapping_drive import mapping_path
 
 _COARSE = 0.25
 """Metres; half the length of a small car: walls of such cells are off by as much as a parked car is."""
@@ -15,6 +21,9 @@ _CLUTTERED = 0.5
 """Share of a map near its walls from which a wrong pose would find half of its end points on walls, too."""
 _POOR_FIT = 0.5
 """Share of end points on walls below which a person should look twice."""
+_ASTRAY = 0.05
+"""Share of a path in walls or beyond the map: none on our maps, and a tenth where the image was of another
+run."""
 _NAMED = 3
 """Parts of the view that a sentence names, so that it stays one; report.json has all."""
 
@@ -75,6 +84,27 @@ def cautions_of_walls(walls: WallFit) -> list[str]:
     return [
         f"{walls.share_of_map:.0%} of the map lies within {ON_WALL:.2f} m of a wall, so that end points on "
         "walls do not show that the pose is right; look at overlay.png, and at negate and the thresholds."
+    ]
+
+
+def cautions_of_path(grid: OccupancyGrid, map_path: Path) -> list[str]:
+    """For a map beside which lies the path of a drive, where the two do not belong together."""
+    try:
+        driven = mapping_path(map_path)
+    except UserError:
+        return []
+    if driven is None:
+        return []
+    cells = grid.cell_of(driven.map_from_base[:, :2])
+    is_inside = grid.contains(cells)
+    is_astray = ~is_inside
+    is_astray[is_inside] = grid.cells[tuple(cells[is_inside].T)] >= 100.0 * OCCUPIED_THRESHOLD
+    share = float(np.mean(is_astray))
+    if share <= _ASTRAY:
+        return []
+    return [
+        f"{share:.0%} of the path in trajectory.tum beside the map lies in walls or beyond the map's edge: "
+        "unless it was cropped or edited so, the files there are of different runs, so map the bag again."
     ]
 
 

@@ -87,7 +87,7 @@ def _write_map(map_: WrittenMap) -> None:
 def _write_edits(map_: WrittenMap) -> None:
     if map_.edits.edits:
         save_edits(map_.edits, map_.folder)
-        save_filter_masks(map_.grid, map_.edits.edits, map_.folder)
+    save_filter_masks(map_.grid, map_.edits.edits, map_.folder)
 
 
 def _write_image(map_: WrittenMap) -> None:

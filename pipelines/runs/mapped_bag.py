@@ -19,7 +19,7 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import Inputs
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
-from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
+from racecar.pipelines.runs.edited_folders import edits_of_new_map
 from racecar.pipelines.runs.mapping_run import Watch, build_map, nobody_watches, save_mapping
 from racecar.pipelines.runs.opened_bag import opened_bag
 from racecar.pipelines.runs.place_finding import earlier_map
@@ -92,10 +92,8 @@ class MappedBag:
         it holds edits that would be lost.
         """
         folder = Path(folder)
-        edits = edits_of_new_map(folder, self.continued, self.report)
         with output_folder(folder) as staging:
-            self.write(staging, edits)
-        remove_old_masks(folder, edits)
+            self.write(staging, edits_of_new_map(folder, self.continued, self.report))
 
     def write(self, folder: Path, edits: MapEdits, requested: Collection[str] = ()) -> None:
         """Write every file, and those that are ``requested`` too, into an existing folder.

@@ -14,15 +14,18 @@ def has_mapping_drive(map_path: Path) -> bool:
     return _trajectory_file(map_path).is_file()
 
 
+def mapping_path(map_path: Path) -> Trajectory | None:
+    """Where the car was when it made a map, of whatever bag. Raises UserError when that cannot be read."""
+    return load_tum(_trajectory_file(map_path)) if has_mapping_drive(map_path) else None
+
+
 def mapping_trajectory(map_path: Path, bag: Path) -> Trajectory | None:
     """Where a bag's car was when it made a map; None for a map without a trajectory, or of another bag.
 
     The report beside the map names the bag. Stamps are not asked: clocks that were never set, and simulated
     ones, count the same times on every drive.
     """
-    if not has_mapping_drive(map_path) or not _is_of(_recording(map_path), bag):
-        return None
-    return load_tum(_trajectory_file(map_path))
+    return mapping_path(map_path) if _is_of(_recording(map_path), bag) else None
 
 
 def _trajectory_file(map_path: Path) -> Path:

@@ -85,7 +85,7 @@ def carry_out(
     with output_folder(job.out) as folder, job.reading.open(job.bag) as reader:
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
             from racecar.pipelines.runs.checkpoint import checkpoint_file
-            from racecar.pipelines.runs.edited_folders import edits_of_new_map, remove_old_masks
+            from racecar.pipelines.runs.edited_folders import edits_of_new_map
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.mapped_bag import map_reader
             from racecar.pipelines.runs.mapping_run import nobody_watches
@@ -110,7 +110,6 @@ def carry_out(
             with report.stage("recording"):
                 record_mapping(reader, mapped.result, folder)
         mapped.write(folder, edits, job.requested)
-    remove_old_masks(job.out, edits)
     checkpoint_file(job.out).unlink(missing_ok=True)
     return mapped
 

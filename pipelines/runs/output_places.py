@@ -16,6 +16,7 @@ from typing import Protocol
 
 from racecar.maps.errors import UserError
 from racecar.maps.whole_files import cannot_write, is_stream
+from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.bags.storage.folder import METADATA
 from racecar.pipelines.bags.storage.recordings import (
     is_bag_file,
@@ -142,6 +143,8 @@ class OutputBag:
 def check_places(places: Sequence[OutputPlace], read: Sequence[Path], *, force: bool) -> None:
     """Raises UserError, in a sentence, when a run that writes to some places, and reads some paths, would
     lose anything, or could write nothing."""
+    for path in (*read, *(place.path for place in places)):
+        finish_replacing(path)
     inputs = list(_meant_by(read))
     try:
         for place in places:

@@ -22,7 +22,7 @@ from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits, remove_old_masks
+from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits
 from racecar.pipelines.runs.map_outputs import WrittenMap, outputs_with, write_outputs
 
 _CARRIED_OVER: dict[str, bool | set[str]] = {
@@ -67,7 +67,6 @@ def render_into(
         rendered = render_run(run, config, edits, report)
         refuse_to_lose_edits(out, rendered.edits, edits_from)
         save_rendering(rendered, run, config, report, folder, requested=requested)
-    remove_old_masks(out, rendered.edits)
 
 
 def render_run(folder: Path, config: MappingConfig, edits: MapEdits, report: Report) -> RenderedRun:

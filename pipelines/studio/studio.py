@@ -8,6 +8,7 @@ from pathlib import Path
 from racecar.maps.errors import UserError
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_names
+from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.bags.storage.recordings import is_bag_file
 from racecar.pipelines.batch.bag_search import find_bags
 from racecar.pipelines.files.config_file import Config
@@ -38,6 +39,7 @@ def room_for(page: Page, target: Path, settings: Config) -> Callable[[], Room]:
 
     Raises UserError when it is none of these, or cannot be read.
     """
+    finish_replacing(target)
     if any((target / mark).exists() for mark in _MARKS_OF_A_RUN):
         return look(page, target, settings)
     if _is_map(target):

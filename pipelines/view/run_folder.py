@@ -13,6 +13,7 @@ from racecar.maps.geometry.se2 import between, compose, inverse, transform_point
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
+from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.files.keyframe_times import SAME_PLACE, scans_of_keyframes
 from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.files.run_report import RunReport, Segment, read_report
@@ -30,6 +31,7 @@ def load_run(folder: Path) -> Scene:
 
     Raises UserError when it left neither a trajectory nor a recording that can be read.
     """
+    finish_replacing(folder)
     report = read_report(folder)
     scene = _recorded_or_driven(folder, folder.absolute().name, _about(report))
     try:

@@ -1,6 +1,7 @@
-"""Tries many damaged inputs: ``python -m tests.fuzz``, or ``make fuzz``.
+"""Tries many damaged inputs, and kills commands: ``python -m tests.fuzz``, or ``make fuzz``.
 
-What fails is kept in a folder per input, with a file that says why; ``--only NUMBER`` tries it again.
+An input that fails is kept in a folder of its own, with a file that says why; ``--only NUMBER`` tries it
+again, and ``--kill NUMBER`` a kill.
 """
 
 import argparse
@@ -11,6 +12,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from tests.fuzz import kills
 from tests.fuzz.inputs import COMMANDS, Inputs
 from tests.fuzz.trial import Outcome, run_trial
 
@@ -24,9 +26,15 @@ def main() -> int:
     parser.add_argument("--first", type=int, default=0, help="number of the first")
     parser.add_argument("--only", type=int, help="number of the one to try; its files are kept in any case")
     parser.add_argument("--samples", nargs="+", default=(), help="only of samples whose names hold these")
+    parser.add_argument("--kills", type=int, default=300, help="how many kills")
+    parser.add_argument("--kill", type=int, help="number of the one to try")
     parser.add_argument("--processes", type=int, default=os.cpu_count())
     parser.add_argument("--out", type=Path, default=Path("fuzz"), help="folder for inputs that fail")
     options = parser.parse_args()
+    if options.kill is not None:
+        fault = kills.trial(options.kill)
+        print(fault or "as it should be")
+        return bool(fault)
     prepare(words=tuple(options.samples))
     numbers = range(options.first, options.first + options.inputs)
     if options.only is not None:
@@ -46,7 +54,23 @@ def main() -> int:
             if done % 500 == 0 or done == len(numbers):
                 rate = done / (time.monotonic() - began)
                 print(f"{done} of {len(numbers)} inputs, {faults} faults, {rate:.0f}/s", flush=True)
-    return bool(faults)
+    return bool(faults + _kill(options.kills, options.processes))
+
+
+def _kill(count: int, processes: int | None) -> int:
+    """The number of kills that broke the rule."""
+    if count == 0:
+        return 0
+    kills.prepare()
+    faults = 0
+    with multiprocessing.get_context("fork").Pool(processes) as pool:
+        for done, fault in enumerate(pool.imap(kills.trial, range(count)), start=1):
+            if fault:
+                faults += 1
+                print(f"kill {done - 1}: {fault}", flush=True)
+            if done % 50 == 0 or done == count:
+                print(f"{done} of {count} kills, {faults} faults", flush=True)
+    return faults
 
 
 def prepare(commands: tuple[str, ...] = COMMANDS, words: tuple[str, ...] = ()) -> Inputs:

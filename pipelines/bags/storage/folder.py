@@ -7,6 +7,7 @@ from typing import Any
 
 from racecar.maps.errors import UserError
 from racecar.maps.text_files import read_text
+from racecar.maps.whole_folders import finish_replacing
 from racecar.maps.yaml_text import UnreadableYamlError, parse_yaml
 from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS2_SUFFIXES
 
@@ -32,6 +33,7 @@ class BagFolder:
 
 def read_folder(folder: Path) -> BagFolder:
     """Raises UserError when no bag is in the folder, or it cannot be read."""
+    finish_replacing(folder)
     try:
         present = sorted((path for path in folder.iterdir() if path.is_file()), key=natural_order)
     except OSError as error:

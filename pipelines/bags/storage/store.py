@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterator
 from pathlib import Path
 
 from racecar.maps.errors import UserError
+from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.bags.storage.chunks import BagFile, BagTopic, Damage, RawMessage
 from racecar.pipelines.bags.storage.compression import (
     ZSTD_MAGIC,
@@ -37,6 +38,7 @@ class BagStore:
         self._parts: list[BagFile] = []
         self._unpacked: list[UnpackedFile] = []
         self._damages: list[Damage] = []
+        finish_replacing(path)
         if not path.exists():
             raise UserError(f"{path} does not exist.")
         try:

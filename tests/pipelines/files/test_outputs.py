@@ -1,9 +1,9 @@
+import os
 from pathlib import Path
 
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.files import outputs
 from racecar.pipelines.files.outputs import output_folder, written_to
 
 
@@ -79,12 +79,18 @@ def test_what_was_written_is_known_afterwards(tmp_path: Path) -> None:
 
 
 def test_the_report_comes_last(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A run that is killed meanwhile is not taken for a whole one."""
+    """Whoever waits for it finds the other files."""
     moved: list[str] = []
-    monkeypatch.setattr(outputs, "move_into_place", lambda source, target: moved.append(source.name))
+    replace = os.replace
+
+    def note(source: Path, target: str) -> None:
+        moved.append(Path(source).name)
+        replace(source, target)
+
     with output_folder(tmp_path / "run") as staging:
         (staging / "record").mkdir()
         for name in ("report.json", "map.yaml", "session.npz", "trajectory.tum", "record/record_0.mcap"):
             (staging / name).write_text("a")
+        monkeypatch.setattr(os, "replace", note)
     assert len(moved) == 5
     assert moved[-1] == "report.json"

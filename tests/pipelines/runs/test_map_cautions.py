@@ -1,9 +1,16 @@
 """What is told of a map before its figures are believed."""
 
+from pathlib import Path
+
+import numpy as np
 import pytest
 
 from racecar.localization.verdict.drive_quality import DriveVerdict
-from racecar.pipelines.runs.map_cautions import cautions_of_fit
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.map_files import load_map, save_map
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.tum import save_tum
+from racecar.pipelines.runs.map_cautions import cautions_of_fit, cautions_of_path
 
 
 @pytest.mark.parametrize(
@@ -19,3 +26,17 @@ def test_why_scans_fit_poorly_agrees_with_the_verdict(verdict: DriveVerdict, tol
 
 def test_what_the_verdict_says_itself_is_not_said_twice() -> None:
     assert cautions_of_fit(0.3, DriveVerdict.LOST) == []
+
+
+@pytest.mark.parametrize(("shift", "told"), [(0.0, 0), (0.5, 1), (30.0, 1)])
+def test_a_path_that_is_not_of_the_map_beside_it_is_told(tmp_path: Path, shift: float, told: int) -> None:
+    cells = np.full((40, 100), FREE, dtype=np.int8)
+    cells[:10] = OCCUPIED
+    save_map(OccupancyGrid(cells, 0.05, np.zeros(3)), tmp_path / "map.yaml")
+    along = np.linspace(0.5, 4.5, 20)
+    driven = np.column_stack([along, np.full(20, 0.8 - shift), np.zeros(20)])
+    assert cautions_of_path(load_map(tmp_path), tmp_path) == []
+    save_tum(Trajectory(np.arange(20), driven), tmp_path / "trajectory.tum")
+    cautions = cautions_of_path(load_map(tmp_path), tmp_path)
+    assert len(cautions) == told
+    assert all("100% of the path" in caution for caution in cautions)

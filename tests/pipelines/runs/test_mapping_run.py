@@ -20,6 +20,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.checkpoint import Checkpoint
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS
@@ -112,7 +113,8 @@ def build(reader: Any, report: Report) -> Any:
 def test_bag_becomes_files_and_report(tmp_path: Path) -> None:
     report = Report("racecar map")
     result = build(RoomReader(40), report)
-    save_mapping(result, report, tmp_path, "room")
+    with output_folder(tmp_path) as folder:
+        save_mapping(result, report, folder, "room")
     assert {path.name for path in tmp_path.iterdir()} == set(MAP_FILES)
     np.testing.assert_allclose(result.trajectory.map_from_base[-1], [0.05 * 39, 0, 0], atol=0.02)
     written = json.loads((tmp_path / "report.json").read_text())
