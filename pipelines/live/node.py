@@ -242,7 +242,8 @@ class LiveNode(ABC):
         misses_place = self.sensors.misses_place
         if misses_place:
             self._transforms.ask_again()
-        is_all_told = self._is_odometry_published and bool(self.sensors.scan_frames) and not misses_place
+        is_place_told = bool(self.sensors.scan_frames) and not misses_place and not self.sensors.rests_on_tf
+        is_all_told = self._is_odometry_published and is_place_told
         self._transforms.look(wants_moving=not (seconds > _PATIENCE and is_all_told))
 
     def _seek_transform_odometry(self) -> None:

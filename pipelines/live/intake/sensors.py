@@ -34,6 +34,7 @@ from racecar.pipelines.bags.messages import (
 )
 from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
+from racecar.pipelines.bags.sensor_place import in_words
 from racecar.pipelines.live.intake.car_frames import CarFrames, Placed
 from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports, OdometryClockFaults
 from racecar.pipelines.live.intake.first_messages import Arrived
@@ -130,6 +131,11 @@ class Sensors:
     def scan_frames(self) -> list[str]:
         """Of the lasers that were heard."""
         return list(self._lasers)
+
+    @property
+    def rests_on_tf(self) -> bool:
+        """Whether it is told on a topic of links that may move where a laser sits."""
+        return any(each is not None and each.place.source == "tf" for each in list(self._lasers.values()))
 
     @property
     def misses_place(self) -> bool:
@@ -311,10 +317,24 @@ class Sensors:
             placed = self._placed(frame)
             if not _is_same(placed, before):
                 self._lasers[frame] = placed
+                self._report_move(frame, before, placed)
                 self._unplaced.pop(frame, None)
                 self._report_place(frame)
                 for key in [key for key in self._scan_converters if key[1] == frame]:
                     del self._scan_converters[key]
+
+    def _report_move(self, frame: str, before: Placed | None, placed: Placed | None) -> None:
+        """Say that a transform which was known by now was changed."""
+        if before is None or placed is None or not before.is_sure or before.base_frame != placed.base_frame:
+            return
+        if not np.array_equal(before.place.base_from_sensor, placed.place.base_from_sensor):
+            self._faults.report(
+                f"{frame} moved",
+                f"The transform of {frame} was changed: from now on it is taken to sit at "
+                f"{in_words(placed.place.pose)} on {placed.base_frame} instead of "
+                f"{in_words(before.place.pose)}.",
+                lasting=False,
+            )
 
     def _of_laser(self, message: Any, scan: Scan | None) -> Scan | None:
         if scan is None:
