@@ -221,7 +221,8 @@ def map(
             if json is not None:
                 write_json(json, {"command": "racecar live map", **drive.summary()})
         console.print("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
-        drive.save()
+        for sentence in drive.save():
+            console.print(sentence, markup=False)
         console.print(f"The map is saved. {where_to_look(out, 'map.png', json)}", markup=False)
 
 

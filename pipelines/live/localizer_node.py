@@ -115,7 +115,7 @@ class LocalizerNode(LiveNode):
         self._is_understood = False
         self._base_from_laser: Pose | None = None
         self._trail: deque[tuple[int, Pose, Pose]] = deque(maxlen=_TRAIL)
-        self._schedule = Schedule({"memory": _REMEMBER_EVERY})
+        self._memory_schedule = Schedule({"memory": _REMEMBER_EVERY})
         map_frame = self.parameters.map_frame
         self._display = LocalizerDisplay(
             node, map_frame, self.side, view, publishes_map=start.grid is not None
@@ -311,10 +311,11 @@ class LocalizerNode(LiveNode):
         if scan.is_return.any():
             self._judge(estimate)
         self.judge_odometry(localizer.frozen_odometry)
+        self.judge_turns(localizer.turn_model)
         if self._last_odometry is not None and not is_lost(estimate, self._config.verdict.known_place):
             self._trail.append((arrival, estimate.map_from_base, self._last_odometry[1].odom_from_base))
         self._display.show(stamp, scan, estimate, localizer)
-        if self._schedule.is_due("memory"):
+        if self._memory_schedule.is_due("memory"):
             self.side.inbox.put("memory", self._remember)
 
     def _follow_laser(self, localizer: Localizer, base_from_laser: Pose) -> None:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from geometry_msgs.msg import PoseStamped
 
 from racecar.mapping.grid.growing_grid import GrowingGrid
+from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.growth import Growth
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
@@ -54,6 +55,9 @@ _TOLD_EVERY = 5.0
 """Seconds between two lines on what a node that ends still does: by judgement."""
 _FIRST_TOLD = 0.5
 """The same before the first one, as people wonder soon: by judgement."""
+_LONGEST_BREAK = 100.0
+"""Seconds after which a drive is not gone on with but recognized: by judgement, longer than it takes to write
+a checkpoint of a long drive and to start again, and short for somebody who carries a car elsewhere."""
 _BEHIND = 1.0
 """Seconds for which messages wait when that is worth reporting: by judgement."""
 
@@ -88,7 +92,7 @@ class MapperNode(LiveNode):
         self._display = MapperDisplay(
             node,
             self.parameters.map_frame,
-            GrowingGrid(config.resolution, config.rendering, config.growing_grid),
+            partial(GrowingGrid, config.resolution, config.rendering, config.growing_grid),
             self.side,
             self._drawer,
             view,
@@ -97,7 +101,7 @@ class MapperNode(LiveNode):
         self._checkpoints = DriveCheckpoints(node, output.checkpoint(), self.side, self.faults, self.inform)
         self._verdict = MapVerdict(self.side)
         self._service = SaveService(node, output, self._request_snapshot, self.faults, self.inform)
-        self._schedule = Schedule({"memory": _GIVE_BACK_EVERY})
+        self._memory_schedule = Schedule({"memory": _GIVE_BACK_EVERY})
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
         self._first = FirstMessages(self.sensors.knows_place, self.sensors.understands)
@@ -105,6 +109,7 @@ class MapperNode(LiveNode):
         self._last_scan = -(2**63)
         self._stated = OdometryBuffer()
         self._odom_frame = "odom"
+        self._broken_off = start.seconds_ago
         self._pose: Pose | None = None
         self._growth = Growth()
         self._longest_backlog = 0.0
@@ -140,17 +145,19 @@ class MapperNode(LiveNode):
         self._drawer.finish()
         self.side.finish()
 
-    def save(self) -> None:
+    def save(self) -> list[str]:
         """Finish the map of the stopped drive and write its files; where that fails, or is broken off, the
-        drive is kept as a checkpoint. Raises UserError when there is no map."""
+        drive is kept as a checkpoint. Returns what is to be said of it, and raises UserError when there is no
+        map."""
         before = None if self._mapper.last_stamp is None else self._snapshot()
         try:
-            self._output.save(self._mapper)
+            said = self._output.save([*self._checkpoints.earlier(self._output.config), self._mapper])
         except BaseException:
             if before is not None:
                 self._checkpoints.keep(before)
             raise
         self._checkpoints.remove()
+        return said
 
     def figures(self) -> Mapping[str, Any]:
         """How the map grows, as the worker handed it over."""
@@ -248,16 +255,32 @@ class MapperNode(LiveNode):
             feed(item, self._mapper)
             return
         stamp, arrival = self._arrivals.pop(item.stamp)
+        if self._pose is None and (last := self._mapper.last_stamp) is not None:
+            seconds = max((item.stamp - last) * 1e-9, self._broken_off)
+            if seconds > _LONGEST_BREAK:
+                self._begin_anew(seconds)
         self._pose = self._mapper.add_scan(item)
         self._growth = self._mapper.growth
         self._publish(stamp, item, self._pose)
         self.judge_odometry(self._mapper.frozen_odometry)
+        self.judge_turns(self._mapper.turn_model)
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
         self._display.show(stamp, item, self._pose, self._mapper)
         self._checkpoints.save_when_due(self._snapshot)
         self._verdict.judge_when_due(self._mapper.quality_so_far)
-        if self._schedule.is_due("memory"):
+        if self._memory_schedule.is_due("memory"):
             self.side.inbox.put("memory", give_back_free_memory)
+
+    def _begin_anew(self, seconds: float) -> None:
+        """The car was left alone for so long that nobody knows where it is on the map."""
+        self._checkpoints.set_aside()
+        self._mapper, self._messages = Mapper(self._output.config), 0
+        self._display.begin_anew()
+        self.inform(
+            f"The drive was broken off {seconds:.0f} s ago, and the car may have been moved since: a map of "
+            "its own is begun, which is joined to that of the drive before at the end, where that is "
+            "recognized."
+        )
 
     def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
         message = PoseStamped(header=header(stamp, self.parameters.map_frame))

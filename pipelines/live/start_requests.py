@@ -62,7 +62,10 @@ class StartRequests:
     def _on_initial_pose(self, message: Any) -> None:
         def work() -> None:
             self._check_frame(message)
-            self.start_from(*start_pose(message))
+            pose, covariance = start_pose(message)
+            if covariance is None and np.any(message.pose.covariance):
+                self._inform("The initial pose's covariance cannot be one: the settings' own is taken.")
+            self.start_from(pose, covariance)
 
         self._worker.inbox.put("place", work)
 

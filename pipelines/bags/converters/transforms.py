@@ -321,12 +321,17 @@ class FrameLinks:
         ``base_from_frame`` (4, 4) by each."""
         tree = self.fixed()
         around = tree.around(base)
-        line = set(tree.line_up(frame)) - {base}
+        line = [each for each in tree.line_up(frame) if each != base]
         for link in self._of_the_car():
-            if {link.parent, link.child} <= set(around) and line & {link.parent, link.child}:
+            on_line = [each for each in line if each in (link.parent, link.child)]
+            if link.moves or not on_line or not {link.parent, link.child} <= set(around):
+                continue
+            if on_line[0] == link.child:
                 by_link = around[link.parent] @ link.latest
-                if not link.moves and float(np.abs(by_link - around[link.child]).max()) > _SAME:
-                    yield link, by_link @ inverted(around[link.child]) @ around[frame]
+            else:
+                by_link = around[link.child] @ inverted(link.latest)
+            if float(np.abs(by_link - around[on_line[0]]).max()) > _SAME:
+                yield link, by_link @ inverted(around[on_line[0]]) @ around[frame]
 
     def _of_the_car(self) -> list[Link]:
         return [

@@ -44,17 +44,17 @@ class MapperDisplay:
         self,
         node: Any,
         map_frame: str,
-        grid: GrowingGrid,
+        new_grid: Callable[[], GrowingGrid],
         worker: Worker,
         drawer: Worker,
         view: "LiveView | None",
         health: Health,
     ) -> None:
-        """``drawer`` draws the map into ``grid``; beside other work it would wait while a checkpoint is
+        """``drawer`` draws the map into a ``new_grid``; beside other work it would wait while a checkpoint is
         written."""
         self._map_frame, self._worker, self._drawer = map_frame, worker, drawer
         self._view, self._health = view, health
-        self._grid = grid
+        self._new_grid, self._grid = new_grid, new_grid()
         self._path = DrivenPath()
         self._schedule = Schedule(_PERIODS)
         create = node.create_publisher
@@ -72,6 +72,10 @@ class MapperDisplay:
     def times_redrawn(self) -> int:
         """How often the whole map was redrawn."""
         return self._grid.redrawn
+
+    def begin_anew(self) -> None:
+        """Another map is shown from now on, and another path."""
+        self._grid, self._path = self._new_grid(), DrivenPath()
 
     def tell(self, words: str) -> None:
         """How the node is, in Markdown, for the page."""

@@ -42,7 +42,8 @@ class CarFrames:
         self._base_frame, self._laser_pose = base_frame, laser_pose
         self._lock = Lock()
         self._links = FrameLinks(takes_mended=True)
-        self._moving: set[tuple[str, str]] = set()
+        self._known: dict[tuple[str, str], tuple[bool, int]] = {}
+        """Of each link whether it moves, and how often it was put right."""
         self._odometry_child = ""
         self.version = 0
         """Grows when places may have changed."""
@@ -56,8 +57,9 @@ class CarFrames:
                 if link is None:
                     continue
                 ends = link.parent, link.child
-                if link.moves and ends not in self._moving:
-                    self._moving |= set() if link.is_mended else {ends}
+                how = link.moves, link.changes if link.is_mended else 0
+                if self._known.get(ends, (False, 0)) != how:
+                    self._known[ends] = how
                     self.version += 1
                 self.version += link.count == 1
 

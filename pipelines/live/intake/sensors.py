@@ -13,6 +13,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.converters.framed_scans import of_laser
 from racecar.pipelines.bags.converters.imu import ImuSetup
+from racecar.pipelines.bags.converters.laser_scans import RANGE_LIMIT
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
@@ -58,6 +59,16 @@ computer, it is the scans' that is wrong. By judgement, since messages take time
 _LATE_TRANSFORM = 1.0
 """Seconds for which a transform may come later than the first scan, as DDS finds publishers one after the
 other, before that is reported: by judgement."""
+_MENDED = {
+    "empty_scans": "Scans are left out whose angles, or number of beams, cannot be: look at angle_min, "
+    "angle_max and angle_increment.",
+    "scans_without_range_max": f"Scans state no range_max that can be: {RANGE_LIMIT:.0f} m is taken for it.",
+    "time_increments_ignored": f"By their time_increment scans take over {_LONGEST_SWEEP} s: all beams are "
+    "taken to be of one moment.",
+    "invalid_yaw_rates": "Messages of the IMU hold no turn rates, by their covariance or as these are no "
+    "numbers: they are left out.",
+}
+"""What converters count, in words."""
 _NO_TRANSFORMS = bytes([0, 1, 0, 0, 0, 0, 0, 0])
 """A serialized message without any."""
 
@@ -104,6 +115,7 @@ class Sensors:
         self._imu_counts: Counter[str] = Counter()
         self._imu_version = -1
         self._imu_converters: dict[tuple[str, str], Converter[YawRate]] = {}
+        self._mended: set[str] = set()
         self._known_correction = 0
         self._standing: Pose | None = None
         self._moving_messages = 0
@@ -216,6 +228,7 @@ class Sensors:
         scan = self._of_laser(message, self._scan_converter(message).convert(message, stamp))
         if self._unplaced:
             self._report_unplaced()
+        self._report_mended(self._scan_counts)
         if scan is not None and self._scan_counts["changed_beam_counts"] > beams_changed:
             self._faults.report(
                 "beams",
@@ -267,7 +280,16 @@ class Sensors:
     def yaw_rate(self, message: Any, arrival: int) -> YawRate | None:
         """The sample of an IMU's message that arrived at a time (nanoseconds); None where it holds none."""
         stamp = self._imu_clock.steady(nanoseconds(message.header.stamp), arrival)
-        return None if stamp is None else self._imu_converter(message).convert(message, stamp)
+        sample = None if stamp is None else self._imu_converter(message).convert(message, stamp)
+        self._report_mended(self._imu_counts)
+        return sample
+
+    def _report_mended(self, counts: Counter[str]) -> None:
+        """Name once what of the messages is left out or replaced."""
+        for name in _MENDED.keys() - self._mended:
+            if counts[name]:
+                self._mended.add(name)
+                self._faults.report(name, _MENDED[name], lasting=False)
 
     def _is_repeat(self, scan: Scan) -> bool:
         is_repeat = self._repeats.is_repeat(scan)

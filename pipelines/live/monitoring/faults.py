@@ -1,6 +1,7 @@
 """What is wrong at the moment: logged once when it begins, and in the diagnostics while it lasts."""
 
 import logging
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,6 +15,15 @@ EVENT_SECONDS = 5.0
 """For which an event stays in the diagnostics, long enough for a person to read it: by judgement."""
 _LOGGED_EVERY = 0.2
 """Seconds between two lines of the log about the same fault, so that bad messages do not flood it."""
+
+
+_LONGEST_WORD = 200
+"""Characters of a name in a sentence: more than any frame or path that a person chose, by judgement."""
+
+
+def with_short_words(sentence: str) -> str:
+    """The sentence with the names in it cut that nobody can read."""
+    return re.sub(rf"(\S{{{_LONGEST_WORD}}})\S+", r"\1…", sentence)
 
 
 @dataclass
@@ -38,7 +48,7 @@ class Faults:
 
         It is logged once, and again only when the sentence changes or all was well in between.
         """
-        now = time.monotonic()
+        now, sentence = time.monotonic(), with_short_words(sentence)
         with self._lock:
             before = self._current().get(name)
             is_new = before is None or (before.sentence != sentence and now - before.logged > _LOGGED_EVERY)
@@ -58,7 +68,8 @@ class Faults:
         with self._lock:
             is_known = name in self._counts
             self._counts[name] = self._counts.get(name, 0) + 1
-            sentence = f"A fault in racecar, not yours ({type(error).__name__}: {error}); please report it."
+            words = with_short_words(f"{type(error).__name__}: {error}")
+            sentence = f"A fault in racecar, not yours ({words}); please report it."
             self._active[name] = _Fault(sentence, time.monotonic() + EVENT_SECONDS, time.monotonic())
         if not is_known:
             self._warn(sentence)

@@ -7,6 +7,8 @@ from functools import partial
 from typing import Any
 
 from racecar.mapping.arrays import Arrays
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.mapper_state import Snapshot
 from racecar.maps.errors import UserError
 from racecar.pipelines.live.monitoring.faults import Faults
@@ -61,6 +63,14 @@ class DriveCheckpoints:
         """Write a snapshot now, of a drive that goes on another time, and say so."""
         if self._save(snapshot):
             self._inform(f"The drive is kept in {self._checkpoint.path}; the same command goes on with it.")
+
+    def set_aside(self) -> None:
+        """The file that is there is of an earlier drive."""
+        self._checkpoint.set_aside()
+
+    def earlier(self, config: MappingConfig) -> list[Mapper]:
+        """The mappers of the earlier drives. Raises UserError where a file is damaged."""
+        return self._checkpoint.earlier(config)
 
     def remove(self) -> None:
         """The drive is over."""
