@@ -247,8 +247,8 @@ class LocalizerNode(LiveNode):
             carried = remembered.carried_to(odometry[0], odometry[1].odom_from_base)
         if carried is None:
             self.inform(
-                "No odometry says how far the car drove since the last run, as it began anew or is silent: "
-                "the car is sought where it was then."
+                "No odometry says how far the car drove since the last run, as it started again or is "
+                "silent: the search for the car starts where it was then."
             )
         self._requests.start_from(*(carried or remembered.left_there))
 
