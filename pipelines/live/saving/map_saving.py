@@ -4,6 +4,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -43,12 +44,13 @@ class MapOutput:
         save or the folder cannot be written to.
         """
         earlier, unrecognized = None, []
-        for number, mapper in enumerate(drives, start=1):
+        for mapper in drives:
             try:
                 session = finish_and_save(mapper, self._report(), self.folder, earlier).session
                 earlier = found_on(session, Config(mapping=self.config))
             except NotRecognizedError as error:
-                own = self.folder.with_name(f"{self.folder.name}-{number}")
+                beside = (self.folder.with_name(f"{self.folder.name}-{number}") for number in count(2))
+                own = next(folder for folder in beside if not folder.exists())
                 finish_and_save(mapper, self._report(), own)
                 unrecognized.append(f"{error}; its map is in {own}, in a frame of its own.")
         return unrecognized
