@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
+from threading import RLock
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,6 @@ from racecar.mapping.arrays import Arrays, pose_or_nan
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.feedback.missed_loops import missed_loops
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.log_odds import looks_until_free
 from racecar.mapping.grid.rendering import Rays, pack_rays, rays_of
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
@@ -19,7 +19,7 @@ from racecar.mapping.keyframes.gap import Gap, gap_after
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.keyframes.placement import KeyframePlacer, Placement
 from racecar.mapping.matching.scan_store import prepare_scan
-from racecar.mapping.odometry.lag import OdometryLag
+from racecar.mapping.odometry.lag import KnownLag
 from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
@@ -28,6 +28,7 @@ from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.forgetting import forget_outdated
 from racecar.mapping.session.merging import merge
 from racecar.mapping.session.session import Session
+from racecar.mapping.state.growth import Growth
 from racecar.mapping.state.mapper_state import MapperState, Snapshot
 from racecar.mapping.state.result import MappingResult, finished_map_of, result_of, sights_of
 from racecar.mapping.state.scan_poses import place_all_scans
@@ -42,7 +43,12 @@ from racecar.maps.sensing.yaw_rate import YawRate
 
 
 class Mapper:
-    """Builds a map incrementally; scans, odometry and yaw rates come in the order of time."""
+    """Builds a map incrementally; scans, odometry and yaw rates come in the order of time.
+
+    May be read in other threads than the one that feeds it: what they get is taken between two measurements
+    and does not change any more. They wait for the scan at hand, which may close a loop for seconds. Where
+    `add_scan` raises, that scan is lost, and the rest is as if it had not come.
+    """
 
     def __init__(self, config: MappingConfig, odometry_lag: int = 0, *, keep_clouds: bool = False) -> None:
         """``odometry_lag`` in nanoseconds as far as it is known; it is learned as the car turns. With
@@ -51,6 +57,8 @@ class Mapper:
         self._state = MapperState.begin(config, odometry_lag)
         self._state.clouds = KeyframeClouds() if keep_clouds else None
         self._can_be_saved = False
+        self._lock = RLock()
+        """Held while anything of the state changes, and while it is read for others."""
 
     @classmethod
     def from_arrays(cls, config: MappingConfig, arrays: Arrays, *, keep_clouds: bool = False) -> "Mapper":
@@ -71,32 +79,45 @@ class Mapper:
     @property
     def last_stamp(self) -> int | None:
         """Nanoseconds, of the last scan."""
-        return self._state.drive.stamps[-1] if self._state.drive.stamps else None
+        with self._lock:
+            stamps = self._state.drive.stamps
+            return stamps[-1] if stamps else None
 
     @property
-    def odometry_lag(self) -> OdometryLag:
+    def odometry_lag(self) -> KnownLag:
         """By how much odometry is stamped later than scans, as far as it was learned."""
-        return self._state.reckoning.odometry_lag
+        with self._lock:
+            return self._state.reckoning.odometry_lag.known
 
     @property
     def frozen_odometry(self) -> FrozenOdometry:
         """When the odometry repeated a pose while the car moved on."""
-        return self._state.reckoning.frozen
+        with self._lock:
+            return self._state.reckoning.frozen.copy()
 
     @property
     def turn_model(self) -> TurnModel:
         """What the turns by wheels and gyroscope have proven to be worth so far."""
-        return self._state.reckoning.turns.model
+        with self._lock:
+            return self._state.reckoning.turns.model
+
+    @property
+    def growth(self) -> Growth:
+        """How much is mapped so far."""
+        with self._lock:
+            return self._state.growth()
 
     def session(self) -> Session:
-        """Everything so far but the scans between keyframes; it goes on growing with the mapper."""
-        return self._state.session()
+        """Everything so far but the scans between keyframes."""
+        with self._lock:
+            return self._state.session().frozen()
 
     def seen_so_far(self) -> tuple[list[Rays], Pose, tuple[list[Rays], Pose]]:
         """What `GrowingGrid` draws: what the keyframes (K) saw, their poses (K, 3), and what else counts
-        meanwhile, for another thread to draw."""
-        session = self._state.session()
-        return list(session.rays), session.map_from_keyframe.copy(), self._held_scans()
+        meanwhile."""
+        with self._lock:
+            state = self._state
+            return list(state.rays), state.map_from_keyframe.copy(), self._held_scans()
 
     def _held_scans(self) -> tuple[list[Rays], Pose]:
         """What the latest scans between the first keyframes saw, and where (H, 3) these lie; none once there
@@ -115,25 +136,33 @@ class Mapper:
     def snapshot(self) -> Snapshot:
         """Everything so far, taken at once; packed when called, in any thread while this mapper goes on. The
         arrays are those of `MapperState.snapshot`."""
-        return self._state.snapshot()
+        with self._lock:
+            return self._state.snapshot()
 
     def quality_so_far(self) -> Callable[[], MapQuality]:
         """The verdict on the map as it is now, at least one keyframe, without the optimization at the end;
         found when called, in any thread while this mapper goes on."""
-        now = finished_map_of(self._state, self._state.session().frozen())
+        with self._lock:
+            now = finished_map_of(self._state, self._state.session().frozen())
         return partial(judge, now, self._config.quality)
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample of wheel odometry."""
-        self._state.reckoning.add_odometry(odometry)
+        with self._lock:
+            self._state.reckoning.add_odometry(odometry)
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
         """Take a sample of a gyroscope."""
-        self._state.reckoning.add_yaw_rate(yaw_rate)
+        with self._lock:
+            self._state.reckoning.add_yaw_rate(yaw_rate)
 
     def add_scan(self, scan: Scan) -> Pose:
         """Take a scan; returns ``map_from_base`` (3,) as known now. Those of further lasers, which may show
         nothing of what the first one does, are left out while no wheels report the motion between them."""
+        with self._lock:
+            return self._take_scan(scan)
+
+    def _take_scan(self, scan: Scan) -> Pose:
         state = self._state
         if not state.reckoning.can_follow(scan):
             return self._map_from_base(state.reckoning.guesses())
@@ -150,8 +179,8 @@ class Mapper:
         # Where the laser is blind, keyframes carry what the wheels measure; without wheels there is nothing.
         if self.last_stamp is None or (is_due and (sees or wheel_step is not None)):
             self._add_keyframe(scan, points, guesses, gap)
-            guesses = AT_KEYFRAME
-        elif sees:
+            return self._map_from_base(AT_KEYFRAME)
+        if sees:
             self._hold(scan, points)
         state.drive.add(scan.stamp, points, guesses, scan.laser)
         return self._map_from_base(guesses)
@@ -168,6 +197,10 @@ class Mapper:
         With an ``earlier`` map this drive carries it on, and the result lies in its frame. Raises UserError
         without any scan, and NotRecognizedError when the drive is not recognized on the earlier map.
         """
+        with self._lock:
+            return self._finish(progress or (lambda share: None), earlier)
+
+    def _finish(self, report: Callable[[float], None], earlier: EarlierMap | None) -> MappingResult:
         if self.last_stamp is None:
             raise UserError("There was no usable scan, so there is no map: check the topic of the scans.")
         if not self._state.keyframes.is_kept.any():
@@ -175,7 +208,7 @@ class Mapper:
                 f"Not one beam of {len(self._state.drive)} scans met anything, so there is no map: make sure "
                 "that nothing covers the laser, that it works, and that range_min and range_max are right."
             )
-        state, config, report = self._state, self._config, progress or (lambda share: None)
+        state, config = self._state, self._config
         with state.timed("optimization"):
             self._optimize_finally()
         quality = self._heed_contradictions()
@@ -218,26 +251,31 @@ class Mapper:
     ) -> None:
         state = self._state
         prepared = prepare_scan(points, self._config.matching.lines)
-        index = state.keyframes.add(prepared)
-        state.keyframe_lasers.append(scan.laser)
-        if index == 0:
-            state.map_from_keyframe = scan.base_from_laser[None].copy()
-            step, right, is_tied = IDENTITY, guesses.sources[0], True
-        else:
-            step, right, placed = self._place(index, guesses, gap)
-            is_tied = self._tie(index, step, placed)
-            if placed.is_lost or (gap == Gap.DRIVEN and not is_tied):
-                state.known_since = index
-        state.drive.start_keyframe(guesses, right)
+        # A laser that meets nothing may be covered: its misses show no free space.
+        rays = rays_of(scan, points, self._config.rendering) if len(points) else Rays.none()
+        with state.undone_on_failure():
+            index = state.keyframes.add(prepared)
+            state.keyframe_lasers.append(scan.laser)
+            state.rays.append(rays)
+            if index == 0:
+                state.map_from_keyframe = scan.base_from_laser[None].copy()
+                step, right, is_tied = IDENTITY, guesses.sources[0], True
+            else:
+                step, right, placed = self._place(index, guesses, gap)
+                is_tied = self._tie(index, step, placed)
+                if placed.is_lost or (gap == Gap.DRIVEN and not is_tied):
+                    state.known_since = index
+            if state.clouds is not None and state.reckoning.cloud is not None:
+                state.clouds.add(index, state.reckoning.cloud)
+            state.reckoning.start_keyframe(step, prepared, scan.laser, is_tied=is_tied and index > 0)
+            state.drive.start_keyframe(guesses, right)
+            state.drive.add(scan.stamp, points, AT_KEYFRAME, scan.laser)
         if len(state.keyframes) >= looks_until_free(self._config.rendering):
             state.held_rays.clear()
-        # A laser that meets nothing may be covered: its misses show no free space.
-        state.rays.append(rays_of(scan, points, self._config.rendering) if len(points) else Rays.none())
-        if state.clouds is not None and state.reckoning.cloud is not None:
-            state.clouds.add(index, state.reckoning.cloud)
-        state.reckoning.start_keyframe(step, prepared, scan.laser, is_tied=is_tied and index > 0)
-        self._learn_and_optimize(index, step)
-        self._grow_submaps()
+        try:
+            self._learn_and_optimize(index, step)
+        finally:  # the path grows with the keyframes whatever becomes of that
+            self._grow_submaps()
         self._trim(index)
 
     def _place(self, index: int, guesses: MotionGuesses, gap: Gap) -> tuple[Pose, GuessSource, Placement]:
@@ -398,9 +436,7 @@ class Mapper:
             if not missed:
                 break
             before = state.graph, state.map_from_keyframe, state.reckoning.calibration
-            state.graph = PoseGraph(
-                config.graph, [*state.graph.constraints, *(h.as_constraint() for h in missed)]
-            )
+            state.graph = state.graph.followed_by(h.as_constraint() for h in missed)
             with state.timed("feedback"):
                 self._optimize_finally()
             changed = self._judge(state.session())

@@ -77,6 +77,10 @@ class ConstraintList:
         are: NDArray[np.bool_] = np.array(self._kinds, dtype=np.int8) == KINDS.index(kind)
         return are
 
+    def count(self, kind: Kind) -> int:
+        """How many are of a kind."""
+        return self._kinds.count(KINDS.index(kind))
+
     def chosen(self, indices: Sequence[int] | NDArray[np.int64]) -> "ConstraintList":
         """Some of them, in that order."""
         return ConstraintList.from_arrays({name: rows[indices] for name, rows in self.to_arrays().items()})
@@ -97,7 +101,12 @@ class ConstraintList:
 
     def copy(self) -> "ConstraintList":
         """The same in memory of its own."""
-        return ConstraintList.from_arrays(self.to_arrays())
+        return self.since(0)
+
+    def cut(self, count: int) -> None:
+        """Forget those from number ``count`` on."""
+        del self._ends[2 * count :], self._kinds[count:]
+        del self._poses[3 * count :], self._information[6 * count :]
 
     def to_arrays(self) -> dict[str, NDArray[Any]]:
         """``keyframes`` (C, 2) int32, ``poses`` (C, 3), ``information`` (C, 3, 3) and ``kinds`` (C,) int8,

@@ -39,6 +39,14 @@ class PoseGraph:
         keyframes."""
         self.constraints.append(constraint)
 
+    def followed_by(self, constraints: Iterable[Constraint]) -> "PoseGraph":
+        """Another graph with further constraints; this one stays as it is."""
+        graph = PoseGraph(self.config)
+        graph.constraints = self.constraints.copy()
+        for constraint in constraints:
+            graph.add(constraint)
+        return graph
+
     def since(self, first: int) -> ConstraintList:
         """The constraints of keyframes from ``first`` on with these and earlier ones."""
         return self.constraints.since(self._start_of(first))

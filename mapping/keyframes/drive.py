@@ -75,9 +75,9 @@ class Drive:
     def start_keyframe(self, guesses: MotionGuesses, right: GuessSource) -> None:
         """The next scan is a keyframe; of its guesses, and of those since the last, one source was right."""
         if self.keyframe_scans:
+            decided = [each for since_last in self._guesses for each in since_last.of(right)]
             self._keyframe_from_next.extend(guesses.by[right])
-            for since_last in self._guesses:
-                self._decided.extend(since_last.of(right))
+            self._decided.extend(decided)
             self._guesses = []
         self.keyframe_scans.append(len(self.stamps))
 
@@ -108,13 +108,12 @@ class Drive:
         motion since each."""
         latest = np.array([guesses.best for guesses in self._guesses]).reshape(-1, 3)
         stamps, keyframe_scans = np.array(self.stamps), np.array(self.keyframe_scans)
-        begun = keyframe_scans[keyframe_scans < len(stamps)]  # all but one whose scan is still to come
         return guess_scans(
             stamps[scans],
             np.concatenate([_in_place(self._decided), latest])[scans],
             self.keyframe_of(scans),
             _in_place(self._keyframe_from_next),
-            stamps[begun],
+            stamps[keyframe_scans],
             map_from_keyframe,
         )
 

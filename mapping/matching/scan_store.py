@@ -110,6 +110,11 @@ class ScanStore:
         self._size += 1
         return self._size - 1
 
+    def cut(self, size: int) -> None:
+        """Forget the scans from number ``size`` on, which nobody has a copy of."""
+        self._rows -= int(np.count_nonzero(self._row_of[size : self._size]))
+        self._size = size
+
     def trim(self, indices: NDArray[np.int64]) -> None:
         """Forget the points of some scans; their memory is free once nobody has a copy of the store."""
         row_of = self.row_of.copy()

@@ -3,6 +3,8 @@
 Odometry integrated from commands runs a tenth of a second ahead of the car; over a slow bus it is behind.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -10,6 +12,15 @@ from racecar.mapping.arrays import Arrays
 from racecar.mapping.odometry.config import OdometryLagConfig
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
+
+
+class KnownLag(NamedTuple):
+    """A lag as it was learned at one moment."""
+
+    nanoseconds: int
+    """How long after a scan's stamp the wheels report the car where that scan saw it."""
+    is_settled: bool
+    """Whether the car has turned enough to know the lag well, or to know that there is none."""
 
 
 class OdometryLag:
@@ -36,6 +47,11 @@ class OdometryLag:
     def is_settled(self) -> bool:
         """Whether the car has turned enough to know the lag well, or to know that there is none."""
         return self._turned > self._config.turn_until_settled
+
+    @property
+    def known(self) -> KnownLag:
+        """What is learned by now."""
+        return KnownLag(self.nanoseconds, self.is_settled)
 
     def learn(self, odometry: OdometryBuffer) -> bool:
         """Compare the scans since the last time with the wheels; returns whether the lag has changed."""

@@ -24,6 +24,7 @@ from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.odometry.calibration import MatchedSpans, calibrate
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.mapping.session.session import Session, one_drive
+from racecar.mapping.state.growth import Growth
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
 
 Snapshot: TypeAlias = Callable[[], Arrays]
@@ -176,6 +177,30 @@ class MapperState:
             for k, (step, (turn, seconds)) in enumerate(zip(self._all_wheel_steps, gyro_steps, strict=True))
             if not np.isnan(step[0])
         ]
+
+    @contextmanager
+    def undone_on_failure(self) -> Iterator[None]:
+        """Where a keyframe fails within, nothing of it stays, so that all that grows with the keyframes stays
+        of one length."""
+        count, constraints = len(self.keyframes), len(self.graph.constraints)
+        poses, known_since, steps = self.map_from_keyframe, self.known_since, max(count - 1, 0)
+        try:
+            yield
+        except BaseException:
+            self.keyframes.cut(count)
+            self.graph.constraints.cut(constraints)
+            del self.keyframe_lasers[count:], self.rays[count:]
+            del self.wheel_steps[3 * steps :], self.gyro_steps[2 * steps :], self.are_refuted[steps:]
+            self.map_from_keyframe, self.known_since = poses, known_since
+            if self.clouds is not None:
+                self.clouds.trim(np.array([count]))
+            raise
+
+    def growth(self) -> Growth:
+        """How much is mapped so far."""
+        graph, constraints = self.loops.history.graph, self.graph.constraints
+        metres = graph.path[-1] if graph.path else 0.0
+        return Growth(len(self.keyframes), len(graph.submaps), constraints.count("loop_closure"), metres)
 
     def session(self) -> Session:
         """Everything so far but the scans between keyframes; it goes on growing with the mapper."""

@@ -47,11 +47,11 @@ def trim_known_keyframes(state: MapperState, until: int) -> None:
     if not ties:
         return
     with state.timed("optimization"):
-        for tie in ties:
-            state.graph.add(tie)
-        solved = state.graph.optimize_since(state.map_from_keyframe[:until], first)
+        tied = state.graph.followed_by(ties)
+        solved = tied.optimize_since(state.map_from_keyframe[:until], first)
         last_from_later = between(state.map_from_keyframe[until - 1], state.map_from_keyframe[until:])
         state.map_from_keyframe = np.concatenate([solved, compose(solved[-1], last_from_later)])
+        state.graph = tied
     _trim_keyframes(state, np.array([tie.to_keyframe for tie in ties]))
     state.graph.trim(state.keyframes.is_kept, first)
 

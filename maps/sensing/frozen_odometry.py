@@ -37,6 +37,12 @@ class FrozenOdometry:
         self._pose: Pose | None = None
         self._stretches: list[FrozenStretch] = []
 
+    def copy(self) -> "FrozenOdometry":
+        """The same as it is now."""
+        other = FrozenOdometry()
+        other._pose, other._stretches = self._pose, list(self._stretches)
+        return other
+
     def is_frozen_at(self, stamp: int) -> bool:
         """Whether its poses are not to be believed at a stamp (nanoseconds) since the last was frozen."""
         return self._pose is not None or (bool(self._stretches) and stamp < self._stretches[-1].end)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.pipelines.bags.converters.transforms import (
@@ -67,6 +68,7 @@ class SensorPlaces:
         if last_name(base) not in BASE_FRAMES and base != self.odometry_child:
             self.findings.append(_unconfirmed(sensor_frame, base))
         self._check_contradiction(sensor_frame, base, place)
+        self._check_circles(sensor_frame, base, place)
         _check_tilt(place, self.findings)
         return place, base
 
@@ -83,17 +85,32 @@ class SensorPlaces:
         for (parent, child), pose in self.links.contradicted.items():
             other.link(parent, child, pose)
         matrix = other.between(base, sensor_frame)
-        if matrix is None:
-            return
-        x, y, yaw = seen_from_above(np.linalg.inv(place.base_from_sensor) @ matrix)
-        if np.hypot(x, y) > _SAME_PLACE or abs(yaw) > _SAME_PLACE:
+        if matrix is not None and _are_two_places(place.base_from_sensor, matrix):
             self.findings.append(
                 Finding(
                     f"/tf and /tf_static disagree about where {sensor_frame} sits on the car: "
-                    f"{_in_words(seen_from_above(matrix))} and {_in_words(place.pose)}. The latter is taken.",
+                    f"{in_words(seen_from_above(matrix))} and {in_words(place.pose)}. The latter is taken.",
                     "Publish it once only; until then give the right one with --laser-pose X Y YAW.",
                 )
             )
+
+    def _check_circles(self, sensor_frame: str, base: str, place: SensorPlace) -> None:
+        for link, matrix in self.links.circles(base, sensor_frame):
+            if _are_two_places(place.base_from_sensor, matrix):
+                self.findings.append(
+                    Finding(
+                        f"The transforms go in a circle: by {link} {sensor_frame} sits at "
+                        f"{in_words(seen_from_above(matrix))}, by the others at {in_words(place.pose)}. The "
+                        "latter is taken.",
+                        "Publish one way from the car to the sensor only; until then give its place with "
+                        "--laser-pose X Y YAW.",
+                    )
+                )
+
+
+def _are_two_places(first: NDArray[np.float64], second: NDArray[np.float64]) -> bool:
+    x, y, yaw = seen_from_above(np.linalg.inv(first) @ second)
+    return bool(np.hypot(x, y) > _SAME_PLACE or abs(yaw) > _SAME_PLACE)
 
 
 def slip_in(place: Sequence[float]) -> str | None:
@@ -159,5 +176,6 @@ def _check_tilt(place: SensorPlace, findings: list[Finding]) -> None:
         )
 
 
-def _in_words(pose: Pose) -> str:
+def in_words(pose: Pose) -> str:
+    """A place (3,) for people."""
     return f"x {pose[0]:.2f} m, y {pose[1]:.2f} m, yaw {np.degrees(pose[2]):.0f}°"

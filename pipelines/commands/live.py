@@ -2,7 +2,7 @@
 
 import signal
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -214,13 +214,15 @@ def map(
         warm_up()
         drive.start()
         try:
-            spin(node, drive.survive, stop)
+            with suppress(KeyboardInterrupt):  # one that comes at once after the first means the same
+                spin(node, drive.survive, stop)
         finally:
             drive.stop()
             if json is not None:
                 write_json(json, {"command": "racecar live map", **drive.summary()})
-        console.print("Optimizing the map; a second Ctrl-C abandons it.")
-        drive.save()
+        console.print("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
+        for sentence in drive.save():
+            console.print(sentence, markup=False)
         console.print(f"The map is saved. {where_to_look(out, 'map.png', json)}", markup=False)
 
 

@@ -44,8 +44,12 @@ _SIDE_WORK = {**DISPLAY_WORK, "map": 1, "memory": 1}
 _REMEMBER_EVERY = 1.0
 """Seconds; a node that is killed forgets no more than that: by judgement."""
 
+_OF_ONE_TIME = 1_000_000_000
+"""Nanoseconds by which odometry may be older than a scan whose pose it is remembered with: by judgement."""
 _PATIENCE = 1_500_000_000
 """Nanoseconds for which the first scan waits: by judgement, as people wait for the first pose."""
+_PATIENCE_AFTER_RESTART = 3_000_000_000
+"""The same where odometry may tell how far the car drove meanwhile: as long as DDS takes to find it."""
 _TRAIL, _DISAGREED_FOR = 400, 3_000_000_000
 """Scans, and nanoseconds after which it is certain that clocks disagree, as even the slowest lasers have sent
 five scans by then."""
@@ -102,6 +106,8 @@ class LocalizerNode(LiveNode):
         self._grid: OccupancyGrid | None = None
         self._memory: PoseMemory | None = None
         self._remembered: RememberedPose | None = None
+        """Until it is known where the car is by now."""
+        self._is_asked = False
         self._estimate: PoseEstimate | None = None
         self._whereabouts = Whereabouts(self._config, self.inform)
         self._last_odometry: tuple[int, Odometry] | None = None
@@ -109,12 +115,12 @@ class LocalizerNode(LiveNode):
         self._is_understood = False
         self._base_from_laser: Pose | None = None
         self._trail: deque[tuple[int, Pose, Pose]] = deque(maxlen=_TRAIL)
-        self._schedule = Schedule({"memory": _REMEMBER_EVERY})
+        self._memory_schedule = Schedule({"memory": _REMEMBER_EVERY})
         map_frame = self.parameters.map_frame
         self._display = LocalizerDisplay(
             node, map_frame, self.side, view, publishes_map=start.grid is not None
         )
-        self._requests = StartRequests(node, map_frame, self.worker, lambda: self._localizer, self.inform)
+        self._requests = StartRequests(node, map_frame, self.worker, self._localizer_to_start, self.inform)
         self._odometry_topic = node.create_publisher(OdometryMessage, "pf/pose/odom", 10)
         self._pose_topic = node.create_publisher(PoseWithCovarianceStamped, "amcl_pose", 10)
         if start.grid is not None:
@@ -177,7 +183,9 @@ class LocalizerNode(LiveNode):
         self._last_odometry = nanoseconds(message.header.stamp), sample
         if localizer is None:
             return
-        self._carry_remembered()
+        if self._remembered is not None and not self._is_asked:
+            self._is_asked = True
+            self.worker.inbox.put("place", partial(self._start_from_memory, self._last_odometry))
         localizer.add_odometry(sample)
         if self.sensors.was_corrected():
             self._start_from_trail(arrival, sample)
@@ -217,28 +225,37 @@ class LocalizerNode(LiveNode):
         elif self._begin.initial_pose is not None:
             localizer.set_pose(self._begin.initial_pose)
         elif not self._begin.anywhere and self._memory is not None:
-            self._start_from_memory(self._memory, localizer)
+            self._recall(self._memory)
 
-    def _start_from_memory(self, memory: PoseMemory, localizer: Localizer) -> None:
+    def _recall(self, memory: PoseMemory) -> None:
         try:
-            self._remembered = memory.load()
-            if self._remembered is not None:
-                localizer.set_pose(self._remembered.map_from_base, self._remembered.covariance)
-                if self._remembered.laser is not None:
-                    self.sensors.remember_place(self._remembered.laser)
+            remembered = memory.load()
         except UserError as error:
-            self._remembered = None
             self.faults.report("memory", f"The start is searched for: {error}", lasting=False)
-
-    def _carry_remembered(self) -> None:
-        """The car may have driven on while no node was watching; the odometry knows how far."""
-        remembered, self._remembered = self._remembered, None
-        if remembered is None or self._last_odometry is None:
             return
-        stamp, sample = self._last_odometry
-        carried = remembered.carried_to(stamp, sample.odom_from_base)
-        if carried is not None:
-            self._requests.set_pose(*carried)
+        if remembered is not None and remembered.laser is not None:
+            self.sensors.remember_place(remembered.laser)
+        self._remembered = remembered
+
+    def _start_from_memory(self, odometry: tuple[int, Odometry] | None) -> None:
+        """The car may have driven on while no node was watching: odometry that went on knows how far."""
+        remembered = self._remembered
+        if remembered is None:
+            return
+        carried = None
+        if odometry is not None:
+            carried = remembered.carried_to(odometry[0], odometry[1].odom_from_base)
+        if carried is None:
+            self.inform(
+                "No odometry says how far the car drove since the last run, as it started again or is "
+                "silent: the search for the car starts where it was then."
+            )
+        self._requests.start_from(*(carried or remembered.left_there))
+
+    def _localizer_to_start(self) -> Localizer | None:
+        """Whoever says where the car is has the last word over what is remembered."""
+        self._remembered = None
+        return self._localizer
 
     def _start_from_trail(self, arrival: int, sample: Odometry) -> None:
         """While the clocks disagreed, the odometry of other moments moved the car; of itself it is right. So
@@ -253,16 +270,19 @@ class LocalizerNode(LiveNode):
                 return
 
     def _receive_scan(self, message: Any, arrival: int) -> None:
-        """The first scans wait until it is known how they are meant and where the laser sits, but not for
-        long: a scan that is misread leads astray."""
+        """The first scans wait until it is known how they are meant, where the laser sits and how far the car
+        drove since its pose was remembered, but not for long: all of that leads astray."""
         if self._localizer is None:
             return
         self._first_scans.append((True, message, arrival))
         if not self._is_understood:
             is_known = self.sensors.knows_place(message) and self.sensors.reads(self._first_scans)
-            if not is_known and arrival - self._first_scans[0][2] < _PATIENCE:
+            waited = arrival - self._first_scans[0][2]
+            awaits_odometry = self._remembered is not None and waited < _PATIENCE_AFTER_RESTART
+            if awaits_odometry or (not is_known and waited < _PATIENCE):
                 return
             self._is_understood = True
+            self.worker.attempt(partial(self._start_from_memory, None))
         waiting, self._first_scans = self._first_scans, []
         for _, each, came in waiting:
             self._locate(self._localizer, each, came)
@@ -291,10 +311,11 @@ class LocalizerNode(LiveNode):
         if scan.is_return.any():
             self._judge(estimate)
         self.judge_odometry(localizer.frozen_odometry)
+        self.judge_turns(localizer.turn_model)
         if self._last_odometry is not None and not is_lost(estimate, self._config.verdict.known_place):
             self._trail.append((arrival, estimate.map_from_base, self._last_odometry[1].odom_from_base))
         self._display.show(stamp, scan, estimate, localizer)
-        if self._schedule.is_due("memory"):
+        if self._memory_schedule.is_due("memory"):
             self.side.inbox.put("memory", self._remember)
 
     def _follow_laser(self, localizer: Localizer, base_from_laser: Pose) -> None:
@@ -337,7 +358,7 @@ class LocalizerNode(LiveNode):
         if not is_place_known(estimate, self._config.verdict.known_place):
             return
         stamp, odom_from_base = None, IDENTITY
-        if odometry is not None and self.health.silence("odometry") < 1.0:
+        if odometry is not None and estimate.stamp - odometry[1].stamp < _OF_ONE_TIME:
             stamp, sample = odometry
             estimate, odom_from_base = localizer.pose_at(sample.stamp) or estimate, sample.odom_from_base
         try:

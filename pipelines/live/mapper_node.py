@@ -5,11 +5,14 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Future
 from functools import partial
+from threading import Thread
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from geometry_msgs.msg import PoseStamped
 
 from racecar.mapping.grid.growing_grid import GrowingGrid
+from racecar.mapping.mapper import Mapper
+from racecar.mapping.state.growth import Growth
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.measurement import Measurement
@@ -19,7 +22,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.order import HeldScans
-from racecar.pipelines.bags.replay import replay
+from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.live.display.map_verdict import VERDICT_WORK, MapVerdict
 from racecar.pipelines.live.display.mapper_display import DISPLAY_WORK, DRAWING_WORK, MapperDisplay
 from racecar.pipelines.live.display.mapper_words import mapper_words
@@ -38,13 +41,23 @@ from racecar.pipelines.runs.checkpoint import MappingStart
 if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView
 
-_WORK = {"message": 20_000, "rest": 1, "save": 1}
+_MESSAGES = {"scan": 10_000, "motion": 20_000}
+"""Kinds of messages, and how many of each may wait: some minutes of them, as a loop may take a while to
+close."""
+_WORK = {**_MESSAGES, "rest": 1, "save": 1}
 _SIDE_WORK = {**CHECKPOINT_WORK, **DISPLAY_WORK, **VERDICT_WORK, "memory": 1}
 _GIVE_BACK_EVERY = 0.3
 """Seconds between two times that free memory goes back to the machine, as each takes milliseconds."""
 _HELD_FOR = 0.5
 """Seconds of silence after which a scan is taken without the odometry that would cover it: as long as
 `HeldScans` waits by the stamps."""
+_TOLD_EVERY = 5.0
+"""Seconds between two lines on what a node that ends still does: by judgement."""
+_FIRST_TOLD = 0.5
+"""The same before the first one, as people wonder soon: by judgement."""
+_LONGEST_BREAK = 100.0
+"""Seconds after which a drive is not gone on with but recognized: by judgement, longer than it takes to write
+a checkpoint of a long drive and to start again, and short for somebody who carries a car elsewhere."""
 _BEHIND = 1.0
 """Seconds for which messages wait when that is worth reporting: by judgement."""
 
@@ -79,16 +92,16 @@ class MapperNode(LiveNode):
         self._display = MapperDisplay(
             node,
             self.parameters.map_frame,
-            GrowingGrid(config.resolution, config.rendering, config.growing_grid),
+            partial(GrowingGrid, config.resolution, config.rendering, config.growing_grid),
             self.side,
             self._drawer,
             view,
             self.health,
         )
-        self._checkpoints = DriveCheckpoints(node, output.checkpoint(), self.side, self.faults)
+        self._checkpoints = DriveCheckpoints(node, output.checkpoint(), self.side, self.faults, self.inform)
         self._verdict = MapVerdict(self.side)
         self._service = SaveService(node, output, self._request_snapshot, self.faults, self.inform)
-        self._schedule = Schedule({"memory": _GIVE_BACK_EVERY})
+        self._memory_schedule = Schedule({"memory": _GIVE_BACK_EVERY})
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
         self._first = FirstMessages(self.sensors.knows_place, self.sensors.understands)
@@ -96,7 +109,9 @@ class MapperNode(LiveNode):
         self._last_scan = -(2**63)
         self._stated = OdometryBuffer()
         self._odom_frame = "odom"
+        self._broken_off = start.seconds_ago
         self._pose: Pose | None = None
+        self._growth = Growth()
         self._longest_backlog = 0.0
         self._pose_topic = node.create_publisher(PoseStamped, "tracked_pose", 10)
 
@@ -107,8 +122,22 @@ class MapperNode(LiveNode):
         self._service.start()
 
     def stop(self) -> None:
-        """Take in everything that has come, and stop."""
+        """Take in everything that has come, and stop; another Ctrl-C leaves out what still waits."""
         self._display.end()
+        ending = Thread(target=self._end, name="ending", daemon=True)
+        ending.start()
+        seconds = _FIRST_TOLD
+        while ending.is_alive():
+            try:
+                ending.join(seconds)
+                seconds = _TOLD_EVERY
+                if scans := self.worker.inbox.backlog("scan"):
+                    self.inform(f"{scans} scans to go; press Ctrl-C again to save what there is.")
+            except KeyboardInterrupt:
+                left_out = {kind: self.worker.inbox.clear(kind) for kind in _MESSAGES}
+                self.inform(f"{left_out['scan']} scans are left out; the map shows those before.")
+
+    def _end(self) -> None:
         self._service.stop()
         self.stop_learning()
         self.worker.finish()
@@ -116,18 +145,26 @@ class MapperNode(LiveNode):
         self._drawer.finish()
         self.side.finish()
 
-    def save(self) -> None:
-        """Finish the map of the stopped drive and write its files. Raises UserError when there is no map."""
-        self._output.save(self._mapper)
+    def save(self) -> list[str]:
+        """Finish the map of the stopped drive and write its files; where that fails, or is broken off, the
+        drive is kept as a checkpoint. Returns what is to be said of it, and raises UserError when there is no
+        map."""
+        before = None if self._mapper.last_stamp is None else self._snapshot()
+        try:
+            said = self._output.save([*self._checkpoints.earlier(self._output.config), self._mapper])
+        except BaseException:
+            if before is not None:
+                self._checkpoints.keep(before)
+            raise
         self._checkpoints.remove()
+        return said
 
     def figures(self) -> Mapping[str, Any]:
-        """How the map grows."""
-        session = self._mapper.session()
+        """How the map grows, as the worker handed it over."""
         return {
-            "keyframes": len(session.rays),
-            "submaps": len(session.loops.submaps),
-            "messages waiting": self.worker.inbox.backlog("message"),
+            "keyframes": self._growth.keyframes,
+            "submaps": self._growth.submaps,
+            "messages waiting": sum(map(self.worker.inbox.backlog, _MESSAGES)),
             "times the map was drawn anew": self._display.times_redrawn,
             **self._verdict.figures,
         }
@@ -142,15 +179,15 @@ class MapperNode(LiveNode):
 
     def take_scan(self, message: Any, arrival: int) -> None:
         """Let the worker map it."""
-        self.worker.inbox.put("message", partial(self._receive, True, message, arrival))
+        self.worker.inbox.put("scan", partial(self._receive, True, message, arrival))
 
     def take_odometry(self, message: Any, arrival: int) -> None:
         """Let the worker take it in, in its turn."""
-        self.worker.inbox.put("message", partial(self._receive, False, message, arrival))
+        self.worker.inbox.put("motion", partial(self._receive, False, message, arrival))
 
     def take_imu(self, message: Any, arrival: int) -> None:
         """Let the worker take it in, in its turn."""
-        self.worker.inbox.put("message", partial(self._receive_imu, message, arrival))
+        self.worker.inbox.put("motion", partial(self._receive_imu, message, arrival))
 
     def _receive_imu(self, message: Any, arrival: int) -> None:
         if not self._first.are_taken:
@@ -163,7 +200,7 @@ class MapperNode(LiveNode):
         if self._first.are_taken:
             self._note_backlog((time.monotonic_ns() - arrival) * 1e-9)
         for each in self._first.add(is_scan, message, arrival):
-            self._convert(*each)
+            self.worker.attempt(partial(self._convert, *each))
 
     def _note_backlog(self, seconds: float) -> None:
         self._longest_backlog = max(self._longest_backlog, seconds)
@@ -210,17 +247,40 @@ class MapperNode(LiveNode):
         self._take(self._held.add(item))
 
     def _take(self, ready: Iterable[Measurement]) -> None:
-        for replayed in replay(ready, self._mapper):
-            scan, self._pose = replayed.scan, replayed.answer
-            stamp, arrival = self._arrivals.pop(scan.stamp)
-            self._publish(stamp, scan, self._pose)
-            self.judge_odometry(self._mapper.frozen_odometry)
-            self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
-            self._display.show(stamp, scan, self._pose, self._mapper)
-            self._checkpoints.save_when_due(self._snapshot)
-            self._verdict.judge_when_due(self._mapper.quality_so_far)
-            if self._schedule.is_due("memory"):
-                self.side.inbox.put("memory", give_back_free_memory)
+        for item in ready:
+            self.worker.attempt(partial(self._map, item))
+
+    def _map(self, item: Measurement) -> None:
+        if not isinstance(item, Scan):
+            feed(item, self._mapper)
+            return
+        stamp, arrival = self._arrivals.pop(item.stamp)
+        if self._pose is None and (last := self._mapper.last_stamp) is not None:
+            seconds = max((item.stamp - last) * 1e-9, self._broken_off)
+            if seconds > _LONGEST_BREAK:
+                self._begin_anew(seconds)
+        self._pose = self._mapper.add_scan(item)
+        self._growth = self._mapper.growth
+        self._publish(stamp, item, self._pose)
+        self.judge_odometry(self._mapper.frozen_odometry)
+        self.judge_turns(self._mapper.turn_model)
+        self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
+        self._display.show(stamp, item, self._pose, self._mapper)
+        self._checkpoints.save_when_due(self._snapshot)
+        self._verdict.judge_when_due(self._mapper.quality_so_far)
+        if self._memory_schedule.is_due("memory"):
+            self.side.inbox.put("memory", give_back_free_memory)
+
+    def _begin_anew(self, seconds: float) -> None:
+        """The car was left alone for so long that nobody knows where it is on the map."""
+        self._checkpoints.set_aside()
+        self._mapper, self._messages = Mapper(self._output.config), 0
+        self._display.begin_anew()
+        self.inform(
+            f"The drive was broken off {seconds:.0f} s ago, and the car may have been moved since: a map of "
+            "its own is begun, which is joined to that of the drive before at the end, where that is "
+            "recognized."
+        )
 
     def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
         message = PoseStamped(header=header(stamp, self.parameters.map_frame))

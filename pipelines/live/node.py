@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.sensing.frozen_odometry import FrozenOdometry
+from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
@@ -20,11 +21,12 @@ from racecar.pipelines.live.intake.transform_odometry import TransformOdometry
 from racecar.pipelines.live.intake.transform_topics import TransformTopics
 from racecar.pipelines.live.intake.typed_topic import TypedTopic
 from racecar.pipelines.live.monitoring.diagnostics import Diagnostics
-from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.pipelines.live.monitoring.faults import Faults, with_short_words
 from racecar.pipelines.live.monitoring.health import Health
 from racecar.pipelines.live.ros.messages import time_message
 from racecar.pipelines.live.ros.parameters import car_parameters
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
+from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
 from racecar.pipelines.runs.learned_corrections import KnownSensors
 
@@ -33,6 +35,8 @@ _SILENT_AFTER = 1.0
 _PATIENCE = 3.0
 """Seconds after the start for which a topic may be silent, since DDS takes up to 3 s to find publishers."""
 
+_LOOK_EVERY = 5.0
+"""Seconds between two looks at who else publishes on a topic: by judgement, as people start drivers."""
 _NO_ODOMETRY = 1.5
 """Seconds after the start without anybody who publishes odometry, after which transforms serve for it; less
 than the first scans wait for odometry. By judgement."""
@@ -91,6 +95,7 @@ class LiveNode(ABC):
         self._transform_odometry: TransformOdometry | None = None
         self._is_odometry_published = False
         self._topics: dict[str, TypedTopic] = {}
+        self._schedule = Schedule(dict.fromkeys(("scans", "odometry", "imu"), _LOOK_EVERY))
 
     def start(self) -> None:
         """Begin to listen; everything else must be ready."""
@@ -130,7 +135,7 @@ class LiveNode(ABC):
 
     def inform(self, sentence: str) -> None:
         """Say something in the log."""
-        self.node.get_logger().info(sentence)
+        self.node.get_logger().info(with_short_words(sentence))
 
     def stamp_of(self, message: Any) -> Any:
         """The stamp that what is made of a message bears: its header's, or else the time."""
@@ -207,6 +212,8 @@ class LiveNode(ABC):
         for what, topic in self._topics.items():
             if self.health.silence(what) > _SILENT_AFTER:
                 topic.look()
+            elif self._schedule.is_due(what):
+                self._report_left_out(what, topic)
         if time.monotonic() - self._started > _PATIENCE:
             for what, consequence in self.without.items():
                 self._watch_topic(what, consequence)
@@ -219,6 +226,24 @@ class LiveNode(ABC):
                 "Messages arrive faster than they can be processed; the oldest are dropped.",
                 lasting=False,
             )
+
+    def _report_left_out(self, what: str, topic: TypedTopic) -> None:
+        if others := topic.left_out:
+            self.faults.report(
+                f"other {what}",
+                f"Messages on {topic.name} of another type, {', '.join(others)}, are left out: publish one "
+                "type on a topic.",
+            )
+        else:
+            self.faults.end(f"other {what}", f"All messages on {topic.name} are of one type again.")
+
+    def judge_turns(self, model: TurnModel) -> None:
+        """Report a gyroscope that contradicts the scans, as one in degrees does."""
+        if sentence := model.contradiction:
+            remedy = model.remedy.replace("with --no-imu", "by remapping imu")
+            self.faults.report("gyroscope", f"{sentence} {remedy}")
+        else:
+            self.faults.end("gyroscope", "The gyroscope agrees with the scans.")
 
     def judge_odometry(self, odometry: FrozenOdometry) -> None:
         """Report odometry that repeats one pose while the car drives, as long as it does."""
@@ -242,7 +267,8 @@ class LiveNode(ABC):
         misses_place = self.sensors.misses_place
         if misses_place:
             self._transforms.ask_again()
-        is_all_told = self._is_odometry_published and bool(self.sensors.scan_frames) and not misses_place
+        is_place_told = bool(self.sensors.scan_frames) and not misses_place and not self.sensors.rests_on_tf
+        is_all_told = self._is_odometry_published and is_place_told
         self._transforms.look(wants_moving=not (seconds > _PATIENCE and is_all_told))
 
     def _seek_transform_odometry(self) -> None:

@@ -1,6 +1,7 @@
 """Where the car was when its node stopped, and where its laser sits, so that the next start begins there."""
 
 import hashlib
+import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
@@ -22,6 +23,12 @@ _LONGEST_BRIDGE = 3600.0
 """Seconds over which the odometry is believed to have gone on counting: by judgement."""
 _FASTEST = 10.0
 """Metres per second; odometry that claims more was restarted meanwhile; no small car is as fast."""
+_BEGINS_WITHIN = 0.5
+"""Metres, and radians, from where odometry begins to count: who listens to it from its start on, or while the
+car stands, hears it there. By judgement."""
+_LEFT_WITHIN = (0.3, 0.3, 0.15)
+"""Standard deviations (m, m, rad) of a place that nothing carries to where the car is now: by judgement, as
+it may have been pushed aside; where it was carried away, the scans do not fit."""
 _DRIFT = 0.05
 """Standard deviation (m, rad) per metre that the car went meanwhile; wheels drift by 2 to 5 % on our logs."""
 
@@ -66,7 +73,7 @@ class RememberedPose:
 
     def carried_to(self, stamp: int, odom_from_base: Pose) -> tuple[Pose, NDArray[np.float64]] | None:
         """The pose (3,) and covariance (3, 3) now, by odometry that went on counting, or None."""
-        if self.odometry_stamp is None:
+        if self.odometry_stamp is None or self._has_begun_anew(odom_from_base):
             return None
         seconds = (stamp - self.odometry_stamp) * 1e-9
         step = between(self.odom_from_base, odom_from_base)
@@ -75,6 +82,15 @@ class RememberedPose:
             return None
         grown = self.covariance + np.eye(3) * (_DRIFT * distance) ** 2
         return compose(self.map_from_base, step), grown
+
+    @property
+    def left_there(self) -> tuple[Pose, NDArray[np.float64]]:
+        """The pose (3,) and covariance (3, 3) of a car that was left where it was."""
+        return self.map_from_base, self.covariance + np.diag(np.square(_LEFT_WITHIN))
+
+    def _has_begun_anew(self, odom_from_base: Pose) -> bool:
+        """Whether the odometry is where it begins to count, and was not when the pose was remembered."""
+        return _is_at_begin(odom_from_base) and not _is_at_begin(self.odom_from_base)
 
 
 class PoseMemory:
@@ -117,7 +133,8 @@ class PoseMemory:
         if not _is_covariance(covariance):
             raise self._damaged()
         stamp, odom_from_base = kept.odometry_stamp, kept.odom_from_base
-        if stamp is None or odom_from_base is None:
+        is_whole = stamp is not None and odom_from_base is not None
+        if not is_whole or self.path.stat().st_mtime < _computer_began():  # odometry began then, too
             stamp, odom_from_base = None, (0.0, 0.0, 0.0)
         laser = None if kept.laser is None else LaserPlace.from_fields(kept.laser.model_dump())
         return RememberedPose(
@@ -126,6 +143,16 @@ class PoseMemory:
 
     def _damaged(self) -> UserError:
         return UserError(f"{self.path} holds no remembered pose; remove it, or give the start yourself.")
+
+
+def _is_at_begin(odom_from_base: Pose) -> bool:
+    x, y, yaw = odom_from_base
+    return float(np.hypot(x, y)) < _BEGINS_WITHIN and abs(float(yaw)) < _BEGINS_WITHIN
+
+
+def _computer_began() -> float:
+    """Seconds since the epoch, when this computer was switched on."""
+    return time.time() - time.clock_gettime(time.CLOCK_BOOTTIME)
 
 
 def _is_covariance(matrix: NDArray[np.float64]) -> bool:

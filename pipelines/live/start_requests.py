@@ -48,14 +48,24 @@ class StartRequests:
         node.create_subscription(PointStamped, "clicked_point", self._on_clicked_point, 10)
         node.create_service(Empty, "reinitialize_global_localization", self._on_global)
 
+    def start_from(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
+        """Start from a pose (3,) with a covariance (3, 3), None for the settings' own; in the worker's
+        thread. Raises UserError where the car cannot be there."""
+        self._known_localizer().set_pose(map_from_base, covariance)
+        x, y, yaw = map_from_base
+        self._inform(f"Searching for the car near ({x:.2f}, {y:.2f}), heading {yaw:.2f} rad.")
+
     def set_pose(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
-        """Let the worker start from a pose (3,) with a covariance (3, 3), None for the settings' own."""
-        self._worker.inbox.put("place", partial(self._start_from, map_from_base, covariance))
+        """Let the worker do so."""
+        self._worker.inbox.put("place", partial(self.start_from, map_from_base, covariance))
 
     def _on_initial_pose(self, message: Any) -> None:
         def work() -> None:
             self._check_frame(message)
-            self._start_from(*start_pose(message))
+            pose, covariance = start_pose(message)
+            if covariance is None and np.any(message.pose.covariance):
+                self._inform("The initial pose's covariance cannot be one: the settings' own is taken.")
+            self.start_from(pose, covariance)
 
         self._worker.inbox.put("place", work)
 
@@ -75,11 +85,6 @@ class StartRequests:
 
         self._worker.inbox.put("place", work)
         return response
-
-    def _start_from(self, map_from_base: Pose, covariance: NDArray[np.float64] | None) -> None:
-        self._known_localizer().set_pose(map_from_base, covariance)
-        x, y, yaw = map_from_base
-        self._inform(f"Searching for the car near ({x:.2f}, {y:.2f}), heading {yaw:.2f} rad.")
 
     def _known_localizer(self) -> Localizer:
         localizer = self._localizer()

@@ -5,6 +5,7 @@ import logging
 import time
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
+from itertools import count, takewhile
 from os.path import realpath
 from pathlib import Path
 from typing import Any
@@ -36,6 +37,8 @@ class MappingStart:
     """How many of them the mapper has taken."""
     besides: Arrays = field(default_factory=dict)
     """What was kept besides the mapper."""
+    seconds_ago: float = 0.0
+    """When the run was broken off."""
 
 
 def checkpoint_file(out: Path) -> Path:
@@ -58,18 +61,7 @@ class Checkpoint:
 
         Raises UserError when the file that is there is of another run, or cannot be read.
         """
-        if not self.path.exists():
-            return None
-        arrays = load_arrays(self.path, "racecar checkpoint")
-        if str(arrays.get("run")) != self._run:
-            raise UserError(f"{self.path} is of another bag or of other settings.")
-        try:
-            mapper = Mapper.from_arrays(config, arrays)
-            return MappingStart(mapper, int(arrays["messages"]), part_of("besides", arrays))
-        except MemoryError:
-            raise
-        except Exception as error:  # of what is damaged, the parts of a mapper raise whatever they trip over
-            raise UserError(f"{self.path} is damaged.") from error
+        return _mapper_of(self.path, self._run, config) if self.path.exists() else None
 
     def save_when_due(self, mapper: Mapper, messages: int) -> None:
         """Write the mapper, which has taken ``messages``, if it is time and the mapper can be saved.
@@ -92,9 +84,43 @@ class Checkpoint:
         marks = {"run": np.array(self._run), "messages": np.array(messages)}
         save_arrays({**marks, **named("besides", besides or {}), **arrays}, self.path, "racecar checkpoint")
 
+    def set_aside(self) -> None:
+        """Keep the file that is there as one of an earlier drive: the run begins another one."""
+        taken = len(self._earlier_files())
+        self.path.rename(self.path.with_name(f"{self.path.stem}.{taken + 1}.npz"))
+
+    def earlier(self, config: MappingConfig) -> list[Mapper]:
+        """The mappers of the drives that were set aside, in their order. Raises UserError as `resume`
+        does."""
+        return [_mapper_of(path, self._run, config).mapper for path in self._earlier_files()]
+
+    def forget_earlier(self) -> None:
+        """Nothing goes on from the drives that were set aside."""
+        for path in self._earlier_files():
+            path.unlink()
+
     def remove(self) -> None:
         """The run is over."""
+        self.forget_earlier()
         self.path.unlink(missing_ok=True)
+
+    def _earlier_files(self) -> list[Path]:
+        """Numbered in their order."""
+        numbered = (self.path.with_name(f"{self.path.stem}.{number}.npz") for number in count(1))
+        return list(takewhile(Path.is_file, numbered))
+
+
+def _mapper_of(path: Path, run: str, config: MappingConfig) -> MappingStart:
+    arrays = load_arrays(path, "racecar checkpoint")
+    if str(arrays.get("run")) != run:
+        raise UserError(f"{path} is of another bag or of other settings.")
+    try:
+        mapper = Mapper.from_arrays(config, arrays)
+        return MappingStart(mapper, int(arrays["messages"]), part_of("besides", arrays))
+    except MemoryError:
+        raise
+    except Exception as error:  # of what is damaged, the parts of a mapper raise whatever they trip over
+        raise UserError(f"{path} is damaged.") from error
 
 
 def describe_run(reader: BagReader, config: MappingConfig) -> dict[str, Any]:

@@ -134,14 +134,18 @@ def save_mapping(
     write_outputs(map_, report, requested)
 
 
-def finish_and_save(mapper: Mapper, report: Report, out: Path) -> MappingResult:
-    """Finish the map of a drive that was mapped while it went on, and write every file of it.
+def finish_and_save(
+    mapper: Mapper, report: Report, out: Path, earlier: EarlierMap | None = None
+) -> MappingResult:
+    """Finish the map of a drive that was mapped while it went on, and write every file of it; with an
+    ``earlier`` map that is carried on.
 
-    Raises UserError when there is no map or the folder cannot be written to.
+    Raises UserError when there is no map or the folder cannot be written to, and NotRecognizedError when the
+    drive is not recognized on the earlier map.
     """
     with output_folder(out) as folder:
         with report.stage("optimizing"):
-            result = mapper.finish()
+            result = mapper.finish(earlier=earlier)
         report.add("counts", result.counts)
         report.add("mapping_seconds", result.seconds)
         report.add("quality", result.quality.as_dict())

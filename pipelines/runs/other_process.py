@@ -16,6 +16,8 @@ _T = TypeVar("_T")
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 """The variables by which libraries are told how many threads to use, before they are loaded."""
+_LEAST_URGENT = 19
+"""The lowest priority of a process, by definition of nice(2)."""
 _environment = Lock()
 
 
@@ -35,11 +37,12 @@ class FreshProcess(Generic[_T]):
     when that is killed.
     """
 
-    def __init__(self, work: Callable[[], _T], *, threads: int | None = None) -> None:
-        """It uses ``threads``; None: as many as its libraries like."""
+    def __init__(self, work: Callable[[], _T], *, threads: int | None = None, is_urgent: bool = True) -> None:
+        """It uses ``threads``; None: as many as its libraries like. What is not urgent takes only the time
+        that nobody else wants."""
         context = get_context("spawn")
         self._receiver, sender = context.Pipe(duplex=False)
-        self._process = context.Process(target=_deliver, args=(work, sender), daemon=True)
+        self._process = context.Process(target=_deliver, args=(work, sender, is_urgent), daemon=True)
         if current_process().daemon:  # as a dask worker is, lest its children outlive it, which ours do not
             current_process().daemon = False
         with _deaf_to_interrupts(), _limited(threads):
@@ -83,9 +86,9 @@ class FreshProcess(Generic[_T]):
         self._receiver.close()
 
 
-def in_fresh_process(work: Callable[[], _T], *, threads: int | None = None) -> _T:
+def in_fresh_process(work: Callable[[], _T], *, threads: int | None = None, is_urgent: bool = True) -> _T:
     """Call a function in a `FreshProcess`, and wait for its result."""
-    return FreshProcess(work, threads=threads).result()
+    return FreshProcess(work, threads=threads, is_urgent=is_urgent).result()
 
 
 def start_beside(work: Callable[[], None]) -> None:
@@ -103,7 +106,9 @@ def leave_terminal_alone() -> None:
     warnings.simplefilter("ignore")
 
 
-def _deliver(work: Callable[[], Any], sender: Connection) -> None:
+def _deliver(work: Callable[[], Any], sender: Connection, is_urgent: bool) -> None:
+    if not is_urgent:
+        os.nice(_LEAST_URGENT)
     Thread(target=_end_with_parent, daemon=True).start()
     try:
         sender.send((work(), None, ""))

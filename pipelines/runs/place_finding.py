@@ -40,8 +40,12 @@ def earlier_map(
 
     Raises UserError when there is none to be read.
     """
-    session = load_session(folder)
     start = None if initial_pose is None else np.array(initial_pose, dtype=np.float64)
+    return found_on(load_session(folder), config, seed, start)
+
+
+def found_on(session: Session, config: Config, seed: int = 0, start: Pose | None = None) -> EarlierMap:
+    """The same of a session that was not written yet."""
     search = LocalizerSearch(session, config.mapping, config.localization, seed, start)
     return EarlierMap(session, search, is_start_given=start is not None)
 

@@ -209,6 +209,57 @@ def test_memory_does_not_grow_with_the_drive(
     assert sizes[-2] < 1.05 * sizes[1], sizes
 
 
+SOAK_SPEED = 3.0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("node", ["localize", "map"])
+def test_a_node_soaks_on_busy_cores(
+    node: str, racecar_command: Racecar, ros: dict[str, str], tmp_path: Path
+) -> None:
+    """Twenty minutes, or as many as the variable SOAK_MINUTES says."""
+    from racecar.pipelines.live.ros.run import ros_node
+
+    minutes = float(os.environ.get("SOAK_MINUTES", "20"))
+    bag, log, summary = tmp_path / "drive", tmp_path / "log", tmp_path / "summary.json"
+    drive = ["--map", "building", "--noise", "slight", "--duration", str(60 * minutes * SOAK_SPEED)]
+    simulated = racecar_command("simulate", *drive, "--out", bag, "--quiet")
+    assert simulated.returncode == 0, simulated.stderr
+    options = {
+        "localize": ["--map", "building", "--no-memory", *start_of(tmp_path)],
+        "map": ["--out", str(tmp_path / "out")],
+    }
+    sizes: list[float] = []
+    busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]
+    try:
+        with racecar_process(
+            ["live", node, *options[node], "--json", str(summary)], ros, log, 900
+        ) as process:
+            with ros_node("test_readiness", []) as watcher:
+                wait_until(lambda: bool(watcher.count_subscribers("/scan")), 180.0, log)
+            play = ["play", str(bag), "--quiet", "--listeners", "1", "--wait", "60"]
+            with racecar_process([*play, "--speed", str(SOAK_SPEED)], ros, log) as player:
+                while player.poll() is None:
+                    time.sleep(60 * minutes / 40)
+                    sizes.append(resident_memory_mb(process.pid))
+        assert process.returncode == 0, log.read_text()
+    finally:
+        for each in busy:
+            each.kill()
+            each.wait()
+    figures = json.loads(summary.read_text())
+    print(node, figures, sizes)
+    assert figures["dropped"] == {}, log.read_text()
+    assert not [name for name in figures["faults"] if name.startswith("internal")], log.read_text()
+    scans = scans_in(bag)
+    assert figures["counts"]["scans"] == scans
+    if node == "map":
+        assert figures["counts"]["poses"] == scans
+        assert len(load_tum(tmp_path / "out" / "trajectory.tum").stamps) == scans
+    half = len(sizes) // 2
+    assert max(sizes[half:]) < max(sizes[:half]) + 20.0 * minutes / 10.0, sizes
+
+
 @pytest.mark.slow  # what the nodes make of a played bag, the tests above show
 def test_the_benchmark_plays_to_both_nodes(racecar_command: Racecar, tmp_path: Path) -> None:
     told = tmp_path / "live.json"

@@ -25,7 +25,7 @@ from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.cli import run
 from racecar.pipelines.files.edits_file import edits_beside
-from racecar.pipelines.files.report import read_report
+from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.live.saving.map_saving import MapOutput

@@ -24,6 +24,9 @@ one message to the next; by judgement."""
 _CONTESTED = (10, 0.02)
 """Leaps, and their share of all messages, from which on two programs publish a link: by judgement, since one
 of them may come ten times as often as the other."""
+_MENDED = 3
+"""Changes at most of a link that somebody puts right, as one that moves changes with each message: by
+judgement."""
 _WORLD = ("map", "world", "earth", "utm", "truth", "camera_init")
 """In names of frames fixed to the world, whose links bear a solution or the truth: REP 105, and LOAM's."""
 BASE_FRAMES = ("base_link", "base_footprint")
@@ -134,7 +137,9 @@ class TransformTree:
             self.link(*ends_of(transform), parent_from_child)
 
     def link(self, parent: str, child: str, parent_from_child: NDArray[np.float64]) -> None:
-        """Take a link between two frames, its pose as (4, 4)."""
+        """Take a link between two frames, its pose as (4, 4); not one back to where another came from."""
+        if self._parents.get(parent) == child:
+            return
         self._parents[child] = parent
         self._links.setdefault(parent, {})[child] = parent_from_child
         self._links.setdefault(child, {})[parent] = inverted(parent_from_child)
@@ -157,11 +162,14 @@ class TransformTree:
 
     def top(self, frame: str) -> str:
         """The frame from which all links lead down to this one."""
-        passed = {frame}
-        while (parent := self._parents.get(frame)) is not None and parent not in passed:
-            passed.add(parent)
-            frame = parent
-        return frame
+        return self.line_up(frame)[-1]
+
+    def line_up(self, frame: str) -> list[str]:
+        """A frame and those that links lead down from to it, the nearest first."""
+        line = [frame]
+        while (parent := self._parents.get(line[-1])) is not None and parent not in line:
+            line.append(parent)
+        return line
 
 
 @dataclass(eq=False)
@@ -181,6 +189,7 @@ class Link:
     path: float = 0.0
     """Metres in the plane that the child moved, and radians that it turned."""
     moves: bool = False
+    changes: int = 0
     leaps: int = 0
     """How often it went away and came back within two messages."""
     _first: NDArray[np.float64] | None = None
@@ -201,6 +210,11 @@ class Link:
         self.count += 1
         return True
 
+    @property
+    def is_mended(self) -> bool:
+        """Whether it changed so seldom that somebody puts it right."""
+        return self.moves and self.changes <= _MENDED
+
     def take(self, parent_from_child: NDArray[np.float64], numbers: tuple[float, ...]) -> None:
         """Take the next pose (4, 4)."""
         self.numbers = numbers
@@ -210,6 +224,8 @@ class Link:
         if self._before is not None and away > _APART:
             self.leaps += _motion(self._before, parent_from_child) < 0.3 * away
         self._before = self.latest
+        if float(np.abs(parent_from_child - self.latest).max()) > _SAME:
+            self.changes += 1
         self.moves = self.moves or float(np.abs(parent_from_child - first).max()) > _SAME
         self._first, self.latest, self.count = first, parent_from_child, self.count + 1
 
@@ -250,7 +266,9 @@ class OdometryLinks:
 class FrameLinks:
     """All links that were published, on whatever topic: those that never change are fixed."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, takes_mended: bool = False) -> None:
+        """``takes_mended``: those count as fixed, too, that were put right while they are heard."""
+        self._takes_mended = takes_mended
         self._links: dict[tuple[str, str], Link] = {}
         self.contradicted: dict[tuple[str, str], NDArray[np.float64]] = {}
         """What a fixed link is by a topic whose links may move, where it is another there."""
@@ -294,9 +312,26 @@ class FrameLinks:
         """The frames that are fixed to each other on the car."""
         tree = TransformTree()
         for link in self._of_the_car():
-            if not link.moves:
+            if not link.moves or (self._takes_mended and link.is_mended):
                 tree.link(link.parent, link.child, link.latest)
         return tree
+
+    def circles(self, base: str, frame: str) -> Iterator[tuple[Link, NDArray[np.float64]]]:
+        """The links that contradict the way from the base down to a frame, as where links go in a circle; and
+        ``base_from_frame`` (4, 4) by each."""
+        tree = self.fixed()
+        around = tree.around(base)
+        line = [each for each in tree.line_up(frame) if each != base]
+        for link in self._of_the_car():
+            on_line = [each for each in line if each in (link.parent, link.child)]
+            if link.moves or not on_line or not {link.parent, link.child} <= set(around):
+                continue
+            if on_line[0] == link.child:
+                by_link = around[link.parent] @ link.latest
+            else:
+                by_link = around[link.child] @ inverted(link.latest)
+            if float(np.abs(by_link - around[on_line[0]]).max()) > _SAME:
+                yield link, by_link @ inverted(around[on_line[0]]) @ around[frame]
 
     def _of_the_car(self) -> list[Link]:
         return [

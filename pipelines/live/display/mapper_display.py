@@ -11,12 +11,12 @@ from visualization_msgs.msg import MarkerArray
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.session import Session
+from racecar.mapping.state.growth import Growth
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.live.display.clicks import ClickedGoals
 from racecar.pipelines.live.display.driven_path import DrivenPath
-from racecar.pipelines.live.display.mapper_words import Growth
 from racecar.pipelines.live.monitoring.health import Health
 from racecar.pipelines.live.ros.bulk_messages import path_bytes
 from racecar.pipelines.live.ros.graph_markers import graph_markers
@@ -44,17 +44,17 @@ class MapperDisplay:
         self,
         node: Any,
         map_frame: str,
-        grid: GrowingGrid,
+        new_grid: Callable[[], GrowingGrid],
         worker: Worker,
         drawer: Worker,
         view: "LiveView | None",
         health: Health,
     ) -> None:
-        """``drawer`` draws the map into ``grid``; beside other work it would wait while a checkpoint is
+        """``drawer`` draws the map into a ``new_grid``; beside other work it would wait while a checkpoint is
         written."""
         self._map_frame, self._worker, self._drawer = map_frame, worker, drawer
         self._view, self._health = view, health
-        self._grid = grid
+        self._new_grid, self._grid = new_grid, new_grid()
         self._path = DrivenPath()
         self._schedule = Schedule(_PERIODS)
         create = node.create_publisher
@@ -72,6 +72,10 @@ class MapperDisplay:
     def times_redrawn(self) -> int:
         """How often the whole map was redrawn."""
         return self._grid.redrawn
+
+    def begin_anew(self) -> None:
+        """Another map is shown from now on, and another path."""
+        self._grid, self._path = self._new_grid(), DrivenPath()
 
     def tell(self, words: str) -> None:
         """How the node is, in Markdown, for the page."""
@@ -92,11 +96,11 @@ class MapperDisplay:
             self._drawer.inbox.put("map", partial(self._publish_map, stamp, draw))
         put = self._worker.inbox.put
         if self._schedule.is_due("graph") and is_heard(self._graph_topic):
-            put("graph", partial(self._publish_graph, stamp, mapper.session().frozen()))
+            put("graph", partial(self._publish_graph, stamp, mapper.session()))
         if self._schedule.is_due("path") and is_heard(self._path_topic):
             put("path", partial(self._publish_path, stamp))
         if self._view is not None and self._schedule.is_due("view"):
-            self.growth = Growth.of(mapper.session())
+            self.growth = mapper.growth
             put("view", partial(self._show_in_browser, self._view, scan, map_from_base))
 
     def _publish_map(self, stamp: Any, draw: Callable[[], OccupancyGrid]) -> None:

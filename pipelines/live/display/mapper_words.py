@@ -1,29 +1,10 @@
 """How the map grows, in words for the page."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-
-import numpy as np
 
 from racecar.mapping.quality.map_quality import MapQuality
-from racecar.mapping.session.session import Session
+from racecar.mapping.state.growth import Growth
 from racecar.pipelines.files.literal_markdown import literal
-
-
-@dataclass(frozen=True)
-class Growth:
-    """How much is mapped."""
-
-    keyframes: int
-    metres: float
-    loops: int
-
-    @classmethod
-    def of(cls, session: Session) -> "Growth":
-        """Of a session, by the thread that changes it."""
-        loops = int(np.count_nonzero(session.constraints.are("loop_closure")))
-        path = session.loops.graph.path
-        return cls(len(session.rays), path[-1] if path else 0.0, loops)
 
 
 def mapper_words(growth: Growth | None, quality: MapQuality | None, wrong: Sequence[str]) -> str:

@@ -33,15 +33,17 @@ class Placed:
 
 
 class CarFrames:
-    """Links that never changed so far are fixed, on whatever topic; may be used in several threads."""
+    """Links that never changed so far are fixed, on whatever topic, and so are those that were put right; may
+    be used in several threads."""
 
     def __init__(self, base_frame: str, laser_pose: Pose | None) -> None:
         """``base_frame``: where it is not the usual name, no other frame counts; ``laser_pose`` (3,)
         overrides what is published."""
         self._base_frame, self._laser_pose = base_frame, laser_pose
         self._lock = Lock()
-        self._links = FrameLinks()
-        self._moving: set[tuple[str, str]] = set()
+        self._links = FrameLinks(takes_mended=True)
+        self._known: dict[tuple[str, str], tuple[bool, int]] = {}
+        """Of each link whether it moves, and how often it was put right."""
         self._odometry_child = ""
         self.version = 0
         """Grows when places may have changed."""
@@ -55,8 +57,9 @@ class CarFrames:
                 if link is None:
                     continue
                 ends = link.parent, link.child
-                if link.moves and ends not in self._moving:
-                    self._moving.add(ends)
+                how = link.moves, link.changes if link.is_mended else 0
+                if self._known.get(ends, (False, 0)) != how:
+                    self._known[ends] = how
                     self.version += 1
                 self.version += link.count == 1
 

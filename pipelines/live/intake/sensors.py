@@ -13,6 +13,7 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.converters.framed_scans import of_laser
 from racecar.pipelines.bags.converters.imu import ImuSetup
+from racecar.pipelines.bags.converters.laser_scans import RANGE_LIMIT
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
@@ -34,6 +35,7 @@ from racecar.pipelines.bags.messages import (
 )
 from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
+from racecar.pipelines.bags.sensor_place import in_words
 from racecar.pipelines.live.intake.car_frames import CarFrames, Placed
 from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports, OdometryClockFaults
 from racecar.pipelines.live.intake.first_messages import Arrived
@@ -57,6 +59,16 @@ computer, it is the scans' that is wrong. By judgement, since messages take time
 _LATE_TRANSFORM = 1.0
 """Seconds for which a transform may come later than the first scan, as DDS finds publishers one after the
 other, before that is reported: by judgement."""
+_MENDED = {
+    "empty_scans": "Scans are left out whose angles, or number of beams, cannot be: look at angle_min, "
+    "angle_max and angle_increment.",
+    "scans_without_range_max": f"Scans state no range_max that can be: {RANGE_LIMIT:.0f} m is taken for it.",
+    "time_increments_ignored": f"By their time_increment scans take over {_LONGEST_SWEEP} s: all beams are "
+    "taken to be of one moment.",
+    "invalid_yaw_rates": "Messages of the IMU hold no turn rates, by their covariance or as these are no "
+    "numbers: they are left out.",
+}
+"""What converters count, in words."""
 _NO_TRANSFORMS = bytes([0, 1, 0, 0, 0, 0, 0, 0])
 """A serialized message without any."""
 
@@ -103,6 +115,7 @@ class Sensors:
         self._imu_counts: Counter[str] = Counter()
         self._imu_version = -1
         self._imu_converters: dict[tuple[str, str], Converter[YawRate]] = {}
+        self._mended: set[str] = set()
         self._known_correction = 0
         self._standing: Pose | None = None
         self._moving_messages = 0
@@ -130,6 +143,11 @@ class Sensors:
     def scan_frames(self) -> list[str]:
         """Of the lasers that were heard."""
         return list(self._lasers)
+
+    @property
+    def rests_on_tf(self) -> bool:
+        """Whether it is told on a topic of links that may move where a laser sits."""
+        return any(each is not None and each.place.source == "tf" for each in list(self._lasers.values()))
 
     @property
     def misses_place(self) -> bool:
@@ -210,6 +228,7 @@ class Sensors:
         scan = self._of_laser(message, self._scan_converter(message).convert(message, stamp))
         if self._unplaced:
             self._report_unplaced()
+        self._report_mended(self._scan_counts)
         if scan is not None and self._scan_counts["changed_beam_counts"] > beams_changed:
             self._faults.report(
                 "beams",
@@ -261,7 +280,16 @@ class Sensors:
     def yaw_rate(self, message: Any, arrival: int) -> YawRate | None:
         """The sample of an IMU's message that arrived at a time (nanoseconds); None where it holds none."""
         stamp = self._imu_clock.steady(nanoseconds(message.header.stamp), arrival)
-        return None if stamp is None else self._imu_converter(message).convert(message, stamp)
+        sample = None if stamp is None else self._imu_converter(message).convert(message, stamp)
+        self._report_mended(self._imu_counts)
+        return sample
+
+    def _report_mended(self, counts: Counter[str]) -> None:
+        """Name once what of the messages is left out or replaced."""
+        for name in _MENDED.keys() - self._mended:
+            if counts[name]:
+                self._mended.add(name)
+                self._faults.report(name, _MENDED[name], lasting=False)
 
     def _is_repeat(self, scan: Scan) -> bool:
         is_repeat = self._repeats.is_repeat(scan)
@@ -311,10 +339,24 @@ class Sensors:
             placed = self._placed(frame)
             if not _is_same(placed, before):
                 self._lasers[frame] = placed
+                self._report_move(frame, before, placed)
                 self._unplaced.pop(frame, None)
                 self._report_place(frame)
                 for key in [key for key in self._scan_converters if key[1] == frame]:
                     del self._scan_converters[key]
+
+    def _report_move(self, frame: str, before: Placed | None, placed: Placed | None) -> None:
+        """Say that a transform which was known by now was changed."""
+        if before is None or placed is None or not before.is_sure or before.base_frame != placed.base_frame:
+            return
+        if not np.array_equal(before.place.base_from_sensor, placed.place.base_from_sensor):
+            self._faults.report(
+                f"{frame} moved",
+                f"The transform of {frame} was changed: from now on it is taken to sit at "
+                f"{in_words(placed.place.pose)} on {placed.base_frame} instead of "
+                f"{in_words(before.place.pose)}.",
+                lasting=False,
+            )
 
     def _of_laser(self, message: Any, scan: Scan | None) -> Scan | None:
         if scan is None:

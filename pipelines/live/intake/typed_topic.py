@@ -29,12 +29,20 @@ class TypedTopic:
 
         Of several types the one named first is taken.
         """
-        published = {each.topic_type for each in self._node.get_publishers_info_by_topic(self.name)}
+        published = self._published()
         understood = [kind for kind in self._types if kind in published]
         self.strange = [] if understood else sorted(published)
         if understood:
             self._listen_to(understood[0])
         return bool(understood)
+
+    @property
+    def left_out(self) -> list[str]:
+        """Types that are published beside the one that is listened to."""
+        return sorted(self._published() - {self._type})
+
+    def _published(self) -> set[str]:
+        return {each.topic_type for each in self._node.get_publishers_info_by_topic(self.name)}
 
     def _listen_to(self, kind: str) -> None:
         """A process has one type for a topic (Fast DDS), and a subscription lives on until the callback ends

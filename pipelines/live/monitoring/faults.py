@@ -1,14 +1,29 @@
 """What is wrong at the moment: logged once when it begins, and in the diagnostics while it lasts."""
 
+import logging
+import re
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from threading import Lock
+from traceback import extract_tb
+
+_log = logging.getLogger(__name__)
 
 EVENT_SECONDS = 5.0
 """For which an event stays in the diagnostics, long enough for a person to read it: by judgement."""
 _LOGGED_EVERY = 0.2
 """Seconds between two lines of the log about the same fault, so that bad messages do not flood it."""
+
+
+_LONGEST_WORD = 200
+"""Characters of a name in a sentence: more than any frame or path that a person chose, by judgement."""
+
+
+def with_short_words(sentence: str) -> str:
+    """The sentence with the names in it cut that nobody can read."""
+    return re.sub(rf"(\S{{{_LONGEST_WORD}}})\S+", r"\1…", sentence)
 
 
 @dataclass
@@ -33,7 +48,7 @@ class Faults:
 
         It is logged once, and again only when the sentence changes or all was well in between.
         """
-        now = time.monotonic()
+        now, sentence = time.monotonic(), with_short_words(sentence)
         with self._lock:
             before = self._current().get(name)
             is_new = before is None or (before.sentence != sentence and now - before.logged > _LOGGED_EVERY)
@@ -46,12 +61,19 @@ class Faults:
             self._warn(sentence)
 
     def report_failure(self, error: Exception) -> None:
-        """A callback or a piece of work has failed, and the node goes on."""
-        self.report(
-            "internal",
-            f"A fault in racecar, not yours ({type(error).__name__}: {error}); please report it.",
-            lasting=False,
-        )
+        """A callback or a piece of work has failed, and the node goes on; logged once for each place in the
+        code where it did."""
+        origin = extract_tb(error.__traceback__)[-1:]
+        name = " ".join(["internal", *(f"{Path(frame.filename).name}:{frame.lineno}" for frame in origin)])
+        with self._lock:
+            is_known = name in self._counts
+            self._counts[name] = self._counts.get(name, 0) + 1
+            words = with_short_words(f"{type(error).__name__}: {error}")
+            sentence = f"A fault in racecar, not yours ({words}); please report it."
+            self._active[name] = _Fault(sentence, time.monotonic() + EVENT_SECONDS, time.monotonic())
+        if not is_known:
+            self._warn(sentence)
+            _log.error("What failed", exc_info=error)
 
     def end(self, name: str, sentence: str) -> None:
         """All is well again, which is logged if it was not."""

@@ -64,7 +64,8 @@ def pose_message(stamp: Any, frame: str, pose: Pose, covariance: NDArray[np.floa
 
 
 def start_pose(message: Any) -> tuple[Pose, NDArray[np.float64] | None]:
-    """The pose (3,) of a PoseWithCovarianceStamped and its covariance (3, 3), None where it has none.
+    """The pose (3,) of a PoseWithCovarianceStamped and its covariance (3, 3), None where it has none that can
+    be.
 
     Raises UserError when the pose is not valid.
     """
@@ -73,7 +74,7 @@ def start_pose(message: Any) -> tuple[Pose, NDArray[np.float64] | None]:
         raise UserError("The initial pose is left out: its position or its quaternion is not valid.")
     covariance = np.asarray(message.pose.covariance, dtype=np.float64).reshape(6, 6)[np.ix_(_PLANAR, _PLANAR)]
     is_given = np.isfinite(covariance).all() and np.all(np.diag(covariance) > 0.0)
-    return pose, covariance if is_given else None
+    return pose, covariance if is_given and np.linalg.eigvalsh(covariance).min() >= 0.0 else None
 
 
 def grid_of(message: Any) -> OccupancyGrid:

@@ -1,6 +1,5 @@
 """A node's life: from its start until somebody stops it."""
 
-import logging
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -13,8 +12,6 @@ from rclpy.signals import SignalHandlerOptions
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.runs.interrupts import StopRequest
-
-_log = logging.getLogger(__name__)
 
 _SWITCH_SECONDS = 0.0005
 """For which a thread may hold the interpreter while another waits, since Python's own 5 ms would be added to
@@ -69,7 +66,6 @@ def _serve(executor: Any, survive: Callable[[Exception], None]) -> None:
     except ExternalShutdownException:
         return
     except Exception as error:
-        _log.exception("A callback failed")
         survive(error)
 
 

@@ -3,9 +3,12 @@
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from racecar.mapping.arrays import Arrays
+from racecar.mapping.config import MappingConfig
+from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.mapper_state import Snapshot
 from racecar.maps.errors import UserError
 from racecar.pipelines.live.monitoring.faults import Faults
@@ -34,9 +37,17 @@ class DriveSnapshot:
 class DriveCheckpoints:
     """Writes a checkpoint from time to time; where it cannot be written the drive goes on without."""
 
-    def __init__(self, node: Any, checkpoint: Checkpoint, worker: Worker, faults: Faults) -> None:
+    def __init__(
+        self,
+        node: Any,
+        checkpoint: Checkpoint,
+        worker: Worker,
+        faults: Faults,
+        inform: Callable[[str], None],
+    ) -> None:
         """Raises UserError that names a parameter at fault."""
-        self._checkpoint, self._worker, self._faults = checkpoint, worker, faults
+        self._checkpoint, self._worker = checkpoint, worker
+        self._faults, self._inform = faults, inform
         self._period = _declare_period(node)
         self._due = time.monotonic() + self._period
 
@@ -46,21 +57,36 @@ class DriveCheckpoints:
             return
         self._due = float("inf")
         snapshot = take_snapshot()
-        self._worker.inbox.put("checkpoint", lambda: self._save(snapshot))
+        self._worker.inbox.put("checkpoint", partial(self._save, snapshot))
+
+    def keep(self, snapshot: DriveSnapshot) -> None:
+        """Write a snapshot now, of a drive that goes on another time, and say so."""
+        if self._save(snapshot):
+            self._inform(f"The drive is kept in {self._checkpoint.path}; the same command goes on with it.")
+
+    def set_aside(self) -> None:
+        """The file that is there is of an earlier drive."""
+        self._checkpoint.set_aside()
+
+    def earlier(self, config: MappingConfig) -> list[Mapper]:
+        """The mappers of the earlier drives. Raises UserError where a file is damaged."""
+        return self._checkpoint.earlier(config)
 
     def remove(self) -> None:
         """The drive is over."""
         self._checkpoint.remove()
 
-    def _save(self, snapshot: DriveSnapshot) -> None:
-        began = time.monotonic()
+    def _save(self, snapshot: DriveSnapshot) -> bool:
+        began, is_written = time.monotonic(), False
         try:
             self._checkpoint.save(snapshot.arrays(), snapshot.messages, snapshot.besides)
             self._faults.end("checkpoint", "Checkpoints are written again.")
+            is_written = True
         except (UserError, OSError) as error:
             self._faults.report("checkpoint", f"No checkpoint is written: {error}")
         now = time.monotonic()
         self._due = now + max(self._period, _LEAST_REST * (now - began))
+        return is_written
 
 
 def _declare_period(node: Any) -> float:

@@ -4,7 +4,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Mapping
 from threading import Condition
 
-Work = Callable[[], None]
+Work = Callable[[], object]
 
 
 class Inbox:
@@ -45,6 +45,14 @@ class Inbox:
         """How much of a kind is waiting."""
         with self._changed:
             return len(self._waiting[kind])
+
+    def clear(self, kind: str) -> int:
+        """Leave out what waits of a kind; returns how much that was."""
+        with self._changed:
+            left_out = len(self._waiting[kind])
+            self._waiting[kind].clear()
+            self.dropped[kind] += left_out
+            return left_out
 
     def close(self) -> None:
         """Nothing more will come; what waits is still handed out."""

@@ -1,14 +1,11 @@
 """A thread that does the work in an inbox, and survives whatever goes wrong with a piece of it."""
 
-import logging
 from collections.abc import Callable, Mapping
 from threading import Thread
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.live.work.inbox import Inbox, Work
-
-_log = logging.getLogger(__name__)
 
 
 class Worker:
@@ -28,21 +25,22 @@ class Worker:
         """Begin."""
         self._thread.start()
 
-    def finish(self, seconds: float | None = None) -> None:
-        """Do what still waits, for so long at most, and stop."""
+    def finish(self, seconds: float | None = None) -> bool:
+        """Do what still waits, for so long at most, and stop; whether all of it is done."""
         self.inbox.close()
         if self._thread.is_alive():
             self._thread.join(seconds)
+        return not self._thread.is_alive()
 
     def _run(self) -> None:
         while (work := self.inbox.get()) is not None:
-            self._do(work)
+            self.attempt(work)
 
-    def _do(self, work: Work) -> None:
+    def attempt(self, work: Work) -> None:
+        """Do a piece of work by itself, so that what comes after it is done though it fails."""
         try:
             work()
         except UserError as error:
             self._faults.report("refused", str(error), lasting=False)
         except Exception as error:
-            _log.exception("A piece of work failed")
             self._survive(error)

@@ -29,7 +29,7 @@ class Discovery:
     @property
     def keyframes(self) -> int:
         """How many there are so far."""
-        return len(self._mapper.session().rays)
+        return self._mapper.growth.keyframes
 
     def take(self, measured: list[Measurement]) -> None:
         """Map what the sensors say."""

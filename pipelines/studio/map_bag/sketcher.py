@@ -50,12 +50,11 @@ class Sketcher:
 
     def watch(self, mapper: Mapper, scan: Scan, map_from_base: Pose) -> None:
         """Draw what is due, once there is a keyframe."""
-        session = mapper.session()
-        if time.monotonic() < self._sketch_due or not session.rays:
+        if time.monotonic() < self._sketch_due or not mapper.growth.keyframes:
             return
         grid = self._draw(mapper)
         scan_in_map = transform_points(map_from_base, scan.points_in_base())
-        self._hand_on(Sketch(grid, map_from_base, scan_in_map, *_path_and_loops(session)))
+        self._hand_on(Sketch(grid, map_from_base, scan_in_map, *_path_and_loops(mapper.session())))
         self._sketch_due = time.monotonic() + _EVERY
 
     def _draw(self, mapper: Mapper) -> OccupancyGrid | None:

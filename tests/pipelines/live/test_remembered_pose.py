@@ -1,3 +1,4 @@
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -101,6 +102,33 @@ def test_odometry_that_went_on_tells_how_far_the_car_drove_meanwhile(tmp_path: P
 def test_odometry_that_began_anew_tells_nothing(tmp_path: Path, stamp: int, far: float) -> None:
     found = remembered(tmp_path)
     assert found.carried_to(stamp * SECOND, compose(found.odom_from_base, [far, 0.0, 0.0])) is None
+
+
+def test_odometry_that_counts_from_its_begin_again_tells_nothing(tmp_path: Path) -> None:
+    """However long ago: after a reboot it is where it began, as if the car had driven all the way back."""
+    found = remembered(tmp_path)
+    for near in (np.zeros(3), np.array([0.2, -0.2, 0.1])):
+        assert found.carried_to(220 * SECOND, near) is None
+    pose, covariance = found.left_there
+    np.testing.assert_array_equal(pose, found.map_from_base)
+    assert np.sqrt(covariance[0, 0]) > 0.3
+
+
+def test_odometry_that_still_is_at_its_begin_went_on(tmp_path: Path) -> None:
+    memory = PoseMemory(tmp_path, GRID)
+    memory.save(estimate(), 100 * SECOND, np.array([0.1, 0.0, 0.0]), None)
+    found = memory.load()
+    assert found is not None
+    assert found.carried_to(110 * SECOND, np.zeros(3)) is not None
+
+
+def test_no_odometry_is_older_than_the_computer_is_on(tmp_path: Path) -> None:
+    path = PoseMemory(tmp_path, GRID).path
+    assert remembered(tmp_path).odometry_stamp is not None
+    os.utime(path, (1e9, 1e9))
+    found = PoseMemory(tmp_path, GRID).load()
+    assert found is not None
+    assert found.odometry_stamp is None
 
 
 @pytest.mark.parametrize(

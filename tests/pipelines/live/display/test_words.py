@@ -7,9 +7,10 @@ from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
+from racecar.mapping.state.growth import Growth
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.live.display.localizer_words import localizer_words
-from racecar.pipelines.live.display.mapper_words import Growth, mapper_words
+from racecar.pipelines.live.display.mapper_words import mapper_words
 from tests.localization.verdict.estimates import estimate, straight_drive
 from tests.pipelines.simulation.test_driven_simulation import a_drive, drive_on
 
@@ -45,15 +46,15 @@ def test_the_localizer_says_what_the_drive_is_worth_and_what_is_wrong() -> None:
 
 def test_the_mapper_says_how_much_is_mapped_and_what_it_is_worth() -> None:
     assert mapper_words(None, None, ["No scans."]) == "There is no map yet.\n\nNo scans."
-    assert mapper_words(Growth(1, 0.0, 0), None, []).split("\n\n") == [
+    assert mapper_words(Growth(keyframes=1), None, []).split("\n\n") == [
         "**0 m** driven, 1 keyframe, 0 loops closed.",
         "The map is judged once a minute.",
     ]
-    grown = mapper_words(Growth(120, 40.2, 1), GOOD, ["It is behind."]).split("\n\n")
+    grown = mapper_words(Growth(keyframes=120, loops=1, metres=40.2), GOOD, ["It is behind."]).split("\n\n")
     assert grown[0] == "**40 m** driven, 120 keyframes, 1 loop closed."
     assert grown[1] == f"So far: {GOOD.summary}"
     assert grown[2] == "It is behind."
-    assert "passes disagree" in mapper_words(Growth(120, 40.2, 1), WRONG, [])
+    assert "passes disagree" in mapper_words(Growth(keyframes=120, loops=1, metres=40.2), WRONG, [])
 
 
 def test_as_much_is_mapped_as_was_driven() -> None:
@@ -62,8 +63,8 @@ def test_as_much_is_mapped_as_was_driven() -> None:
     before = simulation.truth
     for measurement in drive_on(simulation):
         feed(measurement, mapper)
-    growth = Growth.of(mapper.session())
+    growth = mapper.growth
     assert growth.metres >= np.hypot(*(simulation.truth - before)[:2]) - 0.3
     assert growth.keyframes == len(mapper.session().rays) > 3
     assert growth.loops == 0
-    assert Growth.of(Mapper(MappingConfig()).session()) == Growth(0, 0.0, 0)
+    assert Mapper(MappingConfig()).growth == Growth()

@@ -49,3 +49,28 @@ def test_another_sentence_is_told_too_but_not_a_flood_of_them(now: list[float], 
         now[0] += 0.001
     assert log[0] == "refused 0"
     assert 2 <= len(log) <= 7
+
+
+def fail(number: int) -> Exception:
+    try:
+        raise RuntimeError(f"scan {number}")
+    except RuntimeError as error:
+        return error
+
+
+def test_what_fails_again_and_again_at_one_place_is_logged_once(now: list[float], log: list[str]) -> None:
+    faults = Faults(log.append, log.append)
+    for number in range(100):
+        faults.report_failure(fail(number))
+        now[0] += 10.0
+    assert len(log) == 1
+    assert "RuntimeError: scan 0" in log[0]
+    assert list(faults.counts.values()) == [100]
+
+
+def test_names_that_nobody_can_read_are_cut(log: list[str]) -> None:
+    faults = Faults(log.append, log.append)
+    faults.report("frame", f"No transform says where {'x' * 5000} sits.")
+    assert len(log[0]) < 300
+    assert log[0].endswith("… sits.")
+    assert faults.sentences == log

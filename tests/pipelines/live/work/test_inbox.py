@@ -51,3 +51,16 @@ def test_a_worker_outlives_what_its_work_raises() -> None:
     worker.finish(5.0)
     assert done == [1]
     assert [str(error) for error in errors] == ["broken"]
+
+
+def test_what_waits_is_left_out_where_nobody_wants_it_any_more() -> None:
+    inbox, done = Inbox({"scan": 5, "pose": 5}), []
+    for number in range(3):
+        inbox.put("scan", lambda number=number: done.append(number))
+    inbox.put("pose", lambda: done.append("pose"))
+    assert inbox.clear("scan") == 3
+    inbox.close()
+    while (work := inbox.get()) is not None:
+        work()
+    assert done == ["pose"]
+    assert inbox.dropped == {"scan": 3}
