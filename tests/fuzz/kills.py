@@ -159,7 +159,7 @@ def _save_live(resolution: float) -> None:
     with BagReader(Path("a.bag")) as reader:
         for message in reader:
             feed(message, mapper)
-    MapOutput(Path("out"), config, {"live": True}).save(mapper)
+    MapOutput(Path("out"), config, {"live": True}).save([mapper])
 
 
 MAP = ("map", "a.bag", "--out", "out", "--record")

@@ -13,6 +13,7 @@ from racecar.maps.geometry.se2 import IDENTITY, between, compose
 from racecar.pipelines.cli import run as run_command
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.files.run_report import Inputs
 from racecar.pipelines.files.session_file import save_session
 from racecar.pipelines.runs.merge_run import draw_merged, merge_runs
 from racecar.pipelines.runs.source_recording import SourceRecording
@@ -70,7 +71,7 @@ def test_a_recording_does_not_count_twice(folders: list[Path], tmp_path: Path) -
 
 def test_a_part_of_a_recording_is_within_it() -> None:
     whole, first, later = (
-        SourceRecording({"bag_fingerprint": "a", **part})
+        SourceRecording(Inputs.model_validate({"bag_fingerprint": "a", **part}))
         for part in (
             {},
             {"part": {"start": 0.0, "duration": 40.0}},
@@ -81,7 +82,7 @@ def test_a_part_of_a_recording_is_within_it() -> None:
     assert later.is_within(whole)
     assert not whole.is_within(first)
     assert not first.is_within(later)
-    assert not SourceRecording({}).is_within(SourceRecording({}))
+    assert not SourceRecording(Inputs()).is_within(SourceRecording(Inputs()))
 
 
 def test_maps_of_other_places_are_not_merged(folders: list[Path]) -> None:
@@ -91,9 +92,12 @@ def test_maps_of_other_places_are_not_merged(folders: list[Path]) -> None:
 
 
 def test_a_merged_map_does_not_replace_that_of_a_drive(
-    folders: list[Path], capsys: pytest.CaptureFixture[str]
+    folders: list[Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     whole, part, _ = folders
-    (whole / "trajectory.tum").write_text("")
-    assert run_command(["merge", str(whole), str(part), "--out", str(whole)]) == 2
+    drive = tmp_path / "drive"
+    copytree(whole, drive)
+    (drive / "trajectory.tum").write_text("")
+    (drive / "report.json").write_text(dumps({"command": "racecar map"}))
+    assert run_command(["merge", str(whole), str(part), "--out", str(drive)]) == 2
     assert "name another folder with --out" in " ".join(capsys.readouterr().err.split())
