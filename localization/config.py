@@ -3,7 +3,7 @@
 from pydantic import Field
 
 from racecar.localization.filter.config import ParticleFilterConfig
-from racecar.localization.floor.config import FreeSpaceConfig, RangeTableConfig
+from racecar.localization.floor.config import FreeSpaceConfig
 from racecar.localization.odometry.config import (
     MotionConfig,
     OdometryCalibrationConfig,
@@ -11,17 +11,8 @@ from racecar.localization.odometry.config import (
     SegmentConfig,
     SpeedMemoryConfig,
 )
-from racecar.localization.recovery.config import (
-    HypothesisConfig,
-    LostDetectorConfig,
-    MovingRivalConfig,
-    PlaceSearchConfig,
-)
+from racecar.localization.recovery.config import HypothesisConfig, MovingRivalConfig
 from racecar.localization.refinement.config import AlignmentConfig
-from racecar.localization.sensor.config import (
-    BeamModelConfig,
-    BeamSkippingConfig,
-)
 from racecar.localization.verdict.config import VerdictConfig
 from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.settings import Settings
@@ -128,15 +119,6 @@ class LocalizationConfig(Settings):
     start_heading_spread: float = Field(
         0.25, gt=0, le=3.2, description="standard deviation in radians about a start heading that was given"
     )
-    squash: float = Field(
-        2.2,
-        ge=1,
-        le=1000,
-        description="a scan's probability is raised to 1/squash: its beams are not independent",
-    )
-    table_megabytes: int = Field(
-        256, ge=1, le=100000, description="limit of the range table; a larger map gets coarser headings"
-    )
     motion: MotionConfig = MotionConfig()
     speed_memory: SpeedMemoryConfig = SpeedMemoryConfig()
     odometry_segments: SegmentConfig = SegmentConfig()
@@ -146,12 +128,7 @@ class LocalizationConfig(Settings):
     particle_filter: ParticleFilterConfig = ParticleFilterConfig()
     tracking: TrackingConfig = TrackingConfig()
     free_space: FreeSpaceConfig = FreeSpaceConfig()
-    range_table: RangeTableConfig = RangeTableConfig()
-    beam_model: BeamModelConfig = BeamModelConfig()
-    beam_skipping: BeamSkippingConfig = BeamSkippingConfig()
     alignment: AlignmentConfig = AlignmentConfig()
-    lost_detector: LostDetectorConfig = LostDetectorConfig()
-    place_search: PlaceSearchConfig = PlaceSearchConfig()
     moving_rival: MovingRivalConfig = MovingRivalConfig()
     hypothesis: HypothesisConfig = HypothesisConfig()
     verdict: VerdictConfig = VerdictConfig()

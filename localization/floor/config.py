@@ -1,4 +1,4 @@
-"""The settings of what is derived from a map: the free space, and the table of expected ranges."""
+"""The settings of what is derived from a map."""
 
 from pydantic import Field
 
@@ -44,31 +44,4 @@ class FreeSpaceConfig(Settings):
         le=100,
         description="metres; such a map is refused where its floor is nowhere wider. Inverted, the walls "
         "of those nine are 0.1 to 0.6 m wide at most, while their floors are wider than 2.7 m somewhere",
-    )
-
-
-class RangeTableConfig(Settings):
-    """Expected ranges, computed once for every free cell and heading."""
-
-    longest_range: float = Field(
-        32.0,
-        gt=5,
-        le=100,
-        description="metres; longer ranges count as this long. Farther than the 30 m that the Hokuyo "
-        "UST-10LX and UTM-30LX report; since a range is one byte, a longer reach makes far ranges coarser",
-    )
-    headings: int = Field(
-        832,
-        ge=128,
-        le=4096,
-        multiple_of=32,
-        description="directions from each place. Measured with `racecar benchmark localizer`: 2 to 5 % of "
-        "random rays are then off by over 0.15 m, half a per cent more with 640",
-    )
-    fewest_headings: int = Field(
-        128,
-        ge=32,
-        le=4096,
-        description="where table_megabytes allows no more than this, rays are cast one by one. By judgement: "
-        "128 headings are 2.8° apart, half a metre at 10 m, too coarse to be of use",
     )

@@ -12,7 +12,10 @@ from racecar.localization.floor.patches import patch_sizes, spread, strips
 from racecar.localization.floor.region import Region
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
+
+_MOST_CELLS = 1_000_000
+"""By judgement: 2500 m² in cells of 5 cm, more than any floor whose walls a small robot's laser meets."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +43,6 @@ class FreeSpace:
         """(5,) x, y, cos and sin of the grid's origin and cells per metre, for the kernels."""
         x, y, yaw = self.grid.map_from_grid
         return np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / self.grid.resolution])
-
-    @cached_property
-    def cells_without_movable(self) -> NDArray[np.int8]:
-        """(rows, columns) of the grid, the furniture taken away."""
-        return np.where(self.is_movable, np.int8(FREE), self.grid.cells)
 
     def contains(self, points_in_map: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) whether points (N, 2) lie on it."""
@@ -85,18 +83,18 @@ class FreeSpace:
         return np.column_stack([rows, columns])
 
 
-def find_free_space(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) -> FreeSpace:
+def find_free_space(grid: OccupancyGrid, config: FreeSpaceConfig) -> FreeSpace:
     """Patches of free cells that are large enough, and the unknown floor near them.
 
     (A map may not know the floor that the mapping car itself stood on.) Where that is more than
-    ``max_cells``, patches that reach the grid's edge are left out if others remain: on the map of a
+    `_MOST_CELLS`, patches that reach the grid's edge are left out if others remain: on the map of a
     track, the endless floor around it. Raises UserError when nothing is free.
     """
-    is_open = _open_floor(grid, max_cells, config)
+    is_open = _open_floor(grid, config)
     return FreeSpace(grid, is_open, _find_movable(grid, is_open, config.largest_movable))
 
 
-def _open_floor(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) -> NDArray[np.bool_]:
+def _open_floor(grid: OccupancyGrid, config: FreeSpaceConfig) -> NDArray[np.bool_]:
     free = (grid.cells > UNKNOWN) & (grid.cells < OCCUPIED_FROM)
     patches, count = ndimage.label(free)
     if count == 0:
@@ -106,7 +104,7 @@ def _open_floor(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) ->
     wanted = areas >= min(config.smallest_area, areas.max())
     inner = wanted.copy()
     inner[np.unique(np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]]))] = False
-    if areas[wanted].sum() / grid.resolution**2 > max_cells and inner.any():
+    if areas[wanted].sum() / grid.resolution**2 > _MOST_CELLS and inner.any():
         wanted = inner
     steps = int(config.unknown_reach / grid.resolution)
     is_open = spread(wanted, patches)

@@ -1,9 +1,11 @@
 """Where the car may be: the hypothesis that is believed, and another while that one is in doubt.
 
 Another is born while the believed one seems lost: the map is searched for where the scan fits. Scans judge
-both by how they agree with the map, and the one wins that they confirm first. The other goes when the first
+both by how they fit the map, and which of the two better, and the one wins that they confirm first. The other goes when the first
 is confirmed, or when it seems lost too after its trial; then the map is searched again.
 """
+
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +16,18 @@ from racecar.localization.filter.start_poses import draw_about, draw_start, regi
 from racecar.localization.floor.region import ANYWHERE, Region
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.recovery.lost_detector import LostDetector
+from racecar.localization.recovery.lookout import Lookout
 from racecar.localization.recovery.perception import Perception
+from racecar.localization.recovery.place_judge import PlaceJudge
 from racecar.localization.recovery.pose_hypothesis import PoseHypothesis
-from racecar.localization.recovery.surveyed_map import survey, survey_settings
+from racecar.localization.recovery.surveyed_map import survey
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+
+_BETTER = 2.0
+"""Log-likelihood by which a scan must fit better elsewhere to speak against the place: by judgement, more than
+people and moved things that a scan meets by chance do to it."""
 
 
 class Hypotheses:
@@ -30,7 +37,7 @@ class Hypotheses:
         """The car may be anywhere on a map, which is surveyed; raises UserError as `survey` does."""
         self._rng = rng
         self._config = config
-        surveyed = survey(grid, config)
+        surveyed = survey(grid, config.free_space)
         self.perception = Perception(surveyed, config)
         self.is_started = False
         """Whether a scan came since the start."""
@@ -40,17 +47,18 @@ class Hypotheses:
         """Since the scan that was weighed last."""
         self._sought: Region | None = None
         """Where the first scan is sought; None where it chooses among the particles."""
-        detector = LostDetector(surveyed.shares_when_lost, config.lost_detector)
-        self.believed = PoseHypothesis(self._cloud(np.zeros((1, 3))), detector, 0)
+        self.believed = PoseHypothesis(self._cloud(np.zeros((1, 3))), PlaceJudge(), 0)
         self._other: PoseHypothesis | None = None
+        self._lookout = Lookout()
+        self._news_seconds = 0.0
+        """Of the scan at hand; 0 where it is no news."""
         self.start_in(ANYWHERE)
 
     def reconfigure(self, config: LocalizationConfig) -> None:
         """Take other settings from here on; where the survey of the map depends on them, it is made anew."""
         surveyed = self.perception.surveyed
-        if survey_settings(config) != survey_settings(self._config):
-            surveyed = survey(surveyed.walls.grid, config)
-            self.believed.lost = LostDetector(surveyed.shares_when_lost, config.lost_detector)
+        if config.free_space != self._config.free_space:
+            surveyed = survey(surveyed.walls.grid, config.free_space)
         self._config = config
         self.perception = Perception(surveyed, config)
         for each in self._all:
@@ -93,6 +101,7 @@ class Hypotheses:
 
     def weigh(self, beams: Beams) -> None:
         """Take in a scan, if it has beams and is news."""
+        self._news_seconds = 0.0
         if len(beams) == 0:
             return
         if not self.is_started:
@@ -100,6 +109,7 @@ class Hypotheses:
         elif self._is_news():
             for each in self._all:
                 each.weigh(beams, self._travel, self.perception)
+            self._news_seconds = self._seconds
         else:
             return
         self._travel = self._seconds = 0.0
@@ -110,20 +120,23 @@ class Hypotheses:
 
     def contest(self, estimate: PoseEstimate, beams: Beams, seconds: float) -> PoseEstimate:
         """The estimate of the hypothesis that is believed, or of the other, which is from now on."""
-        config, perception, stamp = self._config.hypothesis, self.perception, estimate.stamp
-        if len(beams) == 0:
+        config, stamp = self._config.hypothesis, estimate.stamp
+        if estimate.fit is None:
             return estimate
-        is_lost = self.believed.lost.probability >= config.search_from
+        estimate = self._looked_out(estimate, beams, seconds)
+        is_lost = self.believed.judge.probability_lost >= config.search_from
         if is_lost and (self._other is None or self._other.has_failed(stamp, config.trial_seconds)):
-            detector = self.believed.lost.for_another_place()
-            self._other = PoseHypothesis(self._search(beams), detector, stamp)
+            judge = self.believed.judge.for_another_place()
+            self._other = PoseHypothesis(self._search(beams), judge, stamp)
         if self._other is None:
             return estimate
-        elsewhere = self._other.estimate(beams, stamp, seconds, True, perception)
-        if self.believed.lost.probability < config.confirmed_below:
+        elsewhere = self._other.estimate(beams, stamp, seconds, True, self.perception)
+        self._compare(self.believed, estimate, self._other, elsewhere, beams, seconds)
+        if self.believed.judge.probability_lost < config.confirmed_below:
             self._other = None
-        elif self._other.lost.probability < config.confirmed_below:
+        elif self._other.judge.probability_lost < config.confirmed_below:
             self.believed, self._other = self._other, None
+            self._lookout.start_anew()
             return elsewhere
         return estimate
 
@@ -133,14 +146,44 @@ class Hypotheses:
             each.resample(self._config)
         self._show()
 
+    def _looked_out(self, estimate: PoseEstimate, beams: Beams, seconds: float) -> PoseEstimate:
+        """The estimate of what is believed, compared with a part of the map where the scan is news."""
+        if not self.believed.is_known or estimate.is_start:
+            self._lookout.start_anew()
+            return estimate
+        if self._news_seconds == 0.0:
+            return estimate
+        here = estimate.map_from_base
+        margin, whole_margin = self._lookout.look(here, beams, self._news_seconds, self.perception)
+        if margin < -_BETTER:
+            self.believed.judge.compare(margin, seconds)
+        return replace(estimate, margin=whole_margin)
+
+    def _compare(
+        self,
+        first: PoseHypothesis,
+        here: PoseEstimate,
+        second: PoseHypothesis,
+        there: PoseEstimate,
+        beams: Beams,
+        seconds: float,
+    ) -> None:
+        """Let a scan decide between two hypotheses that lie at one place each."""
+        if first.is_known and second.is_known:
+            poses = np.stack([here.map_from_base, there.map_from_base])
+            by_first, by_second = self.perception.log_likelihood(poses, beams).tolist()
+            first.judge.compare(by_first - by_second, seconds)
+            second.judge.compare(by_second - by_first, seconds)
+
     @property
     def _all(self) -> list[PoseHypothesis]:
         return [self.believed] if self._other is None else [self.believed, self._other]
 
     def _start_from(self, map_from_base: Pose) -> None:
         """Start anew from poses (N, 3), of which the next scan chooses."""
-        self.believed = PoseHypothesis(self._cloud(map_from_base), self.believed.lost.for_another_place(), 0)
+        self.believed = PoseHypothesis(self._cloud(map_from_base), self.believed.judge.for_another_place(), 0)
         self._other = None
+        self._lookout.start_anew()
         self._sought = None
         self.is_started = False
         self._show()
@@ -177,7 +220,7 @@ class Hypotheses:
     def _search(self, beams: Beams, region: Region = ANYWHERE) -> ParticleFilter:
         """Particles where in a region a scan fits."""
         count, places = self._config.scattered_particles, self.perception.surveyed.places
-        found = places.find(beams, self._config.squash, count, self._rng, region)
+        found = places.find(beams, count, self._rng, region)
         return self._chosen(found, beams, share=1.0)
 
     def _chosen(self, map_from_base: Pose, beams: Beams, share: float) -> ParticleFilter:

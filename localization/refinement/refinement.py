@@ -11,9 +11,12 @@ from numpy.typing import NDArray
 
 from racecar.localization.floor.walls import Walls
 from racecar.localization.refinement.config import AlignmentConfig
-from racecar.localization.refinement.refinement_kernels import align_to_walls, points_of
+from racecar.localization.refinement.refinement_kernels import align_to_walls
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import Pose
+
+
+BELIEF = 1.4
 
 
 def refine(
@@ -24,7 +27,7 @@ def refine(
     The estimate and its covariance (3, 3) are the cloud's; they are returned where the scan has too few
     points, or the alignment leads away.
     """
-    points_in_base = points_of(beams.bearings, beams.ranges, beams.base_from_laser)
+    points_in_base = beams.points_in_base
     if len(points_in_base) < config.fewest_points:
         return map_from_base, covariance
     aligned, uncertainty = align_to_walls(
@@ -39,6 +42,7 @@ def refine(
         config.points_per_observation,
         config.cloud_width,
         config.least_cloud,
+        BELIEF,
     )
     moved, most = np.abs(aligned - map_from_base), config.largest_move
     if moved[0] > most or moved[1] > most or most < moved[2] < 2.0 * np.pi - most:

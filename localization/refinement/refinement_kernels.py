@@ -12,22 +12,6 @@ from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
 
 
 @njit(cache=True, nogil=True)
-def points_of(
-    bearings: NDArray[np.float64], ranges: NDArray[np.float64], base_from_laser: Pose
-) -> NDArray[np.float64]:
-    """(N, 2) where the beams (B,) that met something end, in the base frame."""
-    points = np.empty((len(bearings), 2))
-    count = 0
-    for beam in range(len(bearings)):
-        if math.isfinite(ranges[beam]):
-            direction = base_from_laser[2] + bearings[beam]
-            points[count, 0] = base_from_laser[0] + ranges[beam] * math.cos(direction)
-            points[count, 1] = base_from_laser[1] + ranges[beam] * math.sin(direction)
-            count += 1
-    return points[:count]
-
-
-@njit(cache=True, nogil=True)
 def align_to_walls(
     map_from_base: Pose,
     covariance: NDArray[np.float64],
@@ -40,6 +24,7 @@ def align_to_walls(
     points_per_observation: float,
     cloud_width: float,
     least_cloud: float,
+    belief_width: float,
 ) -> tuple[Pose, NDArray[np.float64]]:
     """The pose (3,) near a cloud's mean that brings points (N, 2) to the walls, and its covariance (3, 3).
 
@@ -103,7 +88,86 @@ def align_to_walls(
             for j in range(3):
                 pose[i] -= uncertainty[i, j] * gradient[j]
     pose[2] = wrapped(pose[2])
-    return pose, inverse_of_symmetric(information)
+    scan = _information(pose, grid_from_map, points_in_base, distances, resolution, per_point)
+    for i in range(3):
+        for j in range(3):
+            widened[i, j] = belief_width**2 * covariance[i, j]
+        widened[i, i] += 1e-6
+    return pose, inverse_of_symmetric(inverse_of_symmetric(widened) + scan)
+
+
+_REACH, _REACH_CELLS = 0.15, 2.5
+"""Metres, and at least so many cells, by which a pose is moved to see how much worse the scan fits: farther
+than the steps of a slanted wall, and less than a doorway."""
+
+_ROUNDS = 2
+"""Of finding the axes, the second from those found first."""
+
+
+@njit(cache=True, nogil=True)
+def _information(
+    pose: Pose,
+    grid_from_map: Pose,
+    points: NDArray[np.float64],
+    distances: NDArray[np.float32],
+    resolution: float,
+    per_point: float,
+) -> NDArray[np.float64]:
+    """(3, 3) what points (N, 2) say of a pose (3,) that fits: the curvature of their misfit over decimetres.
+
+    The slopes between cells would say more, since on a slanted wall, whose cells are stairs, they point aside.
+    First the axes are found, then the curvature along each, as small differences of large ones are not to be
+    trusted. Headings count by what they do to points.
+    """
+    lever = 0.1
+    for i in range(len(points)):
+        lever += points[i, 0] ** 2 + points[i, 1] ** 2
+    scale = np.array([1.0, 1.0, 1.0 / math.sqrt(lever / len(points))])
+    reach = max(_REACH, _REACH_CELLS * resolution)
+    field = (grid_from_map, points, distances, resolution, 2.0 * reach)
+    middle = _misfit(pose, field)
+    ways = np.eye(3)
+    ahead, behind, curvature = np.empty(3), np.empty(3), np.empty((3, 3))
+    for _ in range(_ROUNDS):
+        for axis in range(3):
+            way = reach * ways[axis] * scale
+            ahead[axis], behind[axis] = _misfit(pose + way, field), _misfit(pose - way, field)
+            curvature[axis, axis] = ahead[axis] + behind[axis] - 2.0 * middle
+        for i in range(3):
+            for j in range(i):
+                way = reach * (ways[i] + ways[j]) * scale
+                both = _misfit(pose + way, field) + _misfit(pose - way, field)
+                both -= ahead[i] + ahead[j] + behind[i] + behind[j] - 2.0 * middle
+                curvature[i, j] = curvature[j, i] = 0.5 * both
+        ways = np.linalg.eigh(curvature)[1].T @ ways
+    information = np.zeros((3, 3))
+    for axis in range(3):
+        way = reach * ways[axis] * scale
+        told = max(_misfit(pose + way, field) + _misfit(pose - way, field) - 2.0 * middle, 0.0)
+        for i in range(3):
+            for j in range(3):
+                information[i, j] += (
+                    per_point * told / reach**2 * ways[axis, i] * ways[axis, j] / (scale[i] * scale[j])
+                )
+    return information
+
+
+@njit(cache=True, nogil=True)
+def _misfit(pose: Pose, field: tuple[Pose, NDArray[np.float64], NDArray[np.float32], float, float]) -> float:
+    """Half the squared distances of points (N, 2) to walls, of which none counts for more than the scale's."""
+    grid_from_map, points, distances, resolution, scale = field
+    cos, sin = math.cos(grid_from_map[2] + pose[2]), math.sin(grid_from_map[2] + pose[2])
+    turn_cos, turn_sin = math.cos(grid_from_map[2]), math.sin(grid_from_map[2])
+    right = (grid_from_map[0] + turn_cos * pose[0] - turn_sin * pose[1]) / resolution - 0.5
+    up = (grid_from_map[1] + turn_sin * pose[0] + turn_cos * pose[1]) / resolution - 0.5
+    total = 0.0
+    for i in range(len(points)):
+        x, y = points[i, 0] / resolution, points[i, 1] / resolution
+        distance, _, _ = _sample(distances, right + cos * x - sin * y, up + sin * x + cos * y)
+        if distance >= 0.0:
+            distance = max(distance - 0.25 * resolution, 0.0)
+            total += 0.5 * distance**2 / (1.0 + (distance / scale) ** 2)
+    return total
 
 
 @njit(cache=True, nogil=True)

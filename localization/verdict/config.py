@@ -2,7 +2,6 @@
 
 from pydantic import Field
 
-from racecar.localization.recovery.config import AgreementShares
 from racecar.maps.settings import Settings
 
 
@@ -30,18 +29,6 @@ class KnownPlaceConfig(Settings):
 class MapFitConfig(Settings):
     """How the scans of a drive become the odds that the map shows the place where it went."""
 
-    right_map: AgreementShares = Field(
-        AgreementShares(closely=0.47, roughly=0.06, stopped=0.22, looking_through=0.25),
-        description="how the beams that tell the place agree with the right map. Measured: means of "
-        "session_A on its own map and on the basement's, localization_bag1, and turtlebot4_rplidar on its "
-        "team's map",
-    )
-    wrong_map: AgreementShares = Field(
-        AgreementShares(closely=0.1, roughly=0.07, stopped=0.34, looking_through=0.49),
-        description="how they agree with a wrong map, at the places where the localizer then believes to be: "
-        "few closely, since corners and doors that happen to lie alike lie alike for a moment. Measured "
-        "likewise: between the means of 15 recordings and of 28 simulated drives on maps of other places",
-    )
     prior_log_odds: float = Field(
         1.0,
         ge=-100,
@@ -64,7 +51,7 @@ class MapFitConfig(Settings):
         "small bias, of a laser or of a map that is out of date, does not become certainty. By judgement",
     )
     longest_step: float = Field(
-        0.6,
+        3.0,
         gt=0,
         le=10,
         description="metres of path for which a scan counts at most, where few are taken. By judgement",
@@ -91,7 +78,7 @@ class MapFitConfig(Settings):
         "less than driving does",
     )
     chosen_within: float = Field(
-        6.0,
+        3.0,
         gt=0,
         le=1000,
         description="metres of path after a search of the map, below which scans count for less, down to "

@@ -84,7 +84,7 @@ class LocalizerNode(LiveNode):
         start: LocalizerStart,
         view: "LiveView | None" = None,
     ) -> None:
-        """Builds the map's range table. ``calibration``: how it is learned what is wrong with the sensors.
+        """Surveys the map. ``calibration``: how it is learned what is wrong with the sensors.
 
         Raises UserError when the map or a parameter is at fault."""
         super().__init__(
@@ -357,7 +357,7 @@ class LocalizerNode(LiveNode):
         self.worker.inbox.put("settings", work)
 
     def _on_map(self, message: Any) -> None:
-        """A range table takes a second or so to build; until it is there the old map serves."""
+        """A survey takes a moment on a large map; until it is done the old map serves."""
 
         def build() -> None:
             grid = grid_of(message)

@@ -391,13 +391,13 @@ def test_recovers_from_an_odometry_that_tells_backward_as_forward() -> None:
     assert metres[-10:].max() < 0.1
 
 
-def test_the_range_table_is_built_anew_for_another_limit_and_the_estimate_goes_on() -> None:
+def test_the_map_is_surveyed_anew_for_other_free_space_and_the_estimate_goes_on() -> None:
     driven = drive(room(), 1.5, np.random.default_rng(0))
     filter = localizer()
     filter.set_pose(driven.truth[0])
     half = len(driven.messages) // 2
     first = replay(filter, driven.messages[:half])
-    filter.reconfigure(LocalizationConfig(table_megabytes=5))
+    filter.reconfigure(LocalizationConfig.model_validate({"free_space": {"largest_movable": 0.0}}))
     second = replay(filter, driven.messages[half:])
     assert not any(estimate.is_start for estimate in second)
     metres, _ = errors(first + second, driven)

@@ -1,21 +1,27 @@
 """The mechanisms of the localizer, and what turns each off: a setting at its bound, or a function replaced.
 
 A mechanism that settings turn off only nearly, or together with others, has a function replaced instead. Not
-listed is what only saves time (the rough stage of the place search, prefetching, a second thread), or only
+listed is what only saves time (the rough stage of the place search, a second thread), or only
 refuses bad input (messages out of order, clocks set back, maps without walls).
 """
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from math import inf
 from typing import Any
 from unittest.mock import patch
+
+import numpy as np
+from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.odometry.trust import OdometryTrust
-from racecar.localization.sensor import beam_model, beams
-from racecar.localization.sensor.config import COURSE
+from racecar.localization.recovery import place_judge
+from racecar.localization.recovery.lookout import Lookout
+from racecar.localization.sensor import beams, likelihood_field
+from racecar.localization.sensor.likelihood_field import DEPENDENCE, log_table
 
 Replacement = tuple[object, str, object]
 """A class or module, the name of something in it, and what that is replaced by."""
@@ -78,6 +84,16 @@ def _nothing(*_: object, **__: object) -> None:
     """In place of a method that learns or changes something."""
 
 
+def _sees_nothing(*_: object) -> tuple[float, None]:
+    """In place of a look at a part of the map."""
+    return inf, None
+
+
+def _independent(deviation: float) -> NDArray[np.float32]:
+    """In place of what an end point adds to the log-likelihood, of points that each count as one."""
+    return np.float32(DEPENDENCE) * log_table(deviation)
+
+
 MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     "odometry": {
         "calibration": _settings(odometry_calibration={"farthest": _NONE}),
@@ -94,24 +110,18 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "gyroscope": _settings(turn_fusion={"min_segments": 1000}),
     },
     "evidence": {
-        "squash": _settings(squash=1.0),
+        "dependent points": _replaced(likelihood_field, "log_table", _independent),
         "news threshold": _settings(tracking={"news_after": 0.0}),
         "looking again": _settings(tracking={"look_again_after": 100.0}),
         "evidence cap": _settings(particle_filter={"least_evidence": 1000.0, "most_evidence": 1000.0}),
-        "fit exponent": _settings(beam_skipping={"steepness": 0}),
         "first scan share": _settings(tracking={"first_scan_share": 1.0}),
         "alignment discount": _settings(
             alignment={"points_per_observation": 1.0, "cloud_width": 1.0, "least_cloud": 0.001}
         ),
-        "lost discount": _settings(lost_detector={"beams_per_second": 4000.0}),
-        "lost clarity": _settings(lost_detector={"clarity_per_share": 0.0}),
         "rival discount": _settings(moving_rival={"scans_per_second": 40.0, "largest_rate": 1000.0}),
     },
     "explanation": {
         "known place": _settings(tracking={"known_within": 100.0}),
-        "beam skipping": _settings(beam_skipping={"fewest_left": 1.0}),
-        "asking the alignment": _settings(beam_skipping={"notably_more": 1.0}),
-        "proposals": _replaced(ParticleFilter, "propose", _nothing),
         "alignment": _settings(alignment={"fewest_points": 10_000}),
         "alignment widths": _settings(alignment={"scales": (0.07,) * 6}),
     },
@@ -122,11 +132,8 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "confirmation": _settings(hypothesis={"confirmed_below": 0.5}),
         "hypothesis trial": _settings(hypothesis={"trial_seconds": _NONE}),
         "restart after gaps": _settings(motion={"gap_seconds": 1000.0}),
-        "learned shares": _settings(lost_detector={"learning_log_odds": 100.0}),
-        "kind of map": _settings(
-            lost_detector={"changed_map_probability": _NONE, "least_kind_probability": _NONE}
-        ),
-        "wide search model": _settings(place_search={"beam_model": LocalizationConfig().beam_model}),
+        "learned fit": _replaced(place_judge, "_SURE", inf),
+        "lookout": _replaced(Lookout, "look", _sees_nothing),
     },
     "cloud": {
         "fewer particles where sure": _settings(fewest_particles=LocalizationConfig().particles),
@@ -135,10 +142,6 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     },
     "sensor": {
         "deskewing": _replaced(beams, "_LONGEST_SWEEP", 0.0),
-        "parallax": _replaced(beam_model, "_MOST_CODES_PER_CELL", 0.0),
-        "forgiving mixture": _settings(beam_model={"random": COURSE.random}),
-        "sharp mixture": _settings(beam_model={"hit_deviation": COURSE.hit_deviation}),
-        "short readings": _settings(beam_model={"short": 0.0}),
         "movable furniture": _settings(free_space={"largest_movable": 0.0}),
         "unknown floor": _settings(free_space={"unknown_reach": 0.0}),
     },

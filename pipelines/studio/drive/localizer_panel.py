@@ -39,7 +39,6 @@ class LocalizerPanel:
         for field, label, least, most, step in (
             ("particles", "Particles", 100, 10_000, 100),
             ("beams", "Beams", 5, 300, 5),
-            ("squash", "Squash", 1.0, 20.0, 0.1),
         ):
             slider = gui.add_slider(label, least, most, step, getattr(config, field))
             page.on_change(slider, lambda value, field=field: self._set(field, value))  # type: ignore[misc]

@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from racecar.localization.floor.walls import find_walls
 from racecar.localization.refinement.config import AlignmentConfig
@@ -8,6 +10,7 @@ from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
+from tests.localization.corridors import SIGHT, seen_in_corridor, slanted_corridor
 from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 
 CLOUD = np.diag([0.01, 0.01, 0.0025])
@@ -48,3 +51,37 @@ def test_too_few_points_change_nothing() -> None:
     start = np.array([1.0, 2.0, 0.3])
     beams = Beams(BEARINGS[:5], np.ones(5), IDENTITY, 10.0)
     assert refine(start, CLOUD, beams, find_walls(room()), AlignmentConfig()) == (start, CLOUD)
+
+
+def along_over_cloud(degrees: float, resolution: float, thickness: float, *, with_doors: bool) -> float:
+    """The mean of some positions: the deviation along a corridor as a share of the cloud's, of 0.25 m."""
+    rng = np.random.default_rng(0)
+    grid = slanted_corridor(degrees, resolution, thickness=thickness, with_doors=with_doors)
+    walls, yaw = find_walls(grid), np.radians(degrees)
+    ahead = np.array([np.cos(yaw), np.sin(yaw)])
+    turned = np.column_stack([ahead, [-ahead[1], ahead[0]]])
+    cloud = np.diag([0.0, 0.0, 0.01**2])
+    cloud[:2, :2] = turned @ np.diag([0.25**2, 0.02**2]) @ turned.T
+    shares = []
+    for _ in range(5):
+        pose, beams = seen_in_corridor(degrees, rng.uniform(-0.5, 0.5), rng.normal(0.0, 0.1), rng)
+        if with_doors:
+            ranges = cast_ray_fan(grid, pose[None], beams.bearings, SIGHT)[0]
+            beams = Beams(beams.bearings, ranges, IDENTITY.copy(), SIGHT)
+        _, covariance = refine(pose, cloud, beams, walls, AlignmentConfig())
+        shares.append(np.sqrt(ahead @ covariance[:2, :2] @ ahead) / 0.25)
+    return float(np.mean(shares))
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.0, 45.0), st.sampled_from([0.02, 0.05, 0.1]))
+def test_the_steps_of_a_slanted_wall_do_not_tell_where_along_it(degrees: float, resolution: float) -> None:
+    """Of walls as thin as those that a mapper draws."""
+    share = along_over_cloud(degrees, resolution, 1.5 * resolution, with_doors=False)
+    assert 1.0 / 1.5 < share < 1.5
+
+
+@settings(max_examples=5, deadline=None)
+@given(st.floats(0.0, 45.0), st.sampled_from([0.02, 0.05, 0.1]))
+def test_corners_tell(degrees: float, resolution: float) -> None:
+    assert along_over_cloud(degrees, resolution, 0.2, with_doors=True) < 0.4

@@ -47,7 +47,7 @@ def test_a_file_overrides(tmp_path: Path) -> None:
         ("localization:\n  alignment: {scales: [0.0]}\n", "'localization.alignment.scales.0': .*0.01"),
         ("localization:\n  particles: many\n", "bad value for 'localization.particles': .*integer"),
         ("localization: 5\n", "bad value for 'localization'"),
-        ("localization: {squash: 1.0e+300}\n", "'localization.squash': .*less than or equal to 1000"),
+        ("localization: {drift_noise: 1.0e+300}\n", "'localization.drift_noise': .*less than or equal to 10"),
         ("localization: {particles: 10, fewest_particles: 1000}\n", "fewest_particles' .1000. than"),
         ("- a\n- b\n", "should hold sections"),
         ("mapping: [1, 2\nb: c\n", "line 2 is not valid YAML"),

@@ -31,7 +31,7 @@ def test_diagnostics_give_the_verdict_of_the_command() -> None:
     assert whereabouts.figures["drive so far"] == "localized"
     assert whereabouts.figures["share of it with a known place"] == 1.0
     assert whereabouts.figures["doubt"] == "none"
-    for each in straight_drive(30.0, agreement=WRONG, begin=10.0):
+    for each in straight_drive(30.0, margin=WRONG, begin=10.0):
         whereabouts.follow(each)
     assert whereabouts.figures["drive so far"] == "lost"
     assert "map of another place" in whereabouts.figures["doubt"]
