@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.region import ANYWHERE
+from racecar.localization.odometry.calibration import OdometryCalibration
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.odometry.odometry_learning import OdometryLearning
 from racecar.localization.odometry.published_pose import PublishedPose, publish
@@ -18,7 +19,6 @@ from racecar.localization.sensor.beams import select_beams
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_faults import OdometryFaults
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.maps.sensing.yaw_rate import YawRate
@@ -97,6 +97,7 @@ class Localizer:
 
             # Predict: particles move as odometry measured; after a gap they start over where it leads.
             step = self._motion.step_to(scan.stamp)
+            scan = self._motion.calibration.turned(scan)
             if last is not None and hypotheses.is_started and step.is_over_gap:
                 hypotheses.start_about(compose(last.map_from_base, step.base_from_next_base))
                 self._learning.start_anew()
@@ -134,9 +135,12 @@ class Localizer:
         return map_from_base.copy(), weights.copy()
 
     @property
-    def odometry_faults(self) -> OdometryFaults:
-        """What this car's odometry always gets wrong, as learned so far; all motion is corrected by it."""
-        return self._motion.calibration.faults
+    def calibration(self) -> OdometryCalibration:
+        """What this car's odometry always gets wrong and how its laser is turned, as learned so far.
+
+        All motion is corrected by the one, all scans by the other.
+        """
+        return self._motion.calibration
 
     @property
     def turn_model(self) -> TurnModel:

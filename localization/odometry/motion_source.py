@@ -1,5 +1,6 @@
 """The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
 
+from dataclasses import replace
 from math import isfinite, isnan, nan, sqrt
 from threading import Lock
 
@@ -45,6 +46,8 @@ class MotionSource:
         self._compared: tuple[float, float, Pose | None] = (0.0, nan, None)
         """The last step: seconds, and turn by the gyroscope and step by the wheels before they were fused."""
         self._known_heading: float | None = None
+        self._laser_turn = 0.0
+        """By which the scan of the last step was corrected."""
         self._restarts = 0
         self._followed_restarts = 0
         self._odom_from_base: Pose | None = None
@@ -177,7 +180,7 @@ class MotionSource:
         gyro_before, self._by_gyro = self._by_gyro, self._reading_at(stamp)
         gyro_turn = turn_between(gyro_before, self._by_gyro)
         measured = self._measured(before, self._odom_from_base, seconds, gyro_turn)
-        return measured or self._carried_on(seconds, gyro_turn)
+        return self._with_laser_turned(measured or self._carried_on(seconds, gyro_turn))
 
     @property
     def by_gyro(self) -> GyroReading | None:
@@ -271,6 +274,14 @@ class MotionSource:
             behind = behind * np.array([1.0, 1.0, wheel_share])
         is_over_gap = seconds > self._config.motion.gap_seconds
         return MotionStep(step, deviations, travel(possible), seconds, effort, behind, is_over_gap)
+
+    def _with_laser_turned(self, step: MotionStep) -> MotionStep:
+        """The step to where the base is by what is known now of how the laser is turned."""
+        turn = self._laser_turn - self.calibration.laser_turn
+        if turn == 0.0:
+            return step
+        self._laser_turn = self.calibration.laser_turn
+        return replace(step, base_from_next_base=turned_more(step.base_from_next_base, turn))
 
     def _carried_on(self, seconds: float, gyro_turn: float) -> MotionStep:
         longest, gap = self._config.motion.longest_carry, self._config.motion.gap_seconds

@@ -40,7 +40,8 @@ class OdometryTrust:
     def learn(self, segment: OdometrySegment, slip: float) -> None:
         """Take in how a segment was off."""
         x, y, turn = segment.error.tolist()
-        place, heading = (segment.begin_variances + segment.end_variances).tolist()
+        xx, yy, heading = np.diag(segment.covariance).tolist()
+        place = 0.5 * (xx + yy)
         # A wrong turn carries the rest of the path aside, half of it on average.
         aside = 0.5 * segment.distance * segment.pushed_turn
         usual = (self.config.usual_effort * segment.travel) ** 2

@@ -143,7 +143,7 @@ class LocalizerNode(LiveNode):
         localizer, estimate = self._localizer, self._estimate
         if localizer is None or estimate is None:
             return {}
-        faults = localizer.odometry_faults
+        faults = localizer.calibration.faults
         return {
             "particles": estimate.particle_count,
             "effective sample size": float(estimate.effective_sample_size),
@@ -154,6 +154,7 @@ class LocalizerNode(LiveNode):
             "distance that odometry leaves out": faults.distance,
             "turn that odometry leaves out": faults.turn,
             "trim of the steering (rad/m)": faults.trim,
+            "turn of the laser against its transform (rad)": localizer.calibration.laser_turn,
         }
 
     def tell(self, wrong: list[str]) -> None:
@@ -291,9 +292,10 @@ class LocalizerNode(LiveNode):
         if scan.is_return.any():
             self._judge(estimate)
         self.judge_odometry(localizer.frozen_odometry)
+        self._judge_laser(localizer.calibration.laser_warning)
         if self._last_odometry is not None and not is_lost(estimate, self._config.verdict.known_place):
             self._trail.append((arrival, estimate.map_from_base, self._last_odometry[1].odom_from_base))
-        self._display.show(stamp, scan, estimate, localizer)
+        self._display.show(stamp, localizer.calibration.turned(scan), estimate, localizer)
         if self._schedule.is_due("memory"):
             self.side.inbox.put("memory", self._remember)
 
@@ -328,6 +330,12 @@ class LocalizerNode(LiveNode):
             )
         else:
             self.faults.end("lost", "The scans fit the map again.")
+
+    def _judge_laser(self, warning: str | None) -> None:
+        if warning is not None:
+            self.faults.report("laser_turned", warning)
+        else:
+            self.faults.end("laser_turned", "The laser looks where its transform says.")
 
     def _remember(self) -> None:
         """Write the pose down, if it is known well."""

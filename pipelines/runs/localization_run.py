@@ -97,7 +97,7 @@ def run_localization(
                 with report.stage("localizing"):
                     _add_scan(run, message, localizer)
                 with report.stage("judging"):
-                    _judge(run, message, walls)
+                    _judge(run, localizer.calibration.turned(message), walls)
             else:
                 feed(message, localizer)
             if recorder is not None:
@@ -203,13 +203,15 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, rep
     report.add("convergence", _convergence(run.estimates))
     report.add("update_ms", _update_times(run))
     if reader.odom_topic is not None:
-        report.add("odometry_faults", asdict(localizer.odometry_faults))
+        report.add("odometry_faults", asdict(localizer.calibration.faults))
+        report.add("laser", {"turned_by": localizer.calibration.laser_turn})
     if reader.imu_topic is not None:
         report.add("gyroscope", localizer.turn_model.figures)
     model = localizer.turn_model
     contradiction = f"{model.contradiction} {model.remedy}" if model.contradiction else None
     hung = localizer.frozen_odometry.warning(run.estimates[0].stamp)
-    told = [sentence for sentence in (contradiction, hung) if sentence is not None]
+    laser = localizer.calibration.laser_warning
+    told = [sentence for sentence in (contradiction, hung, laser) if sentence is not None]
     for sentence in [*reader.warnings, *told, *_cautions(run, reader)]:
         report.warn(sentence)
 

@@ -294,8 +294,24 @@ def test_by_what_factor_odometry_tells_the_way_is_learned(scale: float) -> None:
     filter = localizer()
     filter.set_pose(driven.truth[0])
     metres, _ = errors(replay(filter, driven.messages), driven)
-    assert filter.odometry_faults.distance == pytest.approx(1.0 / scale - 1.0, abs=0.02)
+    assert filter.calibration.faults.distance == pytest.approx(1.0 / scale - 1.0, abs=0.02)
     assert metres[-100:].max() < 0.06
+
+
+@pytest.mark.parametrize("turn", [-0.05, 0.05])
+def test_a_laser_that_is_turned_against_its_told_place_is_found_and_corrected(turn: float) -> None:
+    driven = drive(room(), 40.0, np.random.default_rng(0), speed=2.0)
+    messages = [
+        replace(each, base_from_laser=each.base_from_laser - [0.0, 0.0, turn])
+        if isinstance(each, Scan)
+        else each
+        for each in driven.messages
+    ]
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    _, radians = errors(replay(filter, messages), driven)
+    assert filter.calibration.laser_turn == pytest.approx(turn, abs=0.015)
+    assert np.median(radians[-20:]) < 0.015
 
 
 @settings(max_examples=60)
@@ -311,7 +327,7 @@ def test_the_carried_pose_is_the_last_one_and_what_the_odometry_told_since(milli
         carried = filter.pose_at(last.stamp + ahead * 1_000_000)
         assert carried is not None
         before, after = told.pose_at([last.stamp, carried.stamp])
-        step = filter.odometry_faults.corrected(between(before, after))
+        step = filter.calibration.faults.corrected(between(before, after))
         expected = compose(last.map_from_base, step)
         np.testing.assert_allclose(between(expected, carried.map_from_base), 0.0, atol=1e-9)
         assert np.linalg.eigvalsh(carried.covariance).min() > 0.0
@@ -535,7 +551,7 @@ def test_readers_beside_the_scans_see_no_two_of_them_mixed() -> None:
             for message in driven.messages:
                 if isinstance(message, Scan):
                     estimates.append(filter.add_scan(message))
-                    faults.append(filter.odometry_faults)
+                    faults.append(filter.calibration.faults)
                     clouds.add(cloud_of(filter))
                     time.sleep(0.001)  # readers get a turn however busy the machine is
         finally:
