@@ -35,13 +35,14 @@ class ClockOffset:
         """Whether the clocks seem to agree, by the latest that came."""
         return bool(self._samples) and abs(self._samples[-1][1]) < _LARGEST_DELAY
 
-    def from_scans(self, arrival: int, offset: int, scans: Sequence[tuple[int, int]]) -> int:
+    def from_scans(self, arrival: int, offset: int, scans: Sequence[tuple[int, int]], pace: float) -> int:
         """By how many nanoseconds this sensor's stamps should be later; 0 as long as they may be right.
 
         ``offset`` is what its stamp is ahead of its arrival, in the message that has just come; ``scans`` are
-        arrivals and the same offsets of the scans that have come since the last one. The offsets are compared
-        at the arrival of each scan, because all of them drift where a bag is played at another speed; a scan
-        may have waited to be taken in while many messages of this sensor came.
+        arrivals and the same offsets of the scans that have come since the last one; stamps go ``pace`` times
+        as fast as time. The offsets are compared at the arrival of each scan, because all of them drift where
+        a bag is played at another speed; a scan may have waited to be taken in while many messages of this
+        sensor came.
         """
         if self._own and arrival <= self._own[-1][0]:
             return 0
@@ -50,7 +51,7 @@ class ClockOffset:
             own_offset = self._own_offset_at(scan_arrival)
             if own_offset is not None:
                 self._samples.append((scan_arrival, scan_offset - own_offset))
-        missing = self._settled()
+        missing = self._settled(pace)
         if missing:
             self._samples.clear()
             self._own.clear()
@@ -65,12 +66,12 @@ class ClockOffset:
         (first, begin), (last, end) = self._own[after - 1], self._own[after]
         return begin + round((arrival - first) / (last - first) * (end - begin))
 
-    def _settled(self) -> int:
+    def _settled(self, pace: float) -> int:
         samples = self._samples
         if len(samples) < 2:
             return 0
         before, latest = samples[-2], samples[-1]
-        if abs(latest[1]) > _OTHER_TIME and abs(latest[1] - before[1]) < _LARGEST_DELAY:
+        if abs(latest[1]) > pace * _OTHER_TIME and abs(latest[1] - before[1]) < _LARGEST_DELAY:
             return latest[1]
         while len(samples) > _FEWEST and samples[1][0] <= latest[0] - _WATCHED:
             samples.popleft()

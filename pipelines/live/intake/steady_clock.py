@@ -159,7 +159,6 @@ class TopicClock:
         None for a message whose stamp is far from those before: it is to be left out, as it may be alone.
         """
         seen = _Seen(header, arrival)
-        self._pace.follow(header, arrival)
         if not self._shows_time(seen):
             steady = self._by_arrival(arrival, sweep)
         else:
@@ -211,27 +210,36 @@ class TopicClock:
         self._shift, self._last, self._suspected = shift, seen, None
 
     def _by_header(self, seen: "_Seen") -> int | None:
+        suspected, self._suspected = self._suspected, None
+        is_confirmed = suspected is not None and seen.follows(suspected, self._pace.real_time_factor)
+        if suspected is not None and not is_confirmed:
+            self._reports.went_astray()
         if self._last is None:
             self._shift = self._shared.first_shift(seen.header, seen.arrival)
-        elif not seen.follows(self._last):
-            suspected, self._suspected = self._suspected, seen
-            if suspected is None or not seen.follows(suspected):
-                self._report_lone(suspected)
+        elif not self._goes_on(seen, self._last):
+            if suspected is None or not is_confirmed:
+                self._suspected = seen
                 return None
-            self._follow_jump(suspected.jump_from(self._last))
-        else:
-            self._report_lone(self._suspected)
-        self._last, self._suspected = seen, None
+            self._follow_jump(suspected, self._last)
+        self._last = seen
+        self._pace.follow(seen.header - self._shift, seen.arrival)
         return seen.header - self._shift + self._correction
 
-    def _report_lone(self, suspected: "_Seen | None") -> None:
-        if suspected is not None:
-            self._reports.went_astray()
+    def _goes_on(self, seen: "_Seen", last: "_Seen") -> bool:
+        """Whether no clock was set, though messages in between were lost and the last one had waited."""
+        return seen.follows(last) or (seen.header > last.header - _BACK and self._ahead(seen) < _AHEAD)
 
-    def _follow_jump(self, jump: int) -> None:
-        """A clock was set, unless it is a pause in a recording that is played fast."""
-        if jump > 0 and self._pace.is_played_fast:
-            return
+    def _ahead(self, seen: "_Seen") -> int:
+        return self._pace.ahead(seen.header - self._shift, seen.arrival)
+
+    def _follow_jump(self, suspected: "_Seen", last: "_Seen") -> None:
+        """A clock was set, unless a bag may be played fast: then it is a pause in the recording, or messages
+        were lost."""
+        jump = suspected.jump_from(last)
+        if jump > 0:
+            if self._pace.real_time_factor > 1.0:
+                return
+            jump = self._ahead(suspected)
         self._shift = self._shared.nearest_shift(self._shift + jump)
         self._reports.jumped(jump * 1e-9)
 
@@ -242,7 +250,7 @@ class TopicClock:
             self._shared.note_reference(arrival, offset)
             return
         scans, self._references_taken = self._shared.references(self._references_taken, arrival)
-        missing = self._offset.from_scans(arrival, offset, scans)
+        missing = self._offset.from_scans(arrival, offset, scans, self._pace.real_time_factor)
         if missing:
             self.correct(missing)
 
@@ -254,9 +262,9 @@ class _Seen:
     header: int
     arrival: int
 
-    def follows(self, before: "_Seen") -> bool:
-        """Whether no clock was set in between."""
-        return -_BACK < self.header - before.header < max(self.arrival - before.arrival, 0) + _AHEAD
+    def follows(self, before: "_Seen", pace: float = 1.0) -> bool:
+        """Whether no clock was set in between, of those that go so many times as fast as time."""
+        return -_BACK < self.header - before.header < pace * max(self.arrival - before.arrival, 0) + _AHEAD
 
     def jump_from(self, before: "_Seen") -> int:
         """By how much the headers' clock was set."""

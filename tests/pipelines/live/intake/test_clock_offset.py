@@ -19,7 +19,7 @@ def missing(pace: int, behind: int) -> list[int]:
         scans.append((arrival, header - arrival))
         taken_in = [each for each in scans if each[0] <= arrival - SECOND]
         scans = [each for each in scans if each[0] > arrival - SECOND]
-        found.append(clocks.from_scans(arrival, header - behind - arrival, taken_in))
+        found.append(clocks.from_scans(arrival, header - behind - arrival, taken_in, pace))
     return [each for each in found if each]
 
 

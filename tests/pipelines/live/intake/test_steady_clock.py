@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from racecar.pipelines.live.intake.steady_clock import SteadyClock, TopicClock
@@ -167,6 +167,71 @@ def test_a_clock_that_is_set_is_noticed_after_a_bag_was_played_fast() -> None:
             header, arrival = header + PERIOD, arrival + PERIOD // pace
             topic.steady(header, arrival)
     assert [round(jump) for jump in reports.jumps] == [60]
+
+
+def received(
+    speed: float, period: int, busy_from: float, busy_for: float, first: int, newest: int
+) -> list[tuple[int, int]]:
+    """Headers and arrivals at a node that is busy for some seconds. What is sent meanwhile comes when
+    they are over, but only so many of the first and of the newest, as a full queue drops the others."""
+    sent = [
+        (WALL + i * period, round(i * period / speed))
+        for i in range(round((busy_from + busy_for + 2) * speed * SECOND / period))
+    ]
+    begin, end = round(busy_from * SECOND), round((busy_from + busy_for) * SECOND)
+    before = [each for each in sent if each[1] <= begin]
+    waited = [(header, end) for header, arrival in sent if begin < arrival < end]
+    kept = [each for i, each in enumerate(waited) if i < first or i >= len(waited) - newest]
+    return before + kept + [each for each in sent if each[1] >= end]
+
+
+@pytest.mark.parametrize("lost", [("scans",), ("odometry",), ("scans", "odometry")])
+@settings(max_examples=20, deadline=None)
+@given(
+    st.sampled_from([1.0, 2.0, 10.0]),
+    st.one_of(st.floats(0.0, 0.1), st.floats(0.5, 2.0)),  # between, a pace is known that is still rough
+    st.one_of(st.floats(0.0, 0.5), st.floats(0.0, 5.0)),
+    st.integers(0, 4),
+    st.integers(1, 80),
+)
+@example(10.0, 0.0, 0.3, 1, 8)
+@example(10.0, 2.0, 0.3, 0, 8)
+def test_messages_lost_by_a_busy_node_set_no_clock(
+    lost: tuple[str, ...], speed: float, busy_from: float, busy_for: float, first: int, newest: int
+) -> None:
+    scans, odometry, of_scans, of_odometry = pair()
+    messages = []
+    for name, topic, period in (("scans", scans, PERIOD), ("odometry", odometry, PERIOD * 4 // 5)):
+        kept = (first, newest) if name in lost else (0, 10**6)
+        messages += [
+            (arrival, topic, header)
+            for header, arrival in received(speed, period, busy_from, busy_for, *kept)
+        ]
+    left_out = 0
+    for arrival, topic, header in sorted(messages, key=lambda each: each[0]):
+        steady = topic.steady(header, arrival)
+        assert steady in (header, None)
+        left_out += steady is None
+    assert left_out <= 2
+    assert of_scans == of_odometry == Reports()
+
+
+@pytest.mark.parametrize("first", [0, 1])
+def test_a_clock_that_is_set_is_noticed_after_messages_were_lost(first: int) -> None:
+    topic, reports = clock()
+    for header, arrival in received(1.0, PERIOD, 3.0, 5.0, first, 40):
+        topic.steady(header + 60 * SECOND * (arrival > 9 * SECOND), arrival)
+    assert [round(jump) for jump in reports.jumps] == [60]
+    assert reports.astray == 0
+
+
+def test_a_clock_that_is_set_twice_within_a_tenth_of_a_second_is_noticed_twice() -> None:
+    topic, reports = clock()
+    for i in range(80):
+        set_by = 5 * SECOND * (i >= 40) + 7 * SECOND * (i >= 44)
+        assert topic.steady(WALL + i * PERIOD + set_by, i * PERIOD) in (WALL + i * PERIOD, None)
+    assert [round(jump) for jump in reports.jumps] == [5, 7]
+    assert reports.astray == 0
 
 
 def test_every_stray_stamp_is_reported_when_the_next_one_shows_it() -> None:
