@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.region import ANYWHERE
+from racecar.localization.odometry.calibration import OdometryCalibration
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.localization.odometry.odometry_learning import OdometryLearning
 from racecar.localization.odometry.published_pose import PublishedPose, publish
@@ -18,7 +19,6 @@ from racecar.localization.sensor.beams import select_beams
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_faults import OdometryFaults
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.maps.sensing.yaw_rate import YawRate
@@ -31,7 +31,7 @@ class Localizer:
     """
 
     def __init__(self, grid: OccupancyGrid, config: LocalizationConfig, rng: np.random.Generator) -> None:
-        """Builds the map's range table, which takes a second or two on a large map.
+        """Surveys the map, which takes a moment on a large one.
 
         Raises UserError when the map has no free space or no walls, or seems to have one for the other.
         """
@@ -70,12 +70,9 @@ class Localizer:
             self._learning.start_anew()
 
     def reconfigure(self, config: LocalizationConfig) -> None:
-        """Take other settings from the next scan on; the estimate goes on from where it is.
-
-        Where the range table may take another amount of memory, it is built anew.
-        """
+        """Take other settings from the next scan on; the estimate goes on from where it is."""
         with self._lock:
-            self._hypotheses.reconfigure(config)
+            self._hypotheses.config = config
             self._motion.reconfigure(config)
             self._learning.reconfigure(config)
             self._config = config
@@ -97,6 +94,7 @@ class Localizer:
 
             # Predict: particles move as odometry measured; after a gap they start over where it leads.
             step = self._motion.step_to(scan.stamp)
+            scan = self._motion.calibration.turned(scan)
             if last is not None and hypotheses.is_started and step.is_over_gap:
                 hypotheses.start_about(compose(last.map_from_base, step.base_from_next_base))
                 self._learning.start_anew()
@@ -134,9 +132,12 @@ class Localizer:
         return map_from_base.copy(), weights.copy()
 
     @property
-    def odometry_faults(self) -> OdometryFaults:
-        """What this car's odometry always gets wrong, as learned so far; all motion is corrected by it."""
-        return self._motion.calibration.faults
+    def calibration(self) -> OdometryCalibration:
+        """What this car's odometry always gets wrong and how its laser is turned, as learned so far.
+
+        All motion is corrected by the one, all scans by the other.
+        """
+        return self._motion.calibration
 
     @property
     def turn_model(self) -> TurnModel:

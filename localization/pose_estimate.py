@@ -7,6 +7,10 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
 
+DOMINANT = 0.9
+"""Weight of a cluster beside which the others do not matter, since one place is then ten times as likely as
+all others. By judgement."""
+
 
 @dataclass(frozen=True, eq=False)
 class PoseEstimate:
@@ -25,7 +29,8 @@ class PoseEstimate:
     """Whether the pose was searched anew and does not continue the one before."""
     lost_probability: float
     """How likely the car is elsewhere, 0 to 1."""
-    agreement: NDArray[np.float64] | None = None
-    """(4,) shares of the scan's beams that agree with the map closely, roughly, are stopped before the wall,
-    look through it, without those that would agree farther along a corridor as well; None without beams, and
-    where the laser would be inside an obstacle."""
+    fit: float | None = None
+    """How well the scan fits the map there, 0 to 1; None without returns."""
+    margin: float | None = None
+    """By how much the log-likelihood of the scans was higher there than anywhere else on the map, at the end
+    of a round of looking at all of it; None in between."""

@@ -9,9 +9,9 @@ from racecar.localization.floor.walls import find_walls
 from racecar.localization.localizer import Localizer
 from racecar.localization.odometry.motion_model_kernels import carry
 from racecar.localization.odometry.motion_source import MotionSource
-from racecar.localization.recovery.lost_detector import LostDetector
 from racecar.localization.refinement.refinement import refine
 from racecar.localization.sensor.beams import select_beams
+from racecar.localization.sensor.wall_surface import WallSurface
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
@@ -46,7 +46,7 @@ def warm_up(config: LocalizationConfig) -> None:
 
 
 def warm_up_filter(config: LocalizationConfig) -> None:
-    """Compile what needs no range table, which a second process can do while the first builds that.
+    """Compile what needs no survey of a map, which a second process can do while the first makes that.
 
     With nothing compiled yet, that nearly halved the start on a quiet machine of two cores: 21.6 s to 11.5 s.
     """
@@ -63,9 +63,9 @@ def warm_up_filter(config: LocalizationConfig) -> None:
         motion.follow(odometry.stamp, mean)
     scan = _scan(odometry.stamp, np.ones(len(_BEARINGS)))
     beams = select_beams(scan, config.beams, motion.poses_at)
-    mean, covariance = refine(mean, covariance, beams, find_walls(_room()), config.alignment)
+    room = find_walls(_room())
+    mean, covariance = refine(mean, covariance, beams, room, WallSurface(room).metres)
     carry(mean, covariance, moved.base_from_next_base, moved.deviations)
-    LostDetector(np.ones((1, 4)), config.lost_detector).evidence(np.ones(4))
 
 
 def _room() -> OccupancyGrid:

@@ -22,7 +22,8 @@ def cluster_moments(
 ) -> tuple[Pose, NDArray[np.float64], float]:
     """Mean (3,), covariance (3, 3) and weight of the heaviest cluster of particles (N, 3).
 
-    The rest is as `ClusterConfig` has it.
+    The heaviest of the squares of ``place_size`` metres is found, and its cluster is what lies within a
+    ``radius`` of it (metres) and faces its way to a ``half_angle`` (radians).
     """
     first = map_from_base[0]
     mean, covariance, weight, is_whole = _moments_about(first, map_from_base, weights, radius, half_angle)

@@ -1,5 +1,6 @@
 """The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
 
+from dataclasses import replace
 from math import isfinite, isnan, nan, sqrt
 from threading import Lock
 
@@ -13,6 +14,7 @@ from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.speed_memory_kernels import SpeedMemory
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, wrap_angle
 from racecar.maps.geometry.se2_kernels import step_between
+from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.sensing.frozen_odometry import FrozenOdometry
 from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
 from racecar.maps.sensing.odometry import Odometry
@@ -20,6 +22,21 @@ from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation, Odo
 from racecar.maps.sensing.odometry_faults import OdometryFaults
 from racecar.maps.sensing.turn_fusion import TurnFusion, turned_more
 from racecar.maps.sensing.yaw_rate import YawRate
+
+_RESTART = 1_000_000_000
+"""By judgement: nanoseconds by which a clock must go back to count as set anew; by less, messages came out of
+order."""
+_GAP_SECONDS = 2.0
+"""By judgement: between two scans; after a longer gap the car is searched for, because it may have been
+carried anywhere."""
+_EXTRAPOLATION = Extrapolation(100_000_000, speed_over=0, widest_gap=STALE_AFTER)
+"""By judgement: of odometry: at the speed between its last two samples, while the next is on its way, for a
+few periods of usual odometry (50 Hz)."""
+_LONGEST_CARRY = 0.5
+"""By judgement: seconds for which the speed of the estimates is taken to last where there is no odometry: a
+car can stop within half a second."""
+_SPEED_SECONDS = 0.15
+"""By judgement: over which the speed of the estimates is averaged, some scans of a common sensor (40 Hz)."""
 
 
 class MotionSource:
@@ -33,10 +50,10 @@ class MotionSource:
 
     def __init__(self, config: LocalizationConfig) -> None:
         self._lock = Lock()
-        self.calibration = OdometryCalibration(config.odometry_calibration)
+        self.calibration = OdometryCalibration()
         """Of the odometry; all steps are corrected by it."""
-        self._odometry = OdometryBuffer(extrapolation=_extrapolation(config))
-        self.turns = TurnFusion(config.turn_fusion)
+        self._odometry = OdometryBuffer(extrapolation=_EXTRAPOLATION)
+        self.turns = TurnFusion(TurnFusionConfig())
         """What the turns by wheels and gyroscope have proven to be worth."""
         self.frozen = FrozenOdometry()
         """When the odometry repeated a pose while the car moved on."""
@@ -45,23 +62,20 @@ class MotionSource:
         self._compared: tuple[float, float, Pose | None] = (0.0, nan, None)
         """The last step: seconds, and turn by the gyroscope and step by the wheels before they were fused."""
         self._known_heading: float | None = None
+        self._laser_turn = 0.0
+        """By which the scan of the last step was corrected."""
         self._restarts = 0
         self._followed_restarts = 0
         self._odom_from_base: Pose | None = None
         self._stamp: int | None = None
-        self._memory = SpeedMemory(config.speed_memory)
+        self._memory = SpeedMemory()
         self._speed: Pose = IDENTITY
         self._last_estimate: tuple[int, Pose] | None = None
-        self.reconfigure(config)
+        self._config = config
 
     def reconfigure(self, config: LocalizationConfig) -> None:
         """Take other settings from here on."""
         self._config = config
-        self.calibration.config = config.odometry_calibration
-        self.turns.reconfigure(config.turn_fusion)
-        self._memory.reconfigure(config.speed_memory)
-        with self._lock:
-            self._odometry.extrapolation = _extrapolation(config)
 
     def add(self, odometry: Odometry) -> None:
         """Take a sample; one that is not finite or comes out of order is left out.
@@ -72,11 +86,9 @@ class MotionSource:
             return
         with self._lock:
             latest = self._odometry.latest_stamp
-            is_set_back = (
-                latest is not None and latest - odometry.stamp > self._config.motion.restart_seconds * 1e9
-            )
+            is_set_back = latest is not None and latest - odometry.stamp > _RESTART
             if self.frozen.thaws_with(odometry) or is_set_back or self._odometry.jumps_to(odometry):
-                self._odometry = OdometryBuffer(extrapolation=_extrapolation(self._config))
+                self._odometry = OdometryBuffer(extrapolation=_EXTRAPOLATION)
                 self._restarts += 1
             self._odometry.add(odometry)
 
@@ -84,14 +96,14 @@ class MotionSource:
         """Take a sample of the gyroscope; one that is no number or comes out of order is left out."""
         with self._lock:
             latest = self._gyro.latest_stamp
-            if latest is not None and latest - yaw_rate.stamp > self._config.motion.restart_seconds * 1e9:
+            if latest is not None and latest - yaw_rate.stamp > _RESTART:
                 self._gyro.start_anew()
             self._gyro.add(yaw_rate)
 
     def is_out_of_order(self, stamp: int) -> bool:
         """Whether a scan is older than that of the last step, but not because the clock was set back."""
         last = self._stamp
-        return last is not None and 0 <= last - stamp < self._config.motion.restart_seconds * 1e9
+        return last is not None and 0 <= last - stamp < _RESTART
 
     def knows(self, stamp: int) -> bool:
         """Whether the odometry reaches to a stamp, or nearly."""
@@ -166,7 +178,7 @@ class MotionSource:
             self._odom_from_base = None
         if self._stamp is None:
             seconds = 0.0
-        elif self._stamp - stamp > self._config.motion.restart_seconds * 1e9:
+        elif self._stamp - stamp > _RESTART:
             seconds = np.inf
             self._odom_from_base = None
         else:
@@ -177,7 +189,7 @@ class MotionSource:
         gyro_before, self._by_gyro = self._by_gyro, self._reading_at(stamp)
         gyro_turn = turn_between(gyro_before, self._by_gyro)
         measured = self._measured(before, self._odom_from_base, seconds, gyro_turn)
-        return measured or self._carried_on(seconds, gyro_turn)
+        return self._with_laser_turned(measured or self._carried_on(seconds, gyro_turn))
 
     @property
     def by_gyro(self) -> GyroReading | None:
@@ -234,10 +246,10 @@ class MotionSource:
         """Learn the car's speed from an estimate, for when odometry fails."""
         if self._last_estimate is not None:
             seconds = (stamp - self._last_estimate[0]) * 1e-9
-            if 0.0 < seconds < self._config.motion.longest_carry:
+            if 0.0 < seconds < _LONGEST_CARRY:
                 speed = step_between(self._last_estimate[1], map_from_base) / seconds
                 self.frozen.follow(stamp, speed * seconds)
-                share = seconds / (seconds + self._config.motion.speed_seconds)
+                share = seconds / (seconds + _SPEED_SECONDS)
                 self._speed = self._speed + share * (speed - self._speed)
         self._last_estimate = (stamp, map_from_base)
 
@@ -269,22 +281,23 @@ class MotionSource:
         deviations = np.hypot(odometry_deviations(possible, self._config), sliding)
         if wheel_share < 1.0:
             behind = behind * np.array([1.0, 1.0, wheel_share])
-        is_over_gap = seconds > self._config.motion.gap_seconds
+        is_over_gap = seconds > _GAP_SECONDS
         return MotionStep(step, deviations, travel(possible), seconds, effort, behind, is_over_gap)
 
+    def _with_laser_turned(self, step: MotionStep) -> MotionStep:
+        """The step to where the base is by what is known now of how the laser is turned."""
+        turn = self._laser_turn - self.calibration.laser_turn
+        if turn == 0.0:
+            return step
+        self._laser_turn = self.calibration.laser_turn
+        return replace(step, base_from_next_base=turned_more(step.base_from_next_base, turn))
+
     def _carried_on(self, seconds: float, gyro_turn: float) -> MotionStep:
-        longest, gap = self._config.motion.longest_carry, self._config.motion.gap_seconds
-        step = self._speed * float(np.clip(seconds, -longest, longest))
-        noise = drift_deviations(min(abs(seconds), gap), self._config)
+        step = self._speed * float(np.clip(seconds, -_LONGEST_CARRY, _LONGEST_CARRY))
+        noise = drift_deviations(min(abs(seconds), _GAP_SECONDS), self._config)
         model = self.turns.model
         if model.is_used and not isnan(gyro_turn):
             turn = model.by_gyro(gyro_turn, seconds)
             step = turned_more(step, turn - step[2])
             noise[2] = sqrt(model.variance_by_gyro(turn, abs(seconds)))
-        return MotionStep(step, noise, np.inf, seconds, is_over_gap=seconds > gap)
-
-
-def _extrapolation(config: LocalizationConfig) -> Extrapolation:
-    """Of odometry: at the speed between its last two samples, while the next is on its way."""
-    longest = round(config.motion.longest_extrapolation * 1e9)
-    return Extrapolation(longest, speed_over=0, widest_gap=STALE_AFTER)
+        return MotionStep(step, noise, np.inf, seconds, is_over_gap=seconds > _GAP_SECONDS)

@@ -9,7 +9,11 @@ from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.segments import OdometrySegments
 from racecar.localization.odometry.trust import OdometryTrust
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, are_apart, compose
+
+_JUMP = 0.25
+"""Metres, or radians, beyond what wheels slip, from which on the estimate jumped, as along a corridor to
+where scans fit as well, since a place that is known is known to so much."""
 
 
 class OdometryLearning:
@@ -18,14 +22,13 @@ class OdometryLearning:
     def __init__(self, source: MotionSource, config: LocalizationConfig) -> None:
         """The source's odometry is corrected by what is learned."""
         self._source = source
-        self._segments = OdometrySegments(config.odometry_segments)
-        self._trust = OdometryTrust(config.odometry_trust)
+        self._segments = OdometrySegments()
+        self._trust = OdometryTrust()
         self._slip = config.slip
+        self._last: PoseEstimate | None = None
 
     def reconfigure(self, config: LocalizationConfig) -> None:
         """Take other settings from here on."""
-        self._segments.config = config.odometry_segments
-        self._trust.config = config.odometry_trust
         self._slip = config.slip
 
     @property
@@ -37,6 +40,7 @@ class OdometryLearning:
         """The estimates to come do not continue those before: the car did not move by what lies between."""
         self._source.forget_speed()
         self._segments.start_anew()
+        self._last = None
 
     def leave_out_odometry(self, stamp: int, speed: Pose) -> None:
         """What the odometry repeats at a stamp is no motion, and not held against it as such.
@@ -48,6 +52,9 @@ class OdometryLearning:
 
     def follow(self, step: MotionStep, lag: float, estimate: PoseEstimate, is_known: bool) -> None:
         """Take in the estimate after a step, which counts against odometry where the place is known well."""
+        if self._last is not None and self._jumps(self._last, step, estimate):
+            self.start_anew()
+        self._last = estimate
         continues = is_known and not estimate.is_start
         self._source.learn_turn(estimate.map_from_base if continues else None)
         segment = self._segments.follow(step, lag, estimate if is_known else None)
@@ -55,3 +62,9 @@ class OdometryLearning:
             self._trust.learn(segment, self._slip)
             self._source.calibration.learn(segment, self._slip)
         self._source.follow(estimate.stamp, estimate.map_from_base)
+
+    def _jumps(self, last: PoseEstimate, step: MotionStep, estimate: PoseEstimate) -> bool:
+        """Whether an estimate is elsewhere than any motion led that the step may have been."""
+        expected = compose(last.map_from_base, step.base_from_next_base)
+        most = _JUMP + self._slip * step.travel
+        return are_apart(expected, estimate.map_from_base, (most, most))

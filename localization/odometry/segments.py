@@ -1,18 +1,23 @@
 """Segments of the path between two places that are known well, as odometry reported them."""
 
 from dataclasses import dataclass
-from math import hypot, isfinite
+from math import copysign, hypot, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.odometry.config import SegmentConfig
+from racecar.localization.odometry.motion_model_kernels import carry
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.segments_kernels import append_step
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.geometry.se2_kernels import step_between
 
+_SHORTEST = 1.0
+"""Metres plus radians, so that what odometry gets wrong exceeds the centimetres by which estimates are
+off."""
+_LONGEST = 3.0
+"""By judgement: metres plus radians, beyond which errors are no longer linear."""
 _LITTLE = 1e-3
 """Change of a fault for which the end of the path is followed too, so that the difference quotient gives its
 derivative: small, since the end is not quite linear in a fault, yet far above rounding."""
@@ -25,11 +30,10 @@ class OdometrySegment:
     error: Pose
     """(3,) from where odometry says that it ended to where the estimates say."""
     by_faults: NDArray[np.float64]
-    """(3, 3) by what the end moves, for faults (columns) of distance, turn and trim, see
-    `OdometryFaults`."""
-    begin_variances: NDArray[np.float64]
-    """(2,) of the estimated place, along any direction, and heading."""
-    end_variances: NDArray[np.float64]
+    """(3, 5) by what the end moves, for faults (columns) of distance, turn and trim, see `OdometryFaults`,
+    for a laser turned to the left, and for tyres that slip to the left at full effort."""
+    covariance: NDArray[np.float64]
+    """(3, 3) of the error, along, across and in heading, by the estimates at both ends."""
     distance: float
     """Metres along the path."""
     turn: float
@@ -48,14 +52,13 @@ class OdometrySegment:
 class OdometrySegments:
     """Divides the path into segments."""
 
-    def __init__(self, config: SegmentConfig) -> None:
-        self.config = config
+    def __init__(self) -> None:
         self.start_anew()
 
     def start_anew(self) -> None:
         """The estimates to come do not continue those before."""
         self._begin: PoseEstimate | None = None
-        self._ends = np.zeros((4, 3))
+        self._ends = np.zeros((6, 3))
         """Where odometry leads from the beginning, without and with a little of each fault."""
         self._distance = self._turn = self._pushed_distance = self._pushed_turn = 0.0
 
@@ -70,19 +73,20 @@ class OdometrySegments:
             return None
         self._append(step, lag)
         travel = self._distance + self._turn
-        if estimate is None or (self._begin is not None and travel < self.config.shortest):
+        if estimate is None or (self._begin is not None and travel < _SHORTEST):
             return None
         segment = None
-        if self._begin is not None and travel <= self.config.longest:
+        if self._begin is not None and travel <= _LONGEST:
             segment = self._ended_at(self._begin, estimate)
         self.start_anew()
         self._begin = estimate
         return segment
 
     def _append(self, step: MotionStep, lag: float) -> None:
-        append_step(self._ends, step.base_from_next_base + lag * step.behind, _LITTLE)
         x, y, turn = step.base_from_next_base.tolist()
         along, across = step.effort.tolist()
+        push = copysign(across, x * turn)
+        append_step(self._ends, step.base_from_next_base + lag * step.behind, push, _LITTLE)
         distance, turn = hypot(x, y), abs(turn)
         self._distance += distance
         self._turn += turn
@@ -95,8 +99,7 @@ class OdometrySegments:
         return OdometrySegment(
             error=step_between(by_odometry, step_between(begin.map_from_base, end.map_from_base)),
             by_faults=np.column_stack(moved) / _LITTLE,
-            begin_variances=_variances(begin),
-            end_variances=_variances(end),
+            covariance=_covariance(begin, by_odometry, end),
             distance=self._distance,
             turn=self._turn,
             pushed_distance=self._pushed_distance,
@@ -104,6 +107,10 @@ class OdometrySegments:
         )
 
 
-def _variances(estimate: PoseEstimate) -> NDArray[np.float64]:
-    xx, yy, heading = np.diag(estimate.covariance)
-    return np.array([0.5 * (xx + yy), heading])
+def _covariance(begin: PoseEstimate, by_odometry: Pose, end: PoseEstimate) -> NDArray[np.float64]:
+    """(3, 3) of where the estimates say that the segment ended, seen from there."""
+    carried, covariance = carry(begin.map_from_base, begin.covariance, by_odometry, np.zeros(3))
+    cos, sin = np.cos(carried[2]), np.sin(carried[2])
+    turned = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
+    seen: NDArray[np.float64] = turned.T @ (covariance + end.covariance) @ turned
+    return seen

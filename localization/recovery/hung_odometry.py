@@ -31,7 +31,7 @@ class HungOdometry:
         if last is None or step.is_over_gap or not self._source.repeats(scan.stamp):
             rival = None  # in a gap the car may have been carried, whatever its odometry does
         elif is_known and (rival is None or rival.has_failed):
-            rival = MovingRival(last, self._source.speed, perception.config.moving_rival)
+            rival = MovingRival(last, self._source.speed)
         self._rival = rival
         if rival is None:
             return False
@@ -39,10 +39,10 @@ class HungOdometry:
         def poses_in_sweep(stamps: NDArray[np.int64]) -> Pose:
             return (stamps - scan.stamp)[:, None] * 1e-9 * rival.speed
 
-        beams = select_beams(scan, perception.config.beams, poses_in_sweep)
+        beams = select_beams(scan, hypotheses.config.beams, poses_in_sweep)
         rival.follow(
             step.seconds,
-            lambda pose, covariance: perception.aligned(pose, covariance, beams)[0],
+            lambda pose, covariance: perception.aligned(pose, covariance, beams),
             lambda poses: perception.log_likelihood(poses, beams),
         )
         if not rival.has_won:

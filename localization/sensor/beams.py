@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.sensor.beams_kernels import knots_of_sweep, set_back, useful_beams
+from racecar.localization.sensor.beams_kernels import knots_of_sweep, points_of, set_back, useful_beams
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.scan import Scan
 
@@ -34,11 +34,21 @@ class Beams:
         return len(self.bearings)
 
     @property
+    def returns(self) -> "Beams":
+        """Those that met something."""
+        return self.only(np.isfinite(self.ranges))
+
+    @property
     def end_points(self) -> NDArray[np.float64]:
         """(M, 2) where the returns end, in the laser frame at the stamp."""
         is_return = np.isfinite(self.ranges)
         ranges, bearings = self.ranges[is_return], self.bearings[is_return]
         return np.column_stack([ranges * np.cos(bearings), ranges * np.sin(bearings)])
+
+    @property
+    def points_in_base(self) -> NDArray[np.float64]:
+        """(M, 2) where the returns end, in the base frame at the stamp."""
+        return points_of(self.bearings, self.ranges, self.base_from_laser)
 
     def thinned(self, count: int) -> "Beams":
         """At most ``count`` of them, evenly taken."""

@@ -88,6 +88,22 @@ def set_back(
 
 
 @njit(cache=True, nogil=True)
+def points_of(
+    bearings: NDArray[np.float64], ranges: NDArray[np.float64], base_from_laser: Pose
+) -> NDArray[np.float64]:
+    """(N, 2) where the beams (B,) that met something end, in the base frame."""
+    points = np.empty((len(bearings), 2))
+    count = 0
+    for beam in range(len(bearings)):
+        if math.isfinite(ranges[beam]):
+            direction = base_from_laser[2] + bearings[beam]
+            points[count, 0] = base_from_laser[0] + ranges[beam] * math.cos(direction)
+            points[count, 1] = base_from_laser[1] + ranges[beam] * math.sin(direction)
+            count += 1
+    return points[:count]
+
+
+@njit(cache=True, nogil=True)
 def _laser_of(odom_from_base: Pose, base_from_laser: Pose) -> tuple[float, float, float]:
     cos, sin = math.cos(odom_from_base[2]), math.sin(odom_from_base[2])
     return (

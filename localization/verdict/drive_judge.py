@@ -3,22 +3,34 @@
 import math
 
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.verdict.config import VerdictConfig
 from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
 from racecar.localization.verdict.known_place import deviation, is_lost, is_place_known
-from racecar.localization.verdict.map_fit import MapFit
+from racecar.localization.verdict.map_fit import STEP, MapFit
 from racecar.localization.verdict.pose_steps import PoseSteps
 from racecar.localization.verdict.unknown_segments import UnknownSegments
+
+_LOCALIZED_SHARE = 0.9
+"""Of the drive, on which the place must be known, so that a second or two to be found in, or one kidnapping,
+are forgiven. By judgement."""
+_LOST_SHARE = 0.5
+"""Of the drive, below which it is lost unless the map is the right one beyond doubt, because on most of it
+the place is then not known. By judgement."""
+_LONGEST_SCAN = 1.0
+"""Seconds that one scan stands for at most, so that a pause of the recording is no part of the drive. By
+judgement: some sensors send one scan a second."""
+_PATIENCE, _PATIENCE_SHARE = 10.0, 0.1
+"""Seconds of scans, and a share of those in which the place was known, for which a car may be lost on a map
+that seems wrong, before the search stops. By judgement, since a car that was carried elsewhere is found
+within a second or two (`racecar benchmark accuracy`), and some ten searches of the map fit into it."""
 
 
 class DriveJudge:
     """Takes in the estimate of every scan, and says at any time what the drive so far is worth."""
 
-    def __init__(self, config: VerdictConfig) -> None:
-        self._config = config
-        self._fit = MapFit(config.map_fit)
-        self._steps = PoseSteps(config.map_fit.step)
-        self._segments = UnknownSegments(config)
+    def __init__(self) -> None:
+        self._fit = MapFit()
+        self._steps = PoseSteps(STEP)
+        self._segments = UnknownSegments()
         self._first: int | None = None
         self._last = 0
         self._seconds = self._known_seconds = self._lost_seconds = 0.0
@@ -30,12 +42,11 @@ class DriveJudge:
 
     def follow(self, estimate: PoseEstimate) -> None:
         """Take in the estimate of a scan; those that repeat one are left out."""
-        longest = self._config.longest_scan
         if self._first is None:
             self._first, seconds = estimate.stamp, 0.0
         else:
-            seconds = min((estimate.stamp - self._last) * 1e-9, longest)
-            if seconds <= 0.0 and self._last - estimate.stamp < longest * 1e9:
+            seconds = min((estimate.stamp - self._last) * 1e-9, _LONGEST_SCAN)
+            if seconds <= 0.0 and self._last - estimate.stamp < _LONGEST_SCAN * 1e9:
                 return
         self._last, seconds = estimate.stamp, max(seconds, 0.0)
         self._fit.follow(estimate)
@@ -43,10 +54,10 @@ class DriveJudge:
         end = (estimate.stamp - self._first) * 1e-9
         self._segments.follow(estimate, end - seconds, end)
         self._seconds += seconds
-        if is_place_known(estimate, self._config.known_place):
+        if is_place_known(estimate):
             self._known_seconds += seconds
             self._deviations += seconds * deviation(estimate)
-        elif is_lost(estimate, self._config.known_place):
+        elif is_lost(estimate):
             self._lost_seconds += seconds
 
     @property
@@ -67,16 +78,16 @@ class DriveJudge:
     @property
     def is_hopeless(self) -> bool:
         """Whether searching on is in vain: the map is a wrong one, and the car was lost on it for long."""
-        patience = self._config.patience + self._config.patience_share * self._known_seconds
+        patience = _PATIENCE + _PATIENCE_SHARE * self._known_seconds
         return self._lost_seconds > patience and self._fit.is_wrong
 
     def _verdict(self, known_share: float) -> DriveVerdict:
         if self._fit.is_wrong:
             return DriveVerdict.LOST
         if not self._fit.is_right:
-            return DriveVerdict.LOST if known_share < self._config.lost_share else DriveVerdict.UNCERTAIN
+            return DriveVerdict.LOST if known_share < _LOST_SHARE else DriveVerdict.UNCERTAIN
         # Scans that fit closely at a place that is in doubt are those of a map whose places look alike.
-        is_known = known_share >= self._config.localized_share
+        is_known = known_share >= _LOCALIZED_SHARE
         return DriveVerdict.LOCALIZED if is_known else DriveVerdict.UNCERTAIN
 
     def _reasons(self, verdict: DriveVerdict) -> tuple[str, ...]:

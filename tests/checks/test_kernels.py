@@ -18,9 +18,11 @@ EXCEPTIONS = {
     "localization/filter/particle_filter.py",
     "localization/localizer.py",
     "localization/warm_up.py",
+    "pipelines/benchmarks/ablation/mechanisms.py",
     "pipelines/benchmarks/localizer/interleaved_timing.py",
 }
-"""The first three call a loop of the motion model that has no wrapper; the last times loops by themselves."""
+"""The first three call a loop of the motion model that has no wrapper; the next replaces numbers, and the
+last times loops by themselves."""
 
 
 def imports_of(path: Path) -> Iterator[str]:

@@ -1,15 +1,12 @@
 import numpy as np
 
 from racecar.localization.filter.cluster_kernels import cluster_moments
-from racecar.localization.filter.config import ClusterConfig
-from racecar.localization.filter.particle_filter import ParticleFilter
-
-CLUSTERS = tuple(ClusterConfig().model_dump().values())
+from racecar.localization.filter.particle_filter import CLUSTER_SIZES, ParticleFilter
 
 
 def test_mean_heading_across_the_seam() -> None:
     poses = np.array([[0.0, 0.0, np.pi - 0.1], [0.9, 0.0, -np.pi + 0.1]])
-    mean, covariance, weight = cluster_moments(poses, np.array([0.5, 0.5]), *CLUSTERS)
+    mean, covariance, weight = cluster_moments(poses, np.array([0.5, 0.5]), *CLUSTER_SIZES)
     assert np.isclose(abs(mean[2]), np.pi)
     np.testing.assert_allclose(np.diag(covariance), [0.2025, 0.0, 0.01], atol=1e-9)
     assert weight == 1.0
@@ -21,7 +18,7 @@ def test_the_covariance_is_that_of_the_weighted_cloud() -> None:
         rng.multivariate_normal(np.ones(3), np.diag([0.01, 0.02, 0.005]) + 0.004, 500),
         rng.random(500),
     )
-    mean, covariance, _ = cluster_moments(poses, weights / weights.sum(), *CLUSTERS)
+    mean, covariance, _ = cluster_moments(poses, weights / weights.sum(), *CLUSTER_SIZES)
     np.testing.assert_allclose(mean, np.average(poses, axis=0, weights=weights), atol=1e-3)
     np.testing.assert_allclose(covariance, np.cov(poses.T, aweights=weights, ddof=0), atol=1e-5)
 

@@ -7,11 +7,11 @@ sensor table, ``random.choice``, the mean of the particles.
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.sensor.beam_table import beam_probabilities
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import Pose, between, compose, mean_angle
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.benchmarks.localizer.beam_table import beam_probabilities
 from racecar.pipelines.benchmarks.localizer.reference_kernels import march_rays
 
 _NOISE = 0.02

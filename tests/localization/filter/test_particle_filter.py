@@ -10,7 +10,7 @@ from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.floors import beam_model_of, free_space_of
+from tests.localization.floors import perception_of
 from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
 
 SLIP = 0.3
@@ -66,8 +66,7 @@ def test_a_car_that_stands_leaves_the_cloud_as_it_is() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_the_cloud_follows_a_car_that_drives_backward_while_its_odometry_says_forward(seed: int) -> None:
     grid, rng = room(), np.random.default_rng(seed)
-    free_space = free_space_of(grid)
-    model = beam_model_of(free_space)
+    perception = perception_of(grid)
     truth = compose(grid.map_from_grid, [9.0, 4.0, 0.7])
     filter = filter_at(truth, seed=seed)
     off = []
@@ -77,7 +76,7 @@ def test_the_cloud_follows_a_car_that_drives_backward_while_its_odometry_says_fo
         filter.predict(forward(0.05 if is_told_wrongly else 0.02), SLIP)
         ranges = cast_ray_fan(grid, compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
         beams = Beams(BEARINGS, ranges + 0.01 * rng.standard_normal(271), BASE_FROM_LASER, 30.0).thinned(100)
-        filter.weigh_next(model.log_likelihood(filter.map_from_base, beams), 0.15)
+        filter.weigh_next(perception.log_likelihood(filter.map_from_base, beams), 0.15)
         mean, _, _ = filter.moments()
         off.append(np.hypot(*(mean - truth)[:2]))
         filter.resample(4000)
@@ -138,16 +137,6 @@ def test_a_slip_that_explains_the_scans_is_learned() -> None:
         filter.weigh_next(-0.5 * ((filter.map_from_base[:, 0] - truth) / 0.02) ** 2, 0.05)
         filter.resample(4000)
     assert np.mean(ahead[-50:]) < 0.5 * np.mean(ahead[:10])
-
-
-def test_one_particle_in_twenty_takes_another_opinion() -> None:
-    filter = ParticleFilter(np.zeros((1000, 3)), np.random.default_rng(0))
-    filter.propose(np.array([1.0, 2.0, 0.5]), np.diag([0.01, 0.04, 0.0]))
-    went = filter.map_from_base[filter.map_from_base[:, 2] == 0.5]
-    assert len(went) == 50
-    np.testing.assert_allclose(went[:, :2].mean(axis=0), [1.0, 2.0], atol=0.1)
-    np.testing.assert_allclose(went[:, :2].std(axis=0), [0.1, 0.2], rtol=0.3)
-    assert np.count_nonzero(filter.map_from_base) == 150
 
 
 def test_the_cloud_learns_how_far_a_car_is_behind_its_odometry() -> None:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.recovery.config import MovingRivalConfig
 from racecar.localization.recovery.moving_rival import MovingRival
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 
@@ -14,7 +13,7 @@ PERIOD = 0.1
 
 def rival_after(scans: int, speed: float, true_speed: float, seen: float = 1.0) -> MovingRival:
     """Each scan shows the place with so many centimetres, and so clearly as is ``seen``."""
-    rival = MovingRival(LAST, np.array([speed, 0.0, 0.0]), MovingRivalConfig())
+    rival = MovingRival(LAST, np.array([speed, 0.0, 0.0]))
     for number in range(1, scans + 1):
         true = np.array([true_speed * number * PERIOD, 0.0, 0.0])
 
