@@ -308,7 +308,7 @@ def test_by_what_factor_odometry_tells_the_way_is_learned(scale: float) -> None:
 
 @pytest.mark.parametrize("turn", [-0.05, 0.05])
 def test_a_laser_that_is_turned_against_its_told_place_is_found_and_corrected(turn: float) -> None:
-    driven = drive(room(), 40.0, np.random.default_rng(0), speed=2.0)
+    driven = drive(room(), 60.0, np.random.default_rng(0), speed=2.0)
     messages = [
         replace(each, base_from_laser=each.base_from_laser - [0.0, 0.0, turn])
         if isinstance(each, Scan)

@@ -91,7 +91,9 @@ def localized(drive: Drive, fault: Fault | None, *, know_turns: bool = True) -> 
     localizer.set_pose(drive.truth[0])
     answers = (feed(message, localizer) for message in drive.with_fault(fault, know_turns=know_turns))
     found = np.array([answer.map_from_base for answer in answers if answer is not None])
-    return errors(drive.truth, found), localizer.turn_model
+    missed = between(drive.truth[: len(found)], found)
+    metres, degrees = np.hypot(missed[:, 0], missed[:, 1]), np.degrees(np.abs(missed[:, 2]))
+    return np.column_stack([metres, degrees]), localizer.turn_model
 
 
 def errors(truth: Pose, found: NDArray[np.float64]) -> Pose:
