@@ -2,88 +2,7 @@
 
 from pydantic import Field
 
-from racecar.localization.filter.config import ParticleFilterConfig
-from racecar.localization.floor.config import FreeSpaceConfig, RangeTableConfig
-from racecar.localization.odometry.config import (
-    MotionConfig,
-    OdometryCalibrationConfig,
-    OdometryTrustConfig,
-    SegmentConfig,
-    SpeedMemoryConfig,
-)
-from racecar.localization.recovery.config import (
-    HypothesisConfig,
-    LostDetectorConfig,
-    MovingRivalConfig,
-    PlaceSearchConfig,
-)
-from racecar.localization.refinement.config import AlignmentConfig
-from racecar.localization.sensor.config import (
-    BeamModelConfig,
-    BeamSkippingConfig,
-)
-from racecar.localization.verdict.config import VerdictConfig
-from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.settings import Settings
-
-
-class TrackingConfig(Settings):
-    """When scans count, when the pose counts as known, and when another place is considered."""
-
-    news_after: float = Field(
-        0.02,
-        ge=0,
-        le=10,
-        description="metres plus radians of motion after which a scan counts: those of a car that stands "
-        "repeat themselves, and counted as independent they would narrow the cloud to a point; by judgement",
-    )
-    look_again_after: float = Field(
-        0.5,
-        gt=0,
-        le=100,
-        description="seconds after which a scan counts although the wheels stand, since the car may be "
-        "sliding or pushed; by judgement",
-    )
-    pushed_distance: float = Field(
-        0.1,
-        ge=0,
-        le=10,
-        description="metres by which a car whose wheels stand may have moved meanwhile, for a few particles; "
-        "by judgement",
-    )
-    pushed_angle: float = Field(0.05, ge=0, le=10, description="radians, likewise; by judgement")
-    dominant: float = Field(
-        0.9,
-        gt=0.5,
-        le=1,
-        description="weight of a cluster beside which the others do not matter; by judgement",
-    )
-    known_within: float = Field(
-        0.25,
-        gt=0,
-        le=100,
-        description="metres of standard deviation within which the place counts as known: beams that the map "
-        "does not explain may be left out, the scan is laid on the walls, the fewest particles will do, and "
-        "the place is held against the odometry; by judgement. Bounds of 0.5, 0.25 and 0.1 m for these did "
-        "no better (`racecar benchmark accuracy --ablation`)",
-    )
-    first_scan_share: float = Field(
-        0.25,
-        gt=0,
-        le=1,
-        description="share of a first scan's log-likelihood that counts about a given pose: where the map "
-        "has changed, another place fits better (up to 1.4 m away in tests), which only driving refutes",
-    )
-    first_scan_distance: float = Field(
-        0.05,
-        ge=0,
-        le=10,
-        description="metres by which the particles that a first scan leaves are spread, about the width of "
-        "its likelihood, since they are copies of few (Musso, Oudjane and Le Gland: Improving regularised "
-        "particle filters, 2001). Without that, a start whose laser is covered after a fifth of a second was "
-        "carried on half a dozen times worse by odometry",
-    )
-    first_scan_angle: float = Field(0.02, ge=0, le=3.2, description="radians, likewise")
 
 
 class LocalizationConfig(Settings):
@@ -91,10 +10,10 @@ class LocalizationConfig(Settings):
 
     particles: int = Field(4000, ge=10, le=1_000_000, description="most particles while tracking")
     fewest_particles: int = Field(
-        1000, ge=10, le=1_000_000, description="particles while the cloud is narrow, see 'tracking'"
+        1000, ge=10, le=1_000_000, description="particles while the cloud is narrow"
     )
     scattered_particles: int = Field(
-        20_000, ge=10, le=1_000_000, description="particles while it is not yet known where the car is"
+        20_000, ge=10, le=1_000_000, description="particles of which a search of the map chooses"
     )
     beams: int = Field(100, ge=1, le=10_000, description="beams weighed per scan, evenly taken over it")
     turn_noise_per_turn: float = Field(
@@ -128,30 +47,3 @@ class LocalizationConfig(Settings):
     start_heading_spread: float = Field(
         0.25, gt=0, le=3.2, description="standard deviation in radians about a start heading that was given"
     )
-    squash: float = Field(
-        2.2,
-        ge=1,
-        le=1000,
-        description="a scan's probability is raised to 1/squash: its beams are not independent",
-    )
-    table_megabytes: int = Field(
-        256, ge=1, le=100000, description="limit of the range table; a larger map gets coarser headings"
-    )
-    motion: MotionConfig = MotionConfig()
-    speed_memory: SpeedMemoryConfig = SpeedMemoryConfig()
-    odometry_segments: SegmentConfig = SegmentConfig()
-    odometry_trust: OdometryTrustConfig = OdometryTrustConfig()
-    odometry_calibration: OdometryCalibrationConfig = OdometryCalibrationConfig()
-    turn_fusion: TurnFusionConfig = TurnFusionConfig()
-    particle_filter: ParticleFilterConfig = ParticleFilterConfig()
-    tracking: TrackingConfig = TrackingConfig()
-    free_space: FreeSpaceConfig = FreeSpaceConfig()
-    range_table: RangeTableConfig = RangeTableConfig()
-    beam_model: BeamModelConfig = BeamModelConfig()
-    beam_skipping: BeamSkippingConfig = BeamSkippingConfig()
-    alignment: AlignmentConfig = AlignmentConfig()
-    lost_detector: LostDetectorConfig = LostDetectorConfig()
-    place_search: PlaceSearchConfig = PlaceSearchConfig()
-    moving_rival: MovingRivalConfig = MovingRivalConfig()
-    hypothesis: HypothesisConfig = HypothesisConfig()
-    verdict: VerdictConfig = VerdictConfig()

@@ -5,13 +5,12 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.localization.floor.walls import find_walls
+from racecar.localization.floor.walls import Walls
 from racecar.localization.localizer import Localizer
-from racecar.localization.odometry.motion_model_kernels import carry
+from racecar.localization.odometry.motion_samples import MotionSamples
 from racecar.localization.odometry.motion_source import MotionSource
-from racecar.localization.recovery.lost_detector import LostDetector
 from racecar.localization.refinement.refinement import refine
-from racecar.localization.sensor.beams import select_beams
+from racecar.localization.sensor.end_points import select_points
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
@@ -24,8 +23,6 @@ _START = np.array([2.0, 3.0, 0.0])
 """Metres and radians, where `_room` is open, so that the drive stays in it."""
 _BEARINGS = np.linspace(-2.3, 2.3, 1081)
 """Radians, as a common sensor has them; any would do, since kernels are compiled for types, not sizes."""
-_PARTICLES = 1000
-"""More than `ParticleFilter.resample` is asked to keep, so that particles are drawn anew."""
 _PERIOD = 25_000_000
 """Nanoseconds, as a common sensor has it; any would do because nothing depends on it."""
 
@@ -46,26 +43,21 @@ def warm_up(config: LocalizationConfig) -> None:
 
 
 def warm_up_filter(config: LocalizationConfig) -> None:
-    """Compile what needs no range table, which a second process can do while the first builds that.
+    """Compile what needs no survey of a map, which a second process can do while the first makes that.
 
     With nothing compiled yet, that nearly halved the start on a quiet machine of two cores: 21.6 s to 11.5 s.
     """
-    rng, motion = np.random.default_rng(0), MotionSource(config)
-    particles = ParticleFilter(np.tile(_START, (_PARTICLES, 1)), rng)
+    samples = MotionSamples()
+    motion = MotionSource(samples, config)
+    particles = ParticleFilter(_START[None], np.random.default_rng(0))
     for step in range(_STEPS):
         odometry = _odometry(step)
-        motion.add(odometry)
-        moved = motion.step_to(odometry.stamp)
-        particles.predict(moved, config.slip)
-        particles.weigh_next(rng.normal(0.0, 3.0, len(particles)), moved.travel)
+        samples.add_odometry(odometry)
+        particles.predict(motion.step_to(odometry.stamp), config.slip)
         mean, covariance, _ = particles.moments()
-        particles.resample(_PARTICLES // 2)
-        motion.follow(odometry.stamp, mean)
     scan = _scan(odometry.stamp, np.ones(len(_BEARINGS)))
-    beams = select_beams(scan, config.beams, motion.poses_at)
-    mean, covariance = refine(mean, covariance, beams, find_walls(_room()), config.alignment)
-    carry(mean, covariance, moved.base_from_next_base, moved.deviations)
-    LostDetector(np.ones((1, 4)), config.lost_detector).evidence(np.ones(4))
+    points = select_points(scan, config.beams, motion.poses_in_sweep)
+    refine(mean, covariance, points, Walls(_room()), surface=0.0)
 
 
 def _room() -> OccupancyGrid:

@@ -4,8 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
-from racecar.localization.floor.free_space import FreeSpace
-from racecar.localization.floor.region import Region
+from racecar.localization.floor.free_space import FreeSpace, Region
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 

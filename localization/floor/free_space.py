@@ -7,11 +7,40 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from racecar.localization.floor.config import FreeSpaceConfig
 from racecar.localization.floor.patches import patch_sizes, spread, strips
-from racecar.localization.floor.region import Region
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, UNKNOWN, OccupancyGrid
+from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
+
+_MOST_CELLS = 1_000_000
+"""By judgement: 2500 m² in cells of 5 cm, more than any floor whose walls a small robot's laser meets."""
+_SMALLEST_AREA = 1.0
+"""Square metres, since a smaller patch of free cells has no room for a car: some five times the footprint of
+one of 0.5 m by 0.3 m. Scattered cells that a mapper leaves free are smaller."""
+_UNKNOWN_REACH = 0.8
+"""Metres that the car may stand on unknown floor beside free floor, since a map may not know the floor under
+the car that made it, which lies within a car's length of what it saw."""
+_LARGEST_MOVABLE = 3.0
+"""Metres of an obstacle that is furniture and may have been moved; a longer one is a wall. By judgement,
+since most tables and boxes are shorter, stretches of wall between two doors longer."""
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """A circle on a map."""
+
+    center: NDArray[np.float64]
+    """(2,) in the map."""
+    radius: float
+    """Metres."""
+
+    def contains(self, points_in_map: NDArray[np.float64], reach: float = 0.0) -> NDArray[np.bool_]:
+        """(N,) whether points (N, 2) lie in it, or no more than ``reach`` metres beside it."""
+        off = points_in_map - self.center
+        return np.asarray(np.hypot(off[:, 0], off[:, 1]) <= self.radius + reach, dtype=np.bool_)
+
+
+ANYWHERE = Region(np.zeros(2), np.inf)
+"""The whole plane, by definition of an infinite radius."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,17 +62,6 @@ class FreeSpace:
     def is_standable(self) -> NDArray[np.bool_]:
         """(rows, columns) where a car can be, by this map or since it was made."""
         return self.is_open | self.is_movable
-
-    @cached_property
-    def grid_in_map(self) -> NDArray[np.float64]:
-        """(5,) x, y, cos and sin of the grid's origin and cells per metre, for the kernels."""
-        x, y, yaw = self.grid.map_from_grid
-        return np.array([x, y, np.cos(yaw), np.sin(yaw), 1.0 / self.grid.resolution])
-
-    @cached_property
-    def cells_without_movable(self) -> NDArray[np.int8]:
-        """(rows, columns) of the grid, the furniture taken away."""
-        return np.where(self.is_movable, np.int8(FREE), self.grid.cells)
 
     def contains(self, points_in_map: NDArray[np.float64]) -> NDArray[np.bool_]:
         """(N,) whether points (N, 2) lie on it."""
@@ -84,28 +102,28 @@ class FreeSpace:
         return np.column_stack([rows, columns])
 
 
-def find_free_space(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) -> FreeSpace:
+def find_free_space(grid: OccupancyGrid) -> FreeSpace:
     """Patches of free cells that are large enough, and the unknown floor near them.
 
     (A map may not know the floor that the mapping car itself stood on.) Where that is more than
-    ``max_cells``, patches that reach the grid's edge are left out if others remain: on the map of a
+    `_MOST_CELLS`, patches that reach the grid's edge are left out if others remain: on the map of a
     track, the endless floor around it. Some cell must be free.
     """
-    is_open = _open_floor(grid, max_cells, config)
-    return FreeSpace(grid, is_open, _find_movable(grid, is_open, config.largest_movable))
+    is_open = _open_floor(grid)
+    return FreeSpace(grid, is_open, _find_movable(grid, is_open))
 
 
-def _open_floor(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) -> NDArray[np.bool_]:
+def _open_floor(grid: OccupancyGrid) -> NDArray[np.bool_]:
     free = (grid.cells > UNKNOWN) & (grid.cells < OCCUPIED_FROM)
     patches, count = ndimage.label(free)
     areas = patch_sizes(patches, count) * grid.resolution**2
     areas[0] = 0.0
-    wanted = areas >= min(config.smallest_area, areas.max())
+    wanted = areas >= min(_SMALLEST_AREA, areas.max())
     inner = wanted.copy()
     inner[np.unique(np.concatenate([patches[0], patches[-1], patches[:, 0], patches[:, -1]]))] = False
-    if areas[wanted].sum() / grid.resolution**2 > max_cells and inner.any():
+    if areas[wanted].sum() / grid.resolution**2 > _MOST_CELLS and inner.any():
         wanted = inner
-    steps = int(config.unknown_reach / grid.resolution)
+    steps = int(_UNKNOWN_REACH / grid.resolution)
     is_open = spread(wanted, patches)
     if steps > 0:
         passable = grid.cells < OCCUPIED_FROM
@@ -114,9 +132,9 @@ def _open_floor(grid: OccupancyGrid, max_cells: int, config: FreeSpaceConfig) ->
     return is_open
 
 
-def _find_movable(grid: OccupancyGrid, is_open: NDArray[np.bool_], largest: float) -> NDArray[np.bool_]:
-    """(rows, columns) obstacles of up to ``largest`` metres where the car drives, and what they enclose."""
-    longest = largest / grid.resolution
+def _find_movable(grid: OccupancyGrid, is_open: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(rows, columns) obstacles small enough where the car drives, and what they enclose."""
+    longest = _LARGEST_MOVABLE / grid.resolution
     is_obstacle = grid.cells >= OCCUPIED_FROM
     outlines = _outlines(is_obstacle, is_open, longest)
     surroundings, count = ndimage.label(~outlines)

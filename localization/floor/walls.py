@@ -1,25 +1,26 @@
 """How far it is to the nearest wall."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2 import Pose, inverse
+from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 
+WallField = tuple[Pose, NDArray[np.float32], float, float]
+"""For kernels: ``map_from_grid`` (3,), metres to the centre of the nearest occupied cell (rows, columns),
+cells a metre, and metres that the surface of walls lies before that centre."""
 
-@dataclass(frozen=True, eq=False)
+
 class Walls:
     """The distance field of a map."""
 
-    grid: OccupancyGrid
-    distances: NDArray[np.float32]
-    """(rows, columns) metres from a cell's centre to that of the nearest occupied cell."""
-    grid_from_map: Pose
+    def __init__(self, grid: OccupancyGrid) -> None:
+        self.grid = grid
+        self._map_from_grid = np.array(grid.map_from_grid)  # numba would compile again for a read-only one
+        self.distances = distance_to_occupied(grid)
+        """(rows, columns) metres from a cell's centre to that of the nearest occupied cell."""
 
-
-def find_walls(grid: OccupancyGrid) -> Walls:
-    """The walls of a map."""
-    return Walls(grid, distance_to_occupied(grid), inverse(grid.map_from_grid))
+    def field(self, surface: float) -> WallField:
+        """Of walls whose surface lies so many metres before the centres of their cells."""
+        return self._map_from_grid, self.distances, 1.0 / self.grid.resolution, surface

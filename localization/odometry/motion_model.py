@@ -1,11 +1,12 @@
 """How measured motion errs: normally, in each coordinate of an increment."""
 
-from math import hypot, sqrt
+from math import cos, hypot, sin, sqrt
 
 import numpy as np
+from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
-from racecar.maps.geometry.se2 import Pose
+from racecar.maps.geometry.se2 import Pose, compose
 
 
 def odometry_deviations(base_from_next_base: Pose, config: LocalizationConfig) -> Pose:
@@ -15,7 +16,7 @@ def odometry_deviations(base_from_next_base: Pose, config: LocalizationConfig) -
     give variances that grow with the motion and not with its square, so that a drive is as uncertain in many
     small steps as in few large ones. A car that stands still gains no noise at all.
     """
-    path, turn = _path_and_turn(base_from_next_base)
+    path, turn = path_and_turn(base_from_next_base)
     place = path * config.path_noise_per_metre**2 + turn * config.path_noise_per_turn**2
     heading = path * config.turn_noise_per_metre**2 + turn * config.turn_noise_per_turn**2
     return np.array([sqrt(place), sqrt(place), sqrt(heading)])
@@ -28,9 +29,25 @@ def drift_deviations(seconds: float, config: LocalizationConfig) -> Pose:
 
 def travel(base_from_next_base: Pose) -> float:
     """How much an increment (3,) moves the car: metres plus radians."""
-    return sum(_path_and_turn(base_from_next_base))
+    return sum(path_and_turn(base_from_next_base))
 
 
-def _path_and_turn(base_from_next_base: Pose) -> tuple[float, float]:
+def path_and_turn(base_from_next_base: Pose) -> tuple[float, float]:
+    """Metres and radians, both positive, of an increment (3,)."""
     x, y, yaw = base_from_next_base.tolist()
     return hypot(x, y), abs(yaw)
+
+
+def carry(
+    map_from_base: Pose,
+    covariance: NDArray[np.float64],
+    base_from_next_base: Pose,
+    deviations: Pose,
+) -> tuple[Pose, NDArray[np.float64]]:
+    """A pose (3,) and its covariance (3, 3) in the map, after an increment (3,) with deviations (3,)."""
+    carried = compose(map_from_base, base_from_next_base)
+    shift_x, shift_y, _ = carried - map_from_base
+    c, s = cos(map_from_base[2]), sin(map_from_base[2])
+    by_pose = np.array([[1.0, 0.0, -shift_y], [0.0, 1.0, shift_x], [0.0, 0.0, 1.0]])
+    noise = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) * deviations
+    return carried, by_pose @ covariance @ by_pose.T + noise @ noise.T

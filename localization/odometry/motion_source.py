@@ -1,290 +1,155 @@
 """The car's motion from one scan to the next: measured by odometry, or carried on where there is none."""
 
-from math import isfinite, isnan, nan, sqrt
-from threading import Lock
+from dataclasses import replace
+from math import inf, isnan, sqrt
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.odometry.calibration import OdometryCalibration
 from racecar.localization.odometry.motion_model import drift_deviations, odometry_deviations, travel
+from racecar.localization.odometry.motion_samples import (
+    MeasuredMotion,
+    MotionSamples,
+    OdometryReading,
+    is_set_back,
+)
 from racecar.localization.odometry.motion_step import MotionStep
-from racecar.localization.odometry.speed_memory_kernels import SpeedMemory
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between, wrap_angle
-from racecar.maps.geometry.se2_kernels import step_between
-from racecar.maps.sensing.frozen_odometry import FrozenOdometry
-from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation, OdometryBuffer
+from racecar.localization.odometry.speed_memory import SpeedMemory
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between
+from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.sensing.odometry_faults import OdometryFaults
 from racecar.maps.sensing.turn_fusion import TurnFusion, turned_more
-from racecar.maps.sensing.yaw_rate import YawRate
+
+_GAP_SECONDS = 2.0
+"""By judgement: between two scans; after a longer gap the car is searched for, because it may have been
+carried anywhere."""
+_LONGEST_CARRY = 0.5
+"""By judgement: seconds for which the speed of the estimates is taken to last where there is no odometry: a
+car can stop within half a second."""
+_SPEED_SECONDS = 0.15
+"""By judgement: over which the speed of the estimates is averaged, some scans of a common sensor (40 Hz)."""
 
 
 class MotionSource:
-    """Gathers odometry and yaw rates, and gives the motion since the last scan.
+    """Makes steps of the samples, none counted twice or lost.
 
-    None of it is counted twice or lost.
-
-    Odometry and yaw rates may come in from other threads at any time; the other methods belong to the thread
-    that has the scan, but for `step_from`, which anyone may ask.
+    It belongs to the thread that has the scan, but for `step_from`, which anyone may ask.
     """
 
-    def __init__(self, config: LocalizationConfig) -> None:
-        self._lock = Lock()
-        self.calibration = OdometryCalibration(config.odometry_calibration)
+    def __init__(self, samples: MotionSamples, config: LocalizationConfig) -> None:
+        self.samples, self.config = samples, config
+        self.calibration = OdometryCalibration()
         """Of the odometry; all steps are corrected by it."""
-        self._odometry = OdometryBuffer(extrapolation=_extrapolation(config))
-        self.turns = TurnFusion(config.turn_fusion)
+        self.turns = TurnFusion(TurnFusionConfig())
         """What the turns by wheels and gyroscope have proven to be worth."""
-        self.frozen = FrozenOdometry()
-        """When the odometry repeated a pose while the car moved on."""
-        self._gyro = GyroBuffer()
-        self._by_gyro: GyroReading | None = None
-        self._compared: tuple[float, float, Pose | None] = (0.0, nan, None)
-        """The last step: seconds, and turn by the gyroscope and step by the wheels before they were fused."""
-        self._known_heading: float | None = None
-        self._restarts = 0
-        self._followed_restarts = 0
-        self._odom_from_base: Pose | None = None
-        self._stamp: int | None = None
-        self._memory = SpeedMemory(config.speed_memory)
-        self._speed: Pose = IDENTITY
-        self._last_estimate: tuple[int, Pose] | None = None
-        self.reconfigure(config)
-
-    def reconfigure(self, config: LocalizationConfig) -> None:
-        """Take other settings from here on."""
-        self._config = config
-        self.calibration.config = config.odometry_calibration
-        self.turns.reconfigure(config.turn_fusion)
-        self._memory.reconfigure(config.speed_memory)
-        with self._lock:
-            self._odometry.extrapolation = _extrapolation(config)
-
-    def add(self, odometry: Odometry) -> None:
-        """Take a sample; one that is not finite or comes out of order is left out.
-
-        Where its clock is set back or its poses jump, odometry begins anew.
-        """
-        if not isfinite(sum(odometry.odom_from_base.tolist())):
-            return
-        with self._lock:
-            latest = self._odometry.latest_stamp
-            is_set_back = (
-                latest is not None and latest - odometry.stamp > self._config.motion.restart_seconds * 1e9
-            )
-            if self.frozen.thaws_with(odometry) or is_set_back or self._odometry.jumps_to(odometry):
-                self._odometry = OdometryBuffer(extrapolation=_extrapolation(self._config))
-                self._restarts += 1
-            self._odometry.add(odometry)
-
-    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Take a sample of the gyroscope; one that is no number or comes out of order is left out."""
-        with self._lock:
-            latest = self._gyro.latest_stamp
-            if latest is not None and latest - yaw_rate.stamp > self._config.motion.restart_seconds * 1e9:
-                self._gyro.start_anew()
-            self._gyro.add(yaw_rate)
-
-    def is_out_of_order(self, stamp: int) -> bool:
-        """Whether a scan is older than that of the last step, but not because the clock was set back."""
-        last = self._stamp
-        return last is not None and 0 <= last - stamp < self._config.motion.restart_seconds * 1e9
-
-    def knows(self, stamp: int) -> bool:
-        """Whether the odometry reaches to a stamp, or nearly."""
-        latest = self._odometry.latest_stamp
-        is_recent = latest is not None and stamp - latest <= STALE_AFTER
-        return is_recent and not self.frozen.is_frozen_at(stamp)
-
-    def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
-        """``odom_from_base`` (N, 3) at stamps (N,); past the latest sample, its speed lasts for a little.
-
-        Raises LookupError while there is no odometry.
-        """
-        with self._lock:
-            return self._odometry.pose_at(stamps)
-
-    def repeats(self, stamp: int) -> bool:
-        """Whether the odometry says that the car stands, by repeating one pose to the last bit."""
-        with self._lock:
-            return self.knows(stamp) and self._odometry.repeats_since(stamp) is not None
-
-    def leave_out_odometry(self, stamp: int, speed: Pose) -> None:
-        """The pose that the odometry repeats at a stamp is no motion; the car goes on at a speed (3,) per
-        second until the odometry does."""
-        with self._lock:
-            begin = self._odometry.repeats_since(stamp)
-            if begin is not None:
-                self.frozen.freeze(begin, self._odometry.latest_pose)
-        self._odom_from_base, self._speed, self._last_estimate = None, speed, None
-
-    @property
-    def speed(self) -> Pose:
+        self.speed: Pose = IDENTITY
         """(3,) of the estimates, metres and radians per second."""
-        return self._speed
+        self.reading = OdometryReading(0, 0, None, None)
+        """At the stamp of the last step."""
+        self._motion: MeasuredMotion | None = None
+        """That of the last step."""
+        self._memory = SpeedMemory()
+        self._laser_turn = 0.0
+        """By which the scan of the last step was corrected."""
+
+    def step_to(self, stamp: int) -> MotionStep:
+        """The motion since the last call."""
+        before, self.reading = self.reading, self.samples.reading_at(stamp)
+        if self._motion is None:
+            motion = MeasuredMotion(0.0)
+        elif is_set_back(before.stamp, stamp):
+            motion = MeasuredMotion(inf)
+        else:
+            motion = before.motion_to(self.reading)
+        self._motion, wheels = motion, motion.by_wheels
+        step = self._carried_on(motion) if wheels is None else self._measured(wheels, motion)
+        return self._with_laser_turned(step)
+
+    def step_from(self, reading: OdometryReading, faults: OdometryFaults, stamp: int) -> MotionStep:
+        """The motion from when a reading was taken to a stamp, by odometry with such faults.
+
+        The answer is not remembered, so anyone may ask for the motion up to now.
+        """
+        motion = reading.motion_to(self.samples.reading_at(stamp))
+        if motion.by_wheels is None:
+            return self._carried_on(motion)
+        step = faults.corrected(motion.by_wheels)
+        step = self.turns.model.fused(step, motion.by_gyro, motion.seconds)
+        return MotionStep(step, odometry_deviations(step, self.config), travel(step), motion.seconds)
 
     def poses_in_sweep(self, stamps: NDArray[np.int64]) -> Pose:
         """Where the base is (N, 3) at stamps (N,) in the sweep of the last step, in a fixed frame.
 
         By odometry, or where that is silent by the speed of the estimates; with the turn by the gyroscope.
         """
-        if self._odom_from_base is not None:
-            poses = self.poses_at(stamps)
-            if not self.turns.model.is_used or self._by_gyro is None or self._stamp is None:
-                return poses
-            steps = between(self._odom_from_base, poses)
-            return self.turns.model.fused(
-                steps, self._gyro_turns(stamps), np.abs(stamps - self._stamp) * 1e-9
-            )
-        seconds = np.zeros(len(stamps))
-        if self._stamp is not None:
-            seconds = np.asarray((stamps - self._stamp) * 1e-9, dtype=np.float64)
-        poses = seconds[:, None] * self._speed
-        if self.turns.model.is_used and self._by_gyro is not None:
-            poses[:, 2] = self.turns.model.by_gyro(self._gyro_turns(stamps), seconds)
-        return poses
+        model, reading = self.turns.model, self.reading
+        seconds = (stamps - reading.stamp) * 1e-9
+        turns = self.samples.gyro_turns(reading.by_gyro, stamps)
+        if reading.odom_from_base is None:
+            return self._at_speed(seconds, turns)
+        poses = self.samples.poses_at(stamps)
+        if not model.is_used:
+            return poses
+        return model.fused(between(reading.odom_from_base, poses), turns, np.abs(seconds))
 
-    def _gyro_turns(self, stamps: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(N,) radians since the last step, as measured."""
-        if self._by_gyro is None:
-            return np.full(len(stamps), np.nan)
-        with self._lock:
-            series, angles = self._gyro.series, self._gyro.angles_at(stamps)
-        return (
-            angles - self._by_gyro.angle if series == self._by_gyro.series else np.full(len(stamps), np.nan)
-        )
-
-    def step_to(self, stamp: int) -> MotionStep:
-        """The motion since the last call."""
-        with self._lock:
-            is_restarted = self._followed_restarts != self._restarts
-            self._followed_restarts = self._restarts
-        if is_restarted:
-            self._odom_from_base = None
-        if self._stamp is None:
-            seconds = 0.0
-        elif self._stamp - stamp > self._config.motion.restart_seconds * 1e9:
-            seconds = np.inf
-            self._odom_from_base = None
-        else:
-            seconds = max(stamp - self._stamp, 0) * 1e-9
-        self._stamp = stamp
-        before = self._odom_from_base
-        self._odom_from_base = self.poses_at(np.array([stamp]))[0] if self.knows(stamp) else None
-        gyro_before, self._by_gyro = self._by_gyro, self._reading_at(stamp)
-        gyro_turn = turn_between(gyro_before, self._by_gyro)
-        measured = self._measured(before, self._odom_from_base, seconds, gyro_turn)
-        return measured or self._carried_on(seconds, gyro_turn)
-
-    @property
-    def by_gyro(self) -> GyroReading | None:
-        """At the stamp of the last step; None without a gyroscope."""
-        return self._by_gyro
-
-    def _reading_at(self, stamp: int) -> GyroReading | None:
-        with self._lock:
-            return self._gyro.reading_at(stamp)
-
-    @property
-    def odom_from_base(self) -> Pose | None:
-        """(3,) at the stamp of the last step; None without odometry."""
-        return self._odom_from_base
-
-    def step_from(
-        self,
-        odom_from_base: Pose | None,
-        faults: OdometryFaults,
-        since: int,
-        stamp: int,
-        by_gyro: GyroReading | None = None,
-    ) -> MotionStep:
-        """The motion from a stamp, at which the odometry said ``odom_from_base`` and the gyroscope
-        ``by_gyro``, to another one.
-
-        The answer is not remembered, so anyone may ask for the motion up to now.
-        """
-        seconds = (stamp - since) * 1e-9
-        gyro_turn = nan if by_gyro is None else turn_between(by_gyro, self._reading_at(stamp))
-        if odom_from_base is not None and self._remembers(since) and self.knows(stamp):
-            step = faults.corrected(step_between(odom_from_base, self.poses_at(np.array([stamp]))[0]))
-            if not isnan(gyro_turn):
-                step = self.turns.model.fused(step, gyro_turn, seconds)
-            return MotionStep(step, odometry_deviations(step, self._config), travel(step), seconds)
-        return self._carried_on(seconds, gyro_turn)
-
-    def learn_turn(self, map_from_base: Pose | None) -> None:
-        """Compare the turn of the last step with the estimates.
-
-        None where the place is not known, or does not continue the one before.
-        """
-        before, self._known_heading = self._known_heading, None
-        if map_from_base is None:
-            self.turns.start_anew()
+    def learn(self, moved: Pose, is_known: bool) -> None:
+        """Take in by what (3,) the estimates moved in the last step, and whether their places are known."""
+        motion = self._motion
+        if motion is None:
             return
-        self._known_heading = float(map_from_base[2])
-        if before is not None:
-            seconds, gyro_turn, by_wheels = self._compared
-            turn = float(wrap_angle(self._known_heading - before))
-            self.turns.follow(seconds, turn, gyro_turn, by_wheels)
+        if is_known:
+            wheels = motion.by_wheels
+            corrected = None if wheels is None else self.calibration.faults.corrected(wheels)
+            self.turns.follow(motion.seconds, float(moved[2]), motion.by_gyro, corrected)
+        else:
+            self.turns.start_anew()
+        if 0.0 < motion.seconds < _LONGEST_CARRY:
+            self.samples.frozen.follow(self.reading.stamp, moved)
+            share = motion.seconds / (motion.seconds + _SPEED_SECONDS)
+            self.speed = self.speed + share * (moved / motion.seconds - self.speed)
 
-    def follow(self, stamp: int, map_from_base: Pose) -> None:
-        """Learn the car's speed from an estimate, for when odometry fails."""
-        if self._last_estimate is not None:
-            seconds = (stamp - self._last_estimate[0]) * 1e-9
-            if 0.0 < seconds < self._config.motion.longest_carry:
-                speed = step_between(self._last_estimate[1], map_from_base) / seconds
-                self.frozen.follow(stamp, speed * seconds)
-                share = seconds / (seconds + self._config.motion.speed_seconds)
-                self._speed = self._speed + share * (speed - self._speed)
-        self._last_estimate = (stamp, map_from_base)
-
-    def forget_speed(self) -> None:
+    def start_anew(self) -> None:
         """The estimates to come do not continue those before."""
-        self._speed, self._last_estimate = IDENTITY, None
+        self.speed = IDENTITY
+        self.turns.start_anew()
 
-    def _remembers(self, stamp: int) -> bool:
-        """Whether the odometry has not begun anew since a stamp."""
-        first = self._odometry.first_stamp
-        return first is not None and first <= stamp
-
-    def _measured(
-        self, before: Pose | None, after: Pose | None, seconds: float, gyro_turn: float
-    ) -> MotionStep | None:
-        self._compared = seconds, gyro_turn, None
-        if before is None or after is None:
-            return None
-        by_wheels = step_between(before, after)
-        self.turns.watch(by_wheels, gyro_turn, seconds)
-        step = self.calibration.faults.corrected(by_wheels)
-        self._compared = seconds, gyro_turn, step
-        model, wheel_share = self.turns.model, 1.0
-        if model.is_used and not isnan(gyro_turn):
-            wheel_share = float(model.wheel_share(step, model.by_gyro(gyro_turn, seconds), seconds))
-            step = model.fused(step, gyro_turn, seconds)
+    def _measured(self, wheels: Pose, motion: MeasuredMotion) -> MotionStep:
+        seconds = motion.seconds
+        self.turns.watch(wheels, motion.by_gyro, seconds)
+        by_wheels = self.calibration.faults.corrected(wheels)
+        model = self.turns.model
+        step = model.fused(by_wheels, motion.by_gyro, seconds)
         possible, effort, behind = self._memory.take(step, seconds)
-        sliding = self._config.slip * (possible - np.abs(step))
-        deviations = np.hypot(odometry_deviations(possible, self._config), sliding)
-        if wheel_share < 1.0:
-            behind = behind * np.array([1.0, 1.0, wheel_share])
-        is_over_gap = seconds > self._config.motion.gap_seconds
+        if model.is_used and not isnan(motion.by_gyro):  # which tells of no turn too early
+            turn = model.by_gyro(motion.by_gyro, seconds)
+            behind = behind * np.array([1.0, 1.0, float(model.wheel_share(by_wheels, turn, seconds))])
+        sliding = self.config.slip * (possible - np.abs(step))
+        deviations = np.hypot(odometry_deviations(possible, self.config), sliding)
+        is_over_gap = seconds > _GAP_SECONDS
         return MotionStep(step, deviations, travel(possible), seconds, effort, behind, is_over_gap)
 
-    def _carried_on(self, seconds: float, gyro_turn: float) -> MotionStep:
-        longest, gap = self._config.motion.longest_carry, self._config.motion.gap_seconds
-        step = self._speed * float(np.clip(seconds, -longest, longest))
-        noise = drift_deviations(min(abs(seconds), gap), self._config)
-        model = self.turns.model
-        if model.is_used and not isnan(gyro_turn):
-            turn = model.by_gyro(gyro_turn, seconds)
-            step = turned_more(step, turn - step[2])
-            noise[2] = sqrt(model.variance_by_gyro(turn, abs(seconds)))
-        return MotionStep(step, noise, np.inf, seconds, is_over_gap=seconds > gap)
+    def _carried_on(self, motion: MeasuredMotion) -> MotionStep:
+        model, seconds = self.turns.model, motion.seconds
+        step = self._at_speed(seconds, motion.by_gyro)
+        noise = drift_deviations(min(abs(seconds), _GAP_SECONDS), self.config)
+        if model.is_used and not isnan(motion.by_gyro):
+            noise[2] = sqrt(model.variance_by_gyro(float(step[2]), abs(seconds)))
+        return MotionStep(step, noise, inf, seconds, is_over_gap=seconds > _GAP_SECONDS)
 
+    def _at_speed(self, seconds: ArrayLike, gyro_turns: ArrayLike) -> Pose:
+        """Steps (..., 3) in so many seconds (...) at the speed of the estimates, with turns (...) as the
+        gyroscope measured them, NaN where it did not."""
+        steps: Pose = np.multiply.outer(np.clip(seconds, -_LONGEST_CARRY, _LONGEST_CARRY), self.speed)
+        if not self.turns.model.is_used:
+            return steps
+        more = self.turns.model.by_gyro(np.asarray(gyro_turns), np.asarray(seconds)) - steps[..., 2]
+        return turned_more(steps, np.where(np.isnan(more), 0.0, more))
 
-def _extrapolation(config: LocalizationConfig) -> Extrapolation:
-    """Of odometry: at the speed between its last two samples, while the next is on its way."""
-    longest = round(config.motion.longest_extrapolation * 1e9)
-    return Extrapolation(longest, speed_over=0, widest_gap=STALE_AFTER)
+    def _with_laser_turned(self, step: MotionStep) -> MotionStep:
+        """The step to where the base is by what is known now of how the laser is turned."""
+        turn, self._laser_turn = self._laser_turn - self.calibration.laser_turn, self.calibration.laser_turn
+        if turn == 0.0:
+            return step
+        return replace(step, base_from_next_base=turned_more(step.base_from_next_base, turn))

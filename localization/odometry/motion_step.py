@@ -22,6 +22,6 @@ class MotionStep:
     effort: NDArray[np.float64] = field(default_factory=lambda: np.zeros(2))
     """(2,) how hard the tyres were pushed along the car and across it, 0 to 1."""
     behind: Pose = field(default_factory=lambda: np.zeros(3))
-    """(3,) to add to the motion of a car that is behind what its odometry says, see `slip_kernels`."""
+    """(3,) to add to the motion of a car that is behind what its odometry says, see `slip`."""
     is_over_gap: bool = False
     """Whether so much time has passed that the car may have been carried to anywhere."""

@@ -1,4 +1,9 @@
-"""Noticing that odometry which repeats one pose hangs, while the car goes on."""
+"""Does the car stand, or does its odometry hang? Odometry that repeats one pose may mean either.
+
+While it does, the car is followed a second time as if nothing measured its motion: from scan to scan at the
+speed that it had, each time aligned with the walls. Where this track goes away, the scans decide between it
+and where the car would stand.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,10 +13,30 @@ from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.odometry_learning import OdometryLearning
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.hypotheses import Hypotheses
-from racecar.localization.recovery.moving_rival import MovingRival
-from racecar.localization.sensor.beams import select_beams
-from racecar.maps.geometry.se2 import Pose
+from racecar.localization.recovery.perception import Perception
+from racecar.localization.sensor.end_points import EndPoints, select_points
+from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 from racecar.maps.sensing.scan import Scan
+
+_APART = (0.1, 0.05)
+"""Metres and radians from where the car would stand, beyond which scans can decide which is right, since that
+is some times the error of either. By judgement."""
+_SPEED_SECONDS = 0.15
+"""Over which its speed is averaged, since alignments scatter: by judgement, as where there is no odometry."""
+_LEAST_SPEED = 0.1
+"""Metres or radians per second below which a better fit does not count, since a car whose wheels locked
+stands in the end, a little farther on. By judgement."""
+_SCANS_PER_SECOND = 2.0
+"""Whose log-likelihoods count, since those of a moment err alike. By judgement."""
+_LARGEST_RATE = 30.0
+"""Log-odds that a second may bring at most, so that a third of a second decides if all is clear. By
+judgement."""
+_LONGEST_SCAN = 0.25
+"""Seconds that one scan stands for at most, so that none decides alone after a pause. By judgement, as for
+being lost."""
+_WINNING_LOG_ODDS = 10.0
+"""Over a car that stands, 20 000 to 1, since to leave out odometry that is right costs more than to wait. By
+judgement."""
 
 
 class HungOdometry:
@@ -27,11 +52,11 @@ class HungOdometry:
 
         Scans come with the step and the estimate before them.
         """
-        rival, perception, is_known = self._rival, hypotheses.perception, hypotheses.believed.is_known
-        if last is None or step.is_over_gap or not self._source.repeats(scan.stamp):
+        rival, is_known = self._rival, hypotheses.believed.is_known
+        if last is None or step.is_over_gap or not self._source.samples.repeats(scan.stamp):
             rival = None  # in a gap the car may have been carried, whatever its odometry does
         elif is_known and (rival is None or rival.has_failed):
-            rival = MovingRival(last, self._source.speed, perception.config.moving_rival)
+            rival = MovingRival(last, self._source.speed)
         self._rival = rival
         if rival is None:
             return False
@@ -39,15 +64,49 @@ class HungOdometry:
         def poses_in_sweep(stamps: NDArray[np.int64]) -> Pose:
             return (stamps - scan.stamp)[:, None] * 1e-9 * rival.speed
 
-        beams = select_beams(scan, perception.config.beams, poses_in_sweep)
-        rival.follow(
-            step.seconds,
-            lambda pose, covariance: perception.aligned(pose, covariance, beams)[0],
-            lambda poses: perception.log_likelihood(poses, beams),
-        )
+        points = select_points(scan, hypotheses.config.beams, poses_in_sweep)
+        rival.follow(step.seconds, points, hypotheses.perception)
         if not rival.has_won:
             return False
         self._rival = None
         self._learning.leave_out_odometry(scan.stamp, rival.speed)
         hypotheses.go_on_about(rival.map_from_base)
         return True
+
+
+class MovingRival:
+    """The track of a car whose odometry hangs."""
+
+    def __init__(self, last: PoseEstimate, speed: Pose) -> None:
+        """It starts at the last estimate before, at a speed (3,) per second."""
+        self.map_from_base = self._start = last.map_from_base
+        self.speed = speed
+        self._covariance = last.covariance
+        self._log_odds = 0.0
+
+    def follow(self, seconds: float, points: EndPoints, perception: Perception) -> None:
+        """Take in a scan so many seconds after the last."""
+        predicted = compose(self.map_from_base, self.speed * seconds)
+        aligned = perception.aligned(predicted, self._covariance, points)
+        measured = between(self.map_from_base, aligned) / max(seconds, 1e-3)
+        share = seconds / (seconds + _SPEED_SECONDS)
+        self.speed = self.speed + share * (measured - self.speed)
+        self.map_from_base = aligned
+        if not are_apart(aligned, self._start, _APART):
+            self._log_odds = 0.0
+            return
+        moving, stood = perception.log_likelihood(np.stack([aligned, self._start]), points).tolist()
+        if moving > stood and np.abs(self.speed).max() < _LEAST_SPEED:
+            return
+        rate = min(max(_SCANS_PER_SECOND * (moving - stood), -_LARGEST_RATE), _LARGEST_RATE)
+        self._log_odds += rate * min(seconds, _LONGEST_SCAN)
+
+    @property
+    def has_won(self) -> bool:
+        """Whether the car moves, by all evidence."""
+        return self._log_odds >= _WINNING_LOG_ODDS
+
+    @property
+    def has_failed(self) -> bool:
+        """Whether it does not as this track has it."""
+        return self._log_odds <= -_WINNING_LOG_ODDS

@@ -1,1 +1,1 @@
-"""The estimate aligned with the walls."""
+"""The estimate aligned with the walls, and where their surface lies."""

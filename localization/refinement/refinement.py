@@ -1,46 +1,48 @@
-"""The estimate aligned with the walls, which resolves what the filter's wide sensor model leaves open.
+"""The estimate aligned with the walls, closer than the cloud's particles lie beside one another.
 
-The beam model takes half a metre of disagreement for noise, so that people and furniture which the map lacks
-draw the cloud aside. From the filter's estimate, a robust alignment of the end points with the nearest walls
-finds the pose that most of the scan agrees with. Along a corridor, where walls do not constrain it, the cloud
-does.
+From the filter's estimate, a robust alignment of the end points with the nearest walls finds the pose that
+most of the scan agrees with, whatever people and furniture the map lacks. Along a corridor, where walls do
+not constrain it, the cloud does.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.localization.floor.walls import Walls
-from racecar.localization.refinement.config import AlignmentConfig
-from racecar.localization.refinement.refinement_kernels import align_to_walls, points_of
-from racecar.localization.sensor.beams import Beams
+from racecar.localization.refinement.refinement_kernels import align_to_walls, covariance_given_walls
+from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import Pose
+
+_FEWEST_POINTS = 10
+"""End points below which there is no alignment, since fewer may all lie on one thing that the map lacks. By
+judgement."""
+_LARGEST_MOVE = 0.5
+"""Metres, or radians, that an estimate may be moved by, since beyond, the walls are others: about the width
+of a cloud that counts as tracked. By judgement."""
+
+
+def aligned(
+    map_from_base: Pose, covariance: NDArray[np.float64], points: EndPoints, walls: Walls, surface: float
+) -> Pose:
+    """The pose (3,) near the mean of a cloud with a covariance (3, 3) where most end points lie on walls.
+
+    The mean itself where the scan has too few points, or the alignment leads away. The surface of walls is so
+    many metres before the centres of their cells.
+    """
+    if len(points) < _FEWEST_POINTS:
+        return map_from_base
+    pose = align_to_walls(map_from_base, covariance, points.in_base, walls.field(surface))
+    moved = np.abs(pose - map_from_base)
+    if moved[:2].max() > _LARGEST_MOVE or _LARGEST_MOVE < moved[2] < 2.0 * np.pi - _LARGEST_MOVE:
+        return map_from_base
+    return pose
 
 
 def refine(
-    map_from_base: Pose, covariance: NDArray[np.float64], beams: Beams, walls: Walls, config: AlignmentConfig
+    map_from_base: Pose, covariance: NDArray[np.float64], points: EndPoints, walls: Walls, surface: float
 ) -> tuple[Pose, NDArray[np.float64]]:
-    """The pose (3,) near an estimate where most end points lie on walls, and its covariance (3, 3).
-
-    The estimate and its covariance (3, 3) are the cloud's; they are returned where the scan has too few
-    points, or the alignment leads away.
-    """
-    points_in_base = points_of(beams.bearings, beams.ranges, beams.base_from_laser)
-    if len(points_in_base) < config.fewest_points:
+    """That pose and its covariance (3, 3); where there is no alignment, what was given."""
+    pose = aligned(map_from_base, covariance, points, walls, surface)
+    if pose is map_from_base:
         return map_from_base, covariance
-    aligned, uncertainty = align_to_walls(
-        map_from_base,
-        covariance,
-        walls.grid_from_map,
-        points_in_base,
-        walls.distances,
-        walls.grid.resolution,
-        np.array(config.scales),
-        config.wall_noise,
-        config.points_per_observation,
-        config.cloud_width,
-        config.least_cloud,
-    )
-    moved, most = np.abs(aligned - map_from_base), config.largest_move
-    if moved[0] > most or moved[1] > most or most < moved[2] < 2.0 * np.pi - most:
-        return map_from_base, covariance
-    return aligned, uncertainty
+    return pose, covariance_given_walls(pose, covariance, points.in_base, walls.field(surface))

@@ -3,22 +3,33 @@
 import math
 
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.verdict.config import VerdictConfig
 from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
-from racecar.localization.verdict.known_place import deviation, is_lost, is_place_known
-from racecar.localization.verdict.map_fit import MapFit
+from racecar.localization.verdict.map_fit import STEP, MapFit
 from racecar.localization.verdict.pose_steps import PoseSteps
 from racecar.localization.verdict.unknown_segments import UnknownSegments
+
+_LOCALIZED_SHARE = 0.9
+"""Of the drive, on which the place must be known, so that a second or two to be found in, or one kidnapping,
+are forgiven. By judgement."""
+_LOST_SHARE = 0.5
+"""Of the drive, below which it is lost unless the map is the right one beyond doubt, because on most of it
+the place is then not known. By judgement."""
+_LONGEST_SCAN = 1.0
+"""Seconds that one scan stands for at most, so that a pause of the recording is no part of the drive. By
+judgement: some sensors send one scan a second."""
+_PATIENCE, _PATIENCE_SHARE = 10.0, 0.1
+"""Seconds of scans, and a share of those in which the place was known, for which a car may be lost on a map
+that seems wrong, before the search stops. By judgement, since a car that was carried elsewhere is found
+within a second or two (`racecar benchmark accuracy`), and some ten searches of the map fit into it."""
 
 
 class DriveJudge:
     """Takes in the estimate of every scan, and says at any time what the drive so far is worth."""
 
-    def __init__(self, config: VerdictConfig) -> None:
-        self._config = config
-        self._fit = MapFit(config.map_fit)
-        self._steps = PoseSteps(config.map_fit.step)
-        self._segments = UnknownSegments(config)
+    def __init__(self) -> None:
+        self._fit = MapFit()
+        self._steps = PoseSteps(STEP)
+        self._segments = UnknownSegments()
         self._first: int | None = None
         self._last = 0
         self._seconds = self._known_seconds = self._lost_seconds = 0.0
@@ -30,65 +41,63 @@ class DriveJudge:
 
     def follow(self, estimate: PoseEstimate) -> None:
         """Take in the estimate of a scan; those that repeat one are left out."""
-        longest = self._config.longest_scan
         if self._first is None:
             self._first, seconds = estimate.stamp, 0.0
         else:
-            seconds = min((estimate.stamp - self._last) * 1e-9, longest)
-            if seconds <= 0.0 and self._last - estimate.stamp < longest * 1e9:
+            seconds = min((estimate.stamp - self._last) * 1e-9, _LONGEST_SCAN)
+            if seconds <= 0.0 and self._last - estimate.stamp < _LONGEST_SCAN * 1e9:
                 return
         self._last, seconds = estimate.stamp, max(seconds, 0.0)
         self._fit.follow(estimate)
-        self.path_metres += (self._steps.follow(estimate) or (0.0, 0.0))[0]
+        self.path_metres += self._steps.follow(estimate)[0]
         end = (estimate.stamp - self._first) * 1e-9
         self._segments.follow(estimate, end - seconds, end)
         self._seconds += seconds
-        if is_place_known(estimate, self._config.known_place):
+        if estimate.is_place_known:
             self._known_seconds += seconds
-            self._deviations += seconds * deviation(estimate)
-        elif is_lost(estimate, self._config.known_place):
+            self._deviations += seconds * estimate.deviation
+        elif estimate.is_lost:
             self._lost_seconds += seconds
 
     @property
     def quality(self) -> DriveQuality:
         """Of the drive so far."""
-        share = self._known_seconds / self._seconds if self._seconds > 0.0 else 0.0
-        verdict = self._verdict(share)
         known = self._known_seconds
+        share = known / self._seconds if self._seconds > 0.0 else 0.0
+        verdict, reason = self._verdict(share)
         return DriveQuality(
             verdict=verdict,
             known_share=share,
             deviation=self._deviations / known if known > 0.0 else math.nan,
             map_log_odds=self._fit.log_odds,
-            reasons=self._reasons(verdict),
+            reasons=() if reason is None else (reason,),
             segments=self._segments.longest,
         )
 
     @property
     def is_hopeless(self) -> bool:
         """Whether searching on is in vain: the map is a wrong one, and the car was lost on it for long."""
-        patience = self._config.patience + self._config.patience_share * self._known_seconds
+        patience = _PATIENCE + _PATIENCE_SHARE * self._known_seconds
         return self._lost_seconds > patience and self._fit.is_wrong
 
-    def _verdict(self, known_share: float) -> DriveVerdict:
-        if self._fit.is_wrong:
-            return DriveVerdict.LOST
-        if not self._fit.is_right:
-            return DriveVerdict.LOST if known_share < self._config.lost_share else DriveVerdict.UNCERTAIN
-        # Scans that fit closely at a place that is in doubt are those of a map whose places look alike.
-        is_known = known_share >= self._config.localized_share
-        return DriveVerdict.LOCALIZED if is_known else DriveVerdict.UNCERTAIN
-
-    def _reasons(self, verdict: DriveVerdict) -> tuple[str, ...]:
+    def _verdict(self, known_share: float) -> tuple[DriveVerdict, str | None]:
+        """Also why, for people."""
         if self._fit.is_wrong:
             return (
-                "Nowhere do the scans fit the map as closely as where it was made: it is the map of another "
-                "place, or much has changed.",
+                DriveVerdict.LOST,
+                "Each scan fits better elsewhere on the map than where the car would be: it is the map of "
+                "another place, or much has changed.",
             )
-        if verdict == DriveVerdict.LOST:
-            return ("On most of the drive no place on the map fitted the scans, or several did.",)
         if not self._fit.is_right:
+            if known_share < _LOST_SHARE:
+                return (
+                    DriveVerdict.LOST,
+                    "On most of the drive no place on the map fitted the scans, or several did.",
+                )
             return (
+                DriveVerdict.UNCERTAIN,
                 "The drive does not show whether it is the right map or one that looks alike; drive farther.",
             )
-        return ()
+        # On the right map a place that stays in doubt is one of several that look alike.
+        is_known = known_share >= _LOCALIZED_SHARE
+        return DriveVerdict.LOCALIZED if is_known else DriveVerdict.UNCERTAIN, None

@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 from enum import Enum
+from math import isnan
 
-import numpy as np
-from numpy.typing import NDArray
+from racecar.localization.verdict.unknown_segments import UnknownSegment, longest_of
 
 _NAMED = 3
 """Segments that the summary names, so that it stays one line; reports have all."""
@@ -17,35 +17,6 @@ class DriveVerdict(str, Enum):
     UNCERTAIN = "uncertain"
     """To be looked at before they are used."""
     LOST = "lost"
-
-
-@dataclass(frozen=True, eq=False)
-class UnknownSegment:
-    """A part of the drive on which the car's place was not known."""
-
-    seconds: tuple[float, float]
-    """Since the drive began."""
-    place: NDArray[np.float64]
-    """(2,) metres in the map, where the car was taken to be at its beginning."""
-    is_lost: bool
-    """Whether the car was rather elsewhere; else several places were possible, or a wide one."""
-
-    @property
-    def words(self) -> str:
-        """For people."""
-        begin, end = self.seconds
-        when = f"at {begin:.0f} s" if end - begin < 1.0 else f"at {begin:.0f} to {end:.0f} s"
-        return f"{when} near x {self.place[0]:.1f} m, y {self.place[1]:.1f} m"
-
-    def as_dict(self) -> dict[str, object]:
-        """For reports."""
-        return {
-            "from_s": self.seconds[0],
-            "to_s": self.seconds[1],
-            "x_m": float(self.place[0]),
-            "y_m": float(self.place[1]),
-            "lost": self.is_lost,
-        }
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,9 +53,9 @@ class DriveQuality:
 
     @property
     def _extent(self) -> str:
-        if np.isnan(self.deviation):
+        if isnan(self.deviation):
             return "the car's place was never known"
-        is_believed = self.verdict != DriveVerdict.LOST
+        is_believed = self.verdict == DriveVerdict.LOCALIZED
         to = f", to some {max(self.deviation, 0.01):.2g} m" if is_believed else ""
         return (
             f"the car's place {'was' if is_believed else 'seemed'} known on {self.known_share:.0%} of it{to}"
@@ -94,8 +65,7 @@ class DriveQuality:
     def _where(self) -> list[str]:
         if not self.segments or self.verdict == DriveVerdict.LOST:
             return []
-        longest = sorted(self.segments, key=lambda segment: segment.seconds[0] - segment.seconds[1])[:_NAMED]
-        named = sorted(longest, key=lambda segment: segment.seconds)
+        named = longest_of(self.segments, _NAMED)
         further = len(self.segments) - len(named)
         more = f", and {further} more" if further else ""
         return [f"It was not {'; '.join(segment.words for segment in named)}{more}."]

@@ -1,54 +1,82 @@
 """The parts of a drive on which the car's place is not known, gathered on the way."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
 import numpy as np
+from numpy.typing import NDArray
 
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.verdict.config import VerdictConfig
-from racecar.localization.verdict.drive_quality import UnknownSegment
-from racecar.localization.verdict.known_place import is_lost, is_place_known
+
+_SHORTEST = 0.5
+"""Seconds of an unknown place that are reported, and between two that are one, since nobody looks for a
+shorter one. By judgement."""
+_MOST = 20
+"""Segments that are reported, the longest, so that a report stays readable. By judgement."""
+
+
+@dataclass(frozen=True, eq=False)
+class UnknownSegment:
+    """A part of the drive on which the car's place was not known."""
+
+    seconds: tuple[float, float]
+    """Since the drive began."""
+    place: NDArray[np.float64]
+    """(2,) metres in the map, where the car was taken to be at its beginning."""
+    is_lost: bool
+    """Whether the car was rather elsewhere; else several places were possible, or a wide one."""
+
+    @property
+    def length(self) -> float:
+        """Seconds."""
+        return self.seconds[1] - self.seconds[0]
+
+    @property
+    def words(self) -> str:
+        """For people."""
+        begin, end = self.seconds
+        when = f"at {begin:.0f} s" if self.length < 1.0 else f"at {begin:.0f} to {end:.0f} s"
+        return f"{when} near x {self.place[0]:.1f} m, y {self.place[1]:.1f} m"
+
+    def as_dict(self) -> dict[str, object]:
+        """For reports."""
+        return {
+            "from_s": self.seconds[0],
+            "to_s": self.seconds[1],
+            "x_m": float(self.place[0]),
+            "y_m": float(self.place[1]),
+            "lost": self.is_lost,
+        }
 
 
 class UnknownSegments:
     """Joins scans of an unknown place; the shortest segments are forgotten when there are too many."""
 
-    def __init__(self, config: VerdictConfig) -> None:
-        self._config = config
-        self._closed: list[UnknownSegment] = []
-        self._open: UnknownSegment | None = None
+    def __init__(self) -> None:
+        self._segments: tuple[UnknownSegment, ...] = ()
+        """Replaced as a whole, so that any thread may read them."""
 
     def follow(self, estimate: PoseEstimate, begin: float, end: float) -> None:
         """Take in a scan that stands for the time between some seconds of the drive."""
-        config, segment = self._config, self._open
-        if is_place_known(estimate, config.known_place):
-            if segment is not None and begin - segment.seconds[1] > config.shortest_segment:
-                self._close(segment)
-                self._open = None
+        if estimate.is_place_known:
             return
-        lost = is_lost(estimate, config.known_place)
-        if segment is None:
-            place = np.array(estimate.map_from_base[:2])
-            self._open = UnknownSegment((begin, end), place, lost)
+        last = self._segments[-1] if self._segments else None
+        if last is not None and begin - last.seconds[1] <= _SHORTEST:
+            is_lost = last.is_lost or estimate.is_lost
+            longer = replace(last, seconds=(last.seconds[0], end), is_lost=is_lost)
+            self._segments = (*self._segments[:-1], longer)
         else:
-            seconds = segment.seconds[0], end
-            self._open = UnknownSegment(seconds, segment.place, segment.is_lost or lost)
+            place = np.array(estimate.map_from_base[:2])
+            self._segments = (*self.longest, UnknownSegment((begin, end), place, estimate.is_lost))
 
     @property
     def longest(self) -> tuple[UnknownSegment, ...]:
         """In the order of time."""
-        segment = self._open  # once, as another thread may close it meanwhile
-        last = [] if segment is None or not self._is_notable(segment) else [segment]
-        return (*self._closed, *last)
-
-    def _close(self, segment: UnknownSegment) -> None:
-        if not self._is_notable(segment):
-            return
-        self._closed.append(segment)
-        if len(self._closed) > self._config.most_segments:
-            self._closed.remove(min(self._closed, key=_length))
-
-    def _is_notable(self, segment: UnknownSegment) -> bool:
-        return _length(segment) >= self._config.shortest_segment
+        notable = [segment for segment in self._segments if segment.length >= _SHORTEST]
+        return longest_of(notable, _MOST)
 
 
-def _length(segment: UnknownSegment) -> float:
-    return segment.seconds[1] - segment.seconds[0]
+def longest_of(segments: Sequence[UnknownSegment], count: int) -> tuple[UnknownSegment, ...]:
+    """At most so many, in the order of time."""
+    longest = sorted(segments, key=lambda segment: segment.length)[-count:]
+    return tuple(sorted(longest, key=lambda segment: segment.seconds))

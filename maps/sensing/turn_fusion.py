@@ -159,11 +159,6 @@ class TurnFusion:
         self._unseen_turn = 0.0
         """Radians by the gyroscope of which the wheels reported nothing; -inf once they reported any."""
 
-    def reconfigure(self, config: TurnFusionConfig) -> None:
-        """Take other settings from here on."""
-        self.config = config
-        self.model = replace(self.model, config=config)
-
     def start_anew(self) -> None:
         """The next turn does not continue the last one."""
         self._segment = np.zeros(5)

@@ -33,7 +33,7 @@ _SMALL = 0.8
 
 @dataclass(frozen=True, eq=False)
 class SensorModelResult:
-    """The course's table; this library's is the same mixture."""
+    """The course's table."""
 
     table: NDArray[np.float64]
     """(201, 201) probability of a reading (row) where the map says a distance (column), pixels."""
@@ -46,7 +46,7 @@ class SensorModelResult:
             "slope that falls from z = 0 to z = d (something stood in the way), all of the last row "
             "(nothing came back), and a constant (anything at all). Every column sums to 1. Probabilities "
             "of beams are multiplied; as beams are not independent, the product is raised to 1/2.2. This "
-            "library uses the same mixture."
+            "library compares no ranges, but asks how near the end points of a scan lie to walls."
         ]
 
     def tables(self) -> list[FigureTable]:

@@ -7,7 +7,6 @@ from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveVerdict
-from racecar.localization.verdict.known_place import is_place_known
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.sensing.odometry import Odometry
@@ -26,7 +25,7 @@ def found_start(recording: Recording, config: LocalizationConfig, seed: int) -> 
     Raises UserError when the drive is not localized, or there are no wheels.
     """
     localizer = Localizer(recording.load_map(), config, np.random.default_rng(seed))
-    judge, samples, estimates = DriveJudge(config.verdict), list[Odometry](), list[PoseEstimate]()
+    judge, samples, estimates = DriveJudge(), list[Odometry](), list[PoseEstimate]()
     for message in first_seconds(recording.messages(), _SECONDS):
         if isinstance(message, Odometry):
             samples.append(message)
@@ -35,7 +34,7 @@ def found_start(recording: Recording, config: LocalizationConfig, seed: int) -> 
             judge.follow(estimate)
             estimates.append(estimate)
     last = max((number for number, estimate in enumerate(estimates) if estimate.is_start), default=0)
-    known = [each for each in estimates[last:] if is_place_known(each, config.verdict.known_place)]
+    known = [each for each in estimates[last:] if each.is_place_known]
     if not (known and samples and judge.quality.verdict == DriveVerdict.LOCALIZED):
         raise UserError(
             f"Where {recording.title} starts was not found in its first {_SECONDS:g} s; "

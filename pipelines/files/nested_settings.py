@@ -1,4 +1,4 @@
-"""Settings nested in settings, each by its dotted name such as ``localization.beam_model.hit_deviation``."""
+"""Settings nested in settings, each by its dotted name such as ``mapping.rendering.crop``."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from difflib import get_close_matches

@@ -16,7 +16,6 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.verdict.known_place import deviation, is_lost, is_place_known
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
@@ -88,7 +87,7 @@ class LocalizerNode(LiveNode):
         start: LocalizerStart,
         view: "LiveView | None" = None,
     ) -> None:
-        """Builds the map's range table. ``calibration``: how it is learned what is wrong with the sensors.
+        """Surveys the map. ``calibration``: how it is learned what is wrong with the sensors.
 
         Raises UserError when the map or a parameter is at fault."""
         super().__init__(
@@ -109,7 +108,7 @@ class LocalizerNode(LiveNode):
         """Until it is known where the car is by now."""
         self._is_asked = False
         self._estimate: PoseEstimate | None = None
-        self._whereabouts = Whereabouts(self._config, self.inform)
+        self._whereabouts = Whereabouts(self.inform)
         self._last_odometry: tuple[int, Odometry] | None = None
         self._first_scans: list[Arrived] = []
         self._is_understood = False
@@ -149,23 +148,23 @@ class LocalizerNode(LiveNode):
         localizer, estimate = self._localizer, self._estimate
         if localizer is None or estimate is None:
             return {}
-        faults = localizer.odometry_faults
+        faults = localizer.calibration.faults
         return {
             "particles": estimate.particle_count,
             "effective sample size": float(estimate.effective_sample_size),
             "lost probability": float(estimate.lost_probability),
             "weight of the place": float(estimate.cluster_weight),
-            "deviation (m)": deviation(estimate),
+            "deviation (m)": estimate.deviation,
             **self._whereabouts.figures,
             "distance that odometry leaves out": faults.distance,
             "turn that odometry leaves out": faults.turn,
             "trim of the steering (rad/m)": faults.trim,
+            "turn of the laser against its transform (rad)": localizer.calibration.laser_turn,
         }
 
     def tell(self, wrong: list[str]) -> None:
         """Say on the page whether the car is found, and what is wrong."""
-        known, drive = self._config.verdict.known_place, self._whereabouts.quality
-        self._display.tell(localizer_words(self._estimate, known, drive, wrong))
+        self._display.tell(localizer_words(self._estimate, self._whereabouts.quality, wrong))
 
     def take_scan(self, message: Any, arrival: int) -> None:
         """Let the worker locate it."""
@@ -218,7 +217,7 @@ class LocalizerNode(LiveNode):
         before, self._estimate = self._estimate, None
         self._memory = PoseMemory(self._begin.memory, grid) if self._begin.memory is not None else None
         self._grid, self._localizer = grid, localizer
-        self._whereabouts = Whereabouts(self._config, self.inform)
+        self._whereabouts = Whereabouts(self.inform)
         self._display.show_map(grid)
         if before is not None:
             localizer.set_pose(before.map_from_base, before.covariance + np.diag([0.01, 0.01, 0.01]))
@@ -312,9 +311,10 @@ class LocalizerNode(LiveNode):
             self._judge(estimate)
         self.judge_odometry(localizer.frozen_odometry)
         self.judge_turns(localizer.turn_model)
-        if self._last_odometry is not None and not is_lost(estimate, self._config.verdict.known_place):
+        self._judge_laser(localizer.calibration.laser_warning)
+        if self._last_odometry is not None and not estimate.is_lost:
             self._trail.append((arrival, estimate.map_from_base, self._last_odometry[1].odom_from_base))
-        self._display.show(stamp, scan, estimate, localizer)
+        self._display.show(stamp, localizer.calibration.turned(scan), estimate, localizer)
         if self._memory_schedule.is_due("memory"):
             self.side.inbox.put("memory", self._remember)
 
@@ -350,12 +350,18 @@ class LocalizerNode(LiveNode):
         else:
             self.faults.end("lost", "The scans fit the map again.")
 
+    def _judge_laser(self, warning: str | None) -> None:
+        if warning is not None:
+            self.faults.report("laser_turned", warning)
+        else:
+            self.faults.end("laser_turned", "The laser looks where its transform says.")
+
     def _remember(self) -> None:
         """Write the pose down, if it is known well."""
         localizer, estimate, odometry = self._localizer, self._estimate, self._last_odometry
         if self._memory is None or localizer is None or estimate is None:
             return
-        if not is_place_known(estimate, self._config.verdict.known_place):
+        if not estimate.is_place_known:
             return
         stamp, odom_from_base = None, IDENTITY
         if odometry is not None and estimate.stamp - odometry[1].stamp < _OF_ONE_TIME:
@@ -372,13 +378,11 @@ class LocalizerNode(LiveNode):
             if self._localizer is not None:
                 self._localizer.reconfigure(config)
 
-        if config.verdict != self._config.verdict:
-            self._whereabouts = Whereabouts(config, self.inform)
         self._config = config
         self.worker.inbox.put("settings", work)
 
     def _on_map(self, message: Any) -> None:
-        """A range table takes a second or so to build; until it is there the old map serves."""
+        """A survey takes a moment on a large map; until it is done the old map serves."""
 
         def build() -> None:
             grid = grid_of(message)

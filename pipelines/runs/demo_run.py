@@ -99,7 +99,7 @@ def _localize(
     localizer.set_pose(start)
     report.add("inputs", {"bag": bag.name, "map": "map", "seed": seed, "start": start})
     with BagReader(bag) as reader:
-        run = run_localization(reader, localizer, grid, report, verdict=settings.verdict, quiet=quiet)
+        run = run_localization(reader, localizer, grid, report, quiet=quiet)
     errors = compare(run.trajectory, truth, reference_from_map=world_from_map)
     report.add("accuracy", {"against_ground_truth": errors.summary()})
     (folder / "localized").mkdir()

@@ -8,10 +8,8 @@ import numpy as np
 
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.verdict.config import VerdictConfig
 from racecar.localization.verdict.drive_judge import DriveJudge
-from racecar.localization.verdict.drive_quality import DriveQuality
-from racecar.localization.verdict.known_place import deviation
+from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
 from racecar.maps.geometry.se2 import IDENTITY, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
@@ -75,7 +73,6 @@ def run_localization(
     grid: OccupancyGrid,
     report: Report,
     *,
-    verdict: VerdictConfig,
     start: Trajectory | None = None,
     is_placed: bool = False,
     recorder: Recorder | None = None,
@@ -88,7 +85,7 @@ def run_localization(
     ``recorder`` too. Where the car is not found because the map is of another place, the rest of the bag is
     left aside. Raises UserError when the bag holds no usable scan, or none that meets anything.
     """
-    run, walls = LocalizationRun(DriveJudge(verdict)), WallFit(grid)
+    run, walls = LocalizationRun(DriveJudge()), WallFit(grid)
     with progress_bar("Localizing", reader.message_count, quiet=quiet) as advance_to:
         for message in reader:
             if isinstance(message, Scan):
@@ -97,7 +94,7 @@ def run_localization(
                 with report.stage("localizing"):
                     _add_scan(run, message, localizer)
                 with report.stage("judging"):
-                    _judge(run, message, walls)
+                    _judge(run, localizer.calibration.turned(message), walls)
             else:
                 feed(message, localizer)
             if recorder is not None:
@@ -194,7 +191,7 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, rep
             "messages": reader.counts,
             "scans": len(run.estimates),
             "path_metres": run.judge.path_metres,
-            "starts": sum(estimate.is_start for estimate in run.estimates),
+            "starts": _starts(run),
         },
     )
     report.add("inputs", reader.inputs)
@@ -203,13 +200,16 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, rep
     report.add("convergence", _convergence(run.estimates))
     report.add("update_ms", _update_times(run))
     if reader.odom_topic is not None:
-        report.add("odometry_faults", asdict(localizer.odometry_faults))
+        report.add("odometry_faults", asdict(localizer.calibration.faults))
+        report.add("laser", {"turned_by": localizer.calibration.laser_turn})
     if reader.imu_topic is not None:
         report.add("gyroscope", localizer.turn_model.figures)
     model = localizer.turn_model
     contradiction = f"{model.contradiction} {model.remedy}" if model.contradiction else None
     hung = localizer.frozen_odometry.warning(run.estimates[0].stamp)
-    told = [sentence for sentence in (contradiction, hung) if sentence is not None]
+    is_localized = run.quality.verdict == DriveVerdict.LOCALIZED  # a car that is lost learns nothing true
+    laser = localizer.calibration.laser_warning if is_localized else None
+    told = [sentence for sentence in (contradiction, hung, laser) if sentence is not None]
     for sentence in [*reader.warnings, *told, *_cautions(run, reader)]:
         report.warn(sentence)
 
@@ -224,7 +224,7 @@ def _fit(shares_on_wall: list[float]) -> dict[str, float]:
 
 def _convergence(estimates: list[PoseEstimate]) -> dict[str, float | None]:
     """When the pose was first found, and how sharp it was on average from then on."""
-    deviations = np.array([deviation(estimate) for estimate in estimates])
+    deviations = np.array([estimate.deviation for estimate in estimates])
     is_found = (deviations < _CONVERGED) & np.array([estimate.cluster_weight > 0.9 for estimate in estimates])
     if not is_found.any():
         return {"seconds_until_found": None, "mean_deviation_m": float(deviations.mean())}
@@ -256,9 +256,14 @@ def _search_ended(run: LocalizationRun, is_placed: bool) -> str:
     )
 
 
+def _starts(run: LocalizationRun) -> int:
+    """How often the pose was searched; scans without a return do not show where to begin."""
+    return sum(estimate.is_start and estimate.fit is not None for estimate in run.estimates)
+
+
 def _cautions(run: LocalizationRun, reader: BagReader) -> list[str]:
     sentences = []
-    starts = sum(estimate.is_start for estimate in run.estimates)
+    starts = _starts(run)
     if starts > 1:
         sentences.append(
             f"The pose was searched again {times(starts - 1)}, after gaps in the scans or because they no "

@@ -180,7 +180,6 @@ def localize_reader(
             localizer,
             grid,
             report,
-            verdict=settings.verdict,
             start=driven if is_open else None,
             is_placed=initial_pose is not None,
             recorder=recorder,

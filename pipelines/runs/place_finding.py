@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
-from racecar.localization.verdict.known_place import is_place_known
 from racecar.localization.verdict.map_fit import MapFit
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.grid.rendering import Rays
@@ -71,9 +70,8 @@ class LocalizerSearch:
         localizer = Localizer(self._grid(), self.localization, np.random.default_rng(self.seed))
         if self.initial_pose is not None:
             localizer.set_pose(self.initial_pose)
-        verdict = self.localization.verdict
         reach = _reach(later.rays)
-        base, fit, has_begun = later.map_from_base, MapFit(verdict.map_fit), False
+        base, fit, has_begun = later.map_from_base, MapFit(), False
         for k, stamp in enumerate(_stamps(base)):
             localizer.add_odometry(Odometry(int(stamp), base[k], np.zeros(3)))
             if later.rays[k].returns == 0:
@@ -84,10 +82,10 @@ class LocalizerSearch:
             if estimate.is_start and has_begun:
                 if self.initial_pose is not None:
                     return
-                fit = MapFit(verdict.map_fit)
+                fit = MapFit()
             has_begun = True
             fit.follow(estimate)
-            is_known = is_place_known(estimate, verdict.known_place) and fit.is_right
+            is_known = estimate.is_place_known and fit.is_right
             yield compose(estimate.map_from_base, inverse(laser_from_base)) if is_known else None
 
     def _grid(self) -> OccupancyGrid:

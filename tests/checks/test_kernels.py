@@ -12,15 +12,10 @@ import racecar
 
 ROOT = Path(racecar.__file__).parent
 ROOMS = ("maps", "mapping", "localization", "pipelines")
-SHARED = ("racecar.maps.geometry", "racecar.localization.numerics")
-"""Numerics that a whole room calls."""
-EXCEPTIONS = {
-    "localization/filter/particle_filter.py",
-    "localization/localizer.py",
-    "localization/warm_up.py",
-    "pipelines/benchmarks/localizer/interleaved_timing.py",
-}
-"""The first three call a loop of the motion model that has no wrapper; the last times loops by themselves."""
+SHARED = ("racecar.maps.geometry",)
+"""Poses, with which every room reckons."""
+EXCEPTIONS = {"pipelines/benchmarks/ablation/mechanisms.py"}
+"""It replaces what it turns off."""
 
 
 def imports_of(path: Path) -> Iterator[str]:

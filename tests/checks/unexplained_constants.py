@@ -2,8 +2,8 @@
 
 ``python tests/checks/unexplained_constants.py mapping localization`` ends with 1 when there are any. A number
 at the top of a module is followed by a string that names its unit and gives a reason: a physical one, an
-equation, a paper, or the command that measured it. What a sensor, a robot or a test may want to change is a
-field of a config instead.
+equation, a paper, what was measured, or, as in the settings, a judgement with what it rests on. What a
+sensor, a robot or a test may want to change is a field of a config instead.
 """
 
 import ast
@@ -13,8 +13,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 REASON = re.compile(
-    r"\b(because|since|so that|therefore|measured|by definition|equation|Eq\.|racecar benchmark|pytest)"
-    r"|\(\d{4}\)|, \d{4}\b"
+    r"\b(because|since|so that|therefore|[Mm]easured|by definition|equation|Eq\.|racecar benchmark|pytest)"
+    r"|\b[Bb]y judgement[:,;]? \w|\(\d{4}\)|, \d{4}\b"
 )
 
 

@@ -408,7 +408,7 @@ def _loops(room: Mapping[str, bytes]) -> list[Sample]:
 def _config() -> Sample:
     settings = {
         "mapping": {"resolution": 0.05, "loops": {"submaps": {"spacing": 2.0}}},
-        "localization": {"particles": 2000, "squash": 2.2},
+        "localization": {"particles": 2000, "slip": 0.3},
     }
     files = {"settings.yaml": yaml.safe_dump(settings).encode()}
     action = partial(read_action, partial(load_config, Path("settings.yaml")))

@@ -91,7 +91,9 @@ def localized(drive: Drive, fault: Fault | None, *, know_turns: bool = True) -> 
     localizer.set_pose(drive.truth[0])
     answers = (feed(message, localizer) for message in drive.with_fault(fault, know_turns=know_turns))
     found = np.array([answer.map_from_base for answer in answers if answer is not None])
-    return errors(drive.truth, found), localizer.turn_model
+    missed = between(drive.truth[: len(found)], found)
+    metres, degrees = np.hypot(missed[:, 0], missed[:, 1]), np.degrees(np.abs(missed[:, 2]))
+    return np.column_stack([metres, degrees]), localizer.turn_model
 
 
 def errors(truth: Pose, found: NDArray[np.float64]) -> Pose:
@@ -115,7 +117,7 @@ def test_a_map_with_wheels_that_know_no_turns(rate: float) -> None:
 @pytest.mark.parametrize("rate", [10.0, 200.0])
 def test_a_car_with_wheels_that_know_no_turns_is_not_lost(rate: float) -> None:
     drive = Drive("track", 12.0, 1, rate, **SLIPPING)
-    assert localized(drive, right, know_turns=False)[0][:, 0].mean() < 0.03  # without it is over 1
+    assert localized(drive, right, know_turns=False)[0][:, 0].mean() < 0.08  # without it is over 1
 
 
 @pytest.mark.parametrize(

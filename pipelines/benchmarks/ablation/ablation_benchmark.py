@@ -13,8 +13,7 @@ from scipy.stats import t as student
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
-from racecar.localization.recovery import surveyed_map
-from racecar.localization.recovery.place_search import PlaceSearch
+from racecar.localization.recovery import perception
 from racecar.pipelines.benchmarks.ablation.ablation_drive import AblationDrive, DriveFigures
 from racecar.pipelines.benchmarks.ablation.mechanisms import Variant
 
@@ -25,7 +24,7 @@ EQUAL_WITHIN = 0.1
 """Share of the error by which two are taken for equal, by judgement, since the documented figures scatter by
 some hundredths."""
 _MAPS_REMEMBERED = 3
-"""Maps whose range tables, up to 256 MB each, are kept, since few variants have another than the default."""
+"""Maps whose survey is kept, some bytes a cell, since few variants have another than the default."""
 
 
 class Effect(str, Enum):
@@ -143,9 +142,7 @@ def _surveying_once() -> Iterator[None]:
     """
     remember = lru_cache(maxsize=_MAPS_REMEMBERED)
     with ExitStack() as stack:
-        for name in ("find_walls", "find_free_space", "build_range_table", "PlaceSearch"):
-            by = remember(getattr(surveyed_map, name))
-            stack.enter_context(patch.object(surveyed_map, name, by))
-        shares_when_lost = remember(PlaceSearch.shares_when_lost)
-        stack.enter_context(patch.object(PlaceSearch, "shares_when_lost", shares_when_lost))
+        for name in ("Walls", "find_free_space", "LikelihoodField", "PlaceSearch"):
+            by = remember(getattr(perception, name))
+            stack.enter_context(patch.object(perception, name, by))
         yield

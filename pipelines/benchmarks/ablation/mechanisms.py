@@ -1,25 +1,44 @@
-"""The mechanisms of the localizer, and what turns each off: a setting at its bound, or a function replaced.
+"""The mechanisms of the localizer, and what turns each off: a setting, number or function that is replaced.
 
-A mechanism that settings turn off only nearly, or together with others, has a function replaced instead. Not
-listed is what only saves time (the rough stage of the place search, prefetching, a second thread), or only
+Not listed is what only saves time (the rough stage of the place search, a second thread), or only
 refuses bad input (messages out of order, clocks set back, maps without walls).
 """
 
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from math import inf, pi
 from typing import Any
 from unittest.mock import patch
 
+import numpy as np
+from numpy.typing import NDArray
+
 from racecar.localization.config import LocalizationConfig
+from racecar.localization.filter import clusters, particle_filter
 from racecar.localization.filter.particle_filter import ParticleFilter
+from racecar.localization.floor import free_space
+from racecar.localization.odometry import motion_samples, motion_source, segments, slip
+from racecar.localization.odometry.calibration import OdometryCalibration
+from racecar.localization.odometry.slip import changed_slips
+from racecar.localization.odometry.speed_memory import SpeedMemory
 from racecar.localization.odometry.trust import OdometryTrust
-from racecar.localization.sensor import beam_model, beams
-from racecar.localization.sensor.config import COURSE
+from racecar.localization.recovery import hung_odometry, hypotheses, perception, place_judge, pose_hypothesis
+from racecar.localization.recovery.lookout import Lookout
+from racecar.localization.recovery.perception import Perception
+from racecar.localization.refinement import refinement
+from racecar.localization.sensor import end_points, likelihood_field
+from racecar.localization.sensor.end_points import EndPoints
+from racecar.localization.sensor.likelihood_field import DEPENDENCE, log_table
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation
+from racecar.maps.sensing.turn_fusion import TurnFusion
 
 Replacement = tuple[object, str, object]
 """A class or module, the name of something in it, and what that is replaced by."""
 
+_TAKE = SpeedMemory.take
+"""As it is."""
 _NONE = 1e-9
 """As good as 0 where a setting must be above it, since all that it is compared with is far larger."""
 
@@ -38,7 +57,7 @@ class Variant:
 
     @contextmanager
     def replaced(self) -> Iterator[None]:
-        """The functions are replaced within the block."""
+        """They are replaced within the block."""
         with ExitStack() as stack:
             for owner, name, by in self.replacements:
                 stack.enter_context(patch.object(owner, name, by))
@@ -66,85 +85,103 @@ def _settings(**changes: Any) -> Variant:
     return Variant(changes)
 
 
-def _slips(**changes: float) -> Variant:
-    return _settings(particle_filter={"slips": changes})
-
-
-def _replaced(owner: object, name: str, by: object) -> Variant:
-    return Variant(replacements=((owner, name, by),))
+def _replaced(owner: object, **by: object) -> Variant:
+    return Variant(replacements=tuple((owner, name, new) for name, new in by.items()))
 
 
 def _nothing(*_: object, **__: object) -> None:
     """In place of a method that learns or changes something."""
 
 
+def _unpushed(
+    slips: NDArray[np.float64],
+    seconds: float,
+    effort: NDArray[np.float64],
+    most: NDArray[np.float64],
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
+    """In place of `changed_slips`, of tyres that nothing pushes."""
+    return changed_slips(slips, seconds, np.zeros_like(effort), most, rng)
+
+
+def _slides_nowhere(
+    memory: SpeedMemory, step: Pose, seconds: float
+) -> tuple[Pose, NDArray[np.float64], Pose]:
+    """In place of `SpeedMemory.take`, of a car that stops at once."""
+    _, effort, behind = _TAKE(memory, step, seconds)
+    return np.abs(step), effort, behind
+
+
+def _sees_nothing(*_: object) -> tuple[float, None]:
+    """In place of a look at a part of the map."""
+    return inf, None
+
+
+def _all_points(_perception: object, _cloud: object, _covariance: object, points: EndPoints) -> EndPoints:
+    """In place of those that most of the cloud explains."""
+    return points
+
+
+def _independent(deviation: float, surface: float) -> NDArray[np.float32]:
+    """In place of what an end point adds to the log-likelihood, of points that each count as one."""
+    return np.float32(DEPENDENCE) * log_table(deviation, surface)
+
+
+_SURVEYED_ANEW = _replaced(perception, find_free_space=free_space.find_free_space)
+"""In place of a free space that is remembered, as the benchmark does, though it would now be another."""
+
 MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     "odometry": {
-        "calibration": _settings(odometry_calibration={"farthest": _NONE}),
-        "trust": _replaced(OdometryTrust, "learn", _nothing),
-        "segments": _settings(odometry_segments={"shortest": 100.0, "longest": 100.0}),
+        "calibration": _replaced(OdometryCalibration, learn=_nothing),
+        "trust": _replaced(OdometryTrust, learn=_nothing),
+        "segments": _replaced(segments, _SHORTEST=inf),
         "slip": _settings(slip=0.0),
-        "usual slip": _slips(usual_share=0.0),
-        "pushed slip": _settings(speed_memory={"grip": 1000.0}),
-        "lasting slip": _slips(distance_seconds=_NONE, turn_seconds=_NONE, pushed_seconds=_NONE),
-        "lag": _slips(lag_deviation=0.0),
-        "sliding on": _settings(speed_memory={"slide_seconds": _NONE}),
-        "extrapolation": _settings(motion={"longest_extrapolation": 0.0}),
-        "carrying on": _settings(motion={"longest_carry": _NONE}),
-        "gyroscope": _settings(turn_fusion={"min_segments": 1000}),
+        "usual slip": _replaced(slip, _USUAL_SHARE=0.0),
+        "pushed slip": _replaced(particle_filter, changed_slips=_unpushed),
+        "lasting slip": _replaced(slip, _LASTING=(_NONE, _NONE, 30.0), _PUSHED_SECONDS=_NONE),
+        "lag": _replaced(slip, _LAG_DEVIATION=0.0),
+        "sliding on": _replaced(SpeedMemory, take=_slides_nowhere),
+        "extrapolation": _replaced(motion_samples, _EXTRAPOLATION=Extrapolation(0, 0, STALE_AFTER)),
+        "carrying on": _replaced(motion_source, _LONGEST_CARRY=_NONE),
+        "gyroscope": _replaced(TurnFusion, follow=_nothing),
     },
     "evidence": {
-        "squash": _settings(squash=1.0),
-        "news threshold": _settings(tracking={"news_after": 0.0}),
-        "looking again": _settings(tracking={"look_again_after": 100.0}),
-        "evidence cap": _settings(particle_filter={"least_evidence": 1000.0, "most_evidence": 1000.0}),
-        "fit exponent": _settings(beam_skipping={"steepness": 0}),
-        "first scan share": _settings(tracking={"first_scan_share": 1.0}),
-        "alignment discount": _settings(
-            alignment={"points_per_observation": 1.0, "cloud_width": 1.0, "least_cloud": 0.001}
-        ),
-        "lost discount": _settings(lost_detector={"beams_per_second": 4000.0}),
-        "lost clarity": _settings(lost_detector={"clarity_per_share": 0.0}),
-        "rival discount": _settings(moving_rival={"scans_per_second": 40.0, "largest_rate": 1000.0}),
+        "dependent points": _replaced(likelihood_field, log_table=_independent),
+        "news threshold": _replaced(hypotheses, _NEWS_AFTER=0.0),
+        "looking again": _replaced(hypotheses, _LOOK_AGAIN_AFTER=inf),
+        "evidence cap": _replaced(particle_filter, _LEAST_EVIDENCE=inf, _MOST_EVIDENCE=inf),
+        "first scan share": _replaced(hypotheses, _FIRST_SCAN_SHARE=1.0),
+        "rival discount": _replaced(hung_odometry, _SCANS_PER_SECOND=40.0, _LARGEST_RATE=1000.0),
     },
     "explanation": {
-        "known place": _settings(tracking={"known_within": 100.0}),
-        "beam skipping": _settings(beam_skipping={"fewest_left": 1.0}),
-        "asking the alignment": _settings(beam_skipping={"notably_more": 1.0}),
-        "proposals": _replaced(ParticleFilter, "propose", _nothing),
-        "alignment": _settings(alignment={"fewest_points": 10_000}),
-        "alignment widths": _settings(alignment={"scales": (0.07,) * 6}),
+        "known place": _replaced(pose_hypothesis, _KNOWN_WITHIN=100.0),
+        "explained points": _replaced(Perception, explained=_all_points),
+        "proposals": _replaced(ParticleFilter, propose=_nothing),
+        "alignment": _replaced(refinement, _FEWEST_POINTS=10_000),
     },
     "recovery": {
-        "particle injection": _replaced(ParticleFilter, "inject", _nothing),
-        "moving rival": _settings(moving_rival={"scans_per_second": _NONE}),
-        "lost detection": _settings(hypothesis={"search_from": 1.0 - _NONE}),
-        "confirmation": _settings(hypothesis={"confirmed_below": 0.5}),
-        "hypothesis trial": _settings(hypothesis={"trial_seconds": _NONE}),
-        "restart after gaps": _settings(motion={"gap_seconds": 1000.0}),
-        "learned shares": _settings(lost_detector={"learning_log_odds": 100.0}),
-        "kind of map": _settings(
-            lost_detector={"changed_map_probability": _NONE, "least_kind_probability": _NONE}
-        ),
-        "wide search model": _settings(place_search={"beam_model": LocalizationConfig().beam_model}),
+        "particle injection": _replaced(ParticleFilter, inject=_nothing),
+        "moving rival": _replaced(hung_odometry, _SCANS_PER_SECOND=0.0),
+        "lost detection": _replaced(hypotheses, _SEARCH_FROM=1.0),
+        "confirmation": _replaced(hypotheses, CONFIRMED_BELOW=0.5),
+        "hypothesis trial": _replaced(pose_hypothesis, _TRIAL=0),
+        "restart after gaps": _replaced(motion_source, _GAP_SECONDS=1000.0),
+        "learned fit": _replaced(place_judge, _SURE=inf),
+        "lookout": _replaced(Lookout, look=_sees_nothing),
     },
     "cloud": {
         "fewer particles where sure": _settings(fewest_particles=LocalizationConfig().particles),
-        "clusters": _settings(particle_filter={"clusters": {"radius": 100.0, "half_angle": 3.14159}}),
-        "resampling threshold": _settings(particle_filter={"resample_below": 1.0}),
+        "clusters": _replaced(clusters, _RADIUS=100.0, _HALF_ANGLE=pi),
+        "resampling threshold": _replaced(particle_filter, _RESAMPLE_BELOW=1.0),
     },
     "sensor": {
-        "deskewing": _replaced(beams, "_LONGEST_SWEEP", 0.0),
-        "parallax": _replaced(beam_model, "_MOST_CODES_PER_CELL", 0.0),
-        "forgiving mixture": _settings(beam_model={"random": COURSE.random}),
-        "sharp mixture": _settings(beam_model={"hit_deviation": COURSE.hit_deviation}),
-        "short readings": _settings(beam_model={"short": 0.0}),
-        "movable furniture": _settings(free_space={"largest_movable": 0.0}),
-        "unknown floor": _settings(free_space={"unknown_reach": 0.0}),
+        "deskewing": _replaced(end_points, _LONGEST_SWEEP=0.0),
+        "movable furniture": _SURVEYED_ANEW | _replaced(free_space, _LARGEST_MOVABLE=0.0),
+        "unknown floor": _SURVEYED_ANEW | _replaced(free_space, _UNKNOWN_REACH=0.0),
     },
 }
-"""By group, by name: what turns each off; values are bounds of the settings, or so far beyond the usual ones
-that nothing is compared with them any more."""
+"""By group, by name: what turns each off; values are bounds, or so far beyond the usual ones that nothing is
+compared with them any more."""
 
 
 def variants() -> dict[str, Variant]:

@@ -3,7 +3,6 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.sensor.config import RangeAgreement
 from racecar.maps.geometry.se2 import Pose, compose, wrap_angle
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
@@ -18,8 +17,9 @@ _REACH = 30.0
 _ELSEWHERE = 1.0
 """Metres; what is nearer is the same place."""
 _TURNED = np.radians(30.0)
-_AGREEMENT = RangeAgreement(distance=0.2, share=0.03)
-"""A wider share than the localizer's: places that are compared lie apart, and so do headings."""
+_WITHIN, _WITHIN_SHARE = 0.2, 0.03
+"""Metres, and share of the range, within which two ranges agree: places that are compared lie apart, and
+so do headings."""
 _LOOKS_ALIKE = 0.85
 """Share of the beams that agree."""
 
@@ -47,8 +47,8 @@ class Lookalikes:
             self._views,
             scan.astype(np.float32),
             seen_along / (2.0 * np.pi) * _HEADINGS,
-            _AGREEMENT.distance,
-            _AGREEMENT.share,
+            _WITHIN,
+            _WITHIN_SHARE,
         )
         share, heading = agreement[:, 0], agreement[:, 1] * 2.0 * np.pi / _HEADINGS
         is_elsewhere = np.hypot(*(self._places - map_from_laser[:2]).T) > _ELSEWHERE

@@ -8,7 +8,7 @@ import numpy as np
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.sensor.beams import Beams, select_beams
+from racecar.localization.sensor.end_points import EndPoints, select_points
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
@@ -61,9 +61,9 @@ class MeasuredDrive:
         return self.localizer.add_scan(self.step.scan)
 
     @property
-    def beams(self) -> Beams:
+    def points(self) -> EndPoints:
         """Of the scan, as the localizer selects them."""
-        return select_beams(self.step.scan, self.config.beams, self._odometry.pose_at)
+        return select_points(self.step.scan, self.config.beams, self._odometry.pose_at)
 
     @property
     def odom_from_base(self) -> Pose:

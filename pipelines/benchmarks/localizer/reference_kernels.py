@@ -10,33 +10,16 @@ from racecar.maps.geometry.se2 import Pose
 
 
 @njit(cache=True, nogil=True)
-def add_up_loads(
-    rows: NDArray[np.int64],
-    columns: NDArray[np.int64],
-    ranges: NDArray[np.uint8],
-    sensor_table: NDArray[np.int32],
-) -> int:
-    """The loads of a sensor update and nothing else: rows (N,) and columns (B,) are known beforehand.
+def add_up_loads(places: NDArray[np.int64], offsets: NDArray[np.int64], codes: NDArray[np.uint8]) -> int:
+    """What a sensor update at least must read and nothing else: a byte for each particle and point.
 
-    Each byte of ``ranges`` picks a number from the beam's row of ``sensor_table`` (B, 256). It has whole
-    numbers, as wide as the real ones, because those cannot be added without waiting for the sum before.
+    It is known beforehand where: at the place (N,) of a particle in ``codes``, laid out flat, plus the offset
+    (P,) of a point.
     """
     total = 0
-    for i in range(len(rows)):
-        for beam in range(len(columns)):
-            total += sensor_table[beam, ranges[rows[i], columns[beam]]]
-    return total
-
-
-@njit(cache=True, nogil=True)
-def add_up_scattered_loads(
-    addresses: NDArray[np.uint32], ranges: NDArray[np.uint8], sensor_table: NDArray[np.int32]
-) -> int:
-    """The same from addresses (N, B) into ``ranges``, laid out flat: no two loads need be near each other."""
-    total = 0
-    for i in range(addresses.shape[0]):
-        for beam in range(addresses.shape[1]):
-            total += sensor_table[beam, ranges[addresses[i, beam]]]
+    for i in range(len(places)):
+        for point in range(len(offsets)):
+            total += codes[places[i] + offsets[point]]
     return total
 
 

@@ -40,19 +40,14 @@ CHECKS = (
     Check("full step / bare loads", lambda f: f.loads_ratio, 2.5, True),
     Check("plain filter / full step", lambda f: f.plain_ratio, 40.0, False, ".1f"),
     Check("a spread particle / one of a cloud", lambda f: f.spread_ratio, 3.0, True),
-    Check("range table built (s)", lambda f: f.table_seconds, 2.0, True),
-    Check("range table, one core / both", lambda f: f.table_gain, 1.6, False),
+    Check("survey of the map (s)", lambda f: f.survey_seconds, 2.0, True),
     Check("search of the map, one core / both", lambda f: f.search_gain, 1.6, False),
-    Check("range table (MB)", lambda f: f.table_megabytes, 130.0, True, ".1f"),
-    Check("rays off by over 0.15 m", lambda f: f.rays_off, 0.05, True, ".2%"),
-    Check("log-weight correlation", lambda f: f.log_weight_correlation, 0.997, False, ".4f"),
     Check("pace of another thread", lambda f: f.other_thread_pace, 0.8, False),
 )
 
 _TIMES: dict[str, _Figure] = {
     "full step (ms)": lambda f: f.step_ms,
     "bare loads (ms)": lambda f: f.loads_ms,
-    "bare loads all over the table (ms)": lambda f: f.scattered_loads_ms,
     "plain filter's step (ms)": lambda f: f.plain_step_ms,
     "step beside a busy Python thread (ms)": lambda f: f.step_beside_thread_ms,
     "mean error, this filter (m)": lambda f: f.error_m,
@@ -65,7 +60,7 @@ def checks_table(maps: Mapping[str, LocalizerFigures]) -> Table:
     table = new_table("Speed of the localizer")
     add_columns(table, "check", "bar", *maps, "holds")
     for check in CHECKS:
-        bar = f"{'≤' if check.is_upper else '≥'} {check.bar:{'.0%' if check.shape == '.2%' else 'g'}}"
+        bar = f"{'≤' if check.is_upper else '≥'} {check.bar:g}"
         values = (f"{check.figure(figures):{check.shape}}" for figures in maps.values())
         missed = [name for name, figures in maps.items() if not check.holds(figures)]
         table.add_row(check.name, bar, *values, f"no: {', '.join(missed)}" if missed else "yes")

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.sensor.beams import Beams
+from racecar.localization.sensor.end_points import EndPoints, evenly
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform_points
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
@@ -36,14 +36,14 @@ _BEHIND = 0.3
 class ScanSegment:
     """Scans of a segment of a path, and where each was taken, seen from one place on it."""
 
-    scans: list[Beams]
+    scans: list[EndPoints]
     here_from_base: Pose
     """(S, 3)"""
 
     def end_points(self) -> NDArray[np.float64]:
         """(N, 2) of all scans, seen from here."""
         clouds = [
-            transform_points(pose, _points_in_base(scan))
+            transform_points(pose, scan.in_base)
             for scan, pose in zip(self.scans, self.here_from_base, strict=True)
         ]
         return np.concatenate(clouds)
@@ -66,8 +66,8 @@ class ExhaustiveMatcher:
         0.1 m and 0 behind a wall.
         """
         points = segment.end_points()
-        base_from_laser = segment.scans[0].base_from_laser
-        candidates = self._coarsely(_thinned(points, _COARSE_POINTS), map_from_here, base_from_laser)
+        laser = segment.scans[0].laser
+        candidates = self._coarsely(_thinned(points, _COARSE_POINTS), map_from_here, laser)
         points = _thinned(points, _FINE_POINTS)
         found = [self._finely(points, pose) for pose in (map_from_here, *candidates)]
         poses = np.array([map_from_here, *found])
@@ -76,9 +76,10 @@ class ExhaustiveMatcher:
         return poses[best], float(fits[best] - fits[0])
 
     def _coarsely(
-        self, points: NDArray[np.float64], map_from_here: Pose, base_from_laser: Pose
+        self, points: NDArray[np.float64], map_from_here: Pose, laser: NDArray[np.float64]
     ) -> list[Pose]:
         """The best poses about one (3,) that are not beside one another, with the laser at free places."""
+        base_from_laser = np.array([*laser, 0.0])
         map_from_laser = compose(map_from_here, base_from_laser)
         places = self._places[np.hypot(*(self._places - map_from_laser[:2]).T) < _WINDOW]
         headings = map_from_laser[2] + np.arange(-_TURN_WINDOW, _TURN_WINDOW, _COARSE_TURN)
@@ -105,20 +106,18 @@ class ExhaustiveMatcher:
         count = -(-_FINE_POINTS // len(segment.scans))
         fits, returns = np.zeros(len(map_from_here)), 0
         for scan, here_from_base in zip(segment.scans, segment.here_from_base, strict=True):
-            weight = int(np.count_nonzero(np.isfinite(scan.ranges)))
-            if weight > 0:  # a covered laser measures nothing
-                fits += weight * self._fits_of_scan(scan, compose(map_from_here, here_from_base), count)
-                returns += weight
+            if len(scan) > 0:  # a covered laser measures nothing
+                fits += len(scan) * self._fits_of_scan(scan, compose(map_from_here, here_from_base), count)
+                returns += len(scan)
         return fits / max(returns, 1)
 
-    def _fits_of_scan(self, scan: Beams, map_from_base: Pose, count: int) -> NDArray[np.float64]:
+    def _fits_of_scan(self, scan: EndPoints, map_from_base: Pose, count: int) -> NDArray[np.float64]:
         """(P,) fits of at most so many of a scan's end points from poses (P, 3) of its base."""
-        is_return = np.isfinite(scan.ranges)
-        points = _thinned(_points_in_base(scan), count)
-        bearings = _thinned(scan.bearings[is_return], count)
-        ranges = _thinned(scan.ranges[is_return], count)
-        map_from_laser = compose(map_from_base, scan.base_from_laser)
-        walls = cast_ray_fan(self._grid, map_from_laser, bearings, scan.max_range)
+        points = scan.thinned(count).in_base
+        x, y = (points - scan.laser).T
+        bearings, ranges = np.arctan2(y, x), np.hypot(x, y)
+        map_from_laser = compose(map_from_base, [*scan.laser, 0.0])
+        walls = cast_ray_fan(self._grid, map_from_laser, bearings, ranges.max())
         is_seen = ranges < walls + _BEHIND
         fits = [
             self._fits(points[seen], pose[None])[0] for seen, pose in zip(is_seen, map_from_base, strict=True)
@@ -130,9 +129,5 @@ class ExhaustiveMatcher:
         return mean_fits(grid_from_base, points, self._distances, self._grid.resolution)
 
 
-def _points_in_base(scan: Beams) -> NDArray[np.float64]:
-    return transform_points(scan.base_from_laser, scan.end_points)
-
-
 def _thinned(points: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    return points[np.linspace(0, len(points) - 1, min(count, len(points))).astype(np.int64)]
+    return points[evenly(len(points), count)]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from racecar.localization.localizer import Localizer
-from racecar.localization.sensor.beams import select_beams
+from racecar.localization.sensor.end_points import select_points
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
@@ -39,8 +39,8 @@ class LocalizedScans:
         scans = self.scans[first : index + reach + 1 : _EVERY]
         driven = dict(zip(own_trajectory.stamps.tolist(), own_trajectory.map_from_base, strict=True))
         own_from_base = np.array([driven[scan.stamp] for scan in scans])
-        beams = [select_beams(scan, len(scan.bearings), own_trajectory.poses_at) for scan in scans]
-        return ScanSegment(beams, between(driven[self.scans[index].stamp], own_from_base))
+        points = [select_points(scan, len(scan.bearings), own_trajectory.poses_at) for scan in scans]
+        return ScanSegment(points, between(driven[self.scans[index].stamp], own_from_base))
 
 
 def localize(messages: Iterable[Measurement], localizer: Localizer) -> LocalizedScans:

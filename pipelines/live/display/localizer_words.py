@@ -3,32 +3,28 @@
 import math
 from collections.abc import Sequence
 
-from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.verdict.config import KnownPlaceConfig
+from racecar.localization.pose_estimate import DOMINANT, PoseEstimate
 from racecar.localization.verdict.drive_quality import DriveQuality
-from racecar.localization.verdict.known_place import deviation, is_lost, is_place_known
 from racecar.pipelines.files.literal_markdown import literal
 
 
-def localizer_words(
-    estimate: PoseEstimate | None, config: KnownPlaceConfig, drive: DriveQuality, wrong: Sequence[str]
-) -> str:
+def localizer_words(estimate: PoseEstimate | None, drive: DriveQuality, wrong: Sequence[str]) -> str:
     """Paragraphs of Markdown: is the place known and how well, is the drive, and what is wrong at the
     moment."""
     if estimate is None:
         return "\n\n".join(["There is no pose yet.", *map(literal, wrong)])
     so_far = " ".join([f"The drive so far is {drive.verdict.value}.", *map(literal, drive.reasons[:1])])
-    return "\n\n".join([_place_words(estimate, config), so_far, *map(literal, wrong)])
+    return "\n\n".join([_place_words(estimate), so_far, *map(literal, wrong)])
 
 
-def _place_words(estimate: PoseEstimate, config: KnownPlaceConfig) -> str:
-    place, degrees = deviation(estimate), math.degrees(math.sqrt(max(estimate.covariance[2, 2], 0.0)))
+def _place_words(estimate: PoseEstimate) -> str:
+    place, degrees = estimate.deviation, math.degrees(math.sqrt(max(estimate.covariance[2, 2], 0.0)))
     sure = f"± {_length(place)}, ± {max(degrees, 0.1):.1f}°"
-    if is_lost(estimate, config):
+    if estimate.is_lost:
         return "**The car is lost**, and searched for on the whole map."
-    if is_place_known(estimate, config):
+    if estimate.is_place_known:
         return f"**The place is known**: {sure}."
-    if estimate.cluster_weight <= config.dominant:
+    if estimate.cluster_weight <= DOMINANT:
         return "**The car is being searched for**: it may be at several places. Drive on, or say where it is."
     return f"**The place is known roughly**: {sure}."
 

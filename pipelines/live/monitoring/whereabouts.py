@@ -3,11 +3,10 @@
 from collections.abc import Callable
 from typing import Any
 
-from racecar.localization.config import LocalizationConfig
 from racecar.localization.pose_estimate import PoseEstimate
+from racecar.localization.recovery.hypotheses import CONFIRMED_BELOW
 from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveQuality
-from racecar.localization.verdict.known_place import is_lost, is_place_known
 
 _SETTLING = 1_000_000_000
 """Nanoseconds for which a car that was never found may not fit the map: the first scans decide where it is,
@@ -17,10 +16,10 @@ which took up to 0.25 s."""
 class Whereabouts:
     """Judges the drive on one map."""
 
-    def __init__(self, config: LocalizationConfig, inform: Callable[[str], None]) -> None:
+    def __init__(self, inform: Callable[[str], None]) -> None:
         """``inform`` is given a sentence whenever the car is found, at first and after it was lost."""
-        self._config, self._inform = config, inform
-        self._judge = DriveJudge(config.verdict)
+        self._inform = inform
+        self._judge = DriveJudge()
         self._is_found = self._was_found = False
         self._first: int | None = None
         self.may_be_lost = False
@@ -29,15 +28,14 @@ class Whereabouts:
     def follow(self, estimate: PoseEstimate) -> None:
         """Take in the estimate of a scan."""
         self._judge.follow(estimate)
-        known = self._config.verdict.known_place
         self._first = estimate.stamp if self._first is None else self._first
         is_settled = self._was_found or estimate.stamp - self._first >= _SETTLING
-        self.may_be_lost = is_settled and is_lost(estimate, known) and not estimate.is_start
-        if is_lost(estimate, known):
+        self.may_be_lost = is_settled and estimate.is_lost and not estimate.is_start
+        if estimate.is_lost:
             self._is_found = False
             return
-        is_certain = estimate.lost_probability < self._config.hypothesis.confirmed_below
-        if is_certain and not self._is_found and is_place_known(estimate, known):
+        is_certain = estimate.lost_probability < CONFIRMED_BELOW
+        if is_certain and not self._is_found and estimate.is_place_known:
             self._is_found = self._was_found = True
             x, y, yaw = estimate.map_from_base.tolist()
             self._inform(f"Found: the car is at x {x:.2f} m, y {y:.2f} m, yaw {yaw:.2f} rad.")

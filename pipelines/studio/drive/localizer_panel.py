@@ -7,7 +7,6 @@ import numpy as np
 from viser import uplot
 
 from racecar.localization.config import LocalizationConfig
-from racecar.localization.verdict.known_place import is_lost
 from racecar.pipelines.studio.drive.tracking import Tracking
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import PATH, as_css
@@ -39,7 +38,6 @@ class LocalizerPanel:
         for field, label, least, most, step in (
             ("particles", "Particles", 100, 10_000, 100),
             ("beams", "Beams", 5, 300, 5),
-            ("squash", "Squash", 1.0, 20.0, 0.1),
         ):
             slider = gui.add_slider(label, least, most, step, getattr(config, field))
             page.on_change(slider, lambda value, field=field: self._set(field, value))  # type: ignore[misc]
@@ -53,7 +51,7 @@ class LocalizerPanel:
             self._words.content = "Waiting for a scan."
             return
         error = tracking.errors[-1]
-        state = "**lost**" if is_lost(estimate, self._config.verdict.known_place) else "knows its place"
+        state = "**lost**" if estimate.is_lost else "knows its place"
         self._words.content = (
             f"The localizer {state}: off by **{100 * error.metres:.1f} cm**, "
             f"{np.degrees(error.radians):.1f}°; {particles} particles."

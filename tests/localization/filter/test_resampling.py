@@ -4,7 +4,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from numpy.typing import NDArray
 
-from racecar.localization.filter.resampling_kernels import systematic_resample
+from racecar.localization.filter.particle_filter import systematic_resample
 
 unnormalized = arrays(np.float64, st.integers(1, 60), elements=st.floats(0.0, 1.0)).filter(
     lambda weights: weights.sum() > 1e-6

@@ -5,18 +5,16 @@ from hypothesis import strategies as st
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.start_poses import draw_about, draw_start, region_about
-from racecar.localization.floor.free_space import FreeSpace
-from racecar.localization.floor.region import ANYWHERE
+from racecar.localization.floor.free_space import ANYWHERE, FreeSpace, find_free_space
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose
-from tests.localization.floors import free_space_of
 from tests.localization.furniture import MIDDLE, furnished, hall, rectangle
 
 CONFIG = LocalizationConfig(particles=2000, scattered_particles=3000)
 
 
 def free_space() -> FreeSpace:
-    return free_space_of(furnished(hall(), rectangle(hall(), MIDDLE, 1.0, 1.0, 0.3)))
+    return find_free_space(furnished(hall(), rectangle(hall(), MIDDLE, 1.0, 1.0, 0.3)))
 
 
 def on_map(x: float, y: float, yaw: float) -> Pose:

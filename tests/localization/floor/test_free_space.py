@@ -3,12 +3,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.localization.floor.region import Region
+from racecar.localization.floor.free_space import Region, find_free_space
 from racecar.localization.floor.usable_map import refuse_empty
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from tests.localization.floors import free_space_of
 from tests.localization.furniture import MIDDLE, corner, furnished, hall, rectangle
 
 angles = st.floats(-np.pi, np.pi)
@@ -16,21 +15,24 @@ lengths = st.floats(0.2, 2.0)
 points = st.tuples(st.floats(3.0, 7.0), st.floats(3.0, 5.0)).map(np.array)
 
 
-def test_unreachable_specks_and_the_floor_around_a_track_are_left_out() -> None:
+def test_unreachable_specks_and_the_floor_around_a_track_are_left_out(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     cells = np.full((200, 200), FREE, dtype=np.int8)
     cells[50:150, 50:150] = OCCUPIED
     cells[60:140, 60:140] = FREE
     cells[54:56, 54:56] = FREE
     grid = OccupancyGrid(cells, 0.05, IDENTITY)
-    assert free_space_of(grid).cell_count == 80 * 80 + 200 * 200 - 100 * 100
-    assert free_space_of(grid, 10_000).cell_count == 80 * 80
+    assert find_free_space(grid).cell_count == 80 * 80 + 200 * 200 - 100 * 100
+    monkeypatch.setattr("racecar.localization.floor.free_space._MOST_CELLS", 10_000)
+    assert find_free_space(grid).cell_count == 80 * 80
 
 
 def test_unknown_floor_beside_free_floor_counts_as_a_place_but_not_what_lies_behind_a_wall() -> None:
     cells = np.full((100, 100), UNKNOWN, dtype=np.int8)
     cells[20:80, 20:50] = FREE
     cells[10:90, 49:51] = OCCUPIED
-    is_open = free_space_of(OccupancyGrid(cells, 0.1, IDENTITY)).is_open
+    is_open = find_free_space(OccupancyGrid(cells, 0.1, IDENTITY)).is_open
     assert is_open[50, 12]
     assert not is_open[50, 5]
     assert not is_open[50, 52]
@@ -48,7 +50,7 @@ def test_a_lone_obstacle_is_movable_and_nothing_else_is(
     center: np.ndarray, length: float, width: float, yaw: float
 ) -> None:
     box = rectangle(hall(), center, length, width, yaw)
-    free_space = free_space_of(furnished(hall(), box))
+    free_space = find_free_space(furnished(hall(), box))
     np.testing.assert_array_equal(free_space.is_movable, box)
     assert not np.any(free_space.is_open & box)
     np.testing.assert_array_equal(free_space.is_standable, hall().cells == FREE)
@@ -58,7 +60,7 @@ def test_a_lone_obstacle_is_movable_and_nothing_else_is(
 @given(angles)
 def test_an_obstacle_with_a_corner_is_movable_at_any_orientation(yaw: float) -> None:
     ell = corner(hall(), yaw)
-    np.testing.assert_array_equal(free_space_of(furnished(hall(), ell)).is_movable, ell)
+    np.testing.assert_array_equal(find_free_space(furnished(hall(), ell)).is_movable, ell)
 
 
 @settings(max_examples=40)
@@ -70,7 +72,7 @@ def test_what_an_outline_encloses_is_movable_with_it(length: float, width: float
     within = rectangle(grid, MIDDLE, length - 0.4, width - 0.4, yaw)
     cells = furnished(grid, box).cells.copy()
     cells[within] = UNKNOWN
-    free_space = free_space_of(OccupancyGrid(cells, grid.resolution, grid.map_from_grid))
+    free_space = find_free_space(OccupancyGrid(cells, grid.resolution, grid.map_from_grid))
     np.testing.assert_array_equal(free_space.is_movable, box)
 
 
@@ -82,28 +84,28 @@ def test_an_obstacle_longer_than_three_metres_is_a_wall(
     cells = hall().cells.copy()
     along = slice(20, 20 + round(metres / 0.1))
     cells[(along, slice(40, 43)) if turned else (slice(40, 43), along)] = OCCUPIED
-    movable = free_space_of(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable
+    movable = find_free_space(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable
     assert np.count_nonzero(movable) == (3 * round(metres / 0.1) if is_movable else 0)
 
 
 def test_what_leans_on_a_wall_is_part_of_it() -> None:
     cells = hall().cells.copy()
     cells[2:10, 40:50] = OCCUPIED
-    assert not free_space_of(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable.any()
+    assert not find_free_space(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable.any()
 
 
 def test_an_obstacle_where_no_car_drives_is_not_movable() -> None:
     cells = np.full((80, 200), UNKNOWN, dtype=np.int8)
     cells[:, :100] = hall().cells
     cells[40:44, 150:156] = OCCUPIED
-    assert not free_space_of(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable.any()
+    assert not find_free_space(OccupancyGrid(cells, 0.1, IDENTITY)).is_movable.any()
 
 
 @settings(max_examples=40)
 @given(points, st.floats(0.3, 3.0))
 def test_the_places_about_a_point_are_no_farther_than_said(point: np.ndarray, metres: float) -> None:
     grid = hall()
-    free_space = free_space_of(grid)
+    free_space = find_free_space(grid)
     point_in_map = grid.center_of(np.array([point[::-1] / grid.resolution - 0.5]))[0]
     near = free_space.within(Region(point_in_map, metres))
     away = np.hypot(*(grid.center_of(np.argwhere(near.is_open)) - point_in_map).T)
@@ -113,7 +115,7 @@ def test_the_places_about_a_point_are_no_farther_than_said(point: np.ndarray, me
 
 
 def test_drawn_poses_lie_on_free_space_and_face_all_ways() -> None:
-    free_space = free_space_of(furnished(hall(), rectangle(hall(), MIDDLE, 2.0, 1.0, 0.4)))
+    free_space = find_free_space(furnished(hall(), rectangle(hall(), MIDDLE, 2.0, 1.0, 0.4)))
     poses = free_space.draw_poses(5000, np.random.default_rng(0))
     assert np.all(free_space.contains(poses[:, :2]))
     quarters, _ = np.histogram(poses[:, 2], bins=4, range=(-np.pi, np.pi))

@@ -1,10 +1,9 @@
 import numpy as np
 import pytest
 
-from racecar.localization.odometry.config import OdometryTrustConfig, SegmentConfig, SpeedMemoryConfig
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.segments import OdometrySegments
-from racecar.localization.odometry.speed_memory_kernels import SpeedMemory
+from racecar.localization.odometry.speed_memory import SpeedMemory
 from racecar.localization.odometry.trust import OdometryTrust
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, compose
@@ -26,7 +25,7 @@ class Car:
     """Its trust in its odometry, and where it is."""
 
     def __init__(self) -> None:
-        self.trust, self._segments = OdometryTrust(OdometryTrustConfig()), OdometrySegments(SegmentConfig())
+        self.trust, self._segments = OdometryTrust(), OdometrySegments()
         self.map_from_base: Pose = np.array([3.0, -1.0, 2.0])
 
     @property
@@ -51,7 +50,7 @@ class Car:
 
     def weave(self, seconds: float, believed_lag: float) -> "Car":
         """Gas, brake and steering all the while, by a car that follows its odometry late."""
-        memory, lag = SpeedMemory(SpeedMemoryConfig()), 1.5
+        memory, lag = SpeedMemory(), 1.5
         for moment in np.arange(0.0, seconds, 0.05):
             told = 0.05 * np.array([2.0 + np.sin(3.0 * moment), 0.0, 2.0 * np.sin(2.0 * moment)])
             possible, effort, behind = memory.take(told, 0.05)
@@ -142,4 +141,4 @@ def test_what_the_estimates_leave_open_is_not_held_against_odometry() -> None:
 
 
 def test_tyres_that_cannot_slip_are_trusted() -> None:
-    assert OdometryTrust(OdometryTrustConfig()).slip_scale(0.0).tolist() == [0.0, 0.0]
+    assert OdometryTrust().slip_scale(0.0).tolist() == [0.0, 0.0]

@@ -2,35 +2,35 @@ from functools import cache
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from racecar.localization.floor.free_space import FreeSpace
-from racecar.localization.recovery.place_search import PlaceSearch
-from racecar.localization.sensor.beams import Beams
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.floor.free_space import Region
+from racecar.localization.recovery.perception import Perception
+from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
-from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.localization.floors import CODES, CONFIG, beam_model_of, free_space_of, table_of
-from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
+from tests.localization.scans import points_at, ranges_from
+from tests.maps.drives import BASE_FROM_LASER, room
 
-WITH_TABLE = pytest.mark.parametrize("with_table", [True, False])
 PLACES = [(9.0, 2.0, 0.0), (3.0, 3.0, 1.0), (7.5, 6.0, -2.0), (1.5, 6.5, 3.0)]
 
 
 @cache
-def free_space() -> FreeSpace:
-    return free_space_of(room())
+def perception() -> Perception:
+    return Perception(room())
 
 
-@cache
-def search(with_table: bool) -> PlaceSearch:
-    return PlaceSearch(free_space(), table_of(free_space()) if with_table else CODES, CONFIG.place_search)
+def found(points: EndPoints, count: int = LocalizationConfig().scattered_particles) -> Pose:
+    return perception().places.find(points, count, np.random.default_rng(0))
 
 
-def seen_from(pose: Pose, base_from_laser: Pose = BASE_FROM_LASER, people: float = 0.0) -> Beams:
+def seen_from(pose: Pose, base_from_laser: Pose = BASE_FROM_LASER, people: float = 0.0) -> EndPoints:
     rng = np.random.default_rng(0)
-    ranges = cast_ray_fan(room(), compose(pose, base_from_laser)[None], BEARINGS, 30.0)[0]
+    ranges = ranges_from(room(), pose, base_from_laser)
     ranges += 0.01 * rng.standard_normal(len(ranges))
     ranges[: round(people * len(ranges))] *= 0.5
-    return Beams(BEARINGS, ranges, base_from_laser, 30.0)
+    return points_at(ranges, base_from_laser)
 
 
 def is_near(poses: Pose, truth: Pose) -> np.ndarray:
@@ -38,43 +38,58 @@ def is_near(poses: Pose, truth: Pose) -> np.ndarray:
     return np.asarray((np.hypot(off[:, 0], off[:, 1]) < 0.4) & (off[:, 2] < 0.2))
 
 
-@WITH_TABLE
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("people", [0.0, 0.2])
-def test_the_place_is_found(place: tuple[float, float, float], people: float, with_table: bool) -> None:
+def test_the_place_is_found(place: tuple[float, float, float], people: float) -> None:
     truth = compose(room().map_from_grid, place)
-    beams = seen_from(truth, people=people)
-    found = search(with_table).find(beams, 2.2, 8000, np.random.default_rng(0))
-    assert found.shape == (8000, 3)
-    assert is_near(found, truth).mean() > 0.05
-    model = beam_model_of(free_space())
-    best = found[np.argmax(model.log_likelihood(found, beams))]
-    assert is_near(best[None], truth)[0]
+    points = seen_from(truth, people=people)
+    poses = found(points)
+    assert poses.shape == (LocalizationConfig().scattered_particles, 3)
+    is_right, log_likelihood = is_near(poses, truth), perception().log_likelihood(poses, points)
+    assert is_right.mean() > 0.05
+    # Of the two corners that are alike, what stands in one is not seen by end points that lie behind it.
+    is_one_of_two = place == PLACES[3]
+    assert log_likelihood[is_right].max() > log_likelihood[~is_right].max() - 2.0 * is_one_of_two
 
 
-@WITH_TABLE
-def test_the_headings_that_are_found_lean_to_no_side(with_table: bool) -> None:
-    offs = []
-    for yaw in np.linspace(-np.pi, np.pi, 40, endpoint=False):
-        truth = compose(room().map_from_grid, (3.0, 3.0, yaw))
-        found = search(with_table).find(seen_from(truth, IDENTITY), 2.2, 300, np.random.default_rng(0))
-        offs.append(np.median(between(truth, found[is_near(found, truth)])[:, 2]))
+def test_the_headings_that_are_found_lean_to_no_side() -> None:
+    """Over places that lie anyhow between those that are tried."""
+    rng, offs = np.random.default_rng(0), []
+    for yaw in np.linspace(-np.pi, np.pi, 120, endpoint=False):
+        truth = compose(room().map_from_grid, (*rng.uniform([2.5, 2.5], [4.5, 5.5]), yaw))
+        poses = found(seen_from(truth, IDENTITY), 300)
+        offs.append(np.median(between(truth, poses[is_near(poses, truth)])[:, 2]))
     assert abs(np.mean(offs)) < np.radians(0.3)
 
 
 def test_what_is_found_is_the_base_wherever_the_laser_is_on_it() -> None:
     truth = compose(room().map_from_grid, PLACES[0])
-    on_the_tail = np.array([-0.4, 0.2, 2.0])
-    found = search(True).find(seen_from(truth, on_the_tail), 2.2, 8000, np.random.default_rng(0))
-    assert is_near(found, truth).mean() > 0.05
+    poses = found(seen_from(truth, np.array([-0.4, 0.2, 2.0])))
+    assert is_near(poses, truth).mean() > 0.05
 
 
-@WITH_TABLE
-def test_wrong_places_are_sorted_by_how_much_they_look_alike(with_table: bool) -> None:
-    shares = search(with_table).shares_when_lost(CONFIG.lost_detector)
-    assert shares.shape == (12, 4)
-    np.testing.assert_allclose(shares.sum(axis=1), 1.0, atol=1e-9)
-    assert np.all(shares >= 0.0)
-    assert np.all(np.diff(shares[:, :2].sum(axis=1)) >= 0.0)
-    assert shares[0, :2].sum() < 0.3
-    assert shares[-1, :2].sum() > 0.5
+@pytest.mark.parametrize("radius", [0.5, 2.0])
+@pytest.mark.parametrize("place", PLACES)
+def test_only_a_region_is_searched_whatever_fits_elsewhere(
+    place: tuple[float, float, float], radius: float
+) -> None:
+    truth = compose(room().map_from_grid, PLACES[0])
+    region = Region(compose(room().map_from_grid, place)[:2], radius)
+    points = seen_from(truth, IDENTITY)
+    poses = perception().places.find(points, 500, np.random.default_rng(0), region)
+    assert poses.shape == (500, 3)
+    assert np.hypot(*(poses[:, :2] - region.center).T).max() < radius + 0.5
+    assert is_near(poses, truth).any() == (place == PLACES[0])
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-1e9, 1e9), st.floats(-1e9, 1e9))
+def test_a_point_far_off_the_map_fits_nowhere(x: float, y: float) -> None:
+    points = seen_from(compose(room().map_from_grid, PLACES[0])).thinned(14)
+    far = [[x, y + np.copysign(50.0, y)]]
+    with_far = EndPoints(np.concatenate([points.in_base, far]), points.laser)
+    best = [
+        perception().places.best_elsewhere(slice(None), seen, np.zeros(2), 0.0, 1)
+        for seen in (points, with_far)
+    ]
+    np.testing.assert_array_equal(*best)

@@ -1,14 +1,15 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from racecar.localization.floor.walls import find_walls
-from racecar.localization.refinement.config import AlignmentConfig
+from racecar.localization.floor.walls import Walls
 from racecar.localization.refinement.refinement import refine
-from racecar.localization.sensor.beams import Beams
 from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from racecar.maps.grid.ray_casting import cast_ray_fan
-from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
+from tests.localization.corridors import SIGHT, seen_in_corridor, slanted_corridor
+from tests.localization.scans import points_at, ranges_from
+from tests.maps.drives import BEARINGS, room
 
 CLOUD = np.diag([0.01, 0.01, 0.0025])
 
@@ -17,11 +18,11 @@ CLOUD = np.diag([0.01, 0.01, 0.0025])
 def test_people_do_not_draw_the_estimate_aside(seed: int) -> None:
     grid, rng = room(), np.random.default_rng(seed)
     truth = compose(grid.map_from_grid, [9.0, 4.0, 0.7])
-    ranges = cast_ray_fan(grid, compose(truth, BASE_FROM_LASER)[None], BEARINGS, 30.0)[0]
+    ranges = ranges_from(grid, truth)
     ranges[100:160] *= rng.uniform(0.6, 0.95, 60)
-    beams = Beams(BEARINGS, ranges, BASE_FROM_LASER, 30.0)
+    points = points_at(ranges)
     start = compose(truth, [0.15, -0.1, 0.04])
-    refined, covariance = refine(start, CLOUD, beams, find_walls(grid), AlignmentConfig())
+    refined, covariance = refine(start, CLOUD, points, Walls(grid), 0.25 * grid.resolution)
     assert np.sqrt(np.trace(covariance[:2, :2])) < 0.05
     assert np.hypot(*(refined - truth)[:2]) < 0.03
     assert abs(refined[2] - truth[2]) < 0.01
@@ -32,10 +33,10 @@ def test_along_a_bare_corridor_the_estimate_stays() -> None:
     cells[:10], cells[50:] = OCCUPIED, OCCUPIED
     grid = OccupancyGrid(cells, 0.05, IDENTITY)
     truth = np.array([50.0, 1.5, 0.0])
-    ranges = cast_ray_fan(grid, truth[None], BEARINGS, 10.0)[0]
-    beams = Beams(BEARINGS, ranges, IDENTITY, 10.0)
+    ranges = ranges_from(grid, truth, IDENTITY)
+    points = points_at(np.where(ranges < 10.0, ranges, np.inf), IDENTITY)
     start = np.add(truth, [0.1, 0.1, 0.02])
-    refined, covariance = refine(start, CLOUD, beams, find_walls(grid), AlignmentConfig())
+    refined, covariance = refine(start, CLOUD, points, Walls(grid), 0.25 * grid.resolution)
     assert abs(refined[0] - truth[0] - 0.1) < 0.02
     assert abs(refined[1] - truth[1]) < 0.02
     assert abs(refined[2]) < 0.005
@@ -46,5 +47,41 @@ def test_along_a_bare_corridor_the_estimate_stays() -> None:
 
 def test_too_few_points_change_nothing() -> None:
     start = np.array([1.0, 2.0, 0.3])
-    beams = Beams(BEARINGS[:5], np.ones(5), IDENTITY, 10.0)
-    assert refine(start, CLOUD, beams, find_walls(room()), AlignmentConfig()) == (start, CLOUD)
+    points = points_at(np.where(np.arange(len(BEARINGS)) < 5, 1.0, np.inf))
+    assert refine(start, CLOUD, points, Walls(room()), 0.0125) == (start, CLOUD)
+
+
+def along_over_cloud(degrees: float, resolution: float, thickness: float, *, with_doors: bool) -> float:
+    """The mean of some positions: the deviation along a corridor as a share of the cloud's, of 0.25 m."""
+    rng = np.random.default_rng(0)
+    grid = slanted_corridor(degrees, resolution, thickness=thickness, with_doors=with_doors)
+    walls, yaw = Walls(grid), np.radians(degrees)
+    ahead = np.array([np.cos(yaw), np.sin(yaw)])
+    turned = np.column_stack([ahead, [-ahead[1], ahead[0]]])
+    cloud = np.diag([0.0, 0.0, 0.01**2])
+    cloud[:2, :2] = turned @ np.diag([0.25**2, 0.02**2]) @ turned.T
+    shares = []
+    for _ in range(5):
+        pose, points = seen_in_corridor(degrees, rng.uniform(-0.5, 0.5), rng.normal(0.0, 0.1), rng)
+        if with_doors:
+            ranges = ranges_from(grid, pose, IDENTITY)
+            points = points_at(np.where(ranges < SIGHT, ranges, np.inf), IDENTITY).thinned(100)
+        _, covariance = refine(pose, cloud, points, walls, 0.25 * walls.grid.resolution)
+        shares.append(np.sqrt(ahead @ covariance[:2, :2] @ ahead) / 0.25)
+    return float(np.mean(shares))
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.floats(0.0, 45.0), st.sampled_from([0.02, 0.05, 0.1]), st.sampled_from([0.0, 0.2, 0.3]))
+def test_the_steps_of_a_slanted_wall_do_not_tell_where_along_it(
+    degrees: float, resolution: float, thickness: float
+) -> None:
+    """Of walls as thin as those that a mapper draws, and as thick as those of houses."""
+    share = along_over_cloud(degrees, resolution, max(thickness, 1.5 * resolution), with_doors=False)
+    assert 1.0 / 1.5 < share < 1.5
+
+
+@settings(max_examples=5, deadline=None)
+@given(st.floats(0.0, 45.0), st.sampled_from([0.02, 0.05, 0.1]))
+def test_corners_tell(degrees: float, resolution: float) -> None:
+    assert along_over_cloud(degrees, resolution, 0.2, with_doors=True) < 0.4

@@ -3,13 +3,11 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from racecar.localization.pose_estimate import PoseEstimate
 
-RIGHT = np.array([0.25, 0.03, 0.1, 0.12])
-WRONG = np.array([0.03, 0.03, 0.15, 0.3])
-"""Shares of beams that agree closely, roughly, are stopped, look through, and tell the place: half of all."""
+RIGHT, WRONG = 3.0, -4.0
+"""By how much scans fit better at the estimate than elsewhere on the right map, and on a wrong one."""
 
 
 def estimate(
@@ -17,7 +15,7 @@ def estimate(
     x: float,
     *,
     yaw: float = 0.0,
-    agreement: NDArray[np.float64] | None = RIGHT,
+    margin: float | None = RIGHT,
     lost: float = 0.0,
     weight: float = 1.0,
     deviation: float = 0.03,
@@ -34,13 +32,14 @@ def estimate(
         particle_count=1000,
         is_start=is_start,
         lost_probability=lost,
-        agreement=agreement,
+        fit=0.8,
+        margin=margin,
     )
 
 
 def straight_drive(
-    seconds: float, speed: float = 1.0, agreement: NDArray[np.float64] | None = RIGHT, begin: float = 0.0
+    seconds: float, speed: float = 1.0, margin: float | None = RIGHT, begin: float = 0.0
 ) -> Iterator[PoseEstimate]:
-    """Ten scans a second."""
+    """Ten scans a second, of which the last completes a look at all of the map."""
     for k in range(round(10 * begin), round(10 * (begin + seconds))):
-        yield estimate(0.1 * k, 0.1 * k * speed, agreement=agreement, is_start=k == 0)
+        yield estimate(0.1 * k, 0.1 * k * speed, margin=margin if k % 10 == 9 else None, is_start=k == 0)

@@ -1,10 +1,9 @@
 import math
 
-import numpy as np
 import pytest
 
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.localization.verdict.config import VerdictConfig
+from racecar.localization.verdict import unknown_segments
 from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveVerdict
 from tests.localization.verdict.estimates import RIGHT, WRONG, estimate, straight_drive
@@ -12,16 +11,16 @@ from tests.localization.verdict.estimates import RIGHT, WRONG, estimate, straigh
 LOCALIZED, UNCERTAIN, LOST = DriveVerdict
 
 
-def judged(*estimates: PoseEstimate, config: VerdictConfig | None = None) -> DriveJudge:
-    judge = DriveJudge(config or VerdictConfig())
+def judged(*estimates: PoseEstimate) -> DriveJudge:
+    judge = DriveJudge()
     for each in estimates:
         judge.follow(each)
     return judge
 
 
-def lost_for(seconds: float, begin: float, agreement: object = WRONG) -> list[PoseEstimate]:
+def lost_for(seconds: float, begin: float, margin: float = WRONG) -> list[PoseEstimate]:
     return [
-        estimate(begin + 0.1 * k, begin + 0.1 * k, lost=0.99, agreement=np.asarray(agreement))
+        estimate(begin + 0.1 * k, begin + 0.1 * k, lost=0.99, margin=margin if k % 10 == 9 else None)
         for k in range(round(10 * seconds))
     ]
 
@@ -37,7 +36,7 @@ def test_a_drive_that_fits_closely_is_localized() -> None:
 
 
 def test_a_map_that_fits_roughly_everywhere_is_a_wrong_one_however_sure_the_filter_is() -> None:
-    quality = judged(*straight_drive(10.0, agreement=WRONG)).quality
+    quality = judged(*straight_drive(10.0, margin=WRONG)).quality
     assert quality.verdict == LOST
     assert quality.known_share == 1.0
     assert "map of another place" in quality.summary
@@ -48,9 +47,9 @@ def test_a_long_drive_is_no_more_than_sure() -> None:
     assert odds[1] < 1.25 * odds[0]
 
 
-@pytest.mark.parametrize("agreement", [RIGHT, WRONG])
-def test_what_a_car_sees_that_stands_leaves_the_map_in_doubt(agreement: np.ndarray) -> None:
-    quality = judged(*straight_drive(60.0, speed=0.0, agreement=agreement)).quality
+@pytest.mark.parametrize("margin", [RIGHT, WRONG])
+def test_what_a_car_sees_that_stands_leaves_the_map_in_doubt(margin: float) -> None:
+    quality = judged(*straight_drive(60.0, speed=0.0, margin=margin)).quality
     assert quality.verdict == UNCERTAIN
     assert "drive farther" in quality.summary
 
@@ -81,8 +80,8 @@ def test_how_much_of_the_drive_is_known_decides(seconds: float, verdict: DriveVe
 
 @pytest.mark.parametrize(("seconds", "verdict"), [(3.0, UNCERTAIN), (12.0, LOST)])
 def test_so_it_does_where_the_map_may_be_the_right_one(seconds: float, verdict: DriveVerdict) -> None:
-    neither = 0.5 * (RIGHT + WRONG)
-    drive = [*straight_drive(10.0, agreement=neither), *lost_for(seconds, 10.0, neither)]
+    neither = -1.0
+    drive = [*straight_drive(10.0, margin=neither), *lost_for(seconds, 10.0, neither)]
     quality = judged(*drive).quality
     assert quality.verdict == verdict
     assert any("no place on the map fitted" in sentence for sentence in quality.reasons) == (verdict == LOST)
@@ -97,12 +96,13 @@ def test_blinks_are_not_named_and_neighbours_are_one_segment() -> None:
     assert not segment.is_lost
 
 
-def test_of_many_segments_the_longest_are_kept() -> None:
+def test_of_many_segments_the_longest_are_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(unknown_segments, "_MOST", 2)
     drive = list(straight_drive(60.0))
     for n, begin in enumerate(range(0, 60, 10)):
         for k in range(10 * begin, 10 * begin + 10 + n):
             drive[k] = estimate(0.1 * k, 0.1 * k, weight=0.5)
-    segments = judged(*drive, config=VerdictConfig(most_segments=2)).quality.segments
+    segments = judged(*drive).quality.segments
     assert [round(segment.seconds[0]) for segment in segments] == [40, 50]
 
 
@@ -141,5 +141,5 @@ def test_a_drive_that_is_nowhere_known_has_no_deviation() -> None:
 
 def test_before_any_scan_and_without_any_return_nothing_is_known() -> None:
     assert judged().quality.verdict == LOST
-    blind = [estimate(0.1 * k, 0.1 * k, agreement=None) for k in range(100)]
+    blind = [estimate(0.1 * k, 0.1 * k, margin=None) for k in range(100)]
     assert judged(*blind).quality.verdict == UNCERTAIN

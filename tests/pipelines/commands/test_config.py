@@ -47,13 +47,13 @@ def test_every_setting_is_explained(template: Path) -> None:
 
 
 def test_one_line_freed_and_edited(template: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    text = freed(template.read_text(), "squash")
-    text = re.sub(r"^( *squash: ).*$", r"\g<1>3.1", text, flags=re.MULTILINE)
+    text = freed(template.read_text(), "drift_noise")
+    text = re.sub(r"^( *drift_noise: ).*$", r"\g<1>3.1", text, flags=re.MULTILINE)
     template.write_text(text)
-    assert load_config(template).localization.squash == 3.1
+    assert load_config(template).localization.drift_noise == 3.1
     assert run(["config", "--check", str(template)]) == 0
-    default = Config().localization.squash
-    said = f"changes localization.squash from {default} to 3.1.\n"
+    default = Config().localization.drift_noise
+    said = f"changes localization.drift_noise from {default} to 3.1.\n"
     assert capsys.readouterr().out.endswith(said)
 
 

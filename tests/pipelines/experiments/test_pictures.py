@@ -8,9 +8,7 @@ import pytest
 from PIL import Image
 
 from racecar.localization.config import LocalizationConfig
-from racecar.localization.sensor.beam_table import beam_probabilities
 from racecar.pipelines.experiments.beams_and_particles import BeamsAndParticles
-from racecar.pipelines.experiments.course_filter import sensor_table
 from racecar.pipelines.experiments.figure_style import drawing, finish, legend_below
 from racecar.pipelines.experiments.motion_model import motion_model
 from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
@@ -68,10 +66,6 @@ def test_a_legend_lies_outside_the_axes() -> None:
         figure.draw_without_rendering()
         assert figure.legends[0].get_window_extent().y1 <= axes.get_window_extent().y0
         assert finish(figure, "name", "shows").name == "name"
-
-
-def test_the_librarys_sensor_model_is_the_courses() -> None:
-    np.testing.assert_allclose(beam_probabilities(), sensor_table(), atol=1e-12)
 
 
 def test_only_noise_spreads_particles() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from racecar.localization.config import LocalizationConfig
+from racecar.localization.recovery import hypotheses
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
@@ -19,8 +20,6 @@ from tests.pipelines.live.page_stage import START, Clicker, distance, page_and_n
 from tests.pipelines.simulation.test_driven_simulation import GRID
 
 ELSEWHERE = np.array([6.0, 4.5, -np.pi / 2])
-STUBBORN = LocalizationConfig.model_validate({"hypothesis": {"search_from": 0.999999}})
-"""Searches nowhere by itself, so that it has to be told."""
 
 
 @dataclass
@@ -54,9 +53,13 @@ def stage() -> Iterator[Stage]:
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
     from racecar.pipelines.live.ros.run import served
 
-    with page_and_node("racecar_localizer", list(NodeTool)) as (clicker, node):
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        page_and_node("racecar_localizer", list(NodeTool)) as (clicker, node),
+    ):
+        patch.setattr(hypotheses, "_SEARCH_FROM", 1.0)  # of what it is not told it finds nothing
         start = LocalizerStart(grid=GRID, initial_pose=START)
-        localizer = LocalizerNode(node, STUBBORN, SelfCalibrationConfig(), start, clicker.view)
+        localizer = LocalizerNode(node, LocalizationConfig(), SelfCalibrationConfig(), start, clicker.view)
         localizer.start()
         with served(node):
             clicker.await_words("There is no pose yet.")

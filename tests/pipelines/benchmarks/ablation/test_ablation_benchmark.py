@@ -75,12 +75,12 @@ def test_of_one_drive_nothing_is_said() -> None:
 
 
 def test_variants_are_measured_on_the_same_drives() -> None:
-    tried = {"nothing": Variant(), "alignment": variants()["alignment"]}
+    tried = {"nothing": Variant(), "all sensor": variants()["all sensor"]}
     kind = measure_kind(in_a_room(room()), tried, LocalizationConfig(), 2, quiet)
     assert kind.without["nothing"] == kind.default
     assert kind.default[0] != kind.default[1]
     assert kind.differences()["nothing"].effect is Effect.IDLE
-    assert abs(kind.differences()["alignment"].mean_m) > 0.005
+    assert abs(kind.differences()["all sensor"].mean_m) > 0.005
     assert all(0.0 < each.error_m < 0.05 and each.share_lost == 0.0 for each in kind.default)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
-from racecar.localization.sensor.beams import Beams, select_beams
+from racecar.localization.sensor.end_points import EndPoints, select_points
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, transform_points, wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
@@ -49,13 +49,13 @@ def scan_from(grid: OccupancyGrid, map_from_base: Pose) -> Scan:
     return Scan(0, BEARINGS, ranges, np.zeros(len(BEARINGS)), BASE_FROM_LASER, 30.0)
 
 
-def beams_of(scan: Scan) -> Beams:
+def points_of(scan: Scan) -> EndPoints:
     """Of a car that stands."""
-    return Beams(scan.bearings, scan.ranges, scan.base_from_laser, scan.max_range)
+    return EndPoints(scan.points_in_base(), scan.base_from_laser[:2])
 
 
 def alone(scan: Scan) -> ScanSegment:
-    return ScanSegment([beams_of(scan)], IDENTITY[None])
+    return ScanSegment([points_of(scan)], IDENTITY[None])
 
 
 def own_trajectory(drive: SimulatedDrive) -> Trajectory:
@@ -106,7 +106,7 @@ def test_a_covered_laser_tells_nothing_of_a_stretch() -> None:
     near = compose(truth, [0.5, 0.3, 0.2])
     best, gain = matcher.match(alone(scan), near)
     best_of_both, gain_of_both = matcher.match(
-        ScanSegment([beams_of(covered), beams_of(scan)], np.zeros((2, 3))), near
+        ScanSegment([points_of(covered), points_of(scan)], np.zeros((2, 3))), near
     )
     np.testing.assert_allclose(best_of_both, best, atol=0.02)
     assert gain_of_both == pytest.approx(gain, abs=0.02)
@@ -147,13 +147,14 @@ def test_the_motion_during_a_sweep_is_undone() -> None:
     )
     last = len(localized.scans) - 2
 
-    def error(scan: Beams) -> float:
-        map_from_laser = compose(drive.truth.map_from_base[last], scan.base_from_laser)
-        ranges = cast_ray_fan(rooms(), map_from_laser[None], scan.bearings, 30.0)[0]
-        return float(np.median(np.abs(ranges - scan.ranges)))
+    def error(scan: EndPoints) -> float:
+        x, y = (scan.in_base - scan.laser).T
+        map_from_laser = compose(drive.truth.map_from_base[last], [*scan.laser, 0.0])
+        ranges = cast_ray_fan(rooms(), map_from_laser[None], np.arctan2(y, x), 30.0)[0]
+        return float(np.median(np.abs(ranges - np.hypot(x, y))))
 
     undone = localized.segment_about(last, own_trajectory(drive), 0).scans[0]
-    assert error(undone) < 0.5 * error(beams_of(localized.scans[last]))
+    assert error(undone) < 0.5 * error(points_of(localized.scans[last]))
 
 
 def test_the_scans_about_one_tell_where_it_is_though_it_looks_like_elsewhere(drive: SimulatedDrive) -> None:
@@ -192,17 +193,16 @@ def test_a_stretch_lies_as_the_scans_were_taken(drive: SimulatedDrive) -> None:
     localized = LocalizedScans(scans, drive.truth.map_from_base, searches=0)
     own = own_trajectory(drive)
     segment = localized.segment_about(30, own, 160)
-    expected = [select_beams(scan, len(scan.bearings), own.poses_at) for scan in scans[6::8]]
-    for beams, wanted in zip(segment.scans, expected, strict=True):
-        np.testing.assert_array_equal(beams.ranges, wanted.ranges)
+    expected = [select_points(scan, len(scan.bearings), own.poses_at) for scan in scans[6::8]]
+    for points, wanted in zip(segment.scans, expected, strict=True):
+        np.testing.assert_array_equal(points.in_base, wanted.in_base)
     np.testing.assert_allclose(
         segment.here_from_base,
         between(drive.truth.map_from_base[30], drive.truth.map_from_base[6::8]),
         atol=1e-9,
     )
     np.testing.assert_allclose(segment.here_from_base[3], IDENTITY, atol=1e-9)
-    first_in_base = transform_points(scans[6].base_from_laser, expected[0].end_points)
-    first = transform_points(segment.here_from_base[0], first_in_base)
+    first = transform_points(segment.here_from_base[0], expected[0].in_base)
     np.testing.assert_allclose(segment.end_points()[: len(first)], first)
 
 

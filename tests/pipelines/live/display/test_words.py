@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from racecar.localization.config import LocalizationConfig
 from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
@@ -14,18 +13,17 @@ from racecar.pipelines.live.display.mapper_words import mapper_words
 from tests.localization.verdict.estimates import estimate, straight_drive
 from tests.pipelines.simulation.test_driven_simulation import a_drive, drive_on
 
-CONFIG = LocalizationConfig().verdict
 GOOD = MapQuality(Verdict.GOOD, 0.03, 0.1, (), (), {})
 WRONG = MapQuality(Verdict.WRONG, 0.4, 2.0, ("Passes disagree.",), (), {}, ("Passes disagree.",))
 
 
 def words_of(judge: DriveJudge, *wrong: str, **of_estimate: float) -> list[str]:
     last = estimate(11.0, 3.0, **of_estimate) if of_estimate else None
-    return localizer_words(last, CONFIG.known_place, judge.quality, wrong).split("\n\n")
+    return localizer_words(last, judge.quality, wrong).split("\n\n")
 
 
 def test_the_localizer_says_how_sure_it_is_of_its_place() -> None:
-    judge = DriveJudge(CONFIG)
+    judge = DriveJudge()
     assert words_of(judge, "No scans arrive.") == ["There is no pose yet.", "No scans arrive."]
     (first, second) = words_of(judge, deviation=0.04)
     assert first.startswith("**The place is known**: ± 4 cm, ± ")
@@ -36,7 +34,7 @@ def test_the_localizer_says_how_sure_it_is_of_its_place() -> None:
 
 
 def test_the_localizer_says_what_the_drive_is_worth_and_what_is_wrong() -> None:
-    judge = DriveJudge(CONFIG)
+    judge = DriveJudge()
     for each in straight_drive(10.0):
         judge.follow(each)
     _, drive, fault = words_of(judge, "Nothing arrives on /odom any more.", deviation=0.04)

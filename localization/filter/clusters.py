@@ -1,0 +1,51 @@
+"""The heaviest cluster of particles, and its mean and covariance."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.localization.filter.particle_kernels import moments_about
+from racecar.maps.geometry.se2 import Pose, mean_angle
+
+_SQUARE = 0.5
+"""Metres: side of the squares that are compared for the heaviest place, half of `_RADIUS`, so that a block of
+two by two is within the cluster about its middle."""
+_SECTORS = 8
+"""Parts of the turn by which headings are counted: eighths, so that a block of two is a quarter of the turn,
+which parts a heading from those along a crossing corridor."""
+_RADIUS, _HALF_ANGLE = 1.0, 1.0
+"""Metres and radians about that place within which particles belong to its cluster, by judgement, since no
+tracked cloud reaches farther."""
+_WHOLE = 1.0 - 1e-9
+"""Weight of all particles together: less than 1 because it is rounded."""
+
+
+def cluster_moments(
+    map_from_base: Pose, weights: NDArray[np.float64]
+) -> tuple[Pose, NDArray[np.float64], float]:
+    """Mean (3,), covariance (3, 3) and weight of the heaviest cluster of particles (N, 3).
+
+    It is searched for only where they are not all near the first of them.
+    """
+    mean, covariance, weight = moments_about(map_from_base[0], map_from_base, weights, _RADIUS, _HALF_ANGLE)
+    if weight < _WHOLE:
+        center = _heaviest_place(map_from_base, weights)
+        mean, covariance, weight = moments_about(center, map_from_base, weights, _RADIUS, _HALF_ANGLE)
+    return mean, covariance, min(weight, 1.0)
+
+
+def _heaviest_place(map_from_base: Pose, weights: NDArray[np.float64]) -> Pose:
+    """Mean (3,) of the particles in the heaviest block of two by two squares and two sectors.
+
+    Each particle is in eight blocks, so that it does not matter where squares and sectors end.
+    """
+    square = (map_from_base[:, :2] - map_from_base[:, :2].min(axis=0)) // _SQUARE + 1.0
+    sector = map_from_base[:, 2] // (2.0 * np.pi / _SECTORS)
+    places = np.column_stack([square, sector]).astype(np.int64)
+    corners = places[:, None] - np.indices((2, 2, 2)).reshape(3, 8).T
+    shape = (*places[:, :2].max(axis=0) + 1, _SECTORS)
+    blocks = np.ravel_multi_index(tuple(np.moveaxis(corners, 2, 0)), shape, ("raise", "raise", "wrap"))
+    heaviest = np.bincount(blocks.ravel(), np.repeat(weights, 8)).argmax()
+    is_there = (blocks == heaviest).any(axis=1)
+    there, weights = map_from_base[is_there], weights[is_there]
+    x, y = np.average(there[:, :2], axis=0, weights=weights)
+    return np.array([x, y, mean_angle(there[:, 2], weights)])

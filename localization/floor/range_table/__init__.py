@@ -1,1 +1,0 @@
-"""Expected ranges for every free cell and heading, computed beforehand."""

@@ -1,1 +1,0 @@
-"""Fast random numbers, trigonometry and prefetching for the loops over particles."""

@@ -1,0 +1,72 @@
+"""Looking out for places that scans fit better than where the car is taken to be.
+
+With each scan a part of the map is looked at, so that a round over all of it takes some seconds. On the
+right map hardly any scan fits notably better elsewhere, even where much has changed; on a wrong one nearly
+all do, each at another place, and so do those of a car that was carried off. Along a corridor without doors
+they fit elsewhere as well, but not better.
+"""
+
+from math import inf
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.localization.recovery.perception import Perception
+from racecar.localization.sensor.end_points import EndPoints
+from racecar.maps.geometry.se2 import Pose
+
+_PLACES_PER_SECOND = 4_000
+"""That are looked at, so that a round takes a second on a floor of 640 m², and a hundredth of a core."""
+_LONGEST_SCAN = 1.0
+"""Seconds for which one scan looks at most, so that none takes long after a pause."""
+_APART = 1.0
+"""Metres; what is nearer is the same place. By judgement: twice what an alignment may move."""
+_ALIGNED = 2
+"""Places of each part, those that fit best, at which the scan is laid on the walls. Measured: with 6,
+and with more places, no verdict on right and wrong maps differs."""
+_SPREAD = np.diag([0.04, 0.04, 0.01])
+"""(3, 3) of such a place: by judgement, half the way to the next, in metres and radians, squared."""
+
+
+class Lookout:
+    """Compares scans with all of the map, a part at a time."""
+
+    def __init__(self) -> None:
+        self.start_anew()
+
+    def start_anew(self) -> None:
+        """What was seen so far was compared with another place."""
+        self._looked_at = 0.0
+        self._least = inf
+
+    def look(
+        self, map_from_base: Pose, points: EndPoints, seconds: float, perception: Perception
+    ) -> tuple[float, float | None]:
+        """By how much the log-likelihood of a scan is higher at a pose (3,) than elsewhere.
+
+        That is in the part that is looked at in so many seconds; and when it completes a round, the least of
+        all parts.
+        """
+        first, here = int(self._looked_at), map_from_base[None]
+        self._looked_at += _PLACES_PER_SECOND * min(seconds, _LONGEST_SCAN)
+        part = slice(first, int(self._looked_at))
+        elsewhere = self._elsewhere(map_from_base, points, part, perception)
+        fits = perception.log_likelihood(np.concatenate([here, elsewhere]), points)
+        margin = float(fits[0] - fits[1:].max(initial=-inf))
+        self._least = min(self._least, margin)
+        if self._looked_at < perception.places.coarse_count:
+            return margin, None
+        least = self._least
+        self.start_anew()
+        return margin, least
+
+    @staticmethod
+    def _elsewhere(map_from_base: Pose, points: EndPoints, part: slice, perception: Perception) -> Pose:
+        """(M, 3) where the scan, laid on the walls, fits best in a part of the map that is not here."""
+        point = map_from_base[:2]
+        found = perception.places.best_elsewhere(part, points, point, _APART, _ALIGNED)
+        aligned: Pose = np.empty_like(found)
+        for number, pose in enumerate(found):
+            aligned[number] = perception.aligned(pose, _SPREAD, points)
+        is_apart: NDArray[np.bool_] = np.hypot(*(aligned[:, :2] - point).T) > _APART
+        return aligned[is_apart]
