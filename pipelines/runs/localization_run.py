@@ -208,8 +208,9 @@ def _describe(run: LocalizationRun, localizer: Localizer, reader: BagReader, rep
     contradiction = f"{model.contradiction} {model.remedy}" if model.contradiction else None
     hung = localizer.frozen_odometry.warning(run.estimates[0].stamp)
     is_localized = run.quality.verdict == DriveVerdict.LOCALIZED  # a car that is lost learns nothing true
-    laser = localizer.calibration.laser_warning if is_localized else None
-    told = [sentence for sentence in (contradiction, hung, laser) if sentence is not None]
+    learned = localizer.calibration
+    faults = (learned.odometry_warning, learned.laser_warning) if is_localized else ()
+    told = [sentence for sentence in (contradiction, hung, *faults) if sentence is not None]
     for sentence in [*reader.warnings, *told, *_cautions(run, reader)]:
         report.warn(sentence)
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.odometry.calibration import OdometryCalibration
 from racecar.localization.odometry.motion_step import MotionStep
-from racecar.localization.odometry.segments import OdometrySegments
+from racecar.localization.odometry.segments import OdometrySegment, OdometrySegments
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.sensing.scan import Scan
@@ -94,6 +94,19 @@ def test_a_bump_teaches_little() -> None:
 def test_way_that_pushed_tyres_lose_counts_less() -> None:
     calm, pushed = (Car((-0.2, 0.0, 0.0), effort=each).drive(5.0).faults[0] for each in (0.0, 1.0))
     assert calm < 1.4 * pushed < 0.0
+
+
+@pytest.mark.parametrize(("share", "is_told"), [(0.0, False), (0.2, False), (0.5, True), (1.0, True)])
+def test_odometry_that_suddenly_tells_half_is_told(share: float, is_told: bool) -> None:
+    calibration = Car((0.03, 0.0, 0.0)).drive(30.0).calibration
+    assert calibration.odometry_warning is None
+    error = np.array([share, 0.0, 0.0])
+    metre = OdometrySegment(error, np.zeros((3, 5)), 1e-4 * np.eye(3), np.array([1.0, 0.0]), np.zeros(2))
+    for _ in range(3):
+        calibration.learn(metre, SLIP)
+    assert (calibration.odometry_warning is not None) == is_told
+    assert not is_told or "For at least 3 m" in str(calibration.odometry_warning)
+    assert calibration.faults.distance == pytest.approx(0.03, abs=0.01)
 
 
 @pytest.mark.parametrize("laser_turn", [-0.07, -0.035, 0.035])
