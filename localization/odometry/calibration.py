@@ -103,8 +103,8 @@ class OdometryCalibration:
             return None
         return (
             f"For at least {self.contradicted:.0f} m the odometry suddenly told another motion than the "
-            "scans show, as where wheels spin or its driver falters; poses may lag there. See that the "
-            "wheels grip and that no message of the odometry is lost."
+            "scans show, as where wheels spin or its driver falters; poses may lag there. Make sure "
+            "that the wheels grip and that no message of the odometry is lost."
         )
 
     @property
