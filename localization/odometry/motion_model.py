@@ -1,12 +1,12 @@
 """How measured motion errs: normally, in each coordinate of an increment."""
 
-from math import cos, hypot, sin, sqrt
+from math import hypot, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
-from racecar.maps.geometry.se2 import Pose, compose
+from racecar.maps.geometry.se2 import Pose, adjoint, compose
 
 
 def odometry_deviations(base_from_next_base: Pose, config: LocalizationConfig) -> Pose:
@@ -47,7 +47,6 @@ def carry(
     """A pose (3,) and its covariance (3, 3) in the map, after an increment (3,) with deviations (3,)."""
     carried = compose(map_from_base, base_from_next_base)
     shift_x, shift_y, _ = carried - map_from_base
-    c, s = cos(map_from_base[2]), sin(map_from_base[2])
     by_pose = np.array([[1.0, 0.0, -shift_y], [0.0, 1.0, shift_x], [0.0, 0.0, 1.0]])
-    noise = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) * deviations
+    noise = adjoint([0.0, 0.0, map_from_base[2]]) * deviations
     return carried, by_pose @ covariance @ by_pose.T + noise @ noise.T

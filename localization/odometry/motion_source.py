@@ -107,8 +107,7 @@ class MotionSource:
             self.turns.start_anew()
         if 0.0 < motion.seconds < _LONGEST_CARRY:
             self.samples.frozen.follow(self.reading.stamp, moved)
-            share = motion.seconds / (motion.seconds + _SPEED_SECONDS)
-            self.speed = self.speed + share * (moved / motion.seconds - self.speed)
+            self.speed = smoothed_speed(self.speed, moved / motion.seconds, motion.seconds)
 
     def start_anew(self) -> None:
         """The estimates to come do not continue those before."""
@@ -153,3 +152,8 @@ class MotionSource:
         if turn == 0.0:
             return step
         return replace(step, base_from_next_base=turned_more(step.base_from_next_base, turn))
+
+
+def smoothed_speed(speed: Pose, measured: Pose, seconds: float) -> Pose:
+    """A speed (3,) that follows what (3,) was measured over some seconds, since estimates scatter."""
+    return speed + seconds / (seconds + _SPEED_SECONDS) * (measured - speed)

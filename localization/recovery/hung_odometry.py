@@ -8,12 +8,13 @@ and where the car would stand.
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.odometry.motion_source import MotionSource
+from racecar.localization.odometry.motion_source import MotionSource, smoothed_speed
 from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.odometry_learning import OdometryLearning
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.hypotheses import Hypotheses
 from racecar.localization.recovery.perception import Perception
+from racecar.localization.recovery.place_judge import compared_evidence
 from racecar.localization.sensor.end_points import EndPoints, select_points
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 from racecar.maps.sensing.scan import Scan
@@ -21,8 +22,6 @@ from racecar.maps.sensing.scan import Scan
 _APART = (0.1, 0.05)
 """Metres and radians from where the car would stand, beyond which scans can decide which is right, since that
 is some times the error of either. By judgement."""
-_SPEED_SECONDS = 0.15
-"""Over which its speed is averaged, since alignments scatter: by judgement, as where there is no odometry."""
 _LEAST_SPEED = 0.1
 """Metres or radians per second below which a better fit does not count, since a car whose wheels locked
 stands in the end, a little farther on. By judgement."""
@@ -31,9 +30,6 @@ _SCANS_PER_SECOND = 2.0
 _LARGEST_RATE = 30.0
 """Log-odds that a second may bring at most, so that a third of a second decides if all is clear. By
 judgement."""
-_LONGEST_SCAN = 0.25
-"""Seconds that one scan stands for at most, so that none decides alone after a pause. By judgement, as for
-being lost."""
 _WINNING_LOG_ODDS = 10.0
 """Over a car that stands, 20 000 to 1, since to leave out odometry that is right costs more than to wait. By
 judgement."""
@@ -89,8 +85,7 @@ class MovingRival:
         predicted = compose(self.map_from_base, self.speed * seconds)
         aligned = perception.aligned(predicted, self._covariance, points)
         measured = between(self.map_from_base, aligned) / max(seconds, 1e-3)
-        share = seconds / (seconds + _SPEED_SECONDS)
-        self.speed = self.speed + share * (measured - self.speed)
+        self.speed = smoothed_speed(self.speed, measured, seconds)
         self.map_from_base = aligned
         if not are_apart(aligned, self._start, _APART):
             self._log_odds = 0.0
@@ -98,8 +93,7 @@ class MovingRival:
         moving, stood = perception.log_likelihood(np.stack([aligned, self._start]), points).tolist()
         if moving > stood and np.abs(self.speed).max() < _LEAST_SPEED:
             return
-        rate = min(max(_SCANS_PER_SECOND * (moving - stood), -_LARGEST_RATE), _LARGEST_RATE)
-        self._log_odds += rate * min(seconds, _LONGEST_SCAN)
+        self._log_odds += compared_evidence(moving - stood, seconds, _SCANS_PER_SECOND, _LARGEST_RATE)
 
     @property
     def has_won(self) -> bool:

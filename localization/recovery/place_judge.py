@@ -69,8 +69,17 @@ class PlaceJudge:
 
     def compare(self, margin: float, seconds: float) -> None:
         """Take in by how much the log-likelihood of a scan is higher here than at another place."""
-        rate = min(max(_COMPARED_PER_SECOND * margin, -_MOST_PER_SECOND), _MOST_PER_SECOND)
-        self._add(rate * min(seconds, _LONGEST_SCAN))
+        self._add(compared_evidence(margin, seconds, _COMPARED_PER_SECOND, _MOST_PER_SECOND))
 
     def _add(self, log_odds: float) -> None:
         self._log_odds = min(max(self._log_odds + log_odds, -_LARGEST), _LARGEST)
+
+
+def compared_evidence(margin: float, seconds: float, scans_per_second: float, largest_rate: float) -> float:
+    """Log-odds by which a scan speaks for one of two poses, so many seconds after the last.
+
+    Its log-likelihood there is higher by a ``margin``. So many scans count in a second, and bring at most so
+    much in one.
+    """
+    rate = min(max(scans_per_second * margin, -largest_rate), largest_rate)
+    return rate * min(seconds, _LONGEST_SCAN)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,6 +62,9 @@ def select_points(scan: Scan, count: int, poses_at: PosesAt) -> EndPoints:
     return EndPoints(transform_points(inverse(fixed_from_base[-1]), points), laser)
 
 
+@lru_cache(maxsize=64)
 def evenly(total: int, count: int) -> NDArray[np.int64]:
     """(min(count, total),) numbers from 0 to ``total`` - 1."""
-    return np.linspace(0, total - 1, min(count, total)).round().astype(np.int64)
+    chosen = np.linspace(0, total - 1, min(count, total)).round().astype(np.int64)
+    chosen.flags.writeable = False
+    return chosen

@@ -55,6 +55,7 @@ class MapFit:
         self._metres = self._evidence = 0.0
         """Of path that counts, and what speaks for the map on it, from -1 to 1 for each."""
         self._fits, self._scans = 0.0, 0
+        """The sum over the scans that had any, and their number."""
 
     def follow(self, estimate: PoseEstimate) -> None:
         """Take in the estimate of a scan."""

@@ -94,14 +94,10 @@ def _nothing(*_: object, **__: object) -> None:
 
 
 def _unpushed(
-    slips: NDArray[np.float64],
-    seconds: float,
-    effort: NDArray[np.float64],
-    most: NDArray[np.float64],
-    rng: np.random.Generator,
+    slips: NDArray[np.float64], seconds: float, effort: NDArray[np.float64], *rest: Any
 ) -> NDArray[np.float64]:
     """In place of `changed_slips`, of tyres that nothing pushes."""
-    return changed_slips(slips, seconds, np.zeros_like(effort), most, rng)
+    return changed_slips(slips, seconds, np.zeros_like(effort), *rest)
 
 
 def _slides_nowhere(
