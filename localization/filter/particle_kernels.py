@@ -17,7 +17,7 @@ def move_particles(
     base_from_next_base: Pose,
     behind: Pose,
     deviations: Pose,
-    noise: NDArray[np.float64],
+    noise: NDArray[np.float32],
 ) -> Pose:
     """Particles (N, 3) moved by an increment (3,), by slips (N, 3) of distance, turn and lag.
 

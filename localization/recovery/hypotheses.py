@@ -118,8 +118,9 @@ class Hypotheses:
         if not self.is_started:
             self._begin(points)
         elif self._is_news():
+            travel = max(self._travel, _NEWS_AFTER)
             for each in self._all:
-                each.weigh(points, self._travel, self.perception)
+                each.weigh(points, travel, self.perception)
             self._news_seconds = self._seconds
         else:
             return
@@ -163,11 +164,12 @@ class Hypotheses:
             return estimate
         if self._news_seconds == 0.0:
             return estimate
-        here = estimate.map_from_base
-        margin, whole_margin = self._lookout.look(here, points, self._news_seconds, self.perception)
-        if margin < -_BETTER:
-            self.believed.judge.compare(margin, seconds)
-        return replace(estimate, margin=whole_margin)
+        look = self._lookout.look(estimate.map_from_base, points, self._news_seconds, self.perception)
+        if look is None:
+            return estimate
+        if look.margin < -_BETTER:
+            self.believed.judge.compare(look.margin, look.seconds)
+        return replace(estimate, margin=look.whole_margin)
 
     def _compare(
         self,

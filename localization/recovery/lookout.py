@@ -6,6 +6,7 @@ all do, each at another place, and so do those of a car that was carried off. Al
 they fit elsewhere as well, but not better.
 """
 
+from dataclasses import dataclass
 from math import inf
 
 import numpy as np
@@ -17,8 +18,9 @@ from racecar.maps.geometry.se2 import Pose
 
 _PLACES_PER_SECOND = 4_000
 """That are looked at, so that a round takes a second on a floor of 640 m², and a hundredth of a core."""
-_LONGEST_SCAN = 1.0
-"""Seconds for which one scan looks at most, so that none takes long after a pause."""
+_EVERY, _LONGEST = 0.05, 1.0
+"""Seconds between looks, since those of faster lasers say no more than those of usual ones; and for which one
+looks at most, so that none takes long after a pause."""
 _APART = 1.0
 """Metres; what is nearer is the same place. By judgement: twice what an alignment may move."""
 _ALIGNED = 2
@@ -26,6 +28,20 @@ _ALIGNED = 2
 and with more places, no verdict on right and wrong maps differs."""
 _SPREAD = np.diag([0.04, 0.04, 0.01])
 """(3, 3) of such a place: by judgement, half the way to the next, in metres and radians, squared."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What a scan says of a part of the map."""
+
+    seconds: float
+    """Since the last look."""
+    map_from_base: Pose
+    """(3,) where in that part it fits best, but for the place that it is compared with."""
+    margin: float
+    """By how much its log-likelihood is higher at that place."""
+    whole_margin: float | None
+    """At the end of a round, the least of all parts."""
 
 
 class Lookout:
@@ -36,29 +52,31 @@ class Lookout:
 
     def start_anew(self) -> None:
         """What was seen so far was compared with another place."""
-        self._looked_at = 0.0
+        self._looked_at = self._seconds = 0.0
         self._least = inf
 
     def look(
         self, map_from_base: Pose, points: EndPoints, seconds: float, perception: Perception
-    ) -> tuple[float, float | None]:
-        """By how much the log-likelihood of a scan is higher at a pose (3,) than elsewhere.
-
-        That is in the part that is looked at in so many seconds; and when it completes a round, the least of
-        all parts.
-        """
-        first, here = int(self._looked_at), map_from_base[None]
-        self._looked_at += _PLACES_PER_SECOND * min(seconds, _LONGEST_SCAN)
+    ) -> Look | None:
+        """Compare a scan at a pose (3,), so many seconds after the last, with a part of the map, if it is
+        time."""
+        self._seconds += seconds
+        if self._seconds < _EVERY:
+            return None
+        seconds, self._seconds = min(self._seconds, _LONGEST), 0.0
+        first = int(self._looked_at)
+        self._looked_at += _PLACES_PER_SECOND * seconds
         part = slice(first, int(self._looked_at))
-        elsewhere = self._elsewhere(map_from_base, points, part, perception)
-        fits = perception.log_likelihood(np.concatenate([here, elsewhere]), points)
-        margin = float(fits[0] - fits[1:].max(initial=-inf))
+        poses = np.vstack([map_from_base, self._elsewhere(map_from_base, points, part, perception)])
+        fits = perception.log_likelihood(poses, points)
+        best = 1 + int(fits[1:].argmax()) if len(fits) > 1 else 0
+        margin = float(fits[0] - fits[best]) if best > 0 else inf
         self._least = min(self._least, margin)
-        if self._looked_at < perception.places.coarse_count:
-            return margin, None
-        least = self._least
-        self.start_anew()
-        return margin, least
+        whole_margin = None
+        if self._looked_at >= perception.places.coarse_count:
+            whole_margin = self._least
+            self.start_anew()
+        return Look(seconds, poses[best], margin, whole_margin)
 
     @staticmethod
     def _elsewhere(map_from_base: Pose, points: EndPoints, part: slice, perception: Perception) -> Pose:

@@ -33,8 +33,9 @@ of a slow laser."""
 _COMPARED_PER_SECOND = 3.0
 """Scans whose log-likelihoods count in a second where two places are compared, as those of a moment err
 alike: by judgement, as for odometry that hangs."""
-_MOST_PER_SECOND = 20.0
-"""Log-odds that such a comparison brings at most: by judgement, half a second decides if all is clear."""
+_MOST_PER_SECOND = 14.0
+"""Log-odds that such a comparison brings at most. Measured: with 20 a kidnapped car is noticed a fifth of a
+second sooner, but one in a room full of moved furniture, tracked to 2 cm, was taken to be 40 m away."""
 
 
 class PlaceJudge:

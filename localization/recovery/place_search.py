@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from racecar.localization.floor.free_space import ANYWHERE, FreeSpace, Region
 from racecar.localization.floor.patches import strips
 from racecar.localization.floor.walls import Walls
-from racecar.localization.recovery.place_search_kernels import score_places
+from racecar.localization.recovery.place_search_kernels import best_places, score_places, turned_points
 from racecar.localization.refinement.wall_surface import PRIOR
 from racecar.localization.sensor.end_points import EndPoints
 from racecar.localization.sensor.likelihood_field import distance_codes, log_table
@@ -110,18 +110,14 @@ class PlaceSearch:
         places = self._coarse[part]
         off = self._map_from_place[places, :2] - point_in_map
         places = places[np.hypot(off[:, 0], off[:, 1]) > apart]
-        scores = self._scores(places, self._turned(points.thinned(_ROUGH_POINTS), _COARSE_HEADINGS))
-        best = np.argsort(scores.max(axis=1))[::-1][:most]
-        turns = scores[best].argmax(axis=1) * (2.0 * np.pi / _COARSE_HEADINGS)
-        return self._map_from_base(places[best], turns, points)
+        turned = self._turned(points.thinned(_ROUGH_POINTS), _COARSE_HEADINGS)
+        best, turn = best_places(self._pixels[places], turned, self._codes, self._log_by_code, most)
+        return self._map_from_base(places[best], turn / _COARSE_HEADINGS * (2.0 * np.pi), points)
 
     def _turned(self, points: EndPoints, headings: int) -> NDArray[np.int32]:
         """(headings, N, 2) rows and columns from the laser to points, for each way the base may face."""
-        angles = 2.0 * np.pi * np.arange(headings)[:, None] / headings
-        cos, sin, (x, y) = np.cos(angles), np.sin(angles), (points.in_base - points.laser).T / self._pixel
         far = max(self._codes.shape)  # off the map from wherever on it
-        offsets = np.rint(np.stack([sin * x + cos * y, cos * x - sin * y], axis=-1))
-        return np.asarray(np.clip(offsets, -far, far), dtype=np.int32)
+        return turned_points((points.in_base - points.laser) / self._pixel, headings, far)
 
     def _scores(self, places: NDArray[np.int64], turned_points: NDArray[np.int32]) -> NDArray[np.float32]:
         """(P, H) log-likelihood of points (H, N, 2) at places (P,), by number."""

@@ -1,5 +1,7 @@
 """A hypothesis of where the car is: weighed, estimated and judged by itself."""
 
+import numpy as np
+
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.pose_estimate import DOMINANT, PoseEstimate
@@ -29,6 +31,8 @@ class PoseHypothesis:
         self.judge = judge
         self.is_known = False
         """Whether the cloud lies at one place."""
+        self._covariance = np.zeros((3, 3))
+        """Of the last estimate while it did."""
         self._stamp = stamp
         self._is_news = False
         """Whether the scan at hand was weighed."""
@@ -36,13 +40,13 @@ class PoseHypothesis:
     def weigh(self, points: EndPoints, travel: float, perception: Perception) -> None:
         """Take in a scan so many metres plus radians after the last.
 
-        While the place is known, only what the map explains counts. A few particles then go to where the scan
-        lies on the walls, which after wrong odometry may be beside the cloud.
+        While the place is known, only what the map explains counts. A few particles go to where the scan lies
+        on the walls, which after wrong odometry may be beside the cloud, as sure as the last estimate was.
         """
         self._is_news = True
         if self.is_known:
             map_from_base, covariance, _ = self.particles.moments()
-            self.particles.propose(*perception.refined(map_from_base, covariance, points))
+            self.particles.propose(perception.aligned(map_from_base, covariance, points), self._covariance)
             points = perception.explained(self.particles.map_from_base, covariance, points)
         self.particles.weigh(perception.log_likelihood(self.particles.map_from_base, points), travel)
 
@@ -55,6 +59,7 @@ class PoseHypothesis:
         self.is_known = weight > DOMINANT and variance < _KNOWN_WITHIN**2
         if self.is_known:
             map_from_base, covariance = perception.refined(map_from_base, covariance, points)
+            self._covariance = covariance
         fit = perception.fit(map_from_base, points)
         if fit is not None:
             self.judge.judge(fit, seconds)

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.floor.free_space import Region
 from racecar.localization.recovery.perception import Perception
+from racecar.localization.recovery.place_search_kernels import best_places, score_places, turned_points
 from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from tests.localization.scans import points_at, ranges_from
@@ -93,3 +94,19 @@ def test_a_point_far_off_the_map_fits_nowhere(x: float, y: float) -> None:
         for seen in (points, with_far)
     ]
     np.testing.assert_array_equal(*best)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(0, 10_000), st.integers(0, 30), st.integers(1, 3))
+def test_the_best_places_are_those_of_the_highest_sums(seed: int, places: int, most: int) -> None:
+    rng = np.random.default_rng(seed)
+    codes = rng.integers(0, 20, (30, 40)).astype(np.uint8)
+    log_by_code = -rng.uniform(0.0, 2.0, 256).astype(np.float32)
+    pixels = rng.integers(0, 30, (places, 2)).astype(np.int32)
+    turned = turned_points(rng.uniform(-9.0, 9.0, (5, 2)), 8, 100)
+    scores = np.empty((places, 8), dtype=np.float32)
+    score_places(pixels, turned, codes, log_by_code, scores)
+    place, turn = best_places(pixels, turned, codes, log_by_code, most)
+    best = np.sort(scores.max(axis=1, initial=-np.inf))[::-1][:most]
+    np.testing.assert_array_equal(scores[place, turn], best)
+    assert len(set(place.tolist())) == len(place)
