@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.filter.clusters import cluster_moments
 from racecar.localization.filter.particle_kernels import move_particles
-from racecar.localization.odometry.motion_model import path_and_turn
-from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.motion_model import MotionStep, path_and_turn
 from racecar.localization.odometry.slip import CHANGE_AFTER, changed_slips
 from racecar.maps.geometry.se2 import Pose
 

@@ -8,14 +8,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.odometry.calibration import OdometryCalibration
-from racecar.localization.odometry.motion_model import drift_deviations, odometry_deviations, travel
+from racecar.localization.odometry.motion_model import (
+    MotionStep,
+    drift_deviations,
+    odometry_deviations,
+    travel,
+)
 from racecar.localization.odometry.motion_samples import (
     MeasuredMotion,
     MotionSamples,
     OdometryReading,
     is_set_back,
 )
-from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.speed_memory import SpeedMemory
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 from racecar.maps.sensing.config import TurnFusionConfig

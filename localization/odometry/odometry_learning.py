@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.odometry.motion_source import MotionSource
-from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.segments import OdometrySegments
 from racecar.localization.odometry.trust import OdometryTrust
 from racecar.localization.pose_estimate import PoseEstimate

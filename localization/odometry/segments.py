@@ -6,7 +6,7 @@ from math import copysign, hypot, isfinite
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, adjoint, inverse
 from racecar.maps.geometry.se2_kernels import composed, step_between

@@ -8,8 +8,8 @@ and where the car would stand.
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.odometry.motion_source import MotionSource, smoothed_speed
-from racecar.localization.odometry.motion_step import MotionStep
 from racecar.localization.odometry.odometry_learning import OdometryLearning
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.hypotheses import Hypotheses

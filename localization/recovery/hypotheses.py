@@ -14,7 +14,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
 from racecar.localization.filter.start_poses import draw_about, draw_start, region_about
 from racecar.localization.floor.free_space import ANYWHERE, Region
-from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.recovery.lookout import Lookout
 from racecar.localization.recovery.perception import Perception

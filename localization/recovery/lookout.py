@@ -1,6 +1,6 @@
 """Looking out for places that scans fit better than where the car is taken to be.
 
-With each scan a part of the map is looked at, so that a round over all of it takes some seconds. On the
+Again and again a part of the map is looked at, so that a round over all of it takes some seconds. On the
 right map hardly any scan fits notably better elsewhere, even where much has changed; on a wrong one nearly
 all do, each at another place, and so do those of a car that was carried off. Along a corridor without doors
 they fit elsewhere as well, but not better.

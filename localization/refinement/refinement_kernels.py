@@ -1,4 +1,9 @@
-"""Gauss-Newton on the distance to walls."""
+"""The estimate aligned with the walls, closer than the cloud's particles lie beside one another.
+
+A robust alignment of the end points with the nearest walls, by Gauss-Newton on their distances, finds the
+pose that most of the scan agrees with, whatever people and furniture the map lacks. Along a corridor, where
+walls do not constrain it, the cloud does.
+"""
 
 import math
 
@@ -11,6 +16,12 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.geometry.se2_kernels import composed, step_between
 from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
 
+_FEWEST_POINTS = 10
+"""End points below which there is no alignment, since fewer may all lie on one thing that the map lacks. By
+judgement."""
+_LARGEST_MOVE = 0.5
+"""Metres, or radians, that a pose may be moved by, since beyond, the walls are others: about the width of a
+cloud that counts as tracked. By judgement."""
 _SCALES = (0.3, 0.2, 0.1, 0.1, 0.07, 0.07)
 """Metres from a wall, one per step, beyond which a point counts less and less: from wide, to find the walls,
 to narrow, to leave out people. By judgement; measured: alignment took session_A's error from 0.13 to 0.06
@@ -50,8 +61,11 @@ def align_to_walls(
     """The pose (3,) near a cloud's mean that brings points (N, 2) to the walls.
 
     One Gauss-Newton step for each of the scales of the weights of Geman and McClure (1987); the cloud, of
-    some covariance (3, 3), holds the pose where walls do not, as along a corridor.
+    some covariance (3, 3), holds the pose where walls do not, as along a corridor. The mean itself where the
+    scan has too few points, or the alignment leads away.
     """
+    if len(points) < _FEWEST_POINTS:
+        return map_from_base
     map_from_grid = walls[0]
     start = step_between(map_from_grid, map_from_base)
     pose, turn = start.copy(), _rotation(map_from_grid[2])
@@ -60,7 +74,9 @@ def align_to_walls(
     for scale in _SCALES:
         gradient, information = _normal_equations(pose, points, walls, scale)
         pose -= inverse_of_symmetric(cloud + information) @ (cloud @ (pose - start) + gradient)
-    return composed(map_from_grid, pose)
+    aligned = composed(map_from_grid, pose)
+    x, y, yaw = step_between(map_from_base, aligned)
+    return map_from_base if max(abs(x), abs(y), abs(yaw)) > _LARGEST_MOVE else aligned
 
 
 @njit(cache=True, nogil=True)

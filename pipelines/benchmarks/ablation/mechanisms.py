@@ -26,7 +26,6 @@ from racecar.localization.odometry.trust import OdometryTrust
 from racecar.localization.recovery import hung_odometry, hypotheses, perception, place_judge, pose_hypothesis
 from racecar.localization.recovery.lookout import Lookout
 from racecar.localization.recovery.perception import Perception
-from racecar.localization.refinement import refinement
 from racecar.localization.sensor import end_points, likelihood_field
 from racecar.localization.sensor.end_points import EndPoints
 from racecar.localization.sensor.likelihood_field import DEPENDENCE, log_table
@@ -108,9 +107,9 @@ def _slides_nowhere(
     return np.abs(step), effort, behind
 
 
-def _sees_nothing(*_: object) -> tuple[float, None]:
-    """In place of a look at a part of the map."""
-    return inf, None
+def _unaligned(map_from_base: Pose, *_: object) -> Pose:
+    """In place of a pose that is laid on the walls."""
+    return map_from_base
 
 
 def _all_points(_perception: object, _cloud: object, _covariance: object, points: EndPoints) -> EndPoints:
@@ -145,7 +144,8 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "dependent points": _replaced(likelihood_field, log_table=_independent),
         "news threshold": _replaced(hypotheses, _NEWS_AFTER=0.0),
         "looking again": _replaced(hypotheses, _LOOK_AGAIN_AFTER=inf),
-        "evidence cap": _replaced(particle_filter, _LEAST_EVIDENCE=inf, _MOST_EVIDENCE=inf),
+        "dependent scans": _replaced(particle_filter, _INDEPENDENT_AFTER=_NONE),
+        "evidence cap": _replaced(particle_filter, _MOST_EVIDENCE=inf),
         "first scan share": _replaced(hypotheses, _FIRST_SCAN_SHARE=1.0),
         "rival discount": _replaced(hung_odometry, _SCANS_PER_SECOND=40.0, _LARGEST_RATE=1000.0),
     },
@@ -153,7 +153,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "known place": _replaced(pose_hypothesis, _KNOWN_WITHIN=100.0),
         "explained points": _replaced(Perception, explained=_all_points),
         "proposals": _replaced(ParticleFilter, propose=_nothing),
-        "alignment": _replaced(refinement, _FEWEST_POINTS=10_000),
+        "alignment": _replaced(perception, align_to_walls=_unaligned),
     },
     "recovery": {
         "particle injection": _replaced(ParticleFilter, inject=_nothing),
@@ -163,7 +163,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "hypothesis trial": _replaced(pose_hypothesis, _TRIAL=0),
         "restart after gaps": _replaced(motion_source, _GAP_SECONDS=1000.0),
         "learned fit": _replaced(place_judge, _SURE=inf),
-        "lookout": _replaced(Lookout, look=_sees_nothing),
+        "lookout": _replaced(Lookout, look=_nothing),
     },
     "cloud": {
         "fewer particles where sure": _settings(fewest_particles=LocalizationConfig().particles),

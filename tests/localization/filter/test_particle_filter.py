@@ -6,8 +6,7 @@ from hypothesis.extra.numpy import arrays
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.localization.odometry.motion_model import odometry_deviations
-from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.motion_model import MotionStep, odometry_deviations
 from racecar.localization.recovery.perception import Perception
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from tests.localization.scans import points_at, ranges_from

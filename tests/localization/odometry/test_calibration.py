@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from racecar.localization.odometry.calibration import OdometryCalibration
-from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.odometry.segments import OdometrySegment, OdometrySegments
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, compose

@@ -4,9 +4,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.localization.config import LocalizationConfig
+from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.odometry.motion_samples import MotionSamples
 from racecar.localization.odometry.motion_source import MotionSource
-from racecar.localization.odometry.motion_step import MotionStep
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_faults import OdometryFaults

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.odometry.segments import OdometrySegment, OdometrySegments
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse

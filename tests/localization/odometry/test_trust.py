@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from racecar.localization.odometry.motion_step import MotionStep
+from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.odometry.segments import OdometrySegments
 from racecar.localization.odometry.speed_memory import SpeedMemory
 from racecar.localization.odometry.trust import OdometryTrust
