@@ -9,7 +9,7 @@ from racecar.localization.floor.walls import Walls
 from racecar.localization.localizer import Localizer
 from racecar.localization.odometry.motion_samples import MotionSamples
 from racecar.localization.odometry.motion_source import MotionSource
-from racecar.localization.refinement.refinement_kernels import align_to_walls, covariance_given_walls
+from racecar.localization.refinement.refinement import refine
 from racecar.localization.sensor.end_points import select_points
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
@@ -57,9 +57,7 @@ def warm_up_filter(config: LocalizationConfig) -> None:
         mean, covariance, _ = particles.moments()
     scan = _scan(odometry.stamp, np.ones(len(_BEARINGS)))
     points = select_points(scan, config.beams, motion.poses_in_sweep)
-    walls = Walls(_room()).field(surface=0.0)
-    align_to_walls(mean, covariance, points.in_base, walls)
-    covariance_given_walls(mean, covariance, points.in_base, walls)
+    refine(mean, covariance, points, Walls(_room()), surface=0.0)
 
 
 def _room() -> OccupancyGrid:

@@ -9,7 +9,7 @@ from racecar.localization.floor.free_space import find_free_space
 from racecar.localization.floor.usable_map import refuse_empty, refuse_inverted
 from racecar.localization.floor.walls import Walls
 from racecar.localization.recovery.place_search import PlaceSearch
-from racecar.localization.refinement.refinement_kernels import align_to_walls, covariance_given_walls
+from racecar.localization.refinement.refinement import aligned, refine
 from racecar.localization.refinement.wall_surface import WallSurface
 from racecar.localization.sensor.end_points import EndPoints
 from racecar.localization.sensor.likelihood_field import LikelihoodField
@@ -52,19 +52,13 @@ class Perception:
 
     def aligned(self, map_from_base: Pose, covariance: NDArray[np.float64], points: EndPoints) -> Pose:
         """A pose (3,) of some covariance (3, 3), laid on the walls near by, if there are any."""
-        return align_to_walls(
-            map_from_base, covariance, points.in_base, self.walls.field(self._surface.metres)
-        )
+        return aligned(map_from_base, covariance, points, self.walls, self._surface.metres)
 
     def refined(
         self, map_from_base: Pose, covariance: NDArray[np.float64], points: EndPoints
     ) -> tuple[Pose, NDArray[np.float64]]:
         """That, and its covariance (3, 3); where there is no alignment, what was given."""
-        pose = self.aligned(map_from_base, covariance, points)
-        if np.array_equal(pose, map_from_base):
-            return map_from_base, covariance
-        walls = self.walls.field(self._surface.metres)
-        return pose, covariance_given_walls(pose, covariance, points.in_base, walls)
+        return refine(map_from_base, covariance, points, self.walls, self._surface.metres)
 
     def fit(self, map_from_base: Pose, points: EndPoints) -> float | None:
         """How well a scan fits the map from a pose (3,): the mean fit of points on it; None without any."""

@@ -1,9 +1,4 @@
-"""The estimate aligned with the walls, closer than the cloud's particles lie beside one another.
-
-A robust alignment of the end points with the nearest walls, by Gauss-Newton on their distances, finds the
-pose that most of the scan agrees with, whatever people and furniture the map lacks. Along a corridor, where
-walls do not constrain it, the cloud does.
-"""
+"""Gauss-Newton on the distance to walls."""
 
 import math
 

@@ -26,6 +26,7 @@ from racecar.localization.odometry.trust import OdometryTrust
 from racecar.localization.recovery import hung_odometry, hypotheses, perception, place_judge, pose_hypothesis
 from racecar.localization.recovery.lookout import Lookout
 from racecar.localization.recovery.perception import Perception
+from racecar.localization.refinement import refinement
 from racecar.localization.sensor import end_points, likelihood_field
 from racecar.localization.sensor.end_points import EndPoints
 from racecar.localization.sensor.likelihood_field import DEPENDENCE, log_table
@@ -153,7 +154,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "known place": _replaced(pose_hypothesis, _KNOWN_WITHIN=100.0),
         "explained points": _replaced(Perception, explained=_all_points),
         "proposals": _replaced(ParticleFilter, propose=_nothing),
-        "alignment": _replaced(perception, align_to_walls=_unaligned),
+        "alignment": _replaced(refinement, align_to_walls=_unaligned),
     },
     "recovery": {
         "particle injection": _replaced(ParticleFilter, inject=_nothing),

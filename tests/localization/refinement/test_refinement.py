@@ -4,22 +4,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.localization.floor.walls import Walls
-from racecar.localization.refinement.refinement_kernels import align_to_walls, covariance_given_walls
-from racecar.localization.sensor.end_points import EndPoints
-from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+from racecar.localization.refinement.refinement import refine
+from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from tests.localization.corridors import SIGHT, seen_in_corridor, slanted_corridor
 from tests.localization.scans import points_at, ranges_from
 from tests.maps.drives import BEARINGS, room
 
 CLOUD = np.diag([0.01, 0.01, 0.0025])
-
-
-def refine(start: Pose, cloud: np.ndarray, points: EndPoints, walls: Walls) -> tuple[Pose, np.ndarray]:
-    """With the surface a quarter of a cell before the centres."""
-    field = walls.field(0.25 * walls.grid.resolution)
-    pose = align_to_walls(start, cloud, points.in_base, field)
-    return pose, covariance_given_walls(pose, cloud, points.in_base, field)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -30,7 +22,7 @@ def test_people_do_not_draw_the_estimate_aside(seed: int) -> None:
     ranges[100:160] *= rng.uniform(0.6, 0.95, 60)
     points = points_at(ranges)
     start = compose(truth, [0.15, -0.1, 0.04])
-    refined, covariance = refine(start, CLOUD, points, Walls(grid))
+    refined, covariance = refine(start, CLOUD, points, Walls(grid), 0.25 * grid.resolution)
     assert np.sqrt(np.trace(covariance[:2, :2])) < 0.05
     assert np.hypot(*(refined - truth)[:2]) < 0.03
     assert abs(refined[2] - truth[2]) < 0.01
@@ -44,7 +36,7 @@ def test_along_a_bare_corridor_the_estimate_stays() -> None:
     ranges = ranges_from(grid, truth, IDENTITY)
     points = points_at(np.where(ranges < 10.0, ranges, np.inf), IDENTITY)
     start = np.add(truth, [0.1, 0.1, 0.02])
-    refined, covariance = refine(start, CLOUD, points, Walls(grid))
+    refined, covariance = refine(start, CLOUD, points, Walls(grid), 0.25 * grid.resolution)
     assert abs(refined[0] - truth[0] - 0.1) < 0.02
     assert abs(refined[1] - truth[1]) < 0.02
     assert abs(refined[2]) < 0.005
@@ -56,7 +48,9 @@ def test_along_a_bare_corridor_the_estimate_stays() -> None:
 def test_too_few_points_change_nothing() -> None:
     start = np.array([1.0, 2.0, 0.3])
     points = points_at(np.where(np.arange(len(BEARINGS)) < 5, 1.0, np.inf))
-    np.testing.assert_array_equal(refine(start, CLOUD, points, Walls(room()))[0], start)
+    refined, covariance = refine(start, CLOUD, points, Walls(room()), 0.0125)
+    np.testing.assert_array_equal(refined, start)
+    np.testing.assert_array_equal(covariance, CLOUD)
 
 
 def along_over_cloud(degrees: float, resolution: float, thickness: float, *, with_doors: bool) -> float:
@@ -74,7 +68,7 @@ def along_over_cloud(degrees: float, resolution: float, thickness: float, *, wit
         if with_doors:
             ranges = ranges_from(grid, pose, IDENTITY)
             points = points_at(np.where(ranges < SIGHT, ranges, np.inf), IDENTITY).thinned(100)
-        _, covariance = refine(pose, cloud, points, walls)
+        _, covariance = refine(pose, cloud, points, walls, 0.25 * walls.grid.resolution)
         shares.append(np.sqrt(ahead @ covariance[:2, :2] @ ahead) / 0.25)
     return float(np.mean(shares))
 
