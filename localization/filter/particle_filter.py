@@ -143,7 +143,7 @@ def systematic_resample(
 
     One random number for all (low variance): a particle of weight w is taken floor or ceil of w·count times.
     """
-    taken = np.ceil(np.cumsum(weights) * count - rng.random()).astype(np.int64)
+    taken = np.minimum(np.ceil(np.cumsum(weights) * count - rng.random()), count).astype(np.int64)
     taken[-1] = count  # the sum is rounded
     return np.repeat(np.arange(len(weights)), taken - np.append(0, taken[:-1]))
 

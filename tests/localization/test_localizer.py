@@ -109,6 +109,15 @@ def test_odometry_of_a_car_that_stands_does_not_hang() -> None:
     assert not filter.frozen_odometry.is_frozen_at(2 * SECOND)
 
 
+def test_a_car_that_stands_does_not_become_surer_of_its_place() -> None:
+    """Its scans repeat the first ones."""
+    driven = drive(room(), 20.0, np.random.default_rng(0), speed=0.0)
+    filter = localizer()
+    filter.set_pose(driven.truth[0])
+    deviations = np.array([estimate.deviation for estimate in replay(filter, driven.messages)])
+    assert deviations[-100:].mean() > 0.96 * deviations[100:200].mean()
+
+
 def among_pillars(columns: NDArray[np.int64]) -> OccupancyGrid:
     """The room with nothing in it but pillars of 0.4 m, each so many cells along it."""
     grid = room()
