@@ -175,7 +175,8 @@ class Mapper:
         since_last = scan.stamp - (scan.stamp if self.last_stamp is None else self.last_stamp)
         unknown_for = state.reckoning.blind_for if wheel_step is None else since_last
         gap = gap_after(unknown_for, wheel_step, distance, self._config.keyframes.gaps)
-        is_due = gap != Gap.NONE or guesses.reach(distance, angle) or (sees and not state.last_keyframe_sees)
+        is_new = state.reckoning.wheels_begin or (sees and not state.last_keyframe_sees)
+        is_due = gap != Gap.NONE or guesses.reach(distance, angle) or is_new
         # Where the laser is blind, keyframes carry what the wheels measure; without wheels there is nothing.
         if self.last_stamp is None or (is_due and (sees or wheel_step is not None)):
             self._add_keyframe(scan, points, guesses, gap)
@@ -282,7 +283,10 @@ class Mapper:
         """Place a new keyframe in the map; returns the motion (3,) of the reference since the one before,
         which guess led there, and what the scans say of it."""
         state, config = self._state, self._config.keyframes.placement
-        if gap == Gap.DRIVEN:  # over the gap scan odometry lost its way, if it could ever have known it
+        has_wheels, shows_much = state.reckoning.wheel_step() is not None, self._sees_much(index)
+        if has_wheels and not shows_much:  # a few returns fit anywhere, and so refute nothing
+            guesses = guesses.first
+        elif gap == Gap.DRIVEN:  # over the gap scan odometry lost its way, if it could ever have known it
             guesses = guesses.without(GuessSource.SCAN_ODOMETRY)
         poses, worth = state.map_from_keyframe, state.reckoning.worth(guesses.best)
         last = state.last_map_from_reference
@@ -301,7 +305,7 @@ class Mapper:
         state.map_from_keyframe = np.concatenate([poses, placed.pose[None]])
         moved_to = placed.pose if mount is None else compose(placed.pose, inverse(mount))
         step, right = between(last, moved_to), guesses.sources[placed.guess]
-        if gap == Gap.NONE and state.reckoning.wheel_step() is not None:
+        if gap == Gap.NONE and has_wheels and shows_much:
             limits = (config.same_guess_distance, config.same_guess_angle)
             state.reckoning.judge_repeating(step, right, limits)
         return step, right, placed

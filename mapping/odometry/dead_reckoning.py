@@ -184,6 +184,12 @@ class DeadReckoning:
         return between(self._keyframe_by_wheels, self._by_wheels)
 
     @property
+    def wheels_begin(self) -> bool:
+        """Whether the wheels tell where the car is since after the last keyframe: only from the next one on they
+        show a motion, which may be long in coming where scan odometry sticks."""
+        return self._by_wheels is not None and self._keyframe_by_wheels is None
+
+    @property
     def wheels_repeat(self) -> bool:
         """Whether the wheels say that the car stands now, which wheels that are frozen say too."""
         return self._by_wheels is not None and self._odometry.repeats_since(self._stamp) is not None

@@ -43,6 +43,11 @@ class MotionGuesses:
         """(3,) by one source, the most trusted where it says nothing."""
         return self.by.get(source, self.best)
 
+    @property
+    def first(self) -> "MotionGuesses":
+        """Only the most trusted."""
+        return MotionGuesses({self.sources[0]: self.best})
+
     def without(self, source: GuessSource) -> "MotionGuesses":
         """Those of all sources but one."""
         return MotionGuesses({each: motion for each, motion in self.by.items() if each != source})

@@ -16,6 +16,7 @@ from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from tests.mapping.mapping_errors import mean_error
+from tests.mapping.worlds import CORRIDOR, scan_at
 from tests.maps.drives import Drive, drive, room
 
 
@@ -171,3 +172,37 @@ def test_around_a_car_that_stands_there_is_free_space(standing: int) -> None:
     assert free.sum() * result.grid.resolution**2 > 20.0
     on_walls = result.grid.cells[tuple(result.grid.cell_of(result.session.points).T)] > 65
     assert on_walls.mean() > 0.98
+
+
+def along_a_corridor(wheels_from: float) -> Iterator[Scan | Odometry]:
+    """Straight on through a bare one at 0.2 m/s, in which no scan shows how far."""
+    for tick in range(100):
+        stamp, pose = 100_000_000 * tick, np.array([0.02 * tick, 0.0, 0.0])
+        if stamp >= round(wheels_from * 1e9):
+            yield Odometry(stamp, pose, np.zeros(3))
+        yield scan_at(CORRIDOR, pose, stamp)
+
+
+@pytest.mark.parametrize("wheels_from", [0.0, 0.3, 2.0])
+def test_wheels_that_begin_after_the_first_scan_are_followed_from_there(wheels_from: float) -> None:
+    result = mapped_from(along_a_corridor(wheels_from))
+    way = result.trajectory.map_from_base[-1, 0] - result.trajectory.map_from_base[0, 0]
+    assert way == pytest.approx(1.98 - 0.2 * wheels_from, abs=0.05)
+
+
+def nearly_blind(scan: Scan, tick: int) -> Scan:
+    """Of all returns twelve are left, which seem to turn."""
+    ranges, shown = np.full_like(scan.ranges, np.inf), 5 + 3 * tick + np.arange(0, 24, 2)
+    ranges[shown] = np.where(np.arange(12) < 6, 1.5, 2.0)
+    return replace(scan, ranges=ranges)
+
+
+def test_a_few_returns_refute_no_wheels() -> None:
+    """A heading that is steered straight ahead does not look like one that hangs then."""
+    messages = (
+        nearly_blind(each, each.stamp // 100_000_000) if isinstance(each, Scan) else each
+        for each in along_a_corridor(0.0)
+    )
+    result = mapped_from(messages)
+    assert result.counts["odometry_constraints"] == len(result.keyframe_indices) - 1
+    assert "repeated" not in str(result.warnings)
