@@ -203,14 +203,50 @@ class VelocityFilterConfig(Settings):
     )
 
 
+class LagEstimateConfig(Settings):
+    """When a lag between two clocks is known. Measured on 15 simulated drives whose wheels lag by -0.14 to
+    0.15 s: where it is known it is right to 0.015 s."""
+
+    block: float = Field(
+        default=0.5,
+        gt=0.0,
+        le=100.0,
+        description="Seconds of a block of the bootstrap: as long as a window, for what windows share is no "
+        "news. With 1 s the same lags are known.",
+    )
+    min_turn: float = Field(
+        default=0.05,
+        ge=0.0,
+        le=10.0,
+        description="Radians that both must turn in a window: three degrees, by judgement. Noise shows no "
+        "lag, nor a turn by hand of which the wheels know nothing.",
+    )
+    min_blocks: int = Field(
+        default=5,
+        ge=2,
+        le=10_000,
+        description="Blocks below which nothing is known. Of pieces of so many blocks of 15 simulated drives "
+        "95 % err by up to 0.021 s, as with 6; with 3 by 0.028.",
+    )
+    resamplings: int = Field(default=100, ge=10, le=100_000, description="Of the bootstrap. By judgement.")
+    sigmas: float = Field(
+        default=4.0,
+        ge=0.0,
+        le=100.0,
+        description="Standard deviations that a lag must show by. Measured: 6 and more where it is true, up "
+        "to 3.7 where odometry comes five or ten times a second and few turns tell.",
+    )
+
+
 class OdometryLagConfig(Settings):
     """How the lag between the clocks of wheels and scans is learned."""
 
     max_lag: float = Field(
-        default=0.3,
+        default=0.5,
         gt=0.0,
         le=100.0,
-        description="Seconds to each side that are tried. Measured on recordings of race cars: 0.10 to 0.14.",
+        description="Seconds to each side that are tried: some more than those up to which no clock is "
+        "shifted beforehand (`TurnAgreementConfig.usual_lag`), since at the bound none is known.",
     )
     step: float = Field(
         default=0.02,
@@ -245,22 +281,16 @@ class OdometryLagConfig(Settings):
         default=4.0,
         gt=0.0,
         le=1000.0,
-        description="Radians that the car must have turned, to and fro, until the lag counts as settled; "
-        "before, it must explain more, because a slip in one curve looks like a lag. By judgement.",
+        description="Radians that the car must have turned, to and fro, until a lag that the turns do not "
+        "show is no longer believed from elsewhere. By judgement.",
     )
-    max_share_left: float = Field(
-        default=0.8,
-        gt=0.0,
-        le=1.0,
-        description="Share of the disagreement without a lag that the best lag may leave. By judgement.",
+    max_blocks: int = Field(
+        default=200,
+        ge=2,
+        le=100_000,
+        description="Blocks that are remembered, as clocks drift. By judgement: some minutes of driving.",
     )
-    memory: float = Field(
-        default=0.97,
-        gt=0.0,
-        le=1.0,
-        description="Weight of what was learned before, each time that the lag is learned. By judgement: it "
-        "fades over some thirty times.",
-    )
+    estimate: LagEstimateConfig = LagEstimateConfig()
 
 
 class WheelCalibrationConfig(Settings):

@@ -185,8 +185,8 @@ class DeadReckoning:
 
     @property
     def wheels_begin(self) -> bool:
-        """Whether the wheels tell where the car is since after the last keyframe: only from the next one on they
-        show a motion, which may be long in coming where scan odometry sticks."""
+        """Whether the wheels tell where the car is, but did not at the last keyframe: only from the next one
+        on they show a motion, and where scan odometry sticks that may be long in coming."""
         return self._by_wheels is not None and self._keyframe_by_wheels is None
 
     @property

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays
 from racecar.mapping.odometry.config import OdometryLagConfig
-from racecar.maps.geometry.se2 import Pose
+from racecar.mapping.odometry.lag_estimate import Blocks, blocks_of, known_lag
+from racecar.mapping.odometry.turn_windows import TurnWindows, turn_windows
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 
 
@@ -24,16 +25,16 @@ class KnownLag(NamedTuple):
 
 
 class OdometryLag:
-    """Sums up, for each lag that is tried, by how much the wheels and the scans disagree."""
+    """Keeps, for each lag that is tried, by how much the wheels and the scans disagreed of late."""
 
     def __init__(self, config: OdometryLagConfig, nanoseconds: int = 0) -> None:
         self.nanoseconds = nanoseconds
         """How long after a scan's stamp the wheels report the car where that scan saw it."""
         self._config = config
         steps = round(config.max_lag / config.step)
-        self._lags = np.arange(-steps, steps + 1) * _nanoseconds(config.step)
+        self._lags = np.arange(-steps, steps + 1) * round(config.step * 1e9)
         """(L,) nanoseconds."""
-        self._disagreements = np.zeros(len(self._lags))
+        self._blocks = Blocks.none(len(self._lags))
         self._turned = 0.0
         self._stamps: list[int] = []
         self._headings: list[float] = []
@@ -54,51 +55,55 @@ class OdometryLag:
         return KnownLag(self.nanoseconds, self.is_settled)
 
     def learn(self, odometry: OdometryBuffer) -> bool:
-        """Compare the scans since the last time with the wheels; returns whether the lag has changed."""
+        """Compare the scans since the last time with the wheels; returns whether the lag has changed.
+
+        One that is known from elsewhere holds until the turns show another, or many of them none.
+        """
         stamps, poses = odometry.samples
-        turns, by_wheels, scans_apart = self._compare(stamps, poses)
-        missed = np.minimum(np.abs(turns - by_wheels), self._config.max_disagreement)
-        memory = self._config.memory
-        self._disagreements = memory * self._disagreements + missed.sum(axis=1)
-        self._turned = memory * self._turned + float(np.abs(turns).sum()) / scans_apart
-        before, best = self.nanoseconds, int(np.argmin(self._disagreements))
-        without_lag = self._disagreements[len(self._lags) // 2]
-        share = self._config.max_share_left * min(self._turned / self._config.turn_until_settled, 1.0)
-        if self._disagreements[best] < share * without_lag:
-            self.nanoseconds = int(self._lags[best]) if abs(self._lags[best]) >= _period(stamps) else 0
+        scans = np.array(self._stamps, dtype=np.int64)
+        windows = self._compare(scans, stamps, np.unwrap(poses[:, 2]))
+        missed = np.minimum(np.abs(windows.turns - windows.by_other), self._config.max_disagreement)
+        numbers, costs = self._blocks.joined(
+            blocks_of(scans[windows.begins], missed / windows.scans_apart, self._config.estimate)
+        )
+        most = self._config.max_blocks
+        self._blocks = Blocks(numbers[-most:], costs[-most:])
+        self._turned += windows.turned
+        before, lag = self.nanoseconds, known_lag(self._lags, self._blocks, self._config.estimate)
+        if lag is not None:
+            self.nanoseconds = lag if abs(lag) >= _period(stamps) else 0
         elif self.is_settled:
             self.nanoseconds = 0
         return self.nanoseconds != before
 
     def _compare(
-        self, stamps: NDArray[np.int64], poses: Pose
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-        """Turns (N,) measured by scans, the same by the wheels' samples at each lag (L, N), and over how many
-        scans on average."""
-        lags, waiting = self._lags, self._config.max_waiting
-        scans, headings = np.array(self._stamps, dtype=np.int64), np.array(self._headings)
-        ends = np.searchsorted(scans, scans + _nanoseconds(self._config.turn_interval))
-        until = stamps[-1] - lags[-1] if len(stamps) > 0 else np.iinfo(np.int64).min
-        count = int(np.searchsorted(ends, np.searchsorted(scans, until)))
-        ends = ends[:count]
-        self._stamps = self._stamps[count:][-waiting:]
-        self._headings = self._headings[count:][-waiting:]
-        longest = _nanoseconds(self._config.max_turn_interval)
-        is_covered = (scans[:count] + lags[0] > stamps[:1]) & (scans[ends] - scans[:count] < longest)
-        begins, ends = np.nonzero(is_covered)[0], ends[is_covered]
-        if len(begins) == 0:
-            return np.zeros(0), np.zeros((len(lags), 0)), 1.0
-        wheel_headings = np.unwrap(poses[:, 2])
-        seconds = (stamps - scans[0]) * 1e-9
-        at = np.interp((scans - scans[0] + lags[:, None]) * 1e-9, seconds, wheel_headings)
-        return headings[ends] - headings[begins], at[:, ends] - at[:, begins], float(np.mean(ends - begins))
+        self, scans: NDArray[np.int64], stamps: NDArray[np.int64], by_wheels: NDArray[np.float64]
+    ) -> TurnWindows:
+        """Windows in which both turned, of those of the waiting scans (N,) that samples of the wheels (M,)
+        cover by now; scans that begin no later one need not wait any more."""
+        config, lags = self._config, self._lags
+        windows = turn_windows(
+            (scans, np.array(self._headings)),
+            (stamps, by_wheels),
+            lags,
+            config.turn_interval,
+            config.max_turn_interval,
+        )
+        reached = scans[scans < stamps[-1] - lags[-1]] if len(stamps) > 0 else scans
+        last = reached[-1:] - round(config.turn_interval * 1e9)
+        count = int((scans <= last).sum()) if len(last) else 0
+        self._stamps = self._stamps[count:][-config.max_waiting :]
+        self._headings = self._headings[count:][-config.max_waiting :]
+        is_whole = windows.is_covered.all(axis=0) & (windows.begins < count)
+        return windows.chosen(is_whole).turning(config.estimate.min_turn)
 
     def to_arrays(self) -> Arrays:
-        """The lag in ``nanoseconds``, the ``disagreements`` (L,), how far the car ``turned``, and ``stamps``
-        and ``headings`` (N,) of scans that are still to be compared; angles in radians."""
+        """The lag in ``nanoseconds``, what was compared in the ``blocks`` (B,) with ``costs`` (B, L), how far
+        the car ``turned``, and ``stamps`` and ``headings`` (N,) of scans that wait for wheels; in radians."""
         return {
             "nanoseconds": np.array(self.nanoseconds),
-            "disagreements": self._disagreements,
+            "blocks": self._blocks.numbers,
+            "costs": self._blocks.costs,
             "turned": np.array(self._turned),
             "stamps": np.array(self._stamps, dtype=np.int64),
             "headings": np.array(self._headings),
@@ -108,14 +113,10 @@ class OdometryLag:
     def from_arrays(cls, arrays: Arrays, config: OdometryLagConfig) -> "OdometryLag":
         """One that goes on from where another was."""
         known = cls(config, int(arrays["nanoseconds"]))
-        known._disagreements = arrays["disagreements"].astype(np.float64)
+        known._blocks = Blocks(arrays["blocks"].astype(np.int64), arrays["costs"].astype(np.float64))
         known._turned = float(arrays["turned"])
         known._stamps, known._headings = arrays["stamps"].tolist(), arrays["headings"].tolist()
         return known
-
-
-def _nanoseconds(seconds: float) -> int:
-    return round(seconds * 1e9)
 
 
 def _period(stamps: NDArray[np.int64]) -> float:

@@ -3,7 +3,7 @@
 from pydantic import Field
 
 from racecar.mapping.matching.config import ScanMatchingConfig
-from racecar.mapping.odometry.config import ScanOdometryConfig
+from racecar.mapping.odometry.config import LagEstimateConfig, ScanOdometryConfig
 from racecar.maps.settings import Settings
 
 
@@ -255,6 +255,7 @@ class TurnAgreementConfig(Settings):
         "recording may leave. Measured likewise: 0.04 to 0.1 where it is true, 0.8 and more elsewhere.",
     )
     window: WindowConfig = WindowConfig()
+    lag: LagEstimateConfig = LagEstimateConfig()
 
 
 class TurnRatioConfig(Settings):

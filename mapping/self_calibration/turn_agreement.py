@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.mapping.odometry.lag_estimate import blocks_of, known_lag
+from racecar.mapping.odometry.turn_windows import TurnWindows, turn_windows
 from racecar.mapping.self_calibration.config import TurnAgreementConfig
 from racecar.mapping.self_calibration.scan_track import ScanTrack
 from racecar.mapping.self_calibration.wheel_track import WheelTrack
@@ -38,11 +40,11 @@ def turn_agreement(
     lag does not speak against it.
     """
     lags = _lags(config, expected_lag)
-    turns, by_wheels, is_covered, scans_apart = turns_at(track, wheels, lags, config)
-    turned = float(np.abs(turns).sum()) / scans_apart
+    windows = turns_at(track, wheels, lags, config)
+    turned = windows.turned
     if turned < config.min_turn:
         return None
-    shares = np.stack([_shares_left(turns, sign * by_wheels, is_covered, config) for sign in (1.0, -1.0)])
+    shares = np.stack([_shares_left(windows, sign * windows.by_other, config) for sign in (1.0, -1.0)])
     is_usual = np.zeros(shares.shape, dtype=np.bool_)
     is_usual[0] = np.minimum(np.abs(lags), np.abs(lags - expected_lag)) <= round(config.usual_lag * 1e9)
     best, usual = int(np.argmin(shares)), int(np.argmin(np.where(is_usual, shares, np.inf)))
@@ -55,7 +57,37 @@ def turn_agreement(
     if not is_usual[0, best % len(lags)] and turned < config.min_turn_of_far_lag:
         return None
     share = float(shares.flat[best])
-    return TurnAgreement(lag, is_inverted, share) if share < config.max_share_left else None
+    if share >= config.max_share_left:
+        return None
+    expected = nearer_to(lag, expected_lag)
+    shown = shown_lag(track, windows, lags, (lag, expected), -1.0 if is_inverted else 1.0, config)
+    if shown is None and not is_usual[0, best % len(lags)]:
+        return None
+    return TurnAgreement(expected if shown is None else shown, is_inverted, share)
+
+
+def nearer_to(lag: int, expected_lag: int) -> int:
+    """What is expected where a lag was found: none, or the one that the times of recording suggest."""
+    return min((0, expected_lag), key=lambda expected: abs(expected - lag))
+
+
+def shown_lag(
+    track: ScanTrack,
+    windows: TurnWindows,
+    lags: NDArray[np.int64],
+    found: tuple[int, int],
+    factor: float,
+    config: TurnAgreementConfig,
+) -> int | None:
+    """The lag about the one that was found, if blocks of time agree that it is not the one that was expected
+    there; with a ``factor`` on what the other sensor turns."""
+    near = np.abs(lags - found[0]) <= round(config.peak_width * 1e9)
+    is_covered = np.asarray(windows.is_covered[near].all(axis=0))
+    both = windows.chosen(is_covered).turning(config.lag.min_turn)
+    missed = np.minimum(np.abs(both.turns - factor * both.by_other[near]), config.max_difference)
+    blocks = blocks_of(track.stamps[both.begins], missed, config.lag)
+    shown = known_lag(lags[near] - found[1], blocks, config.lag)
+    return None if shown is None else found[1] + shown
 
 
 def _lags(config: TurnAgreementConfig, expected_lag: int) -> NDArray[np.int64]:
@@ -69,38 +101,21 @@ def _lags(config: TurnAgreementConfig, expected_lag: int) -> NDArray[np.int64]:
 
 def turns_at(
     track: ScanTrack, wheels: WheelTrack, lags: NDArray[np.int64], config: TurnAgreementConfig
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_], float]:
-    """Turns (W,) by scans over overlapping windows, those (L, W) by wheels at each lag, whether the wheels
-    cover them, and how many scans a window spans on average."""
-    stamps = track.stamps
-    ends = np.searchsorted(stamps, stamps + round(config.window.length * 1e9))
-    begins = np.nonzero(ends < len(stamps))[0]
-    ends = ends[begins]
-    is_whole = (track.segment[begins] == track.segment[ends]) & (
-        stamps[ends] - stamps[begins] < round(config.window.max_length * 1e9)
-    )
-    begins, ends = begins[is_whole], ends[is_whole]
-    if len(begins) == 0 or len(wheels.stamps) < 2:
-        return np.zeros(0), np.zeros((len(lags), 0)), np.zeros((len(lags), 0), dtype=np.bool_), 1.0
-    headings = np.unwrap(track.track_from_laser[:, 2])
-    turns = headings[ends] - headings[begins]
-    seconds = (wheels.stamps - stamps[0]) * 1e-9
-    wanted = (stamps - stamps[0] + lags[:, None]) * 1e-9
-    at = np.interp(wanted, seconds, wheels.odom_from_base[:, 2])
-    is_covered = (wanted[:, begins] >= seconds[0]) & (wanted[:, ends] <= seconds[-1])
-    return turns, at[:, ends] - at[:, begins], is_covered, float(np.mean(ends - begins))
+) -> TurnWindows:
+    """Turns by scans and by wheels at each lag, over overlapping windows in which the scans were followed."""
+    scans = track.stamps, np.unwrap(track.track_from_laser[:, 2])
+    by_wheels = wheels.stamps, wheels.odom_from_base[:, 2]
+    windows = turn_windows(scans, by_wheels, lags, config.window.length, config.window.max_length)
+    return windows.chosen(track.segment[windows.begins] == track.segment[windows.ends])
 
 
 def _shares_left(
-    turns: NDArray[np.float64],
-    by_wheels: NDArray[np.float64],
-    is_covered: NDArray[np.bool_],
-    config: TurnAgreementConfig,
+    windows: TurnWindows, by_wheels: NDArray[np.float64], config: TurnAgreementConfig
 ) -> NDArray[np.float64]:
-    """(L,) of the turns (W,) what the wheels' (L, W) leave; inf for lags at which they cover too little."""
-    differences = np.minimum(np.abs(turns - by_wheels), config.max_difference)
-    whole = np.minimum(np.abs(turns), config.max_difference) * is_covered
-    turned = whole.sum(axis=1)
-    shares: NDArray[np.float64] = (differences * is_covered).sum(axis=1) / np.maximum(turned, 1e-9)
-    shares[turned < config.min_covered * np.minimum(np.abs(turns), config.max_difference).sum()] = np.inf
+    """(L,) of the turns what the wheels' (L, W) leave; inf for lags at which they cover too little."""
+    differences = np.minimum(np.abs(windows.turns - by_wheels), config.max_difference)
+    all_turns = np.minimum(np.abs(windows.turns), config.max_difference)
+    turned = (all_turns * windows.is_covered).sum(axis=1)
+    shares: NDArray[np.float64] = (differences * windows.is_covered).sum(axis=1) / np.maximum(turned, 1e-9)
+    shares[turned < config.min_covered * all_turns.sum()] = np.inf
     return shares

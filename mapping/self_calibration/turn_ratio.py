@@ -1,9 +1,8 @@
 """By how much the scans turn when another sensor reports a turn: the ratio of the scales of both.
 
 It is near 1 unless one of the two counts in other units, to the other side, or, of scans, over another angle
-than it states. The lag is where the turns of both correlate best, which no scale changes; the ratio is a
-robust regression there, and its deviation that of a bootstrap over blocks of time [Efron and Tibshirani, An
-Introduction to the Bootstrap, 1993, chapter 8].
+than it states. It is a robust regression at the lag at which the turns of both correlate best, which no scale
+changes, and its deviation that of a bootstrap over blocks of time, as that of the lag.
 """
 
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ from numpy.typing import NDArray
 
 from racecar.mapping.self_calibration.config import TurnAgreementConfig, TurnRatioConfig
 from racecar.mapping.self_calibration.scan_track import ScanTrack
-from racecar.mapping.self_calibration.turn_agreement import turns_at
+from racecar.mapping.self_calibration.turn_agreement import nearer_to, shown_lag, turns_at
 from racecar.mapping.self_calibration.wheel_track import WheelTrack
 
 _ROUNDS = 10
@@ -53,18 +52,18 @@ def turn_ratio(
     steps, step = round(windows.usual_lag / windows.step), round(windows.step * 1e9)
     about_none = np.arange(-steps, steps + 1)
     lags = np.union1d(about_none, about_none + round(expected_lag / step)).astype(np.int64) * step
-    turns, by_other, is_covered, scans_apart = turns_at(track, other, lags, windows)
-    if float(np.abs(turns).sum()) / scans_apart < config.min_turn:
+    seen = turns_at(track, other, lags, windows)
+    if seen.turned < config.min_turn:
         return None
-    products = (is_covered * turns * by_other).sum(axis=1)
-    sizes = np.sqrt((is_covered * turns**2).sum(axis=1) * (is_covered * by_other**2).sum(axis=1))
-    correlations = np.abs(products) / np.maximum(sizes, 1e-12)
+    products = (seen.is_covered * seen.turns * seen.by_other).sum(axis=1)
+    sizes = (seen.is_covered * seen.turns**2).sum(axis=1) * (seen.is_covered * seen.by_other**2).sum(axis=1)
+    correlations = np.abs(products) / np.maximum(np.sqrt(sizes), 1e-12)
     best = int(np.argmax(correlations))
     if correlations[best] < config.min_correlation or best in (0, len(lags) - 1):
         return None
-    chosen = is_covered[best]
-    turns, by_other = turns[chosen], by_other[best, chosen]
-    blocks = np.arange(len(turns)) // max(round(scans_apart * config.block / windows.window.length), 1)
+    chosen = seen.is_covered[best]
+    turns, by_other = seen.turns[chosen], seen.by_other[best, chosen]
+    blocks = np.arange(len(turns)) // max(round(seen.scans_apart * config.block / windows.window.length), 1)
     count = int(blocks[-1]) + 1
     if count < config.min_blocks:
         return None
@@ -78,7 +77,10 @@ def turn_ratio(
     draws = np.random.default_rng(0).multinomial(count, np.full(count, 1.0 / count), config.resamplings)
     above, below = parts @ draws.T
     sigma = float(np.std(above / np.maximum(below, 1e-12)))
-    return TurnRatio(value, sigma, round(_peak(lags, correlations, best)))
+    lag = int(lags[best])
+    expected = nearer_to(lag, expected_lag)
+    shown = shown_lag(track, seen, lags, (lag, expected), value, windows)
+    return TurnRatio(value, sigma, expected if shown is None else shown)
 
 
 def _slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
@@ -90,11 +92,3 @@ def _slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, NDArr
         missed = np.abs(y - slope * x)
         weights = 1.0 / (1.0 + (missed / max(2.0 * float(np.median(missed)), 1e-3)) ** 2)
     return slope, weights
-
-
-def _peak(lags: NDArray[np.int64], heights: NDArray[np.float64], best: int) -> float:
-    """Nanoseconds, by a parabola through the highest of (L,), which is no outer one, and its neighbours."""
-    left, middle, right = heights[best - 1 : best + 2]
-    curvature = float(left - 2.0 * middle + right)
-    aside = 0.5 * float(left - right) / curvature if curvature < 0.0 else 0.0
-    return float(lags[best]) + aside * float(lags[best] - lags[best - 1])

@@ -149,8 +149,8 @@ def _warnings(state: MapperState) -> list[str]:
     if lag := state.reckoning.odometry_lag.nanoseconds:
         where = "behind" if lag > 0 else "ahead of"
         warnings.append(
-            f"By their stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans: this was corrected, "
-            "and the map does not suffer from it. To remedy it, stamp all messages by one clock (chrony, or "
-            "drivers on one computer)."
+            f"By their stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans, as the turns "
+            "show: this was corrected. To remedy it, stamp all messages by one clock (chrony, or drivers "
+            "on one computer)."
         )
     return warnings

@@ -33,10 +33,9 @@ def calibrate(reader: BagReader, config: SelfCalibrationConfig, *, quiet: bool) 
         learned = _learn(
             reader, SelfCalibrator(config, asks_wheels=known.odom_topic is not None), known, advance_to
         )
-    rate = reader.odometry_facts.spacing.rate
     corrections = learned_corrections(learned, known, config)
     reader.correct(corrections)
-    return foreseen_findings(learned, corrections, config, rate)
+    return foreseen_findings(learned, corrections, config)
 
 
 def _learn(

@@ -10,34 +10,24 @@ from racecar.pipelines.bags.findings import ONE_CLOCK, Finding
 _NOTICEABLE = 100_000_000
 """Nanoseconds of lag from which it is worth a word, since a turn of 1 rad/s then puts wheels 6° off: by
 judgement."""
-_PERIODS = 2.0
-"""Times between two samples that a lag lasts at least. Measured: on a Neato whose odometry is right and comes
-five times a second, turns seem to be 0.34 s apart."""
 
 
 def foreseen_findings(
-    learned: SelfCalibration, made: Corrections, config: SelfCalibrationConfig, odometry_rate: float
+    learned: SelfCalibration, made: Corrections, config: SelfCalibrationConfig
 ) -> list[Finding]:
-    """Of what was learned, that which is not corrected beforehand since mapper and localizer bear it.
-
-    Of odometry that comes ``odometry_rate`` times a second no lag shows that is not clearly longer than the
-    time between two samples.
-    """
-    shortest = max(_NOTICEABLE, _PERIODS * 1e9 / max(odometry_rate, 1e-3))
-    return [*_of_lag(learned, made, config, shortest), *_of_gyro(learned, made)]
+    """Of what was learned, that which is not corrected beforehand since mapper and localizer bear it."""
+    return [*_of_lag(learned, made, config), *_of_gyro(learned, made)]
 
 
-def _of_lag(
-    learned: SelfCalibration, made: Corrections, config: SelfCalibrationConfig, shortest: float
-) -> list[Finding]:
+def _of_lag(learned: SelfCalibration, made: Corrections, config: SelfCalibrationConfig) -> list[Finding]:
     lag = 0 if learned.turns is None or not made.uses_odometry else learned.turns.lag
-    if not shortest <= abs(lag) <= round(config.turns.usual_lag * 1e9):
+    if not _NOTICEABLE <= abs(lag) <= round(config.turns.usual_lag * 1e9):
         return []
     where = "behind" if lag > 0 else "ahead of"
     what = f"By its stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans"
     return [
         Finding(
-            f"{what}: this is corrected, and the map does not suffer from it.",
+            f"{what}, as the turns show: this is corrected.",
             f"No action is needed; to remedy it all the same: {ONE_CLOCK[0].lower()}{ONE_CLOCK[1:]}",
         )
     ]

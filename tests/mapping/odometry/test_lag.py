@@ -59,6 +59,55 @@ def test_samples_far_apart_show_no_short_lag() -> None:
     assert drive(40.0, 0.1, wheels_every=2).nanoseconds != 0
 
 
+def learned_from(turns: list[tuple[float, float]], wheels_turn: bool = True) -> OdometryLag:
+    """Each turn is so many seconds after the last one, to the one side and back, and late by so much by the
+    wheels' clock."""
+    lag, wheels, now = OdometryLag(OdometryLagConfig()), OdometryBuffer(), 0.0
+    times = np.arange(0.0, 1.0 + sum(pause for pause, _ in turns), 0.02)
+    by_scans, by_wheels = np.zeros(len(times)), np.zeros(len(times))
+    for pause, late in turns:
+        now += pause
+        by_scans += bump(times - now)
+        by_wheels += bump(times - now - late)
+    for time, heading, by_wheel in zip(times, by_scans, by_wheels * wheels_turn, strict=True):
+        wheels.add(Odometry(round(time * SECOND), np.array([0.0, 0.0, by_wheel]), np.zeros(3)))
+        lag.add_turn(round(time * SECOND), heading - (by_scans[max(round(time / 0.02) - 1, 0)]))
+    lag.learn(wheels)
+    return lag
+
+
+def bump(seconds: np.ndarray) -> np.ndarray:
+    return np.asarray(np.exp(-((seconds / 0.3) ** 2)))
+
+
+def test_turns_that_agree_show_a_lag_and_one_turn_among_others_does_not() -> None:
+    assert abs(learned_from([(2.0, 0.14)] * 5).nanoseconds * 1e-9 - 0.14) < 0.01
+    assert learned_from([(2.0, 0.0)] * 4 + [(2.0, 0.14)]).nanoseconds == 0
+    assert learned_from([(2.0, 0.3), (2.0, -0.3)] * 3).nanoseconds == 0
+
+
+def test_turns_by_hand_say_nothing() -> None:
+    lag = learned_from([(2.0, 0.14)] * 5, wheels_turn=False)
+    assert lag.nanoseconds == 0 and not lag.is_settled
+
+
+def test_a_lag_at_the_bound_of_those_tried_or_beyond_is_not_known() -> None:
+    assert learned_from([(2.0, 0.4)] * 5).nanoseconds > 0
+    assert learned_from([(2.0, OdometryLagConfig().max_lag)] * 5).nanoseconds == 0
+    assert learned_from([(2.0, 0.7)] * 5).nanoseconds == 0
+
+
+def test_a_lag_that_was_known_holds_until_many_turns_show_none() -> None:
+    lag = OdometryLag(OdometryLagConfig(), 100_000_000)
+    lag.learn(OdometryBuffer())
+    assert lag.nanoseconds == 100_000_000
+    arrays = learned_from([(2.0, 0.0)] * 8).to_arrays()
+    known = OdometryLag.from_arrays({**arrays, "nanoseconds": np.array(100_000_000)}, OdometryLagConfig())
+    assert known.is_settled
+    known.learn(OdometryBuffer())
+    assert known.nanoseconds == 0
+
+
 def test_another_goes_on_from_arrays() -> None:
     lag = drive(40.0, 0.2)
     again = OdometryLag.from_arrays(lag.to_arrays(), OdometryLagConfig())

@@ -1,4 +1,5 @@
 import json
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -343,7 +344,7 @@ def test_who_only_checks_hears_of_a_lag_that_a_mapper_bears(tmp_path: Path, lag:
     recording = Recording()
     recording.odometry = odometry_of(DRIVE, SECONDS, lag)
     told = [finding.what for finding in foreseen_in(recording, tmp_path)]
-    assert told == [
-        "By its stamps the odometry is 200 ms behind the scans: this is corrected, and the map does not "
-        "suffer from it."
-    ] * (lag > 0.0)
+    assert len(told) == (lag > 0.0)
+    for sentence in told:
+        found = re.match(r"By its stamps the odometry is (\d+) ms behind the scans", sentence)
+        assert found is not None and abs(int(found[1]) - 200) <= 10
