@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
+from racecar.mapping.odometry.lag import NOTICEABLE
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.drawing import DrawnMap, Sights
@@ -146,7 +147,8 @@ def _warnings(state: MapperState) -> list[str]:
             "nothing shows the motion from one laser's scan to another's. Record odometry too, or map with "
             "one laser only."
         )
-    if lag := state.reckoning.odometry_lag.nanoseconds:
+    lag = state.reckoning.odometry_lag.nanoseconds
+    if abs(lag) >= NOTICEABLE:
         where = "behind" if lag > 0 else "ahead of"
         warnings.append(
             f"By their stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans, as the turns "

@@ -1,15 +1,12 @@
 """What a mapper would find out about clocks and gyroscope while it maps, for those who only check."""
 
+from racecar.mapping.odometry.lag import NOTICEABLE
 from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.pipelines.bags.corrections import Corrections
 from racecar.pipelines.bags.findings import ONE_CLOCK, Finding
-
-_NOTICEABLE = 100_000_000
-"""Nanoseconds of lag from which it is worth a word, since a turn of 1 rad/s then puts wheels 6° off: by
-judgement."""
 
 
 def foreseen_findings(
@@ -21,7 +18,7 @@ def foreseen_findings(
 
 def _of_lag(learned: SelfCalibration, made: Corrections, config: SelfCalibrationConfig) -> list[Finding]:
     lag = 0 if learned.turns is None or not made.uses_odometry else learned.turns.lag
-    if not _NOTICEABLE <= abs(lag) <= round(config.turns.usual_lag * 1e9):
+    if not NOTICEABLE <= abs(lag) <= round(config.turns.usual_lag * 1e9):
         return []
     where = "behind" if lag > 0 else "ahead of"
     what = f"By its stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans"
