@@ -283,8 +283,10 @@ class Mapper:
         """Place a new keyframe in the map; returns the motion (3,) of the reference since the one before,
         which guess led there, and what the scans say of it."""
         state, config = self._state, self._config.keyframes.placement
-        has_wheels, shows_much = state.reckoning.wheel_step() is not None, self._sees_much(index)
-        if has_wheels and not shows_much:  # a few returns fit anywhere, and so refute nothing
+        has_wheels = state.reckoning.wheel_step() is not None
+        repeats = gap == Gap.NONE and state.reckoning.wheels_repeat
+        can_refute = repeats or self._sees_much(index)
+        if has_wheels and not can_refute:  # a few returns fit anywhere, and wheels that turn do not hang
             guesses = guesses.first
         elif gap == Gap.DRIVEN:  # over the gap scan odometry lost its way, if it could ever have known it
             guesses = guesses.without(GuessSource.SCAN_ODOMETRY)
@@ -296,7 +298,6 @@ class Mapper:
             here, guessed = compose(last, mount), compose(guessed, mount)
             worth = adjoint(mount).T @ worth @ adjoint(mount)
         alike = state.keyframes_alike(index)
-        repeats = gap == Gap.NONE and state.reckoning.wheels_repeat
         placer = KeyframePlacer(
             index, state.keyframes, poses, here, worth, config, state.known_since, repeats, alike
         )
@@ -305,7 +306,7 @@ class Mapper:
         state.map_from_keyframe = np.concatenate([poses, placed.pose[None]])
         moved_to = placed.pose if mount is None else compose(placed.pose, inverse(mount))
         step, right = between(last, moved_to), guesses.sources[placed.guess]
-        if gap == Gap.NONE and has_wheels and shows_much:
+        if gap == Gap.NONE and has_wheels and can_refute:
             limits = (config.same_guess_distance, config.same_guess_angle)
             state.reckoning.judge_repeating(step, right, limits)
         return step, right, placed
