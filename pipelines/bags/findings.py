@@ -58,6 +58,10 @@ _COUNTED = {
         "Scans dropped because they hold no usable beams",
         "Look at the driver's log for the times when the sensor failed.",
     ),
+    "scans_beyond_one_turn": (
+        "Scans dropped because their beams go round more than once",
+        "Make the driver send each turn as a scan of its own, with the angle_increment of that turn.",
+    ),
     "undecodable_messages": (
         "Messages dropped because their bytes are damaged",
         "Copy the bag again from where it was recorded.",
@@ -89,7 +93,10 @@ _COUNTED = {
     ),
 }
 
-_LOST = ("dropped_out_of_order", "empty_scans", "undecodable_messages", "oversized_messages")
+_LOST = (
+    *("dropped_out_of_order", "empty_scans", "scans_beyond_one_turn", "undecodable_messages"),
+    "oversized_messages",
+)
 """Counts of messages that are missing in the map."""
 _MUCH_LOST = 0.25
 """Of all messages; a drive of which more is lost has holes that no odometry bridges: by judgement."""

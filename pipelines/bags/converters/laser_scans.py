@@ -9,7 +9,13 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import wrap_angle
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.converters.scan_reading import AS_STATED, LONGEST_RANGE, ScanReading, limits
+from racecar.pipelines.bags.converters.scan_reading import (
+    AS_STATED,
+    LONGEST_RANGE,
+    WIDEST,
+    ScanReading,
+    limits,
+)
 from racecar.pipelines.bags.converters.shared_arrays import frozen
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 
@@ -28,6 +34,8 @@ class _Layout:
     key: tuple[float, float, float, float, int]
     bearings: NDArray[np.float64]
     time_offsets: NDArray[np.float64]
+    span: float
+    """Radians from the first beam to the last."""
     order: NDArray[np.intp] | None
     """The message's beams in ascending bearing; None where they already are."""
 
@@ -55,6 +63,9 @@ class LaserScanConverter:
         layout = self._layout_of(message)
         if layout is None:
             self._counts["empty_scans"] += 1
+            return None
+        if layout.span > WIDEST:  # no sweep: which of the beams belong together is unknown
+            self._counts["scans_beyond_one_turn"] += 1
             return None
         if not abs(message.time_increment) * (len(message.ranges) - 1) <= self._longest_sweep:
             self._counts["time_increments_ignored"] += 1
@@ -98,9 +109,10 @@ class LaserScanConverter:
         order = np.argsort(bearings, kind="stable")
         # A full circle may end on the bearing with which it began.
         order = order[np.diff(bearings[order], prepend=-np.inf) > 1e-9]
+        span = abs(increment) * (count - 1)
         if np.array_equal(order, np.arange(count)):
-            return _Layout(key, frozen(bearings), frozen(time_offsets), None)
-        return _Layout(key, frozen(bearings[order]), frozen(time_offsets[order]), order)
+            return _Layout(key, frozen(bearings), frozen(time_offsets), span, None)
+        return _Layout(key, frozen(bearings[order]), frozen(time_offsets[order]), span, order)
 
     def _clean_ranges(self, message: "sensor_msgs__msg__LaserScan") -> tuple[NDArray[np.float64], float]:
         """Ranges with misses as inf and invalid readings as nan, and the range at which misses begin."""

@@ -25,7 +25,7 @@ _SCANS = 300
 """Of these, evenly spread: enough for all that is counted here."""
 _TURN = 2 * np.pi
 """Radians, by definition."""
-_WIDEST = 1.02 * _TURN
+WIDEST = 1.02 * _TURN
 """Radians that a sweep spans; some sensors overlap by a few degrees where they begin."""
 _NARROWEST = np.radians(5.0)
 """Radians that a sweep spans; less is not recorded for a map, by judgement."""
@@ -140,7 +140,7 @@ def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angl
             message.angle_min, message.angle_max, message.angle_increment, count
         )
         is_new = all(abs(step - other) > 0.02 * abs(other) for other in steps.values())
-        if is_new and abs(first) <= _WIDEST and _NARROWEST <= abs(step) * (count - 1) <= _WIDEST:
+        if is_new and abs(first) <= WIDEST and _NARROWEST <= abs(step) * (count - 1) <= WIDEST:
             steps[angles] = step
     beams = f"{count} beams from {message.angle_min:g} on, {message.angle_increment:g} apart,"
     what = (
@@ -170,7 +170,7 @@ def _varying_counts(
     stated = {(each.angle_min, each.angle_max, each.angle_increment) for each in sample}
     (angle_min, angle_max, increment) = next(iter(stated))
     steps = (angle_max - angle_min) / increment if increment else np.nan
-    if len(stated) > 1 or not np.isfinite(steps) or steps < 1.0 or abs(angle_max - angle_min) > _WIDEST:
+    if len(stated) > 1 or not np.isfinite(steps) or steps < 1.0 or abs(angle_max - angle_min) > WIDEST:
         return None
     counts = np.array([len(message.ranges) for message in sample])
     beyond = counts - 1 - steps
@@ -188,7 +188,7 @@ def _agree(message: "sensor_msgs__msg__LaserScan") -> bool:
     span = message.angle_increment * (len(message.ranges) - 1)
     if not np.isfinite(span) or span == 0.0:
         return True  # there is but one reading left, which the converter takes
-    return _end_as_stated(message) and bool(abs(span) <= _WIDEST)
+    return _end_as_stated(message) and bool(abs(span) <= WIDEST)
 
 
 def _end_as_stated(message: "sensor_msgs__msg__LaserScan") -> bool:

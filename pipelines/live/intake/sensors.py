@@ -62,6 +62,8 @@ other, before that is reported: by judgement."""
 _MENDED = {
     "empty_scans": "Scans are left out whose angles, or number of beams, cannot be: look at angle_min, "
     "angle_max and angle_increment.",
+    "scans_beyond_one_turn": "Scans are left out whose beams go round more than once: make the driver send "
+    "each turn as a scan of its own.",
     "scans_without_range_max": f"Scans state no range_max that can be: {RANGE_LIMIT:.0f} m is taken for it.",
     "time_increments_ignored": f"By their time_increment scans take over {_LONGEST_SWEEP} s: all beams are "
     "taken to be of one moment.",

@@ -104,6 +104,12 @@ def test_a_time_increment_too_long_to_be_true(increment, is_believed):
     assert counts["time_increments_ignored"] == (not is_believed)
 
 
+@pytest.mark.parametrize(("count", "is_left_out"), [(63, False), (64, False), (66, True), (120, True)])
+def test_a_scan_of_more_than_one_turn_is_left_out(count, is_left_out):
+    scan, counts = convert(message([2.0] * count))
+    assert (scan is None, counts["scans_beyond_one_turn"]) == (is_left_out, int(is_left_out))
+
+
 def test_a_changing_number_of_beams_is_counted():
     counts = Counter()
     converter = LaserScanConverter(UPRIGHT, 1.0, counts)
