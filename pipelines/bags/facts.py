@@ -29,6 +29,8 @@ _STANDS = 0.05
 _FAR_APART = 0.5
 """Metres driven from scan to scan, from which they share too little to correct the wheels well. Measured:
 aces with a scan every two seconds, which is 0.9 m, maps to 0.10 m, with all of them to 0.035 m."""
+_WALKING = 1.0
+"""m/s that a car drives of which nothing tells how fast: as people walk, by judgement."""
 _UNEVEN = 1.5
 """Usual step between scans over the shortest ones, from which scans are missing: one that is doubles a step,
 and stamps jitter by less. By judgement."""
@@ -245,20 +247,21 @@ class OdometryFacts:
 
 
 def findings_of_rare_scans(scans: ScanFacts, odometry: OdometryFacts) -> list[Finding]:
-    """Where the car drives far from one scan to the next."""
-    if not scans.spacing.rate or not odometry.driven_seconds:
+    """Where the car drives far from one scan to the next, or may, since no odometry follows it."""
+    if not scans.spacing.rate or (odometry.spacing.count and not odometry.driven_seconds):
         return []
     seconds = 1.0 / scans.spacing.rate
-    metres = seconds * odometry.path_length / odometry.driven_seconds
-    if metres < _FAR_APART:
+    speed = odometry.path_length / odometry.driven_seconds if odometry.spacing.count else _WALKING
+    if seconds * speed < _FAR_APART:
         return []
-    return [
-        Finding(
-            f"The scans come every {seconds:.2g} s, in which the car usually drives {metres:.1f} m: they "
-            "share little, so that most depends on the wheels.",
-            _remedy_of_rare_scans(scans, seconds),
-        )
-    ]
+    followed = (
+        f"in which the car usually drives {seconds * speed:.1f} m: they share little, so that most depends "
+        "on the wheels"
+    )
+    unfollowed = "and no odometry follows the car in between: where it turns or drives far, its way is lost"
+    told = followed if odometry.spacing.count else unfollowed
+    what = f"The scans come every {seconds:.2g} s, {told}."
+    return [Finding(what, _remedy_of_rare_scans(scans, seconds))]
 
 
 def _remedy_of_rare_scans(scans: ScanFacts, seconds: float) -> str:

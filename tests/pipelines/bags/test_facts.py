@@ -52,10 +52,15 @@ def test_blank_scans_are_counted_among_those_of_all_lasers() -> None:
     assert finding.what.startswith("In 40 of 60 scans no beam met anything")
 
 
-def test_nothing_is_told_without_scans_or_odometry() -> None:
-    scans, odometry = facts(2.0, 1.0)
-    assert not findings_of_rare_scans(ScanFacts(), odometry)
-    assert not findings_of_rare_scans(scans, OdometryFacts())
+@pytest.mark.parametrize(("every", "is_told"), [(0.2, False), (0.9, True)])
+def test_rare_scans_that_no_odometry_follows_are_told(every: float, is_told: bool) -> None:
+    told = findings_of_rare_scans(facts(every, 0.3)[0], OdometryFacts())
+    assert len(told) == is_told
+    assert all(finding.what.startswith("The scans come every 0.9 s, and no odometry") for finding in told)
+
+
+def test_nothing_is_told_without_scans() -> None:
+    assert not findings_of_rare_scans(ScanFacts(), facts(2.0, 1.0)[1])
 
 
 @pytest.mark.parametrize(
