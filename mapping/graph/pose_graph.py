@@ -1,9 +1,10 @@
 """The pose graph: keyframes as nodes, constraints as edges, solved by GTSAM.
 
-Scan matches and loop closures have a Cauchy loss. That of the loop closures is annealed: wide at first, so
-that true closures far from the present estimate still pull, and narrow in the end, so that false ones lose
-their influence. Wheels have a Huber loss where scans were matched too, so that they yield where they slip;
-where wheels are all there is, a robust chain would tear at one link instead of sharing out the error.
+Scan matches and loop closures have a Cauchy loss, which is annealed: wide at first, so that true ones far
+from the present estimate still pull, and those that agree pull together; and narrow in the end, so that false
+ones lose their influence (graduated non-convexity: Blake and Zisserman, 1987). Wheels have a Huber loss over
+steps that scans were matched across, so that they yield where they slip; where wheels are all there is, a
+robust chain would tear at one link instead of sharing out the error.
 """
 
 from collections.abc import Iterable, Sequence
@@ -64,19 +65,19 @@ class PoseGraph:
 
     def optimize(self, poses: Pose) -> Pose:
         """The poses (K, 3) that agree best with all constraints; the first one stays where it is."""
-        return self._anneal(poses, self.config.loop_loss_widths, self.config.tolerance)
+        return self._anneal(poses, self.config.loss_widths, self.config.tolerance)
 
     def optimize_roughly(self, poses: Pose, first: int = 0) -> Pose:
         """The same to a few centimetres, enough while the drive goes on; keyframes before ``first`` stay
         where they are."""
-        return self._anneal(poses, self.config.loop_loss_widths[:2], self.config.rough_tolerance, first)
+        return self._anneal(poses, self.config.loss_widths[:2], self.config.rough_tolerance, first)
 
     def optimize_by_groups(self, poses: Pose, groups: Groups) -> Pose:
         """`optimize_roughly`, but of very many keyframes only the latest are solved one by one, after all
         have been moved by groups."""
         first = max(len(poses) - self.config.most_solved_singly, 0)
         if first > 0:
-            coarse = between_groups(self.constraints, poses, groups, self.config.match_loss_width)
+            coarse = between_groups(self.constraints, poses, groups, self.config.loss_widths[-1])
             middles = PoseGraph(self.config, coarse).optimize_roughly(poses[groups.middles])
             poses = groups.carry(poses, middles)
         return self.optimize_roughly(poses, first)
@@ -86,34 +87,39 @@ class PoseGraph:
 
         The poses may be those of the first keyframes only.
         """
-        return self._anneal(poses, self.config.loop_loss_widths[-1:], self.config.tolerance, first)
+        return self._anneal(poses, self.config.loss_widths[-1:], self.config.tolerance, first)
 
-    def _anneal(self, poses: Pose, widths: tuple[float, ...], tolerance: float, first: int = 0) -> Pose:
-        local, loops = gtsam.NonlinearFactorGraph(), []
+    def _anneal(self, poses: Pose, widths: Sequence[float], tolerance: float, first: int = 0) -> Pose:
         among = self._among(first, len(poses))
         ordering = _ordering(range(first, len(poses)), [(c.from_keyframe, c.to_keyframe) for c in among])
-        matched = {c.to_keyframe for c in among if c.kind == "scan_matching"}
-        for constraint in among:
-            if constraint.kind == "loop_closure":
-                loops.append(constraint)
-            else:
-                local.add(_factor(constraint, self._loss_of(constraint, matched), poses, first))
-        if first == 0:
-            _anchor(local, 0, poses[0])
-        for width in widths if loops else widths[-1:]:
-            graph = gtsam.NonlinearFactorGraph(local)
+        loops = [constraint for constraint in among if constraint.kind == "loop_closure"]
+        widest = self.config.widest_match_loss
+        if not loops:
+            widths = list(dict.fromkeys(min(width, widest) for width in widths))
+        local = {w: self._local_graph(among, w, poses, first) for w in {min(w, widest) for w in widths}}
+        for width in widths:
+            graph = gtsam.NonlinearFactorGraph(local[min(width, widest)])
             for loop in loops:
                 graph.add(_factor(loop, _Loss.Cauchy.Create(width), poses, first))
-            poses = np.concatenate([poses[:first], _solve(graph, poses[first:], first, ordering, tolerance)])
+            stop = tolerance if width == widths[-1] else self.config.rough_tolerance
+            poses = np.concatenate([poses[:first], _solve(graph, poses[first:], first, ordering, stop)])
         return poses
 
-    def _loss_of(
-        self, constraint: Constraint, matched: set[int]
-    ) -> "gtsam.noiseModel.mEstimator.Base | None":
-        """None for wheels at keyframes that were not ``matched``."""
-        if constraint.kind == "scan_matching":
-            return _Loss.Cauchy.Create(self.config.match_loss_width)
-        return _Loss.Huber.Create(self.config.wheel_loss_width) if constraint.to_keyframe in matched else None
+    def _local_graph(
+        self, among: Sequence[Constraint], match_width: float, poses: Pose, first: int
+    ) -> gtsam.NonlinearFactorGraph:
+        """All but the loop closures, scan matches with a loss of that width."""
+        graph, are_matched = gtsam.NonlinearFactorGraph(), _matched_steps(among, len(poses))
+        of_matches = _Loss.Cauchy.Create(match_width)
+        of_wheels = _Loss.Huber.Create(self.config.wheel_loss_width)
+        for c in among:
+            if c.kind == "scan_matching":
+                graph.add(_factor(c, of_matches, poses, first))
+            elif c.kind == "odometry":
+                graph.add(_factor(c, of_wheels if are_matched[c.to_keyframe] else None, poses, first))
+        if first == 0:
+            _anchor(graph, 0, poses[0])
+        return graph
 
     def _among(self, first: int, end: int) -> list[Constraint]:
         """The constraints of keyframes from ``first`` on and before ``end``, the latest first."""
@@ -168,6 +174,17 @@ class PoseGraph:
         found = len(left) < len(self.constraints)
         self.constraints = self.constraints.chosen(left)
         return found
+
+
+def _matched_steps(constraints: Iterable[Constraint], end: int) -> NDArray[np.bool_]:
+    """(end,) whether scans were matched across the step to each keyframe from the one before."""
+    change = np.zeros(end + 1, dtype=np.int64)
+    for constraint in constraints:
+        if constraint.kind == "scan_matching":
+            change[constraint.from_keyframe + 1] += 1
+            change[constraint.to_keyframe + 1] -= 1
+    matched: NDArray[np.bool_] = np.cumsum(change)[:-1] > 0
+    return matched
 
 
 def _is_contradicted(constraint: Constraint, poses: Pose, limits: tuple[float, float]) -> bool:

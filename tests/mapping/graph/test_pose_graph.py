@@ -7,7 +7,7 @@ from racecar.mapping.graph.coarse_graph import Groups
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, Kind
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.maps.geometry.se2 import Pose, between, compose
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 
 DEFAULT = PoseGraphConfig()
 
@@ -55,6 +55,36 @@ def test_false_loop_closures_are_ignored() -> None:
     clean = largest_error(graph.optimize(poses), true)
     graph.add(constraint(10, 40, np.array([1.0, -2.0, 0.5]), 0.01, "loop_closure"))
     assert largest_error(graph.optimize(poses), true) < clean + 0.2
+
+
+def turned_too_far(*matched: Constraint) -> tuple[PoseGraph, Pose, Pose]:
+    """A graph whose wheels turn by 0.1 rad too far at keyframe 3, and which only what is ``matched`` beside
+    ties to those before; the poses (K, 3) by the wheels, and the true ones."""
+    true = circle(24)
+    graph, poses = PoseGraph(DEFAULT, matched), [true[0]]
+    for k in range(1, len(true)):
+        step = between(true[k - 1], true[k]) + np.array([0.0, 0.0, 0.1 * (k == 3)])
+        poses.append(compose(poses[-1], step))
+        graph.add(constraint(k - 1, k, step, 0.01, "odometry"))
+        for a in range(max(k - 4, 3), k):
+            graph.add(constraint(a, k, between(true[a], true[k]), 0.001, "scan_matching"))
+    return graph, np.array(poses), true
+
+
+def matched(a: int, b: int, off: Pose = IDENTITY) -> Constraint:
+    true = circle(24)
+    return constraint(a, b, compose(between(true[a], true[b]), off), 0.001, "scan_matching")
+
+
+def test_matches_that_agree_outvote_wheels() -> None:
+    graph, poses, true = turned_too_far(matched(0, 4), matched(1, 5), matched(2, 6))
+    assert largest_error(poses, true) > 1.0
+    assert largest_error(graph.optimize(poses), true) < 0.02
+
+
+def test_a_match_that_stands_alone_does_not() -> None:
+    graph, poses, _ = turned_too_far(matched(1, 20, np.array([1.0, 0.5, 0.5])))
+    np.testing.assert_allclose(graph.optimize(poses), poses, atol=0.05)
 
 
 def test_fixed_keyframes_stay_and_pull_the_others() -> None:
