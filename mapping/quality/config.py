@@ -83,6 +83,13 @@ class DoubtfulSegmentConfig(Settings):
         description="Metres of standard deviation from which a step counts as not tied by scans: three cells "
         "of the map.",
     )
+    most_jump: float = Field(
+        default=0.5,
+        gt=0.0,
+        le=1000.0,
+        description="Metres that a step may be longer than the car can have driven. By judgement: what a "
+        "good map may err; see `racecar.mapping.quality.jumps`.",
+    )
     most_unseen_way: float = Field(
         default=3.0,
         gt=0.0,

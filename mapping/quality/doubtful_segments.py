@@ -31,7 +31,7 @@ def doubtful_segments(
     map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
 ) -> tuple[DoubtfulSegment, ...]:
     """Those of most weight first."""
-    kinds = (_contradictions, _loose_steps, _wheel_conflicts, _unseen_stands)
+    kinds = (_contradictions, _loose_steps, _wheel_conflicts, _unseen_stands, _jumps)
     found = [list(kind(map_, statistics, config)) for kind in kinds]
     chosen = [w for each in found for w in sorted(each, key=lambda w: -w.weight)[: config.most_of_a_kind]]
     return tuple(w.segment for w in sorted(chosen, key=lambda w: -w.weight))
@@ -97,6 +97,15 @@ def _unseen_stands(
         run = (k, k + 1)
         why = f"Near {_at(map_, run)}, {_when(map_, run)}, the car may have been carried unseen."
         yield _Weighed(_FIRST + float(stands[k] / config.most_unseen_way), _segment(map_, why, run))
+
+
+def _jumps(map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig) -> Iterator[_Weighed]:
+    """Steps that no car drives, so that what lies before or after them is wrong for certain."""
+    beyond = statistics.jumps
+    for k in np.flatnonzero(beyond > config.most_jump).tolist():
+        run = (k, k + 1)
+        why = f"Near {_at(map_, run)}, {_when(map_, run)}, the path jumps by {beyond[k]:.1f} m."
+        yield _Weighed(_FIRST + float(beyond[k] / config.most_jump), _segment(map_, why, run))
 
 
 def _segment(

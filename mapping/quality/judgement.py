@@ -111,7 +111,7 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
 def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityConfig) -> Iterator[str]:
     """What leaves a map doubtful whatever error is expected: scans and wheels that cannot both be right, by
     the scale between them, the share of steps on which wheels were overruled or the way that is denied them;
-    or a car that may have been carried unseen, or a drive that may lie elsewhere on the map."""
+    a path that jumps, a car that may have been carried unseen, or a drive that may lie elsewhere."""
     unlike = figures.get("unlike_earlier", 0.0)
     if unlike > config.most_unlike_earlier:
         yield (
@@ -130,6 +130,11 @@ def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityCon
         yield (
             f"Somewhere the wheels drove {figures['denied_by_map_m']:.1f} m that the map denies, and no loop "
             "closure tells which of the two is right: drive through there again."
+        )
+    if figures["jump_m"] > config.segments.most_jump:
+        yield (
+            f"The path jumps by {figures['jump_m']:.1f} m that the car cannot have driven: one side of the "
+            "jump lies at a wrong place, as where places look alike."
         )
     if figures["unseen_way_m"] > config.segments.most_unseen_way:
         yield (

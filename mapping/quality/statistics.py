@@ -10,6 +10,7 @@ from racecar.mapping.quality.closed_steps import closed_steps
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.graph_uncertainty import spreads
+from racecar.mapping.quality.jumps import jumps
 from racecar.mapping.quality.pass_agreement import PassAgreement, PlacePairs, agreement_of, near_pairs
 from racecar.mapping.quality.step_ties import StepTies
 from racecar.mapping.quality.unseen_stands import unseen_stands
@@ -34,6 +35,8 @@ class MapStatistics:
     wheels: WheelAgreement
     unseen_stands: NDArray[np.float64]
     """(K - 1,) metres in each step, see `unseen_stands`."""
+    jumps: NDArray[np.float64]
+    """(K - 1,) metres in each step, see `jumps`."""
 
 
 def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
@@ -51,6 +54,7 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
     are_bare = weakest_hold(store) < _BARE
     are_closed = closed_steps(edges, are_bare)
     stands = unseen_stands(map_, has_wheels, are_bare, are_closed)
+    beyond = jumps(map_)
     local, whole = _spreads(edges, poses, path, config)
     is_seen = places.judged > config.segments.min_judged
     figures = {
@@ -65,8 +69,9 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
         "overruled_wheels": map_.overruled_wheels,
         "denied_by_map_m": wheels.unsettled(are_closed),
         "unseen_way_m": float(stands.max()),
+        "jump_m": float(beyond.max()),
     }
-    return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels, stands)
+    return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels, stands, beyond)
 
 
 def _spreads(

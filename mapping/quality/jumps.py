@@ -1,0 +1,26 @@
+"""Steps that no robot drives: the path jumps where places that look alike were taken for one."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.quality.finished_map import FinishedMap
+from racecar.maps.geometry.se2 import compose
+
+_USUAL = 0.95
+"""The quantile of speed that stands for the fastest usual one, because a jump must not excuse itself."""
+_FASTER = 1.5
+"""By what factor a car may exceed that. Measured on 106 maps: with both, good ones jump by 0.16 m at most,
+and one with eight wrong loops by 7 m."""
+
+
+def jumps(map_: FinishedMap) -> NDArray[np.float64]:
+    """(K - 1,) metres that each step is longer than the car can have driven in its time by its own speeds; 0
+    where nothing tells the time."""
+    map_from_base = compose(map_.poses, map_.session.keyframe_from_base)
+    steps, seconds = np.hypot(*np.diff(map_from_base[:, :2], axis=0).T), np.diff(map_.seconds)
+    is_timed = seconds > 0.0
+    if not is_timed.any():
+        return np.zeros(len(steps))
+    fastest = _FASTER * np.quantile(steps[is_timed] / seconds[is_timed], _USUAL)
+    beyond: NDArray[np.float64] = np.where(is_timed, np.maximum(steps - fastest * seconds, 0.0), 0.0)
+    return beyond

@@ -1,0 +1,76 @@
+"""Steps of the path that no car drives."""
+
+import numpy as np
+import pytest
+
+from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.loops.loop_history import LoopHistory
+from racecar.mapping.quality.config import QualityConfig
+from racecar.mapping.quality.finished_map import FinishedMap
+from racecar.mapping.quality.judgement import judge
+from racecar.mapping.quality.jumps import jumps
+from racecar.mapping.quality.map_quality import Verdict
+from racecar.mapping.session.session import Session, one_drive
+from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+from tests.mapping.worlds import ROOM, store_of
+
+COUNT = 41
+MOUNTS = np.array([[0.4, 0.0, 0.0], [-0.8, 0.0, np.pi]])
+
+
+def drive(jump: float = 0.0, seconds: float = 0.25, base_from_laser: Pose = IDENTITY) -> FinishedMap:
+    """At 1 m/s, and farther in the twentieth step, which takes so many seconds."""
+    base = np.column_stack([np.linspace(-1.0, 1.0, COUNT), np.zeros((COUNT, 2))])
+    base[20:, 0] += jump
+    poses = compose(base, np.broadcast_to(base_from_laser, base.shape))
+    ties = [
+        Constraint(k, k + 1, between(poses[k], poses[k + 1]), np.diag([1e4, 1e4, 1e5]), "scan_matching")
+        for k in range(COUNT - 1)
+    ]
+    lasers_from_base = inverse(np.broadcast_to(base_from_laser, base.shape))
+    session = Session(
+        store_of(ROOM, poses),
+        [Rays.none() for _ in poses],
+        lasers_from_base,
+        poses,
+        ConstraintList(ties),
+        LoopHistory(),
+        one_drive(COUNT),
+    )
+    at = 0.05 * np.arange(COUNT)
+    at[20:] += seconds - 0.05
+    return FinishedMap(session, at)
+
+
+def test_a_step_counts_as_far_as_it_is_longer_than_the_car_drives_in_its_time() -> None:
+    beyond = jumps(drive(jump=1.95))
+    assert np.flatnonzero(beyond).tolist() == [19]
+    assert beyond[19] == pytest.approx(2.0 - 1.5 * 0.25)
+
+
+@pytest.mark.parametrize(
+    "map_",
+    [
+        drive(seconds=0.05),
+        drive(jump=1.95, seconds=2.0),  # so far away it was started again
+        drive(seconds=0.05, base_from_laser=np.tile(MOUNTS, (COUNT, 1))[:COUNT]),  # two lasers in turn
+        FinishedMap(drive(jump=1.95).session, np.full(COUNT, np.nan)),  # an earlier drive
+    ],
+)
+def test_nothing_jumps_that_was_driven(map_: FinishedMap) -> None:
+    assert jumps(map_).max() < 1e-9
+
+
+def test_a_map_whose_path_jumps_is_doubtful_and_says_where() -> None:
+    quality = judge(drive(jump=1.95), QualityConfig())
+    assert quality.verdict != Verdict.GOOD
+    assert "jumps by 1.6 m" in quality.doubts[0]
+    assert "the path jumps by 1.6 m" in quality.segments[0].why
+    assert quality.segments[0].keyframes == (19, 20)
+
+
+def test_a_map_whose_path_does_not_jump_is_not_told_of_one() -> None:
+    quality = judge(drive(), QualityConfig())
+    assert quality.statistics["jump_m"] == 0.0
+    assert not any("jumps" in reason for reason in quality.reasons)
