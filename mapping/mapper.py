@@ -398,12 +398,15 @@ class Mapper:
     def _optimize_finally(self) -> None:
         """Match all pairs of keyframes once more from where they are now, also with those of the first pass
         through each place, but not where scans mislead; and solve the whole graph. As long as that bends the
-        path, what it teaches of the wheels, and so the guesses of the matches, can still become better."""
+        path, what it teaches of the wheels, and so the guesses of the matches, can still become better.
+
+        Until they are matched once more, matches are not believed against the poses that they began from:
+        of a scan that shows little, wrong ones may agree."""
         state, config = self._state, self._config
         if len(state.keyframes) == 1:
             return
         state.forget_frozen_wheels()
-        state.map_from_keyframe = state.graph.optimize_roughly(state.map_from_keyframe)
+        state.map_from_keyframe = state.graph.optimize_since(state.map_from_keyframe, 0)
         are_misled = np.zeros(len(state.keyframes) - 1, dtype=np.bool_)
         for _ in range(config.schedule.final_rounds):
             state.calibrate(0)
