@@ -1,4 +1,4 @@
-"""How far one keyframe may be off as seen from another, by the curvature of the pose graph.
+"""How far one keyframe may be off as seen from another, by the curvature of the solved pose graph.
 
 The inverse of the graph's Hessian is the covariance of all poses. Of the few keyframes that are asked about,
 columns of it come from a sparse factorization (Kaess and Dellaert, "Covariance recovery from a square root
@@ -25,47 +25,65 @@ _WORKERS = 2
 cores."""
 
 
-def spreads(edges: GraphEdges, poses: Pose, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(P,) standard deviation in metres of the place of the second keyframes of pairs (P, 2), as seen from
-    the first ones, in a graph that was solved to (K, 3)."""
-    nodes, of_pairs = np.unique(pairs, return_inverse=True)
-    first, second = of_pairs.reshape(-1, 2).T
-    covariance = _covariance(edges, poses, nodes)
-    moved = -adjoint(between(poses[pairs[:, 1]], poses[pairs[:, 0]]))  # how the first moves the second
-    across = moved @ covariance[first, :, second, :]
-    variances = (
-        covariance[second, :, second, :]
-        + moved @ covariance[first, :, first, :] @ moved.transpose(0, 2, 1)
-        + across
-        + across.transpose(0, 2, 1)
-    )
-    found: NDArray[np.float64] = np.sqrt(np.maximum(variances[:, 0, 0] + variances[:, 1, 1], 0.0))
-    return found
+class GraphUncertainty:
+    """Of a graph that was solved to (K, 3); the first keyframe is held."""
 
+    def __init__(self, edges: GraphEdges, poses: Pose) -> None:
+        self._poses = poses
+        self._factor = splu(
+            _hessian(edges, poses).tocsc()[3:, 3:],
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options={"SymmetricMode": True},
+        )
 
-def _covariance(edges: GraphEdges, poses: Pose, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
-    """(N, 3, N, 3) of some keyframes (N,), in their tangent frames; the first of all is held."""
-    size = 3 * len(poses)
-    factor = splu(
-        _hessian(edges, poses).tocsc()[3:, 3:],
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    columns = (3 * nodes[:, None] + np.arange(3)).ravel()
-    covariance = np.zeros((len(columns), len(columns)))
+    def spreads(self, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(P,) standard deviation in metres of the place of the second keyframes of pairs (P, 2), as seen
+        from the first ones."""
+        nodes, of_pairs = np.unique(pairs, return_inverse=True)
+        first, second = of_pairs.reshape(-1, 2).T
+        covariance = self._covariance(nodes)
+        moved = self._moved_by_first(pairs)
+        across = moved @ covariance[first, :, second, :]
+        variances = (
+            covariance[second, :, second, :]
+            + moved @ covariance[first, :, first, :] @ moved.transpose(0, 2, 1)
+            + across
+            + across.transpose(0, 2, 1)
+        )
+        found: NDArray[np.float64] = np.sqrt(np.maximum(variances[:, 0, 0] + variances[:, 1, 1], 0.0))
+        return found
 
-    def solve(start: int) -> None:
-        asked = columns[start : start + _AT_ONCE]
-        unit = np.zeros((size, len(asked)))
-        unit[asked, np.arange(len(asked))] = 1.0
-        solved = np.zeros_like(unit)
-        solved[3:] = factor.solve(unit[3:])
-        covariance[:, start : start + _AT_ONCE] = solved[columns]
+    def shifts(self, pull: NDArray[np.float64], pairs: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(P,) metres by which the second keyframes of pairs (P, 2) move, as seen from the first ones, where
+        constraints pull keyframes by (K, 3), information times error, in their tangent frames."""
+        motion = np.zeros((len(self._poses), 3))
+        motion[1:] = self._factor.solve(pull[1:].ravel()).reshape(-1, 3)
+        first, second = pairs.T
+        apart = motion[second] + (self._moved_by_first(pairs) @ motion[first][:, :, None])[:, :, 0]
+        return np.asarray(np.hypot(apart[:, 0], apart[:, 1]))
 
-    with ThreadPoolExecutor(_WORKERS) as pool:
-        list(pool.map(solve, range(0, len(columns), _AT_ONCE)))
-    return covariance.reshape(len(nodes), 3, len(nodes), 3)
+    def _moved_by_first(self, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(P, 3, 3) how a motion of the first keyframe moves the second one as seen from it."""
+        return -adjoint(between(self._poses[pairs[:, 1]], self._poses[pairs[:, 0]]))
+
+    def _covariance(self, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
+        """(N, 3, N, 3) of some keyframes (N,), in their tangent frames."""
+        size = 3 * len(self._poses)
+        columns = (3 * nodes[:, None] + np.arange(3)).ravel()
+        covariance = np.zeros((len(columns), len(columns)))
+
+        def solve(start: int) -> None:
+            asked = columns[start : start + _AT_ONCE]
+            unit = np.zeros((size, len(asked)))
+            unit[asked, np.arange(len(asked))] = 1.0
+            solved = np.zeros_like(unit)
+            solved[3:] = self._factor.solve(unit[3:])
+            covariance[:, start : start + _AT_ONCE] = solved[columns]
+
+        with ThreadPoolExecutor(_WORKERS) as pool:
+            list(pool.map(solve, range(0, len(columns), _AT_ONCE)))
+        return covariance.reshape(len(nodes), 3, len(nodes), 3)
 
 
 def _hessian(edges: GraphEdges, poses: Pose) -> "coo_array":

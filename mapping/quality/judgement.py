@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.doubtful_segments import doubtful_segments
 from racecar.mapping.quality.earlier_drives import unlike_earlier
@@ -93,7 +95,8 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     figures = statistics.figures
     if last is not map_:
         figures = {**figures, "unlike_earlier": unlike_earlier(map_, config)}
-    local, whole = _MODEL.errors(figures)
+    by_model, by_slip = _MODEL.errors(figures), (figures["slip_per_10_m"], figures["slip_of_whole"])
+    local, whole = np.maximum(by_model, by_slip).tolist()
     verdict = _verdict(local, whole, config)
     doubts = tuple(_doubts(map_.wheel_scale, figures, config))
     if verdict == Verdict.GOOD and not doubts:
@@ -103,9 +106,19 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     # Passes that contradict each other are named, one by one, with their places.
     named = {"looked_through_by_passes"} if any(s.contradicted_by for s in segments) else set()
     complaints = _MODEL.complaints(figures, config.complaint_share, named) if verdict != Verdict.GOOD else []
+    if max(local - by_model[0], whole - by_model[1]) > 0.0 and verdict != Verdict.GOOD:
+        complaints.insert(0, _slips(figures))
     reasons = (*doubts, *complaints, *(segment.why for segment in segments))
     verdict = Verdict.DOUBTFUL if verdict == Verdict.GOOD else verdict
     return MapQuality(verdict, local, whole, reasons, segments, figures, doubts)
+
+
+def _slips(figures: Mapping[str, float]) -> str:
+    """What is said of a map whose expected error is that of wheels which slip."""
+    return (
+        f"Where walls hold, wheels and map differ by {figures['slip_share']:.0%} of the way: where only "
+        "wheels show how far the car came, the map is as wrong."
+    )
 
 
 def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityConfig) -> Iterator[str]:

@@ -9,9 +9,10 @@ from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.quality.closed_steps import closed_steps
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
-from racecar.mapping.quality.graph_uncertainty import spreads
+from racecar.mapping.quality.graph_uncertainty import GraphUncertainty
 from racecar.mapping.quality.jumps import jumps
 from racecar.mapping.quality.pass_agreement import PassAgreement, PlacePairs, agreement_of, near_pairs
+from racecar.mapping.quality.slip import pull_of_slip, slip_share
 from racecar.mapping.quality.step_ties import StepTies
 from racecar.mapping.quality.unseen_stands import unseen_stands
 from racecar.mapping.quality.wall_directions import weakest_hold
@@ -55,12 +56,17 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
     are_closed = closed_steps(edges, are_bare)
     stands = unseen_stands(map_, has_wheels, are_bare, are_closed)
     beyond = jumps(map_)
-    local, whole = _spreads(edges, poses, path, config)
+    uncertainty, (near_by, far_off) = GraphUncertainty(edges, poses), _pairs(path, config)
+    slip = slip_share(edges, poses, are_bare)
+    pull = pull_of_slip(edges, poses, slip)
     is_seen = places.judged > config.segments.min_judged
     figures = {
         "path_m": float(path[-1]),
-        "spread_per_10_m": local,
-        "spread_of_whole": whole,
+        "spread_per_10_m": _mean(uncertainty.spreads(near_by)),
+        "spread_of_whole": _mean(uncertainty.spreads(far_off)),
+        "slip_share": slip,
+        "slip_per_10_m": _mean(uncertainty.shifts(pull, near_by)),
+        "slip_of_whole": _mean(uncertainty.shifts(pull, far_off)),
         "match_residual_m": _mean(np.hypot(matches[:, 0], matches[:, 1])),
         "looked_through_by_neighbours": neighbours.share,
         "looked_through_by_passes": _quantile((places.looked_through - places.usual)[is_seen]),
@@ -74,19 +80,15 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
     return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels, stands, beyond)
 
 
-def _spreads(
-    edges: GraphEdges, poses: NDArray[np.float64], path: NDArray[np.float64], config: QualityConfig
-) -> tuple[float, float]:
-    """Mean standard deviation, metres, of keyframes as seen from some distance of path before, and from any
-    other one."""
+def _pairs(path: NDArray[np.float64], config: QualityConfig) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """(P, 2) keyframes some distance of path apart, and any two of the whole path."""
     distance = min(config.local_distance, path[-1] / 2.0)
     places = np.searchsorted(path, np.linspace(distance, path[-1], config.places)).clip(1, len(path) - 1)
     places = np.unique(places)
     before = np.searchsorted(path, path[places] - distance, side="right") - 1
     local = np.column_stack([np.clip(before, 0, places - 1), places])
     whole = places[np.column_stack(np.triu_indices(len(places), 1))]
-    found = spreads(edges, poses, np.concatenate([local, whole]))
-    return float(np.mean(found[: len(local)])), float(np.mean(found[len(local) :] if len(whole) else found))
+    return local, whole if len(whole) else local
 
 
 def _share_bare(has_wheels: NDArray[np.bool_], are_bare: NDArray[np.bool_], map_: FinishedMap) -> float:

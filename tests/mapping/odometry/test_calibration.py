@@ -55,6 +55,27 @@ def test_faults_are_found_in_spite_of_slip(per_metre: float, turn_scale: float, 
     assert np.median(np.abs(result.correct(wheels)[:, 2] - true[:, 2])) < 0.003
 
 
+@settings(max_examples=10)
+@given(st.integers(0, 1000), st.floats(-0.01, 0.01))
+def test_noise_on_straights_is_no_wrong_gain_of_turns(seed: int, per_metre: float) -> None:
+    rng = np.random.default_rng(seed)
+    true = drive(rng, 300) * [1.0, 1.0, 0.01]
+    wheels = wheels_of(true, per_metre, 1.0, 1.0)
+    wheels[:, 2] += rng.normal(0.0, 0.003, len(wheels))
+    result = calibrate(wheels, matched(true, rng), WheelCalibrationConfig())
+    assert abs(result.faults.turn) < 0.1
+    assert abs(result.faults.trim - per_metre) < 0.004
+
+
+def test_a_factor_that_no_wheels_have_is_not_corrected() -> None:
+    rng = np.random.default_rng(8)
+    true = drive(rng, 300)
+    spans = matched(true, rng)
+    twice = calibrate(wheels_of(true, 0.0, 1.0, 2.0), spans, WheelCalibrationConfig())
+    assert abs(twice.faults.distance - 1.0) < 0.01
+    assert calibrate(wheels_of(true, 0.0, 1.0, 5.0), spans, WheelCalibrationConfig()).faults.distance == 0.0
+
+
 def test_a_bias_of_each_match_is_no_fault_of_the_wheels() -> None:
     rng = np.random.default_rng(1)
     true = drive(rng, 300)

@@ -5,7 +5,7 @@ import pytest
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.graph_edges import GraphEdges
-from racecar.mapping.quality.graph_uncertainty import spreads
+from racecar.mapping.quality.graph_uncertainty import GraphUncertainty
 from racecar.maps.geometry.se2 import between
 
 SIGMA = np.array([0.01, 0.02, 0.003])
@@ -20,7 +20,7 @@ def tie(first: int, second: int, poses: np.ndarray, sigma: np.ndarray = SIGMA) -
 
 def spread(constraints: list[Constraint], poses: np.ndarray, pair: tuple[int, int]) -> float:
     edges = GraphEdges.of(ConstraintList(constraints), poses)
-    return float(spreads(edges, poses, np.array([pair]))[0])
+    return float(GraphUncertainty(edges, poses).spreads(np.array([pair]))[0])
 
 
 def test_a_straight_chain_spreads_as_its_steps_add_up() -> None:
@@ -64,7 +64,7 @@ def test_many_pairs_spread_as_each_of_them_alone() -> None:
     poses = np.column_stack([0.3 * np.arange(201), np.zeros(201), np.zeros(201)])
     chain = [tie(k - back, k, poses) for k in range(1, 201) for back in (1, 2, 7) if back <= k]
     pairs = np.column_stack([np.arange(0, 160, 2), np.arange(40, 200, 2)])
-    together = spreads(GraphEdges.of(ConstraintList(chain), poses), poses, pairs)
+    together = GraphUncertainty(GraphEdges.of(ConstraintList(chain), poses), poses).spreads(pairs)
     for at in (0, 30, 79):
         assert together[at] == pytest.approx(spread(chain, poses, (pairs[at, 0], pairs[at, 1])))
 
@@ -74,5 +74,5 @@ def test_one_tear_widens_what_lies_across_it_and_little_else() -> None:
     torn[6:, 1] = 0.4
     chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
     edges = GraphEdges.of(ConstraintList(chain), torn)
-    across, besides = spreads(edges, torn, np.array([[4, 7], [1, 4]]))
+    across, besides = GraphUncertainty(edges, torn).spreads(np.array([[4, 7], [1, 4]]))
     assert across > 1.5 * besides

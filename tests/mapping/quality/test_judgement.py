@@ -9,6 +9,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.matching.scan_store import ScanStore
+from racecar.mapping.quality import statistics
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
@@ -89,6 +90,15 @@ def test_a_bent_map_is_wrong_and_passes_are_named_that_contradict_each_other() -
 def test_the_more_it_is_bent_the_larger_the_error_that_is_expected(bends: tuple[float, float]) -> None:
     less, more = (bent(each) for each in bends)
     assert more.error_per_10_m > less.error_per_10_m
+
+
+def test_wheels_that_slip_where_walls_hold_are_held_against_the_rest(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(statistics, "slip_share", lambda *_: 500.0)
+    session = mapped().session
+    quality = judge(FinishedMap(session, np.arange(len(session.keyframes)) * 1.0), QualityConfig())
+    assert quality.error_per_10_m == quality.statistics["slip_per_10_m"]
+    assert quality.verdict == Verdict.WRONG
+    assert quality.reasons[0].startswith("Where walls hold, wheels and map differ by")
 
 
 def test_a_car_that_stood_all_the_time_has_a_good_map() -> None:
