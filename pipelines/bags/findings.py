@@ -94,7 +94,10 @@ _COUNTED = {
 }
 
 _LOST = (
-    *("dropped_out_of_order", "empty_scans", "scans_beyond_one_turn", "undecodable_messages"),
+    "dropped_out_of_order",
+    "empty_scans",
+    "scans_beyond_one_turn",
+    "undecodable_messages",
     "oversized_messages",
 )
 """Counts of messages that are missing in the map."""
