@@ -44,15 +44,6 @@ _MODEL = ErrorModel(
             complaint="Scans fit each other elsewhere than the map has them, by {:.3f} m on average.",
         ),
         Term(
-            "looked_through_by_neighbours",
-            least=0.01,
-            most=0.3,
-            usual=0.01,
-            local=Power(0.00012, 2.5),
-            whole=Power(0.00012, 2.9),
-            complaint="Even scans that follow each other look through {:.0%} of what the other one saw.",
-        ),
-        Term(
             "looked_through_by_passes",
             least=0.01,
             most=1.0,
@@ -80,9 +71,11 @@ a track and eight strangers' recordings, whole or in pieces, as they are and mad
 quality` does. As measured with one source left out at a time, it called 5 of the wrong maps good and 4 of the
 good ones wrong, 20 % of all doubtful; of the 67 drives as they were recorded, 3 of 63 good maps doubtful and
 none wrong. The error near by was within a factor of two for 72 %, of the whole for 67 % (3 and 10 cm and less
-being the same, and 1 and 5 m and more). Wheels against map, distances of walls, the ground between scans and
-what they see of it, more or other quantiles: none of these added to it. What is not seen: a map that is wrong
-everywhere alike, such as mirrored, and drift where nothing is passed twice."""
+being the same, and 1 and 5 m and more). Since then what neighbours look through of each other went: it called
+right maps of thin cones and far noisy walls wrong, and of 56 further maps it decided on none. Wheels against
+map, distances of walls, the ground between scans and what they see of it, more or other quantiles: none of
+these added to it. What is not seen: a map that is wrong everywhere alike, such as mirrored, and drift where
+nothing is passed twice."""
 
 
 def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
