@@ -21,6 +21,8 @@ class GraphEdges:
 
     ends: NDArray[np.int64]
     """(C, 2) the keyframes they connect."""
+    measured: Pose
+    """(C, 3) the second keyframe seen from the first."""
     errors: Pose
     """(C, 3) the solved pose of the second keyframe seen from the measured one."""
     information: NDArray[np.float64]
@@ -40,7 +42,7 @@ class GraphEdges:
         for kind in np.unique(kinds):
             usual[kinds == kind] = np.mean(squared[kinds == kind])
         scale = 1.0 / np.maximum(np.maximum(squared, usual), 1.0)
-        return cls(ends, errors, information * scale[:, None, None], kinds)
+        return cls(ends, arrays["poses"], errors, information * scale[:, None, None], kinds)
 
     def are(self, kind: Kind) -> NDArray[np.bool_]:
         """(C,) whether each is of a kind."""

@@ -43,7 +43,7 @@ class GraphUncertainty:
         nodes, of_pairs = np.unique(pairs, return_inverse=True)
         first, second = of_pairs.reshape(-1, 2).T
         covariance = self._covariance(nodes)
-        moved = self._moved_by_first(pairs)
+        moved = moved_by_first(self._poses, pairs)
         across = moved @ covariance[first, :, second, :]
         variances = (
             covariance[second, :, second, :]
@@ -60,12 +60,8 @@ class GraphUncertainty:
         motion = np.zeros((len(self._poses), 3))
         motion[1:] = self._factor.solve(pull[1:].ravel()).reshape(-1, 3)
         first, second = pairs.T
-        apart = motion[second] + (self._moved_by_first(pairs) @ motion[first][:, :, None])[:, :, 0]
+        apart = motion[second] + (moved_by_first(self._poses, pairs) @ motion[first][:, :, None])[:, :, 0]
         return np.asarray(np.hypot(apart[:, 0], apart[:, 1]))
-
-    def _moved_by_first(self, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
-        """(P, 3, 3) how a motion of the first keyframe moves the second one as seen from it."""
-        return -adjoint(between(self._poses[pairs[:, 1]], self._poses[pairs[:, 0]]))
 
     def _covariance(self, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
         """(N, 3, N, 3) of some keyframes (N,), in their tangent frames."""
@@ -86,15 +82,20 @@ class GraphUncertainty:
         return covariance.reshape(len(nodes), 3, len(nodes), 3)
 
 
+def moved_by_first(poses: Pose, pairs: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(P, 3, 3) how motions of the first keyframes of pairs (P, 2) move the second ones as seen from them,
+    each in its own frame."""
+    return -adjoint(between(poses[pairs[:, 1]], poses[pairs[:, 0]]))
+
+
 def _hessian(edges: GraphEdges, poses: Pose) -> "coo_array":
     """(3K, 3K) of the keyframes, each moving in its own frame."""
     # Errors are in the tangent frame of the second keyframe.
-    by_first = -adjoint(between(poses[edges.ends[:, 1]], poses[edges.ends[:, 0]]))
-    steps = np.arange(len(poses) - 1)
-    by_last = -adjoint(between(poses[1:], poses[:-1]))
+    first = np.arange(len(poses) - 1)
+    steps = np.column_stack([first, first + 1])
     loose = np.broadcast_to(np.eye(3) / _LOOSE**2, (len(steps), 3, 3))
-    ends = np.concatenate([edges.ends, np.column_stack([steps, steps + 1])])
-    left = np.concatenate([by_first, by_last])
+    ends = np.concatenate([edges.ends, steps])
+    left = moved_by_first(poses, ends)
     information = np.concatenate([edges.information, loose])
     weighted = left.transpose(0, 2, 1) @ information
     blocks = np.concatenate([weighted @ left, weighted, weighted.transpose(0, 2, 1), information])

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.graph_edges import GraphEdges
-from racecar.maps.geometry.se2 import Pose, adjoint, between, compose, inverse
+from racecar.mapping.quality.graph_uncertainty import moved_by_first
+from racecar.maps.geometry.se2 import Pose, between, inverse
 
 _LEAST = 0.01
 """Share of the way that any wheels are taken to be wrong by, since no less shows: half the cell of a map over
@@ -24,8 +25,7 @@ def slip_share(edges: GraphEdges, poses: Pose, are_bare: NDArray[np.bool_]) -> f
     its steps: their ends are not among those that ``are_bare`` (K,)."""
     held = np.flatnonzero(_wheel_steps(edges) & ~are_bare[edges.ends[:, 1]])
     held = held[np.argsort(edges.ends[held, 1], kind="stable")]
-    steps = _measured(edges, poses, held)
-    ways, solved = np.hypot(*steps[:, :2].T), between(*poses[edges.ends[held].T])
+    ways, solved = np.hypot(*edges.measured[held, :2].T), between(*poses[edges.ends[held].T])
     longer = np.hypot(*solved[:, :2].T) - ways
     window = (np.cumsum(ways) / _WINDOW).astype(np.int64)
     missed = np.abs(np.bincount(window, longer)).sum()
@@ -37,25 +37,16 @@ def pull_of_slip(edges: GraphEdges, poses: Pose, share: float) -> NDArray[np.flo
     their tangent frames."""
     of_wheels = _wheel_steps(edges)
     ends, information = edges.ends[of_wheels], edges.information[of_wheels]
-    steps = _measured(edges, poses, of_wheels)
-    farther = np.zeros((len(steps), 3))
-    cos, sin = np.cos(steps[:, 2]), np.sin(steps[:, 2])
-    farther[:, 0] = share * (cos * steps[:, 0] + sin * steps[:, 1])
-    farther[:, 1] = share * (cos * steps[:, 1] - sin * steps[:, 0])
-    by_first = -adjoint(between(poses[ends[:, 1]], poses[ends[:, 0]]))
+    farther = np.zeros((len(ends), 3))
+    farther[:, :2] = -share * inverse(edges.measured[of_wheels])[:, :2]  # as the second keyframe sees it
     weighted = (information @ farther[:, :, None])[:, :, 0]
+    by_first = moved_by_first(poses, ends).transpose(0, 2, 1)
     pull = np.zeros((len(poses), 3))
     np.add.at(pull, ends[:, 1], weighted)
-    np.add.at(pull, ends[:, 0], (by_first.transpose(0, 2, 1) @ weighted[:, :, None])[:, :, 0])
+    np.add.at(pull, ends[:, 0], (by_first @ weighted[:, :, None])[:, :, 0])
     return pull
 
 
 def _wheel_steps(edges: GraphEdges) -> NDArray[np.bool_]:
     """(C,) which constraints are by wheels, from one keyframe to the next."""
     return np.asarray(edges.are("odometry") & (edges.ends[:, 1] == edges.ends[:, 0] + 1))
-
-
-def _measured(edges: GraphEdges, poses: Pose, which: NDArray[np.bool_] | NDArray[np.int64]) -> Pose:
-    """(M, 3) what constraints measured."""
-    first, second = edges.ends[which].T
-    return compose(between(poses[first], poses[second]), inverse(edges.errors[which]))

@@ -56,17 +56,17 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
     are_closed = closed_steps(edges, are_bare)
     stands = unseen_stands(map_, has_wheels, are_bare, are_closed)
     beyond = jumps(map_)
-    uncertainty, (near_by, far_off) = GraphUncertainty(edges, poses), _pairs(path, config)
+    uncertainty, (pairs, are_near) = GraphUncertainty(edges, poses), _pairs(path, config)
     slip = slip_share(edges, poses, are_bare)
-    pull = pull_of_slip(edges, poses, slip)
+    spreads, shifts = uncertainty.spreads(pairs), uncertainty.shifts(pull_of_slip(edges, poses, slip), pairs)
     is_seen = places.judged > config.segments.min_judged
     figures = {
         "path_m": float(path[-1]),
-        "spread_per_10_m": _mean(uncertainty.spreads(near_by)),
-        "spread_of_whole": _mean(uncertainty.spreads(far_off)),
+        "spread_per_10_m": _mean(spreads[are_near]),
+        "spread_of_whole": _mean(spreads[~are_near]),
         "slip_share": slip,
-        "slip_per_10_m": _mean(uncertainty.shifts(pull, near_by)),
-        "slip_of_whole": _mean(uncertainty.shifts(pull, far_off)),
+        "slip_per_10_m": _mean(shifts[are_near]),
+        "slip_of_whole": _mean(shifts[~are_near]),
         "match_residual_m": _mean(np.hypot(matches[:, 0], matches[:, 1])),
         "looked_through_by_neighbours": neighbours.share,
         "looked_through_by_passes": _quantile((places.looked_through - places.usual)[is_seen]),
@@ -80,15 +80,15 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
     return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels, stands, beyond)
 
 
-def _pairs(path: NDArray[np.float64], config: QualityConfig) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """(P, 2) keyframes some distance of path apart, and any two of the whole path."""
+def _pairs(path: NDArray[np.float64], config: QualityConfig) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """(P, 2) keyframes some distance of path apart, which are near (P,), and any two of the whole path."""
     distance = min(config.local_distance, path[-1] / 2.0)
     places = np.searchsorted(path, np.linspace(distance, path[-1], config.places)).clip(1, len(path) - 1)
     places = np.unique(places)
     before = np.searchsorted(path, path[places] - distance, side="right") - 1
     local = np.column_stack([np.clip(before, 0, places - 1), places])
-    whole = places[np.column_stack(np.triu_indices(len(places), 1))]
-    return local, whole if len(whole) else local
+    whole = places[np.column_stack(np.triu_indices(len(places), 1))] if len(places) > 1 else local
+    return np.concatenate([local, whole]), np.repeat([True, False], [len(local), len(whole)])
 
 
 def _share_bare(has_wheels: NDArray[np.bool_], are_bare: NDArray[np.bool_], map_: FinishedMap) -> float:
