@@ -36,10 +36,8 @@ class Look:
 
     seconds: float
     """Since the last look."""
-    map_from_base: Pose
-    """(3,) where in that part it fits best, but for the place that it is compared with."""
     margin: float
-    """By how much its log-likelihood is higher at that place."""
+    """By how much its log-likelihood is higher at the place that the part is compared with."""
     whole_margin: float | None
     """At the end of a round, the least of all parts."""
 
@@ -69,14 +67,13 @@ class Lookout:
         part = slice(first, int(self._looked_at))
         poses = np.vstack([map_from_base, self._elsewhere(map_from_base, points, part, perception)])
         fits = perception.log_likelihood(poses, points)
-        best = 1 + int(fits[1:].argmax()) if len(fits) > 1 else 0
-        margin = float(fits[0] - fits[best]) if best > 0 else inf
+        margin = float(fits[0] - fits[1:].max(initial=-inf))
         self._least = min(self._least, margin)
         whole_margin = None
         if self._looked_at >= perception.places.coarse_count:
             whole_margin = self._least
             self.start_anew()
-        return Look(seconds, poses[best], margin, whole_margin)
+        return Look(seconds, margin, whole_margin)
 
     @staticmethod
     def _elsewhere(map_from_base: Pose, points: EndPoints, part: slice, perception: Perception) -> Pose:
