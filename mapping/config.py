@@ -2,7 +2,6 @@
 
 from pydantic import Field
 
-from racecar.mapping.feedback.config import FeedbackConfig
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, RenderingConfig
 from racecar.mapping.keyframes.config import KeyframeConfig
@@ -127,4 +126,3 @@ class MappingConfig(Settings):
     growing_grid: GrowingGridConfig = GrowingGridConfig()
     place_recognition: PlaceRecognitionConfig = PlaceRecognitionConfig()
     quality: QualityConfig = QualityConfig()
-    feedback: FeedbackConfig = FeedbackConfig()

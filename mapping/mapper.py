@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, pose_or_nan
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.feedback.missed_loops import missed_loops
+from racecar.mapping.feedback.missed_loops import FEEDBACK_ROUNDS, missed_loops
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.log_odds import looks_until_free
 from racecar.mapping.grid.rendering import Rays, pack_rays, rays_of
@@ -436,11 +436,9 @@ class Mapper:
         that makes it better. Returns the verdict."""
         state, config = self._state, self._config
         quality = self._judge(state.session())
-        for _ in range(config.feedback.rounds if config.close_loops else 0):
+        for _ in range(FEEDBACK_ROUNDS if config.close_loops else 0):
             with state.timed("feedback"):
-                missed = missed_loops(
-                    quality, state.map_from_keyframe, state.loops, state.graph, config.feedback
-                )
+                missed = missed_loops(quality, state.map_from_keyframe, state.loops, state.graph)
             if not missed:
                 break
             before = state.graph, state.map_from_keyframe, state.reckoning.calibration

@@ -10,11 +10,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.quality.config import DoubtfulSegmentConfig
 from racecar.mapping.quality.finished_map import FinishedMap
+from racecar.mapping.quality.jumps import MOST_JUMP
 from racecar.mapping.quality.map_quality import DoubtfulSegment
+from racecar.mapping.quality.pass_agreement import PLACE
 from racecar.mapping.quality.statistics import MapStatistics
+from racecar.mapping.quality.unseen_stands import MOST_UNSEEN_WAY
 
+_MOST_OF_A_KIND = 3
+"""Segments that are named of each kind at most, because nobody reads more."""
+_LEAST_SHARE = 0.05
+"""Share looked through, beyond what neighbours look through of each other, from which two passes contradict
+each other. By judgement: people and doors make less."""
+_LEAST_APART = 0.1
+"""Metres from which wheels and map are said to differ, because two cells of the map show."""
+_SURPRISING = 4.0
+"""By what factor a window must exceed the usual difference of wheels and map to be named. By judgement: floors
+and turns make some."""
+_LEAST_SLACK = 0.15
+"""Metres of standard deviation from which scans do not tie a step. By judgement: three cells of the map, while
+walls hold it to millimetres."""
 _FIRST = 1000.0
 """A weight beyond that of any contradiction that can be measured; by judgement."""
 
@@ -27,24 +42,20 @@ class _Weighed:
     segment: DoubtfulSegment
 
 
-def doubtful_segments(
-    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
-) -> tuple[DoubtfulSegment, ...]:
+def doubtful_segments(map_: FinishedMap, statistics: MapStatistics) -> tuple[DoubtfulSegment, ...]:
     """Those of most weight first."""
     kinds = (_contradictions, _loose_steps, _wheel_conflicts, _unseen_stands, _jumps)
-    found = [list(kind(map_, statistics, config)) for kind in kinds]
-    chosen = [w for each in found for w in sorted(each, key=lambda w: -w.weight)[: config.most_of_a_kind]]
+    found = [list(kind(map_, statistics)) for kind in kinds]
+    chosen = [w for each in found for w in sorted(each, key=lambda w: -w.weight)[:_MOST_OF_A_KIND]]
     return tuple(w.segment for w in sorted(chosen, key=lambda w: -w.weight))
 
 
-def _contradictions(
-    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
-) -> Iterator[_Weighed]:
+def _contradictions(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
     """Pairs of passes of which one looks through what the other saw, beyond what neighbours do."""
     passes, places = statistics.passes, statistics.places
     share = places.looked_through
     beyond = share - places.usual
-    contradict = (places.judged > config.min_judged) & (beyond > config.min_share)
+    contradict = places.are_seen & (beyond > _LEAST_SHARE)
     for b in np.flatnonzero(contradict).tolist():
         is_here = places.of_pair == b
         first, second = (_range(ends) for ends in passes.pairs[is_here].T)
@@ -53,33 +64,29 @@ def _contradictions(
         )
         where = f"passes {_when(map_, first)} and {_when(map_, second)} contradict each other"
         segment = _segment(map_, f"Near {_at(map_, second)} the {where}: {others}.", second, first)
-        yield _Weighed(beyond[b] / config.min_share, segment)
+        yield _Weighed(beyond[b] / _LEAST_SHARE, segment)
 
 
-def _loose_steps(
-    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
-) -> Iterator[_Weighed]:
+def _loose_steps(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
     """Runs of steps that scans hardly tie."""
     slack = statistics.ties.by_scans
-    for start, end in _runs(slack > config.min_slack):
+    for start, end in _runs(slack > _LEAST_SLACK):
         worst = float(np.max(slack[start:end]))
         by_all = float(np.max(statistics.ties.by_all[start:end]))
-        what = "only the wheels tie" if by_all < config.min_slack else "neither scans nor wheels tie well"
+        what = "only the wheels tie" if by_all < _LEAST_SLACK else "neither scans nor wheels tie well"
         run = (start, end)
         why = f"Near {_at(map_, run)}, {_when(map_, run)}, {what} the path together."
         length = map_.path[end] - map_.path[start]
-        weight = worst / config.min_slack * (1.0 + length / config.length)
+        weight = worst / _LEAST_SLACK * (1.0 + length / PLACE)
         yield _Weighed(float(np.log1p(weight)), _segment(map_, why, run))
 
 
-def _wheel_conflicts(
-    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
-) -> Iterator[_Weighed]:
+def _wheel_conflicts(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
     """Windows over which wheels and map differ by much more than usual."""
     wheels = statistics.wheels
     if len(wheels.metres) == 0:
         return
-    limit = max(config.min_apart, config.surprising * float(np.median(wheels.metres)))
+    limit = max(_LEAST_APART, _SURPRISING * float(np.median(wheels.metres)))
     for k in np.flatnonzero(wheels.metres > limit).tolist():
         first, last = wheels.keyframes[k].tolist()
         run = (first, last)
@@ -87,25 +94,23 @@ def _wheel_conflicts(
         yield _Weighed(float(wheels.metres[k] / limit), _segment(map_, why, run))
 
 
-def _unseen_stands(
-    map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig
-) -> Iterator[_Weighed]:
+def _unseen_stands(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
     """Steps in which the car stood by its wheels, and nothing else tells whether it did; of all that is
     doubtful, the user alone can settle these, so they come first."""
     stands = statistics.unseen_stands
-    for k in np.flatnonzero(stands > config.most_unseen_way).tolist():
+    for k in np.flatnonzero(stands > MOST_UNSEEN_WAY).tolist():
         run = (k, k + 1)
         why = f"Near {_at(map_, run)}, {_when(map_, run)}, the car may have been carried unseen."
-        yield _Weighed(_FIRST + float(stands[k] / config.most_unseen_way), _segment(map_, why, run))
+        yield _Weighed(_FIRST + float(stands[k] / MOST_UNSEEN_WAY), _segment(map_, why, run))
 
 
-def _jumps(map_: FinishedMap, statistics: MapStatistics, config: DoubtfulSegmentConfig) -> Iterator[_Weighed]:
+def _jumps(map_: FinishedMap, statistics: MapStatistics) -> Iterator[_Weighed]:
     """Steps that no car drives, so that what lies before or after them is wrong for certain."""
     beyond = statistics.jumps
-    for k in np.flatnonzero(beyond > config.most_jump).tolist():
+    for k in np.flatnonzero(beyond > MOST_JUMP).tolist():
         run = (k, k + 1)
         why = f"Near {_at(map_, run)}, {_when(map_, run)}, the path jumps by {beyond[k]:.1f} m."
-        yield _Weighed(_FIRST + float(beyond[k] / config.most_jump), _segment(map_, why, run))
+        yield _Weighed(_FIRST + float(beyond[k] / MOST_JUMP), _segment(map_, why, run))
 
 
 def _segment(

@@ -6,11 +6,14 @@ import numpy as np
 
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.doubtful_segments import doubtful_segments
-from racecar.mapping.quality.earlier_drives import unlike_earlier
+from racecar.mapping.quality.earlier_drives import MOST_UNLIKE, unlike_earlier
 from racecar.mapping.quality.error_model import NOTHING, ErrorModel, Power, Term
 from racecar.mapping.quality.finished_map import FinishedMap
+from racecar.mapping.quality.jumps import MOST_JUMP
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.quality.statistics import measure
+from racecar.mapping.quality.unseen_stands import MOST_UNSEEN_WAY
+from racecar.mapping.quality.wheel_agreement import MOST_DENIED
 
 _MODEL = ErrorModel(
     local=0.02,
@@ -77,6 +80,19 @@ map, distances of walls, the ground between scans and what they see of it, more 
 these added to it. What is not seen: a map that is wrong everywhere alike, such as mirrored, and drift where
 nothing is passed twice."""
 
+_WRONG_FACTOR = 2.5
+"""By what factor a map is expected to err more than a good one, from which it is wrong and not only doubtful.
+Measured on the maps that the model was learned from."""
+_MOST_SCALE = 1.25
+"""Factor between lengths by scans and by wheels, from which one of the two must be wrong. By judgement: worn
+tyres and wrong settings make some per cent, scans that do not move make any."""
+_MOST_OVERRULED = 0.5
+"""Share of the steps on which scans may contradict the wheels. By judgement: wheels slip now and then, and a
+robot is carried for a while."""
+_COMPLAINT_SHARE = 0.25
+"""Share of the expected error that a statistic must make up to be given as a reason, so that there are three
+at most, beside the floor."""
+
 
 def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     """The verdict on a finished map: on its last drive, and on how that lies on what earlier ones saw."""
@@ -84,21 +100,21 @@ def judge(map_: FinishedMap, config: QualityConfig) -> MapQuality:
     if len(last.poses) < 2:
         # What was seen from one place cannot contradict itself.
         return MapQuality(Verdict.GOOD, _MODEL.local, _MODEL.whole, (), (), {})
-    statistics = measure(last, config)
+    statistics = measure(last)
     figures = statistics.figures
     if last is not map_:
-        figures = {**figures, "unlike_earlier": unlike_earlier(map_, config)}
+        figures = {**figures, "unlike_earlier": unlike_earlier(map_)}
     by_model, by_slip = _MODEL.errors(figures), (figures["slip_per_10_m"], figures["slip_of_whole"])
     local, whole = np.maximum(by_model, by_slip).tolist()
     verdict = _verdict(local, whole, config)
-    doubts = tuple(_doubts(map_.wheel_scale, figures, config))
+    doubts = tuple(_doubts(map_.wheel_scale, figures))
     if verdict == Verdict.GOOD and not doubts:
         return MapQuality(verdict, local, whole, (), (), figures)
-    found = doubtful_segments(last, statistics, config.segments)
+    found = doubtful_segments(last, statistics)
     segments = tuple(segment.shifted(map_.first_of_last_drive) for segment in found)
     # Passes that contradict each other are named, one by one, with their places.
     named = {"looked_through_by_passes"} if any(s.contradicted_by for s in segments) else set()
-    complaints = _MODEL.complaints(figures, config.complaint_share, named) if verdict != Verdict.GOOD else []
+    complaints = _MODEL.complaints(figures, _COMPLAINT_SHARE, named) if verdict != Verdict.GOOD else []
     if max(local - by_model[0], whole - by_model[1]) > 0.0 and verdict != Verdict.GOOD:
         complaints.insert(0, _slips(figures))
     reasons = (*doubts, *complaints, *(segment.why for segment in segments))
@@ -114,35 +130,35 @@ def _slips(figures: Mapping[str, float]) -> str:
     )
 
 
-def _doubts(wheel_scale: float, figures: Mapping[str, float], config: QualityConfig) -> Iterator[str]:
+def _doubts(wheel_scale: float, figures: Mapping[str, float]) -> Iterator[str]:
     """What leaves a map doubtful whatever error is expected: scans and wheels that cannot both be right, by
     the scale between them, the share of steps on which wheels were overruled or the way that is denied them;
     a path that jumps, a car that may have been carried unseen, or a drive that may lie elsewhere."""
     unlike = figures.get("unlike_earlier", 0.0)
-    if unlike > config.most_unlike_earlier:
+    if unlike > MOST_UNLIKE:
         yield (
             f"At most places that the drives share, one looks through {unlike:.0%} of what another saw: the "
             "last one was joined at a wrong place, or nearly everything was moved. Look at the map first."
         )
-    if max(wheel_scale, 1.0 / max(wheel_scale, 1e-9)) > config.most_wheel_scale:
+    if max(wheel_scale, 1.0 / max(wheel_scale, 1e-9)) > _MOST_SCALE:
         yield (
             f"By its scans the car drove {wheel_scale:.2f} times as far as by its wheels: one of the two is "
             "wrong."
         )
-    elif figures["overruled_wheels"] > config.most_overruled:
+    elif figures["overruled_wheels"] > _MOST_OVERRULED:
         share = figures["overruled_wheels"]
         yield f"On {share:.0%} of the steps scans and wheels contradict each other: one is wrong."
-    if figures["denied_by_map_m"] > config.most_denied * config.wheel_window:
+    if figures["denied_by_map_m"] > MOST_DENIED:
         yield (
             f"Somewhere the wheels drove {figures['denied_by_map_m']:.1f} m that the map denies, and no loop "
             "closure tells which of the two is right: drive through there again."
         )
-    if figures["jump_m"] > config.segments.most_jump:
+    if figures["jump_m"] > MOST_JUMP:
         yield (
             f"The path jumps by {figures['jump_m']:.1f} m that the car cannot have driven: one side of the "
             "jump lies at a wrong place, as where places look alike."
         )
-    if figures["unseen_way_m"] > config.segments.most_unseen_way:
+    if figures["unseen_way_m"] > MOST_UNSEEN_WAY:
         yield (
             "The car stood between walls that would not show it being carried along them, for as long as it "
             f"usually takes to go {figures['unseen_way_m']:.0f} m: if it was, they are missing in the map."
@@ -155,4 +171,4 @@ def _verdict(local: float, whole: float, config: QualityConfig) -> Verdict:
     excess = max(local / config.good_local, whole / config.good_whole)
     if excess <= 1.0:
         return Verdict.GOOD
-    return Verdict.WRONG if excess > config.wrong_factor else Verdict.DOUBTFUL
+    return Verdict.WRONG if excess > _WRONG_FACTOR else Verdict.DOUBTFUL

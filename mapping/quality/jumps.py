@@ -12,6 +12,9 @@ _FASTER = 1.5
 """By what factor a car may exceed that. Measured on 106 maps: with both, good ones jump by 0.16 m at most,
 and one with eight wrong loops by 7 m."""
 
+MOST_JUMP = 0.5
+"""Metres that a step may be longer than the car can have driven; by judgement, what a good map may err."""
+
 
 def jumps(map_: FinishedMap) -> NDArray[np.float64]:
     """(K - 1,) metres that each step is longer than the car can have driven in its time by its own speeds; 0

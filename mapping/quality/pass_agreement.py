@@ -13,10 +13,23 @@ from scipy.spatial import cKDTree
 
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.matching.see_through import see_through_each
-from racecar.mapping.quality.config import PassAgreementConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.maps.geometry.se2 import Pose
 
+PLACE = 5.0
+"""Metres of path that count as one place; by judgement, about what one scan sees well."""
+_REACH = 4.0
+"""Metres within which two keyframes see much of the same. Measured on 133 maps of known error."""
+_APART = 5.0
+"""Metres of path, up to which two keyframes are neighbours and beyond which they belong to different passes.
+By judgement: drift is millimetres over it, and scans some metres apart have neighbours too."""
+_MOST_KEYFRAMES = 1500
+"""Keyframes that are compared at most, for time and memory; by judgement, every metre of a path of 1.5 km."""
+_MOST_PASSES, _MOST_NEIGHBOURS = 1200, 600
+"""Pairs of passes and of neighbours, since more take longer. By judgement: some 100 000 returns."""
+_LEAST_JUDGED = 200
+"""Returns that must be judged before two passes can contradict each other. By judgement: less than one scan
+has, so that a leg of a passer-by is not the half of them."""
 _FEW = 300.0
 """Returns of a bin beside which the share of all bins counts as much, because few returns tell little of how
 much is usual; by judgement, one scan."""
@@ -55,9 +68,9 @@ class PassAgreement:
         usual: NDArray[np.float64] = share[self.bins] * self.judged
         return usual
 
-    def by_places(self, usual: NDArray[np.float64], path: NDArray[np.float64], length: float) -> "PlacePairs":
-        """The same by pairs of places: parts of a path (K,) of ``length`` metres each."""
-        parts = np.floor(path[self.pairs] / length).astype(np.int64)
+    def by_places(self, usual: NDArray[np.float64], path: NDArray[np.float64]) -> "PlacePairs":
+        """The same by pairs of places along a path (K,)."""
+        parts = np.floor(path[self.pairs] / PLACE).astype(np.int64)
         places, of_pair = np.unique(parts, axis=0, return_inverse=True)
         of_pair = of_pair.reshape(-1)
         sums = np.zeros((len(places), 3))
@@ -80,6 +93,11 @@ class PlacePairs:
     judged: NDArray[np.float64]
     """(B,) returns that could be."""
 
+    @property
+    def are_seen(self) -> NDArray[np.bool_]:
+        """(B,) of which enough could be judged."""
+        return self.judged > _LEAST_JUDGED
+
 
 def agreement_of(pairs: NDArray[np.int64], poses: Pose, store: ScanStore) -> PassAgreement:
     """How the scans of pairs (P, 2) of keyframes at (K, 3) agree."""
@@ -89,18 +107,18 @@ def agreement_of(pairs: NDArray[np.int64], poses: Pose, store: ScanStore) -> Pas
     return PassAgreement(pairs, np.digitize(metres, _BINS), tally[:, 1], tally[:, 0] + tally[:, 1])
 
 
-def near_pairs(map_: FinishedMap, config: PassAgreementConfig) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def near_pairs(map_: FinishedMap) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Keyframes that see much of the same: (N, 2) neighbours along the path and (P, 2) of different passes,
     both evenly over the map."""
-    kept = _thinned(np.flatnonzero(map_.session.keyframes.is_kept), config.max_keyframes)
-    found = cKDTree(map_.poses[kept, :2]).query_pairs(config.reach, output_type="ndarray")
+    kept = _thinned(np.flatnonzero(map_.session.keyframes.is_kept), _MOST_KEYFRAMES)
+    found = cKDTree(map_.poses[kept, :2]).query_pairs(_REACH, output_type="ndarray")
     pairs = kept[np.sort(found, axis=1)]
     pairs = pairs[np.lexsort(pairs.T[::-1])]
     driven = map_.path[pairs[:, 1]] - map_.path[pairs[:, 0]]
-    are_passes = driven > config.apart
+    are_passes = driven > _APART
     return (
-        _thinned(pairs[~are_passes & (driven > 0.0)], config.max_neighbours),
-        _thinned(pairs[are_passes], config.max_pairs),
+        _thinned(pairs[~are_passes & (driven > 0.0)], _MOST_NEIGHBOURS),
+        _thinned(pairs[are_passes], _MOST_PASSES),
     )
 
 

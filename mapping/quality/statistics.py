@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.quality.closed_steps import closed_steps
-from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.graph_uncertainty import GraphUncertainty
 from racecar.mapping.quality.jumps import jumps
@@ -18,6 +17,10 @@ from racecar.mapping.quality.unseen_stands import unseen_stands
 from racecar.mapping.quality.wall_directions import weakest_hold
 from racecar.mapping.quality.wheel_agreement import WheelAgreement, wheel_agreement
 
+LOCAL_DISTANCE = 10.0
+"""Metres of path over which the local error is stated, by definition."""
+_PLACES = 60
+"""Keyframes, evenly over the path, of which the spread is computed; by judgement, its mean is steady."""
 _MOST = 0.9
 """The quantile that stands for the bad part of a map, because the mean hides a single tear."""
 _BARE = 0.03
@@ -40,26 +43,25 @@ class MapStatistics:
     """(K - 1,) metres in each step, see `jumps`."""
 
 
-def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
+def measure(map_: FinishedMap) -> MapStatistics:
     """The statistics of a map of at least two keyframes."""
     session, poses, path = map_.session, map_.poses, map_.path
     edges = GraphEdges.of(session.constraints, poses)
     store = session.keyframes
-    near, far = near_pairs(map_, config.passes)
+    near, far = near_pairs(map_)
     neighbours, passes = agreement_of(near, poses, store), agreement_of(far, poses, store)
-    places = passes.by_places(passes.usual(neighbours), path, config.segments.length)
+    places = passes.by_places(passes.usual(neighbours), path)
     matches = edges.errors[edges.are("scan_matching")]
-    wheels = wheel_agreement(session.constraints, poses, path, config.wheel_window)
+    wheels = wheel_agreement(session.constraints, poses, path)
     has_wheels = np.zeros(len(poses), dtype=np.bool_)
     has_wheels[edges.ends[edges.are("odometry"), 1]] = True
     are_bare = weakest_hold(store) < _BARE
     are_closed = closed_steps(edges, are_bare)
     stands = unseen_stands(map_, has_wheels, are_bare, are_closed)
     beyond = jumps(map_)
-    uncertainty, (pairs, are_near) = GraphUncertainty(edges, poses), _pairs(path, config)
+    uncertainty, (pairs, are_near) = GraphUncertainty(edges, poses), _pairs(path)
     slip = slip_share(edges, poses, are_bare)
     spreads, shifts = uncertainty.spreads(pairs), uncertainty.shifts(pull_of_slip(edges, poses, slip), pairs)
-    is_seen = places.judged > config.segments.min_judged
     figures = {
         "path_m": float(path[-1]),
         "spread_per_10_m": _mean(spreads[are_near]),
@@ -69,7 +71,7 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
         "slip_of_whole": _mean(shifts[~are_near]),
         "match_residual_m": _mean(np.hypot(matches[:, 0], matches[:, 1])),
         "looked_through_by_neighbours": neighbours.share,
-        "looked_through_by_passes": _quantile((places.looked_through - places.usual)[is_seen]),
+        "looked_through_by_passes": _quantile((places.looked_through - places.usual)[places.are_seen]),
         "wheels_against_map_m": _mean(wheels.metres),
         "bare_without_wheels": _share_bare(has_wheels, are_bare, map_),
         "overruled_wheels": map_.overruled_wheels,
@@ -80,10 +82,10 @@ def measure(map_: FinishedMap, config: QualityConfig) -> MapStatistics:
     return MapStatistics(figures, passes, places, StepTies.of(edges, poses), wheels, stands, beyond)
 
 
-def _pairs(path: NDArray[np.float64], config: QualityConfig) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _pairs(path: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """(P, 2) keyframes some distance of path apart, which are near (P,), and any two of the whole path."""
-    distance = min(config.local_distance, path[-1] / 2.0)
-    places = np.searchsorted(path, np.linspace(distance, path[-1], config.places)).clip(1, len(path) - 1)
+    distance = min(LOCAL_DISTANCE, path[-1] / 2.0)
+    places = np.searchsorted(path, np.linspace(distance, path[-1], _PLACES)).clip(1, len(path) - 1)
     places = np.unique(places)
     before = np.searchsorted(path, path[places] - distance, side="right") - 1
     local = np.column_stack([np.clip(before, 0, places - 1), places])

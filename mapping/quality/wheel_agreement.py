@@ -8,6 +8,14 @@ from numpy.typing import NDArray
 from racecar.mapping.graph.constraint import ConstraintList
 from racecar.maps.geometry.se2 import Pose, between, compose
 
+_WINDOW = 2.0
+"""Metres of path over which wheels and map are compared. By judgement: scans drift by millimetres and good
+wheels by centimetres over it."""
+MOST_DENIED = 1.0
+"""Metres in such a window that the map may deny the wheels where no loop closure decides. Measured on 237 maps:
+no good one with wheels that were not turned round had more than 0.96; of 9 wrong ones that nothing else told,
+4 had more than 1.6."""
+
 
 @dataclass(frozen=True, eq=False)
 class WheelAgreement:
@@ -30,10 +38,8 @@ class WheelAgreement:
         return float(self.denied[is_open].max(initial=0.0))
 
 
-def wheel_agreement(
-    constraints: ConstraintList, poses: Pose, path: NDArray[np.float64], length: float
-) -> WheelAgreement:
-    """Over windows of ``length`` metres, by the path (K,) of keyframes at (K, 3) or by the wheels."""
+def wheel_agreement(constraints: ConstraintList, poses: Pose, path: NDArray[np.float64]) -> WheelAgreement:
+    """Window by window, by the path (K,) of keyframes at (K, 3) or by the wheels."""
     arrays = constraints.to_arrays()
     ends = arrays["keyframes"].astype(np.int64)
     of_wheels = np.flatnonzero(constraints.are("odometry") & (ends[:, 1] == ends[:, 0] + 1))
@@ -47,7 +53,7 @@ def wheel_agreement(
             continue
         by_wheels, driven = compose(by_wheels, steps[k]), driven + float(np.hypot(*steps[k, :2]))
         # The map may say that the car hardly moved, or the wheels may.
-        if max(path[k] - path[start], driven) >= length:
+        if max(path[k] - path[start], driven) >= _WINDOW:
             windows.append((start, k))
             moved.append(by_wheels)
             start, by_wheels, driven = k, np.zeros(3), 0.0

@@ -11,6 +11,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.moving_along.moving_along import MovingAlong
 from racecar.mapping.quality.map_quality import MapQuality
+from racecar.mapping.quality.statistics import LOCAL_DISTANCE
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose
@@ -51,7 +52,7 @@ def judged_maps(drive: KnownDrive, spoilings: int, base: MappingConfig) -> Itera
             result = spoiled_map(drive, name, base)
         except UserError:
             continue  # no map at all is an honest answer
-        judged = judged_map(drive, name, result, base)
+        judged = judged_map(drive, name, result)
         if judged is not None:
             yield judged
 
@@ -65,9 +66,7 @@ def spoiled_map(drive: KnownDrive, spoiling: str, base: MappingConfig) -> Mappin
     return mapper.finish()
 
 
-def judged_map(
-    drive: KnownDrive, spoiling: str, result: MappingResult, config: MappingConfig
-) -> JudgedMap | None:
+def judged_map(drive: KnownDrive, spoiling: str, result: MappingResult) -> JudgedMap | None:
     """Compare a verdict with the truth; None where too little of the path is known."""
     stamps = result.trajectory.stamps[result.keyframe_indices]
     known = np.flatnonzero(drive.is_known(stamps))
@@ -76,7 +75,7 @@ def judged_map(
     # A wrong mount moves the car in the map, and leaves the map itself as it is.
     true = compose(drive.truth.poses_at(stamps[known]), drive.mount)
     lasers = result.session.map_from_keyframe
-    errors = map_errors(lasers[known], true, config.quality.local_distance)
+    errors = map_errors(lasers[known], true, LOCAL_DISTANCE)
     if errors.path_m < _SHORTEST:
         return None
     first, last = known[list(errors.worst)]

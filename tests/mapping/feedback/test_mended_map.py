@@ -5,9 +5,9 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.feedback.config import FeedbackConfig
 from racecar.mapping.loops.config import CandidateSearchConfig, LoopClosureConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
@@ -25,9 +25,7 @@ MISSES_LOOPS = LoopClosureConfig(candidates=CandidateSearchConfig(min_drift=100.
 def mapped(rounds: int, *, close_loops: bool = True) -> tuple[MapQuality, float]:
     """The verdict on the map, and the mean error in metres of the poses seen from the first one."""
     driven = drive(room(), 24.0, np.random.default_rng(1), bearings=np.linspace(-0.6, 0.6, 100))
-    config = MappingConfig(
-        refine=False, close_loops=close_loops, loops=MISSES_LOOPS, feedback=FeedbackConfig(rounds=rounds)
-    )
+    config = MappingConfig(refine=False, close_loops=close_loops, loops=MISSES_LOOPS)
     mapper, slipped_at = Mapper(config), None
     for message in driven.messages:
         if isinstance(message, Scan):
@@ -40,7 +38,9 @@ def mapped(rounds: int, *, close_loops: bool = True) -> tuple[MapQuality, float]
             slipped_at = pose if slipped_at is None else slipped_at
             pose = compose(compose(slipped_at, SLIP), between(slipped_at, pose))
         mapper.add_odometry(Odometry(message.stamp, pose, message.twist))
-    result = mapper.finish()
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("racecar.mapping.mapper.FEEDBACK_ROUNDS", rounds)
+        result = mapper.finish()
     found, truth = result.trajectory.map_from_base, driven.truth
     errors = between(between(truth[0], truth), between(found[0], found))
     return result.quality, float(np.hypot(errors[:, 0], errors[:, 1]).mean())

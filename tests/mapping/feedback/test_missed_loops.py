@@ -4,9 +4,10 @@ each other."""
 from functools import cache
 
 import numpy as np
+import pytest
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.feedback.config import FeedbackConfig
+from racecar.mapping.feedback import missed_loops as feedback
 from racecar.mapping.feedback.missed_loops import missed_loops
 from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.pose_graph import PoseGraph
@@ -45,7 +46,7 @@ def torn() -> Pose:
     return compose(poses[0], chained(steps))
 
 
-def found(poses: Pose, config: FeedbackConfig) -> list[Hypothesis]:
+def found(poses: Pose) -> list[Hypothesis]:
     session = mapped()
     map_ = FinishedMap(
         Session(
@@ -63,11 +64,11 @@ def found(poses: Pose, config: FeedbackConfig) -> list[Hypothesis]:
     for distance in np.diff(map_.path, prepend=0.0):
         loops.add_keyframe(float(distance))
     quality = judge(map_, QualityConfig())
-    return missed_loops(quality, poses, loops, PoseGraph(PoseGraphConfig()), config)
+    return missed_loops(quality, poses, loops, PoseGraph(PoseGraphConfig()))
 
 
 def test_passes_that_contradict_each_other_are_found_where_they_belong() -> None:
-    hypotheses = found(torn(), FeedbackConfig())
+    hypotheses = found(torn())
     assert len(hypotheses) >= 2
     true = mapped().map_from_keyframe
     for h in hypotheses:
@@ -77,9 +78,10 @@ def test_passes_that_contradict_each_other_are_found_where_they_belong() -> None
 
 
 def test_a_good_map_is_left_as_it_is() -> None:
-    assert found(mapped().map_from_keyframe, FeedbackConfig()) == []
+    assert found(mapped().map_from_keyframe) == []
 
 
-def test_what_nothing_supports_is_not_tried() -> None:
+def test_what_nothing_supports_is_not_tried(monkeypatch: pytest.MonkeyPatch) -> None:
     nothing = LoopClosureConfig(consistent_support=ConsistentSupportConfig(min_spacing=50.0))
-    assert found(torn(), FeedbackConfig(loops=nothing)) == []
+    monkeypatch.setattr(feedback, "_LENIENT", nothing)
+    assert found(torn()) == []

@@ -7,7 +7,6 @@ from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
 from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.doubtful_segments import doubtful_segments
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import DoubtfulSegment
@@ -35,8 +34,7 @@ def segments(mapped: np.ndarray, tied: ConstraintList) -> tuple[DoubtfulSegment,
         one_drive(len(mapped)),
     )
     map_ = FinishedMap(session, 0.5 * np.arange(len(TRUE)))
-    config = QualityConfig()
-    return doubtful_segments(map_, measure(map_, config), config.segments)
+    return doubtful_segments(map_, measure(map_))
 
 
 def by_scans() -> list[Constraint]:

@@ -7,7 +7,7 @@ from racecar.mapping.graph.constraint import ConstraintList
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.quality.config import PassAgreementConfig
+from racecar.mapping.quality import pass_agreement
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.pass_agreement import PassAgreement, agreement_of, near_pairs
 from racecar.mapping.session.session import Session, one_drive
@@ -62,12 +62,13 @@ def test_where_there_are_no_neighbours_nothing_is_usual() -> None:
     assert agreement([1], [500]).usual(agreement([], [])).tolist() == [0.0]
 
 
-def test_the_places_are_told_at_which_passes_contradict_each_other() -> None:
+def test_the_places_are_told_at_which_passes_contradict_each_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pass_agreement, "PLACE", 4.0)
     path = np.concatenate([np.arange(8) * 1.0, 100.0 + np.arange(8)])
     whole = passes((0.0, 0.4, 0.0))
     looked_through = np.where((whole.pairs == [[2, 10]]).any(axis=1), whole.looked_through, 0)
     some = PassAgreement(whole.pairs, whole.bins, looked_through, whole.judged)
-    places = some.by_places(0.03 * whole.judged, path, 4.0)
+    places = some.by_places(0.03 * whole.judged, path)
     assert len(places.judged) == 4
     assert places.judged.sum() == whole.judged.sum()
     assert places.usual == pytest.approx(0.03)
@@ -76,7 +77,7 @@ def test_the_places_are_told_at_which_passes_contradict_each_other() -> None:
     assert places.looked_through[places.of_pair[-1]] == 0.0
 
 
-def test_neighbours_follow_each_other_and_passes_come_back() -> None:
+def test_neighbours_follow_each_other_and_passes_come_back(monkeypatch: pytest.MonkeyPatch) -> None:
     there = np.column_stack([np.arange(0.0, 8.0, 0.5), np.zeros(16), np.zeros(16)])
     poses = np.concatenate([there, there[::-1] + np.array([0.0, 0.5, np.pi])])
     nothing = [Rays.none() for _ in poses]
@@ -91,19 +92,20 @@ def test_neighbours_follow_each_other_and_passes_come_back() -> None:
         one_drive(len(poses)),
     )
     map_ = FinishedMap(session, np.arange(32.0))
-    neighbours, passes = near_pairs(map_, PassAgreementConfig(reach=4.0, apart=5.0))
+    neighbours, passes = near_pairs(map_)
     assert len(neighbours)
     assert len(passes)
     driven = np.diff(map_.path[neighbours], axis=1)
     assert driven.max() <= 5.0
     assert np.diff(map_.path[passes], axis=1).min() > 5.0
     assert np.hypot(*(poses[passes[:, 0]] - poses[passes[:, 1]])[:, :2].T).max() <= 4.0
-    few = near_pairs(map_, PassAgreementConfig(max_pairs=5, max_neighbours=7))
-    assert [len(pairs) for pairs in few] == [7, 5]
+    monkeypatch.setattr(pass_agreement, "_MOST_NEIGHBOURS", 7)
+    monkeypatch.setattr(pass_agreement, "_MOST_PASSES", 5)
+    assert [len(pairs) for pairs in near_pairs(map_)] == [7, 5]
 
 
 def test_of_no_pair_nothing_is_known() -> None:
     store = store_of(ROOM, PASS)
     none = agreement_of(np.zeros((0, 2), dtype=np.int64), PASS, store)
     assert np.isnan(none.share)
-    assert len(none.by_places(none.usual(none), np.arange(8.0), 5.0).judged) == 0
+    assert len(none.by_places(none.usual(none), np.arange(8.0)).judged) == 0
