@@ -25,11 +25,11 @@ each other. By judgement: people and doors make less."""
 _LEAST_APART = 0.1
 """Metres from which wheels and map are said to differ, because two cells of the map show."""
 _SURPRISING = 4.0
-"""By what factor a window must exceed the usual difference of wheels and map to be named. By judgement: floors
-and turns make some."""
+"""By what factor a window must exceed the usual difference of wheels and map to be named. By judgement:
+floors and turns make some."""
 _LEAST_SLACK = 0.15
-"""Metres of standard deviation from which scans do not tie a step. By judgement: three cells of the map, while
-walls hold it to millimetres."""
+"""Metres of standard deviation from which scans do not tie a step. By judgement: three cells of the map,
+while walls hold it to millimetres."""
 _FIRST = 1000.0
 """A weight beyond that of any contradiction that can be measured; by judgement."""
 

@@ -12,9 +12,9 @@ _WINDOW = 2.0
 """Metres of path over which wheels and map are compared. By judgement: scans drift by millimetres and good
 wheels by centimetres over it."""
 MOST_DENIED = 1.0
-"""Metres in such a window that the map may deny the wheels where no loop closure decides. Measured on 237 maps:
-no good one with wheels that were not turned round had more than 0.96; of 9 wrong ones that nothing else told,
-4 had more than 1.6."""
+"""Metres in such a window that the map may deny the wheels where no loop closure decides. Measured on 237
+maps: no good one with wheels that were not turned round had more than 0.96; of 9 wrong ones that nothing else
+told, 4 had more than 1.6."""
 
 
 @dataclass(frozen=True, eq=False)
