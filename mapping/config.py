@@ -2,7 +2,6 @@
 
 from pydantic import Field
 
-from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, RenderingConfig
 from racecar.mapping.keyframes.config import KeyframeConfig
 from racecar.mapping.loops.config import LoopClosureConfig
@@ -119,7 +118,6 @@ class MappingConfig(Settings):
     matching: ScanMatchingConfig = ScanMatchingConfig()
     keyframes: KeyframeConfig = KeyframeConfig()
     schedule: ScheduleConfig = ScheduleConfig()
-    graph: PoseGraphConfig = PoseGraphConfig()
     loops: LoopClosureConfig = LoopClosureConfig()
     rendering: RenderingConfig = RenderingConfig()
     despeckling: DespecklingConfig = DespecklingConfig()

@@ -216,9 +216,7 @@ class Mapper:
         session = state.session()
         if earlier is not None:
             with state.timed("merging"):
-                session = merge(
-                    earlier, session, config.loops, config.place_recognition, config.graph, config.keyframes
-                )
+                session = merge(earlier, session, config.loops, config.place_recognition, config.keyframes)
                 session = forget_outdated(session, config.keyframes.revisits)
             quality = self._judge(session)
         report(0.3)
@@ -438,7 +436,7 @@ class Mapper:
         quality = self._judge(state.session())
         for _ in range(FEEDBACK_ROUNDS if config.close_loops else 0):
             with state.timed("feedback"):
-                missed = missed_loops(quality, state.map_from_keyframe, state.loops, state.graph)
+                missed = missed_loops(quality, state.map_from_keyframe, state.loops)
             if not missed:
                 break
             before = state.graph, state.map_from_keyframe, state.reckoning.calibration

@@ -7,7 +7,7 @@ a wide window, and hypotheses that still wait are tried with one supporter. Whic
 the map that they lead to.
 """
 
-from racecar.mapping.graph.pose_graph import PoseGraph
+from racecar.mapping.graph.pose_graph import is_strained
 from racecar.mapping.loops.config import (
     ConsistentSupportConfig,
     LoopClosureConfig,
@@ -42,7 +42,7 @@ Measured on a lab seen by a laser of 4 m and on a piece of intel with a hole: th
 of the loops that these find."""
 
 
-def missed_loops(quality: MapQuality, poses: Pose, loops: LoopCloser, graph: PoseGraph) -> list[Hypothesis]:
+def missed_loops(quality: MapQuality, poses: Pose, loops: LoopCloser) -> list[Hypothesis]:
     """Hypotheses that would change a map with keyframes at (K, 3), each supported by another one; none of a
     good map."""
     if quality.verdict == Verdict.GOOD:
@@ -51,7 +51,7 @@ def missed_loops(quality: MapQuality, poses: Pose, loops: LoopCloser, graph: Pos
     found = [h for h in loops.history.hypotheses if not h.accepted]
     for segment in quality.segments:
         found += _between_passes(segment, poses, wide)
-    found = [h for h in found if graph.is_strained_by(h.as_constraint(), poses)]
+    found = [h for h in found if is_strained(h.as_constraint(), poses)]
     limits, submaps = _LENIENT.consistent_support, loops.history.graph
     return [
         h for h in found if any(o is not h and are_consistent(o, h, submaps, poses, limits) for o in found)

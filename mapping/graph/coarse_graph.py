@@ -62,7 +62,7 @@ def between_groups(
     """
     group = groups.nearest()
     is_loop = constraints.are("loop_closure")
-    first, second = group[constraints.to_arrays()["keyframes"]].T
+    first, second = group[constraints.ends].T
     local = constraints.chosen(np.flatnonzero(~is_loop & (first != second)))
     closures = [
         replace(constraints[k], from_keyframe=int(first[k]), to_keyframe=int(second[k]))
@@ -83,7 +83,10 @@ def _condensed(
     edges = local.to_arrays()
     first, second = edges["keyframes"].T
     error = between(edges["poses"], between(map_from_keyframe[first], map_from_keyframe[second]))
-    information = _weighted(edges["information"], local.are("scan_matching"), error, match_loss_width)
+    information = edges["information"]
+    squared = (error[:, None] @ information @ error[:, :, None])[:, :, 0]
+    are_robust = local.are("scan_matching")[:, None]
+    information = information / np.where(are_robust, 1.0 + squared / match_loss_width**2, 1.0)[:, :, None]
     # Moving a group by delta in its middle's tangent frame changes the error to error + jacobian delta.
     jacobian = adjoint(between(map_from_keyframe[second], middle[group[second]]))
     weighted = jacobian.transpose(0, 2, 1) @ information
@@ -98,11 +101,3 @@ def _condensed(
         Constraint(a, b, pose, matrix, "odometry")
         for a, b, pose, matrix in zip(earlier.tolist(), later.tolist(), measured, hessian, strict=True)
     ]
-
-
-def _weighted(
-    information: NDArray[np.float64], is_robust: NDArray[np.bool_], error: Pose, width: float
-) -> NDArray[np.float64]:
-    """Information (N, 3, 3) times the Cauchy weight at an error (N, 3), for those that are robust."""
-    squared = (error[:, None] @ information @ error[:, :, None])[:, :, 0]
-    return information / np.where(is_robust[:, None], 1.0 + squared / width**2, 1.0)[:, :, None]

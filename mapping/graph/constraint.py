@@ -54,8 +54,9 @@ class ConstraintList:
 
     def __getitem__(self, k: int) -> Constraint:
         pose, information = self._poses[3 * k : 3 * k + 3], self._information[6 * k : 6 * k + 6]
-        first, second = self.ends_of(k)
-        return Constraint(first, second, np.array(pose), np.array(information)[_OF_UPPER], self.kind_of(k))
+        first, second = self._ends[2 * k : 2 * k + 2]
+        kind = KINDS[self._kinds[k]]
+        return Constraint(first, second, np.array(pose), np.array(information)[_OF_UPPER], kind)
 
     def append(self, constraint: Constraint) -> None:
         """Add one at the end."""
@@ -64,13 +65,10 @@ class ConstraintList:
         self._information.extend(constraint.information[_ROWS, _COLUMNS])
         self._kinds.append(KINDS.index(constraint.kind))
 
-    def ends_of(self, k: int) -> tuple[int, int]:
-        """The keyframes that one connects, without building the whole constraint."""
-        return self._ends[2 * k], self._ends[2 * k + 1]
-
-    def kind_of(self, k: int) -> Kind:
-        """The kind of one, likewise."""
-        return KINDS[self._kinds[k]]
+    @property
+    def ends(self) -> NDArray[np.int32]:
+        """(C, 2) the keyframes that each connects."""
+        return np.array(self._ends, dtype=np.int32).reshape(-1, 2)
 
     def are(self, kind: Kind) -> NDArray[np.bool_]:
         """(C,) whether each is of a kind."""
@@ -112,7 +110,7 @@ class ConstraintList:
         """``keyframes`` (C, 2) int32, ``poses`` (C, 3), ``information`` (C, 3, 3) and ``kinds`` (C,) int8,
         the indices into ``KINDS``."""
         return {
-            "keyframes": np.array(self._ends, dtype=np.int32).reshape(-1, 2),
+            "keyframes": self.ends,
             "poses": np.array(self._poses).reshape(-1, 3),
             "information": np.array(self._information).reshape(-1, 6)[:, _OF_UPPER],
             "kinds": np.array(self._kinds, dtype=np.int8),

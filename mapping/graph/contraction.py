@@ -25,7 +25,7 @@ def contracted(constraints: ConstraintList, poses: Pose, is_left: NDArray[np.boo
     """The constraints between the keyframes that are left (K,) of those at solved ``poses`` (K, 3), numbered
     among themselves: those they have, and those that they inherit from the ones that go."""
     left, number = list(constraints.among(is_left)), (np.cumsum(is_left) - 1).tolist()
-    tied = {(min(pair), max(pair)) for pair in constraints.to_arrays()["keyframes"].tolist()}
+    tied = {(min(pair), max(pair)) for pair in constraints.ends.tolist()}
     ties = _ties(constraints, poses)
     inherited = ties_passed_on(ties, is_left, lambda _, __, tie: np.linalg.det(tie), np.add)
     for first, second, tie in inherited:

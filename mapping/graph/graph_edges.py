@@ -48,3 +48,22 @@ class GraphEdges:
         """(C,) whether each is of a kind."""
         are: NDArray[np.bool_] = self.kinds == KINDS.index(kind)
         return are
+
+    def step_variances(self, first: int, end: int) -> NDArray[np.float64]:
+        """(N, 2) square metres of place and square radians of turn that the steps to keyframes from ``first``
+        to before ``end`` may err.
+
+        A constraint over several steps says of each its share. Were the errors of all of them independent,
+        those that span the same steps would say as many times more; but they match the same scans, and err
+        alike.
+        """
+        steps = np.where(self.are("loop_closure"), -1, self.ends[:, 1] - first)
+        counted = (steps >= 0) & (steps < end - first)
+        spans = (self.ends[counted, 1] - self.ends[counted, 0]).astype(np.float64)
+        covariances = np.linalg.inv(self.information[counted])
+        variances = np.column_stack([covariances[:, 0, 0] + covariances[:, 1, 1], covariances[:, 2, 2]])
+        worth = np.zeros((end - first, 2))
+        np.add.at(worth, steps[counted], spans[:, None] / variances)
+        tied = worth[:, 0] > 0.0  # all but the first keyframe of a drive
+        worth[~tied] = np.inf
+        return 1.0 / worth

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.coarse_graph import Groups, between_groups
-from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 
@@ -22,6 +21,29 @@ _Loss = gtsam.noiseModel.mEstimator
 _ANCHOR_SIGMA = 1e-4
 """Metres and radians of the prior on the first pose: small beside any measurement, so that it stays where it
 is, and large enough for the equations to remain well conditioned."""
+_LOSS_WIDTHS = (30.0, 5.0, 1.0)
+"""Standard deviations that the Cauchy loss of loop closures is wide, one solution after the other: annealed,
+because true ones far from the first estimate are let go when it is narrow at once, however well they agree;
+the three steps are by judgement. In the end, one that misses by one standard deviation counts half."""
+_WIDEST_MATCH_LOSS = 5.0
+"""The same of scan matches at most, since they begin nearer to the estimate. Measured on a drive whose first
+wheel steps turned too far: with 1 a wall is drawn twice, with 5 as with 30 once."""
+_WHEEL_LOSS_WIDTH = 1.345
+"""The same of the Huber loss of wheels where scans were matched too: there the estimate of Gaussian errors is
+95 % as good as the best (Huber, 1981)."""
+_TOLERANCE, _ROUGH_TOLERANCE = 1e-4, 1e-3
+"""Relative decrease of the error at which Levenberg-Marquardt stops, and while the drive goes on, which needs
+poses to a few centimetres. By judgement: both are far below what lasers tell."""
+_MOST_SOLVED_SINGLY = 4000
+"""The latest keyframes that are solved one by one while the drive goes on; those before move by groups.
+Measured on simulated kilometres (pytest -m slow, test_kilometres): with 1000 a loop came out 0.28 m off, with
+4000 it stays below the bar of 0.25 m; solving all takes seconds."""
+_STRAINED = (0.15, 0.03)
+"""Metres and radians by which a new loop closure contradicts the poses so that the graph is solved anew. By
+judgement: three cells of the map."""
+_REFUTED = (0.3, 0.06)
+"""The same by which the final solution contradicts a loop closure that is then dropped. By judgement: twice
+what is worth a new solution."""
 
 
 class PoseGraph:
@@ -31,8 +53,7 @@ class PoseGraph:
     they would take twice the memory of the constraints.
     """
 
-    def __init__(self, config: PoseGraphConfig, constraints: Iterable[Constraint] = ()) -> None:
-        self.config = config
+    def __init__(self, constraints: Iterable[Constraint] = ()) -> None:
         self.constraints = ConstraintList(constraints)
 
     def add(self, constraint: Constraint) -> None:
@@ -42,7 +63,7 @@ class PoseGraph:
 
     def followed_by(self, constraints: Iterable[Constraint]) -> "PoseGraph":
         """Another graph with further constraints; this one stays as it is."""
-        graph = PoseGraph(self.config)
+        graph = PoseGraph()
         graph.constraints = self.constraints.copy()
         for constraint in constraints:
             graph.add(constraint)
@@ -56,7 +77,7 @@ class PoseGraph:
         """Of the constraints between two keyframes from ``first`` on whose scans are not kept, (K,), leave
         only loop closures and matches of neighbours. The constraints from there on are then sorted by their
         second keyframes."""
-        start, ends = self._start_of(first), self.constraints.to_arrays()["keyframes"]
+        start, ends = self._start_of(first), self.constraints.ends
         are_neighbours = (ends[:, 1] == ends[:, 0] + 1) & self.constraints.are("scan_matching")
         is_worth = is_kept[ends].any(axis=1) | are_neighbours | self.constraints.are("loop_closure")
         left = start + np.flatnonzero(is_worth[start:])
@@ -65,20 +86,20 @@ class PoseGraph:
 
     def optimize(self, poses: Pose) -> Pose:
         """The poses (K, 3) that agree best with all constraints; the first one stays where it is."""
-        return self._anneal(poses, self.config.loss_widths, self.config.tolerance)
+        return self._anneal(poses, _LOSS_WIDTHS, _TOLERANCE)
 
     def optimize_roughly(self, poses: Pose, first: int = 0) -> Pose:
         """The same to a few centimetres, enough while the drive goes on; keyframes before ``first`` stay
         where they are."""
-        return self._anneal(poses, self.config.loss_widths[:2], self.config.rough_tolerance, first)
+        return self._anneal(poses, _LOSS_WIDTHS[:2], _ROUGH_TOLERANCE, first)
 
     def optimize_by_groups(self, poses: Pose, groups: Groups) -> Pose:
         """`optimize_roughly`, but of very many keyframes only the latest are solved one by one, after all
         have been moved by groups."""
-        first = max(len(poses) - self.config.most_solved_singly, 0)
+        first = max(len(poses) - _MOST_SOLVED_SINGLY, 0)
         if first > 0:
-            coarse = between_groups(self.constraints, poses, groups, self.config.loss_widths[-1])
-            middles = PoseGraph(self.config, coarse).optimize_roughly(poses[groups.middles])
+            coarse = between_groups(self.constraints, poses, groups, _LOSS_WIDTHS[-1])
+            middles = PoseGraph(coarse).optimize_roughly(poses[groups.middles])
             poses = groups.carry(poses, middles)
         return self.optimize_roughly(poses, first)
 
@@ -87,21 +108,21 @@ class PoseGraph:
 
         The poses may be those of the first keyframes only.
         """
-        return self._anneal(poses, self.config.loss_widths[-1:], self.config.tolerance, first)
+        return self._anneal(poses, _LOSS_WIDTHS[-1:], _TOLERANCE, first)
 
     def _anneal(self, poses: Pose, widths: Sequence[float], tolerance: float, first: int = 0) -> Pose:
         among = self._among(first, len(poses))
         ordering = _ordering(range(first, len(poses)), [(c.from_keyframe, c.to_keyframe) for c in among])
         loops = [constraint for constraint in among if constraint.kind == "loop_closure"]
-        widest = self.config.widest_match_loss
+        match_widths = {width: min(width, _WIDEST_MATCH_LOSS) for width in widths}
         if not loops:
-            widths = list(dict.fromkeys(min(width, widest) for width in widths))
-        local = {w: self._local_graph(among, w, poses, first) for w in {min(w, widest) for w in widths}}
-        for width in widths:
-            graph = gtsam.NonlinearFactorGraph(local[min(width, widest)])
+            match_widths = {width: width for width in match_widths.values()}
+        local = {w: self._local_graph(among, w, poses, first) for w in set(match_widths.values())}
+        for width, match_width in match_widths.items():
+            graph = gtsam.NonlinearFactorGraph(local[match_width])
             for loop in loops:
                 graph.add(_factor(loop, _Loss.Cauchy.Create(width), poses, first))
-            stop = tolerance if width == widths[-1] else self.config.rough_tolerance
+            stop = tolerance if width == widths[-1] else _ROUGH_TOLERANCE
             poses = np.concatenate([poses[:first], _solve(graph, poses[first:], first, ordering, stop)])
         return poses
 
@@ -111,35 +132,38 @@ class PoseGraph:
         """All but the loop closures, scan matches with a loss of that width."""
         graph, are_matched = gtsam.NonlinearFactorGraph(), _matched_steps(among, len(poses))
         of_matches = _Loss.Cauchy.Create(match_width)
-        of_wheels = _Loss.Huber.Create(self.config.wheel_loss_width)
+        of_wheels = _Loss.Huber.Create(_WHEEL_LOSS_WIDTH)
         for c in among:
             if c.kind == "scan_matching":
                 graph.add(_factor(c, of_matches, poses, first))
             elif c.kind == "odometry":
                 graph.add(_factor(c, of_wheels if are_matched[c.to_keyframe] else None, poses, first))
         if first == 0:
-            _anchor(graph, 0, poses[0])
+            noise = gtsam.noiseModel.Isotropic.Sigma(3, _ANCHOR_SIGMA)
+            graph.add(gtsam.PriorFactorPose2(0, gtsam.Pose2(*poses[0]), noise))
         return graph
 
     def _among(self, first: int, end: int) -> list[Constraint]:
         """The constraints of keyframes from ``first`` on and before ``end``, the latest first."""
-        since = reversed(range(self._start_of(first), len(self.constraints)))
-        return [self.constraints[k] for k in since if first <= self.constraints.ends_of(k)[1] < end]
+        start = self._start_of(first)
+        latest = self.constraints.ends[start:, 1]
+        among = start + np.flatnonzero((first <= latest) & (latest < end))
+        return [self.constraints[k] for k in among[::-1].tolist()]
 
     def _start_of(self, first: int) -> int:
-        """Where the constraints of keyframes from ``first`` on begin.
-
-        Those added long before are not visited, so the cost does not grow with the length of the drive.
-        """
-        for k in reversed(range(len(self.constraints))):
-            if self.constraints.ends_of(k)[1] < first and self.constraints.kind_of(k) != "loop_closure":
-                return k + 1
-        return 0
+        """Where the constraints of keyframes from ``first`` on begin."""
+        are_before = (self.constraints.ends[:, 1] < first) & ~self.constraints.are("loop_closure")
+        return int(np.max(np.flatnonzero(are_before), initial=-1)) + 1
 
     def optimize_finally(self, poses: Pose) -> Pose:
         """Optimize, and once more without the loop closures that the solution refutes."""
         poses = self.optimize(poses)
-        return self.optimize(poses) if self._drop_refuted(poses) else poses
+        loops = np.flatnonzero(self.constraints.are("loop_closure")).tolist()
+        refuted = [k for k in loops if _is_contradicted(self.constraints[k], poses, _REFUTED)]
+        if not refuted:
+            return poses
+        self.constraints = self.constraints.chosen(np.delete(np.arange(len(self.constraints)), refuted))
+        return self.optimize(poses)
 
     def close(self, closures: Sequence[Constraint], poses: Pose, groups: Groups, tied_until: int = 0) -> Pose:
         """Take loop closures into the graph; where they strain the poses (K, 3), optimize these roughly.
@@ -149,31 +173,18 @@ class PoseGraph:
         """
         for closure in closures:
             self.add(closure)
-        if tied_until > 0 and self._are_strained(closures, poses):
+        if tied_until > 0 and _are_strained(closures, poses):
             poses = self.optimize_roughly(poses, tied_until)
-        return self.optimize_by_groups(poses, groups) if self._are_strained(closures, poses) else poses
+        return self.optimize_by_groups(poses, groups) if _are_strained(closures, poses) else poses
 
-    def is_strained_by(self, closure: Constraint, poses: Pose) -> bool:
-        """Does a loop closure contradict the poses (K, 3) so much that it is worth optimizing anew?"""
-        limits = (self.config.strained_distance, self.config.strained_angle)
-        return _is_contradicted(closure, poses, limits)
 
-    def _are_strained(self, closures: Sequence[Constraint], poses: Pose) -> bool:
-        """Does any closure contradict the poses (K, 3) so much?"""
-        return any(self.is_strained_by(closure, poses) for closure in closures)
+def is_strained(closure: Constraint, poses: Pose) -> bool:
+    """Does a loop closure contradict the poses (K, 3) so much that it is worth optimizing anew?"""
+    return _is_contradicted(closure, poses, _STRAINED)
 
-    def _drop_refuted(self, poses: Pose) -> bool:
-        """Take out the loop closures that the solution refutes; returns whether there were any."""
-        limits = (self.config.refuted_distance, self.config.refuted_angle)
-        left = [
-            k
-            for k in range(len(self.constraints))
-            if self.constraints.kind_of(k) != "loop_closure"
-            or not _is_contradicted(self.constraints[k], poses, limits)
-        ]
-        found = len(left) < len(self.constraints)
-        self.constraints = self.constraints.chosen(left)
-        return found
+
+def _are_strained(closures: Sequence[Constraint], poses: Pose) -> bool:
+    return any(is_strained(closure, poses) for closure in closures)
 
 
 def _matched_steps(constraints: Iterable[Constraint], end: int) -> NDArray[np.bool_]:
@@ -205,11 +216,6 @@ def _factor(
         return gtsam.BetweenFactorPose2(start, end, gtsam.Pose2(*constraint.from_pose_to_pose), noise)
     measured = compose(poses[start], constraint.from_pose_to_pose)
     return gtsam.PriorFactorPose2(end, gtsam.Pose2(*measured), noise)
-
-
-def _anchor(graph: gtsam.NonlinearFactorGraph, key: int, pose: Pose) -> None:
-    noise = gtsam.noiseModel.Isotropic.Sigma(3, _ANCHOR_SIGMA)
-    graph.add(gtsam.PriorFactorPose2(key, gtsam.Pose2(*pose), noise))
 
 
 def _ordering(keyframes: range, ends: Iterable[tuple[int, int]]) -> gtsam.Ordering:

@@ -60,7 +60,7 @@ def matched_again(
     if with_first_pass:
         passes = pairs_with_first_pass(poses, is_kept, config.revisits)
         constraints += constrain(passes, poses, store, config.constraints)
-    return PoseGraph(graph.config, constraints), laid_out_by_wheels(poses, along, newly), are_misled
+    return PoseGraph(constraints), laid_out_by_wheels(poses, along, newly), are_misled
 
 
 def mean_bend(before: Pose, after: Pose, keyframes: int) -> float:

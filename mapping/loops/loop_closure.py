@@ -13,7 +13,6 @@ import numpy as np
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.mapping.graph.step_variances import step_variances
 from racecar.mapping.loops.candidate_search import candidates
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.loops.hypothesis import Hypothesis
@@ -49,7 +48,7 @@ class LoopCloser:
         wanted when a submap was completed."""
         known = self.history.graph.keyframes_with_variances
         steps = GraphEdges.of(graph.since(known), poses)
-        self.history.graph.add_variances(step_variances(steps, known, len(poses)))
+        self.history.graph.add_variances(steps.step_variances(known, len(poses)))
 
     def close(self, poses: Pose) -> list[Constraint]:
         """Seek the newest submap on the earlier ones, keyframes at ``poses`` (K, 3); returns the loop

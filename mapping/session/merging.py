@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.config import KeyframeConfig
@@ -30,7 +29,6 @@ def merge(
     later: Session,
     loops: LoopClosureConfig,
     recognition: PlaceRecognitionConfig,
-    graph: PoseGraphConfig,
     keyframes: KeyframeConfig = _KEYFRAMES,
 ) -> Session:
     """Both sessions in the frame of the earlier one, whose keyframes come first.
@@ -53,7 +51,7 @@ def merge(
     if not recognized.hypotheses:
         raise not_recognized(recognized, closer)
     merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized.hypotheses)
-    return _close_loops(merged, first, known, recognized.hypotheses, closer, graph, keyframes)
+    return _close_loops(merged, first, known, recognized.hypotheses, closer, keyframes)
 
 
 def _side_by_side(earlier: Session, later: Session) -> Session:
@@ -90,14 +88,13 @@ def _close_loops(
     known: int,
     recognized: list[Hypothesis],
     loops: LoopCloser,
-    config: PoseGraphConfig,
     keyframes: KeyframeConfig,
 ) -> Session:
     """Seek the submaps after the ``known`` ones on these, outwards from where the drive was recognized; then
     connect the keyframes from ``first`` on to those before."""
     loops.history.hypotheses.extend(recognized)
     accepted = loops.history.accept(recognized)
-    graph = _graph([*merged.constraints, *accepted], config)
+    graph = _graph([*merged.constraints, *accepted])
     groups = loops.history.graph.groups()
     poses = graph.optimize_by_groups(merged.map_from_keyframe, groups)
     start = recognized[0].moving.index
@@ -106,10 +103,10 @@ def _close_loops(
     passes = pairs_with_first_pass(poses, loops.store.is_kept, keyframes.revisits)
     between_drives = passes[(passes < first).sum(axis=1) == 1]
     matches = constrain(between_drives, poses, loops.store, keyframes.constraints)
-    graph = _graph([*graph.constraints, *matches], config)
+    graph = _graph([*graph.constraints, *matches])
     poses = graph.optimize_finally(poses)
     return replace(merged, map_from_keyframe=poses, constraints=graph.constraints)
 
 
-def _graph(constraints: list[Constraint], config: PoseGraphConfig) -> PoseGraph:
-    return PoseGraph(config, sorted(constraints, key=lambda c: c.to_keyframe))
+def _graph(constraints: list[Constraint]) -> PoseGraph:
+    return PoseGraph(sorted(constraints, key=lambda c: c.to_keyframe))

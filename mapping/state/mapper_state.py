@@ -72,7 +72,7 @@ class MapperState:
             DeadReckoning(config.odometry, odometry_lag, config.matching),
             keyframes,
             _loop_closer(keyframes, LoopHistory(), config),
-            PoseGraph(config.graph),
+            PoseGraph(),
             Drive(config.keyframes.trimming.scans_per_keyframe),
         )
 
@@ -249,7 +249,7 @@ class MapperState:
             DeadReckoning.from_arrays(part_of("reckoning", arrays), config.odometry, config.matching),
             session.keyframes,
             _loop_closer(session.keyframes, session.loops, config),
-            PoseGraph(config.graph, session.constraints),
+            PoseGraph(session.constraints),
             Drive.from_arrays(part_of("drive", arrays), config.keyframes.trimming.scans_per_keyframe),
             session.map_from_keyframe,
             session.rays,

@@ -5,7 +5,6 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.state.result import MappingResult
@@ -90,7 +89,7 @@ def wrong_loops(
 
 
 def _solve(map_from_keyframe: Pose, constraints: Sequence[Constraint]) -> Pose:
-    return PoseGraph(PoseGraphConfig(), constraints).optimize(map_from_keyframe)
+    return PoseGraph(constraints).optimize(map_from_keyframe)
 
 
 def _error(result: MappingResult, map_from_keyframe: Pose, relations: Relations) -> dict[str, float]:

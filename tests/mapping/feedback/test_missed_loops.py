@@ -9,8 +9,6 @@ import pytest
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.feedback import missed_loops as feedback
 from racecar.mapping.feedback.missed_loops import missed_loops
-from racecar.mapping.graph.config import PoseGraphConfig
-from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.loops.config import ConsistentSupportConfig, LoopClosureConfig
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
@@ -64,7 +62,7 @@ def found(poses: Pose) -> list[Hypothesis]:
     for distance in np.diff(map_.path, prepend=0.0):
         loops.add_keyframe(float(distance))
     quality = judge(map_, QualityConfig())
-    return missed_loops(quality, poses, loops, PoseGraph(PoseGraphConfig()))
+    return missed_loops(quality, poses, loops)
 
 
 def test_passes_that_contradict_each_other_are_found_where_they_belong() -> None:

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
+from racecar.mapping.graph import pose_graph
 from racecar.mapping.graph.coarse_graph import Groups
-from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.constraint import Constraint, Kind
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
-
-DEFAULT = PoseGraphConfig()
 
 
 def circle(count: int = 60) -> Pose:
@@ -25,8 +23,8 @@ def constraint(a: int, b: int, pose: Pose, sigma: float, kind: Kind) -> Constrai
     return Constraint(a, b, pose, np.eye(3) / sigma**2, kind)
 
 
-def drifted(true: Pose, config: PoseGraphConfig = DEFAULT) -> tuple[PoseGraph, Pose]:
-    graph, poses = PoseGraph(config), [true[0]]
+def drifted(true: Pose) -> tuple[PoseGraph, Pose]:
+    graph, poses = PoseGraph(), [true[0]]
     for k in range(1, len(true)):
         step = between(true[k - 1], true[k]) + np.array([0.0, 0.0, 0.005])
         graph.add(constraint(k - 1, k, step, 0.02, "odometry"))
@@ -61,7 +59,7 @@ def turned_too_far(*matched: Constraint) -> tuple[PoseGraph, Pose, Pose]:
     """A graph whose wheels turn by 0.1 rad too far at keyframe 3, and which only what is ``matched`` beside
     ties to those before; the poses (K, 3) by the wheels, and the true ones."""
     true = circle(24)
-    graph, poses = PoseGraph(DEFAULT, matched), [true[0]]
+    graph, poses = PoseGraph(matched), [true[0]]
     for k in range(1, len(true)):
         step = between(true[k - 1], true[k]) + np.array([0.0, 0.0, 0.1 * (k == 3)])
         poses.append(compose(poses[-1], step))
@@ -100,7 +98,7 @@ def test_fixed_keyframes_stay_and_pull_the_others() -> None:
 
 def test_a_keyframe_that_nothing_ties_to_others_stays() -> None:
     true = circle(8)
-    graph = PoseGraph(DEFAULT)
+    graph = PoseGraph()
     for k in (1, 2, 3, 5):
         graph.add(constraint(k - 1, k, between(true[k - 1], true[k]), 0.02, "scan_matching"))
     drifted = true + 0.01 * np.arange(8)[:, None]
@@ -135,9 +133,10 @@ def test_a_loop_that_fits_moves_nothing() -> None:
     np.testing.assert_array_equal(graph.close([loop], poses, groups(60)), poses)
 
 
-def test_a_loop_moves_a_long_drive_by_groups_and_its_end_one_by_one() -> None:
+def test_a_loop_moves_a_long_drive_by_groups_and_its_end_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pose_graph, "_MOST_SOLVED_SINGLY", 40)
     true = circle(200)
-    graph, poses = drifted(true, PoseGraphConfig(most_solved_singly=40))
+    graph, poses = drifted(true)
     exact, _ = drifted(true)
     loop = constraint(2, 197, between(true[2], true[197]), 0.01, "loop_closure")
     exact.add(loop)
@@ -162,7 +161,6 @@ def test_of_the_first_keyframes_alone_the_later_ones_do_not_count() -> None:
 def test_constraints_between_trimmed_keyframes_are_thinned_out() -> None:
     true = circle()
     graph = PoseGraph(
-        DEFAULT,
         (
             constraint(k - back, k, between(true[k - back], true[k]), 0.01, kind)
             for k in range(1, 60)
@@ -188,9 +186,12 @@ def test_constraints_between_trimmed_keyframes_are_thinned_out() -> None:
 
 
 @pytest.mark.parametrize(("limit", "is_left"), [(0.3, False), (100.0, True)])
-def test_a_closure_that_the_solution_refutes_is_dropped_in_the_end(limit: float, is_left: bool) -> None:
+def test_a_closure_that_the_solution_refutes_is_dropped_in_the_end(
+    limit: float, is_left: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(pose_graph, "_REFUTED", (limit, 10.0))
     true = circle()
-    graph, poses = drifted(true, PoseGraphConfig(refuted_distance=limit, refuted_angle=10.0))
+    graph, poses = drifted(true)
     for a, b in ((0, 59), (2, 58), (4, 57), (1, 56)):
         graph.add(constraint(a, b, between(true[a], true[b]), 0.01, "loop_closure"))
     graph.add(constraint(10, 40, np.array([1.0, -2.0, 0.5]), 0.01, "loop_closure"))

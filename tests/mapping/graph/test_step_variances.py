@@ -5,7 +5,6 @@ import pytest
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList, Kind
 from racecar.mapping.graph.graph_edges import GraphEdges
-from racecar.mapping.graph.step_variances import step_variances
 
 STRAIGHT = np.column_stack([np.arange(40.0), np.zeros(40), np.zeros(40)])
 
@@ -18,7 +17,7 @@ def over(steps: int, missed: float = 0.0, kind: Kind = "scan_matching") -> list[
 
 
 def variances(constraints: list[Constraint]) -> np.ndarray:
-    return step_variances(GraphEdges.of(ConstraintList(constraints), STRAIGHT), 0, len(STRAIGHT))
+    return GraphEdges.of(ConstraintList(constraints), STRAIGHT).step_variances(0, len(STRAIGHT))
 
 
 def test_a_chain_of_single_steps_errs_as_each_states() -> None:

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from racecar.mapping.graph.config import PoseGraphConfig
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
@@ -32,7 +31,7 @@ def carried_on(earlier: Session, true: Pose) -> Session:
 
     later = session(RING, true, ELSEWHERE, IDENTITY)
     recognition = PlaceRecognitionConfig()
-    return merge(EarlierMap(earlier, find), later, LoopClosureConfig(), recognition, PoseGraphConfig())
+    return merge(EarlierMap(earlier, find), later, LoopClosureConfig(), recognition)
 
 
 def rounds(starts: list[float], metres: float) -> tuple[Session, Pose]:
@@ -67,7 +66,7 @@ def test_a_map_grows_with_the_places_and_not_with_the_drives() -> None:
 
 def test_what_is_left_is_as_sure_and_where_it_was() -> None:
     map_, true = rounds([0.0, 7.0, 3.0, 20.0, 11.0], 34.0)
-    graph = PoseGraph(PoseGraphConfig(), map_.constraints)
+    graph = PoseGraph(map_.constraints)
     solved = graph.optimize(map_.map_from_keyframe)
     assert np.abs(between(map_.map_from_keyframe, solved)).max() < 0.005
     shaken = map_.map_from_keyframe + 0.05 * np.random.default_rng(0).standard_normal((len(true), 3))

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from racecar.mapping.graph.config import PoseGraphConfig
+from racecar.mapping.graph import pose_graph
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.mapping.session.earlier_map import EarlierMap
@@ -19,7 +19,6 @@ from tests.mapping.worlds import box
 ELSEWHERE = np.array([40.0, -25.0, 2.5])
 EARLIER_LASER, LATER_LASER = np.array([0.3, 0.0, 0.0]), np.array([-0.1, 0.05, 3.0])
 CONFIG = LoopClosureConfig()
-DEFAULT_GRAPH = PoseGraphConfig()
 
 
 ROUGHLY = np.array([0.15, -0.1, 0.02])
@@ -30,7 +29,6 @@ def merged(
     earlier: Session,
     later: Session,
     at: Pose,
-    graph: PoseGraphConfig = DEFAULT_GRAPH,
     *,
     is_start_given: bool = False,
 ) -> Session:
@@ -42,7 +40,7 @@ def merged(
             yield None if k < 3 else compose(pose, ROUGHLY)
 
     map_ = EarlierMap(earlier, find, is_start_given=is_start_given)
-    return merge(map_, later, CONFIG, PlaceRecognitionConfig(), graph)
+    return merge(map_, later, CONFIG, PlaceRecognitionConfig())
 
 
 def test_the_later_drive_lies_where_it_was() -> None:
@@ -71,11 +69,11 @@ def test_constraints_lie_in_the_order_in_which_a_pose_graph_takes_them() -> None
 
 
 @pytest.mark.parametrize("one_by_one", [10, 100])
-def test_long_drives_are_merged_by_groups(one_by_one: int) -> None:
-    config = PoseGraphConfig(most_solved_singly=one_by_one)
+def test_long_drives_are_merged_by_groups(one_by_one: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pose_graph, "_MOST_SOLVED_SINGLY", one_by_one)
     first, second = path(0.0, 34.0), path(11.0, 20.0)
     earlier = session(RING, first, IDENTITY, IDENTITY)
-    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), second, config)
+    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), second)
     assert np.abs(between(np.concatenate([first, second]), joint.map_from_keyframe)).max() < 0.01
 
 
