@@ -7,17 +7,25 @@ from threading import RLock
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.mapping import schedule
 from racecar.mapping.arrays import Arrays, pose_or_nan
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.feedback.missed_loops import FEEDBACK_ROUNDS, missed_loops
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.log_odds import looks_until_free
 from racecar.mapping.grid.rendering import Rays, pack_rays, rays_of
-from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
+from racecar.mapping.keyframes.constraints import TIED_TO, constrain, pairs_along_path
+from racecar.mapping.keyframes.drive import SCANS_PER_KEYFRAME
 from racecar.mapping.keyframes.final_optimization import matched_again, mean_bend
 from racecar.mapping.keyframes.gap import Gap, gap_after
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
-from racecar.mapping.keyframes.placement import KeyframePlacer, Placement
+from racecar.mapping.keyframes.placement import (
+    MIN_SEARCH_POINTS,
+    REFUTED_ODDS,
+    SAME_GUESS,
+    KeyframePlacer,
+    Placement,
+)
 from racecar.mapping.matching.scan_store import prepare_scan
 from racecar.mapping.odometry.lag import KnownLag
 from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
@@ -174,7 +182,7 @@ class Mapper:
         wheel_step, sees = state.reckoning.wheel_step(), len(points) > 0
         since_last = scan.stamp - (scan.stamp if self.last_stamp is None else self.last_stamp)
         unknown_for = state.reckoning.blind_for if wheel_step is None else since_last
-        gap = gap_after(unknown_for, wheel_step, distance, self._config.keyframes.gaps)
+        gap = gap_after(unknown_for, wheel_step, distance)
         is_new = state.reckoning.wheels_begin or (sees and not state.last_keyframe_sees)
         is_due = gap != Gap.NONE or guesses.reach(distance, angle) or is_new
         # Where the laser is blind, keyframes carry what the wheels measure; without wheels there is nothing.
@@ -216,8 +224,8 @@ class Mapper:
         session = state.session()
         if earlier is not None:
             with state.timed("merging"):
-                session = merge(earlier, session, config.loops, config.place_recognition, config.keyframes)
-                session = forget_outdated(session, config.keyframes.revisits)
+                session = merge(earlier, session, config.loops, config.place_recognition)
+                session = forget_outdated(session)
             quality = self._judge(session)
         report(0.3)
         map_from_laser = place_all_scans(state, session)
@@ -241,7 +249,7 @@ class Mapper:
     def _hold(self, scan: Scan, points: NDArray[np.float64]) -> None:
         """Keep the rays of a scan between keyframes, where these alone are too few to show free space."""
         state, config = self._state, self._config
-        most = len(state.keyframes) * config.keyframes.trimming.scans_per_keyframe
+        most = len(state.keyframes) * SCANS_PER_KEYFRAME
         if len(state.keyframes) < looks_until_free(config.rendering) and len(state.held_rays) < most:
             state.held_rays[len(state.drive)] = rays_of(scan, points, config.rendering)
 
@@ -280,7 +288,7 @@ class Mapper:
     def _place(self, index: int, guesses: MotionGuesses, gap: Gap) -> tuple[Pose, GuessSource, Placement]:
         """Place a new keyframe in the map; returns the motion (3,) of the reference since the one before,
         which guess led there, and what the scans say of it."""
-        state, config = self._state, self._config.keyframes.placement
+        state = self._state
         has_wheels = state.reckoning.wheel_step() is not None
         repeats = gap == Gap.NONE and state.reckoning.wheels_repeat
         can_refute = repeats or self._sees_much(index)
@@ -296,35 +304,31 @@ class Mapper:
             here, guessed = compose(last, mount), compose(guessed, mount)
             worth = adjoint(mount).T @ worth @ adjoint(mount)
         alike = state.keyframes_alike(index)
-        placer = KeyframePlacer(
-            index, state.keyframes, poses, here, worth, config, state.known_since, repeats, alike
-        )
+        placer = KeyframePlacer(index, state.keyframes, poses, here, worth, state.known_since, repeats, alike)
         with state.timed("scan matching"):
             placed = placer.place(guessed, gap)
         state.map_from_keyframe = np.concatenate([poses, placed.pose[None]])
         moved_to = placed.pose if mount is None else compose(placed.pose, inverse(mount))
         step, right = between(last, moved_to), guesses.sources[placed.guess]
         if gap == Gap.NONE and has_wheels and can_refute:
-            limits = (config.same_guess_distance, config.same_guess_angle)
-            state.reckoning.judge_repeating(step, right, limits)
+            state.reckoning.judge_repeating(step, right, SAME_GUESS)
         return step, right, placed
 
     def _tie(self, index: int, step: Pose, placed: Placement) -> bool:
         """Connect a new keyframe to those before, by scan matching unless it is lost, and by the wheels, as
         loosely as the scans refute them; returns whether scan matching did so. With neither, the ``step``
         (3,) to where it was placed holds it."""
-        state, config = self._state, self._config.keyframes.constraints
+        state = self._state
         constraints: list[Constraint] = []
         if not placed.is_lost:
             with state.timed("scan matching"):
-                pairs = pairs_along_path(range(index, index + 1), config)
-                constraints = constrain(pairs, state.map_from_keyframe, state.keyframes, config)
+                pairs = pairs_along_path(range(index, index + 1))
+                constraints = constrain(pairs, state.map_from_keyframe, state.keyframes)
         is_tied = len(constraints) > 0
         if not is_tied and self._sees_much(index - 1) and self._sees_much(index):
             state.reckoning.doubt_standing()
         wheel_step, gyro_step = state.reckoning.wheel_step(), state.reckoning.gyro_step()
-        limit = self._config.keyframes.placement.refuted_odds if is_tied else 0.0
-        is_refuted = placed.odds_against_first > limit
+        is_refuted = placed.odds_against_first > (REFUTED_ODDS if is_tied else 0.0)
         if wheel_step is not None and (is_tied or not is_refuted):
             by_wheels = state.by_wheels(index, wheel_step, gyro_step)
             constraints.append(by_wheels.loosened(state.map_from_keyframe) if is_refuted else by_wheels)
@@ -338,21 +342,20 @@ class Mapper:
         return is_tied
 
     def _sees_much(self, index: int) -> bool:
-        least = self._config.keyframes.placement.min_search_points
-        return len(self._state.keyframes.points_of(index)) >= least
+        return len(self._state.keyframes.points_of(index)) >= MIN_SEARCH_POINTS
 
     def _learn_and_optimize(self, index: int, step: Pose) -> None:
         """Learn what the wheels get wrong, and optimize the latest keyframes, each from time to time; the
         last one is a ``step`` (3,) from that before."""
-        state, schedule = self._state, self._config.schedule
-        if index % schedule.lag_interval == 0:
+        state = self._state
+        if index % schedule.LAG_INTERVAL == 0:
             state.reckoning.learn_lag()
         stretch = float(np.hypot(step[0], step[1])) / self._config.keyframe_distance
         if schedule.calibrates_at(index, stretch):
-            state.calibrate(max(0, index - schedule.calibration_window))
-        if index % schedule.window_interval == 0 and index > schedule.window:
+            state.calibrate(max(0, index - schedule.CALIBRATION_WINDOW))
+        if index % schedule.WINDOW_INTERVAL == 0 and index > schedule.WINDOW:
             with state.timed("optimization"):
-                first = index + 1 - schedule.window
+                first = index + 1 - schedule.WINDOW
                 state.map_from_keyframe = state.graph.optimize_since(state.map_from_keyframe, first)
 
     def _grow_submaps(self) -> None:
@@ -374,19 +377,18 @@ class Mapper:
             return
         with state.timed("optimization"):
             history = state.loops.history
-            tied_until = history.tied_until(self._config.schedule.recent_loops)
+            tied_until = history.tied_until(schedule.RECENT_LOOPS)
             state.map_from_keyframe = state.graph.close(
                 closures, state.map_from_keyframe, history.graph.groups(), tied_until
             )
 
     def _trim(self, index: int) -> None:
         """Forget, from time to time, what is not needed any more, and then what cannot be saved."""
-        state, schedule = self._state, self._config.schedule
-        until = index - self._config.keyframes.trimming.delay
-        if index % schedule.window_interval == 0:
-            trim_scans(state, until)
-        if index > 0 and index % schedule.checkpoint_interval == 0:
-            trim_known_keyframes(state, until)
+        state = self._state
+        if index % schedule.WINDOW_INTERVAL == 0:
+            trim_scans(state, index)
+        if index > 0 and index % schedule.CHECKPOINT_INTERVAL == 0:
+            trim_known_keyframes(state, index)
             state.drive.pack_clouds()
             pack_rays(state.rays)
             state.reckoning.restart_scan_odometry()
@@ -406,7 +408,7 @@ class Mapper:
         state.forget_frozen_wheels()
         state.map_from_keyframe = state.graph.optimize_since(state.map_from_keyframe, 0)
         are_misled = np.zeros(len(state.keyframes) - 1, dtype=np.bool_)
-        for _ in range(config.schedule.final_rounds):
+        for _ in range(schedule.FINAL_ROUNDS):
             state.calibrate(0)
             known, before = are_misled, state.map_from_keyframe
             state.graph, poses, are_misled = matched_again(
@@ -416,12 +418,11 @@ class Mapper:
                 known,
                 state.map_from_keyframe,
                 state.keyframes,
-                config.keyframes,
                 with_first_pass=config.close_loops,
             )
             state.map_from_keyframe = state.graph.optimize_finally(poses)
-            bent_by = mean_bend(before, state.map_from_keyframe, max(config.keyframes.constraints.tied_to))
-            if np.array_equal(are_misled, known) and bent_by < config.schedule.settled_bend:
+            bent_by = mean_bend(before, state.map_from_keyframe, max(TIED_TO))
+            if np.array_equal(are_misled, known) and bent_by < schedule.SETTLED_BEND:
                 break
 
     def _judge(self, session: Session) -> MapQuality:

@@ -27,21 +27,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, pack, side_by_side, unpack
-from racecar.mapping.keyframes.config import TrimmingConfig
 from racecar.mapping.keyframes.refinement import guess_scans
 from racecar.mapping.matching.scan_store import thin
 from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
 from racecar.maps.geometry.se2 import Pose, between
 
-_SCANS_PER_KEYFRAME = TrimmingConfig().scans_per_keyframe
+SCANS_PER_KEYFRAME = 200
+"""Scans after a keyframe, from which on the car stands and further ones show nothing new, so that they are
+not kept. By judgement: five seconds of a fast laser."""
 
 
 @dataclass(eq=False)
 class Drive:
     """Grows by one scan at a time; a keyframe is numbered as it comes in this drive."""
 
-    scans_per_keyframe: int = _SCANS_PER_KEYFRAME
-    """What further scans saw after a keyframe is not kept."""
     stamps: "array[int]" = field(default_factory=lambda: array("q"))
     lasers: "array[int]" = field(default_factory=lambda: array("B"))
     """Of the scans, by number."""
@@ -83,7 +82,7 @@ class Drive:
 
     def add(self, stamp: int, points: NDArray[np.float64], guesses: MotionGuesses, laser: int = 0) -> None:
         """Take a scan of a laser: nanoseconds, points (M, 2) in its frame, and guesses of the motion."""
-        if 0 < len(self._guesses) <= self.scans_per_keyframe and len(points) > 0:
+        if 0 < len(self._guesses) <= SCANS_PER_KEYFRAME and len(points) > 0:
             self.clouds[len(self)] = thin(points).astype(np.float32)
         self.stamps.append(stamp)
         self.lasers.append(laser)
@@ -140,13 +139,12 @@ class Drive:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays, scans_per_keyframe: int = _SCANS_PER_KEYFRAME) -> "Drive":
+    def from_arrays(cls, arrays: Arrays) -> "Drive":
         """The drive that was written so."""
         decided = int(arrays["keyframe_scans"][-1])
         latest = unpack(arrays["guesses"][decided:].astype(np.float64), arrays["guess_counts"][decided:])
         clouds = unpack(arrays["clouds"].astype(np.float32), arrays["cloud_lengths"])
         return cls(
-            scans_per_keyframe,
             array("q", arrays["stamps"].tolist()),
             array("B", arrays.get("lasers", np.zeros_like(arrays["stamps"])).tolist()),
             {scan: cloud for scan, cloud in enumerate(clouds) if len(cloud) > 0},

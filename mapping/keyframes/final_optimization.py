@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.mapping.keyframes.config import KeyframeConfig
 from racecar.mapping.keyframes.constraints import constrain, constraints_of, match_pairs, pairs_along_path
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.keyframes.misled_matches import MatchesAlongPath, laid_out_by_wheels
@@ -22,7 +21,6 @@ def matched_again(
     are_misled: NDArray[np.bool_],
     poses: Pose,
     store: ScanStore,
-    config: KeyframeConfig,
     *,
     with_first_pass: bool,
 ) -> tuple[PoseGraph, Pose, NDArray[np.bool_]]:
@@ -37,15 +35,15 @@ def matched_again(
     were trimmed and cannot be matched any more.
     """
     is_kept = store.is_kept
-    pairs = pairs_along_path(range(len(is_kept)), config.constraints)
+    pairs = pairs_along_path(range(len(is_kept)))
     pairs = pairs[is_kept[pairs].all(axis=1)]
-    found, good = match_pairs(pairs, poses, store, config.constraints)
+    found, good = match_pairs(pairs, poses, store)
     matches = constraints_of(pairs, found, good, store)
     along = MatchesAlongPath.of(matches, found.residual[good], by_wheels, len(is_kept))
-    newly = along.misled_steps(config.misled) & ~are_misled
+    newly = along.misled_steps() & ~are_misled
     are_misled = are_misled | newly
     are_over = along.spans.are_over(are_misled)
-    left_out = are_over & along.are_contradicted(~are_over, config.misled)
+    left_out = are_over & along.are_contradicted(~are_over)
     constraints = [match for match, is_out in zip(matches, left_out, strict=True) if not is_out]
     tied = {constraint.to_keyframe for constraint in constraints}
     for c in by_wheels:
@@ -58,8 +56,7 @@ def matched_again(
         if c.kind == "loop_closure" or c.to_keyframe not in tied or _is_trimmed_match(c, is_kept):
             constraints.append(c)
     if with_first_pass:
-        passes = pairs_with_first_pass(poses, is_kept, config.revisits)
-        constraints += constrain(passes, poses, store, config.constraints)
+        constraints += constrain(pairs_with_first_pass(poses, is_kept), poses, store)
     return PoseGraph(constraints), laid_out_by_wheels(poses, along, newly), are_misled
 
 

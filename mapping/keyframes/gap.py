@@ -4,11 +4,17 @@ from enum import Enum
 
 import numpy as np
 
-from racecar.mapping.keyframes.config import GapConfig
 from racecar.maps.geometry.se2 import Pose
 
-_SECOND = 1_000_000_000
-"""Nanoseconds, by definition."""
+_AFTER_DRIVING = 500_000_000
+"""Nanoseconds without a scan, after which a car that drove, as its wheels say, is placed where they put it.
+Measured on a simulated ring: one or two seconds ended in a map turned by a quarter."""
+_AFTER_STANDING = 2_000_000_000
+"""Nanoseconds without a scan, after which a car that stood may have been moved by hand. By judgement: sooner
+nobody has carried it far."""
+_DRIVEN_KEYFRAMES = 2.0
+"""By what factor the distance since the last keyframe must exceed `keyframe_distance` for the car to have
+driven. By judgement: two keyframes in a row are never so far apart."""
 
 
 class Gap(Enum):
@@ -19,11 +25,10 @@ class Gap(Enum):
     LEFT_ALONE = "it stood, and may have been moved by hand"
 
 
-def gap_after(nanoseconds: int, wheel_step: Pose | None, keyframe_distance: float, config: GapConfig) -> Gap:
+def gap_after(nanoseconds: int, wheel_step: Pose | None, keyframe_distance: float) -> Gap:
     """What so many nanoseconds without a scan are, by the wheels' step (3,) since the last keyframe."""
-    least = config.driven_keyframes * keyframe_distance
+    least = _DRIVEN_KEYFRAMES * keyframe_distance
     has_driven = wheel_step is not None and np.hypot(wheel_step[0], wheel_step[1]) > least
-    longest = config.after_driving if has_driven else config.after_standing
-    if nanoseconds <= longest * _SECOND:
+    if nanoseconds <= (_AFTER_DRIVING if has_driven else _AFTER_STANDING):
         return Gap.NONE
     return Gap.DRIVEN if has_driven else Gap.LEFT_ALONE

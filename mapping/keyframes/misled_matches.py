@@ -15,9 +15,34 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.keyframes.config import MisledConfig
 from racecar.mapping.odometry.calibration import SIGMA_PER_MEDIAN, MatchedSpans
 from racecar.maps.geometry.se2 import Pose, adjoint, between, chained, compose, inverse
+
+_MOST_SIGMAS = 3.0
+"""Standard deviations by which a match may differ from the wheels. By judgement: as usual for outliers."""
+_LEAST_SIGMA = 0.0005
+"""Least of these, metres and radians, since a good match errs by it. Measured in simulation: 0.0005 to 0.001
+rad, 0.005 m."""
+_MIN_MATCHES = 20
+"""Matches below which their spread is not known. By judgement: the median of fewer says little."""
+_MIN_CONTRADICTED = 0.33
+"""Share of the matches over a step that the wheels must contradict. By judgement: ground in view misleads now
+those over few steps, now those over many."""
+_MOST_SIGMAS_OPEN = 1.5
+"""Standard deviations, by what the matches claim, up to which a cycle counts as closed. Measured: nine of ten
+are where scans are not misled, since matches of the same scans err alike."""
+_TIMES_USUAL = 2.5
+"""Times the median of cycles over as many steps up to which one counts as closed, because some matches claim
+too much. Measured: on fr079 the median is 1.8 standard deviations over 30 steps."""
+_PRESUMED_CLOSED = 20.0
+"""Cycles over a stretch that are presumed to be there and closed, so that a few open ones prove nothing."""
+_MIN_CLOSED = 0.6
+"""Share of the cycles over a stretch that are closed where scans are not misled, if they fit as well as
+usual. Measured: 0.7 and more where wheels slip or know no turns, on hilly campuses mostly 0.3 to 0.6."""
+_USUAL_FIT = 1.1
+"""By what factor scans may fit worse over a stretch than elsewhere without meaning. Measured: 1.0 to 1.1 on a
+track and in an office, 1.2 to 1.7 on hilly campuses. By judgement the fourth power of what is beyond weighs
+as much as open cycles do."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,18 +73,20 @@ class MatchesAlongPath:
         information = np.array([c.information for c in matches]).reshape(-1, 3, 3)
         return cls(MatchedSpans(ends[:, 0], ends[:, 1], motions, information), residuals, steps)
 
-    def misled_steps(self, config: MisledConfig) -> NDArray[np.bool_]:
+    def misled_steps(self) -> NDArray[np.bool_]:
         """(K - 1,) in which scan matching is misled."""
-        are_contradicted = self.are_contradicted(np.ones(len(self.spans.first), dtype=np.bool_), config)
-        is_doubted = self._per_step(are_contradicted) > config.min_contradicted * self._per_step()
-        closed, cycles = self._cycles(config)
-        worse, presumed = self._worse_fit(), config.presumed_closed
+        are_contradicted = self.are_contradicted(np.ones(len(self.spans.first), dtype=np.bool_))
+        is_doubted = self._per_step(are_contradicted) > _MIN_CONTRADICTED * self._per_step()
+        closed, cycles = self._cycles()
+        worse = self._worse_fit()
         misled = np.zeros(len(self.steps), dtype=np.bool_)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], is_doubted, [False]])))
         for begin, end in edges.reshape(-1, 2):
-            share = (closed[begin:end].sum() + presumed) / (cycles[begin:end].sum() + presumed)
-            bad_fit = max(np.median(worse[begin:end]) / config.usual_fit, 1.0)
-            misled[begin:end] = share < config.min_closed * bad_fit**4
+            share = (closed[begin:end].sum() + _PRESUMED_CLOSED) / (
+                cycles[begin:end].sum() + _PRESUMED_CLOSED
+            )
+            bad_fit = max(np.median(worse[begin:end]) / _USUAL_FIT, 1.0)
+            misled[begin:end] = share < _MIN_CLOSED * bad_fit**4
         return misled
 
     def _worse_fit(self) -> NDArray[np.float64]:
@@ -74,7 +101,7 @@ class MatchesAlongPath:
             worse[self.spans.first[by_turn]] = residuals / usual
         return worse
 
-    def are_contradicted(self, usual: NDArray[np.bool_], config: MisledConfig) -> NDArray[np.bool_]:
+    def are_contradicted(self, usual: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(M,) which of them the wheels contradict by more than the ``usual`` ones (M,)."""
         chain = chained(np.nan_to_num(self.steps))
         off = between(self.spans.motions, between(chain[self.spans.first], chain[self.spans.end]))
@@ -82,7 +109,7 @@ class MatchesAlongPath:
         contradicted = np.zeros(len(off), dtype=np.bool_)
         for lag in np.unique(self.spans.lengths):
             those = self.spans.lengths == lag
-            contradicted[those] = _stick_out(off[those], off[those & usual], config)
+            contradicted[those] = _stick_out(off[those], off[those & usual])
         return contradicted
 
     def _per_step(self, which: NDArray[np.bool_] | bool = True) -> NDArray[np.float64]:
@@ -94,15 +121,15 @@ class MatchesAlongPath:
             of_step += np.convolve(begin, np.full(lag, 1.0 / lag))
         return of_step
 
-    def _cycles(self, config: MisledConfig) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _cycles(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """(K - 1,) how many cycles over each step are closed, and how many there are, counted likewise."""
         closed, cycles = np.zeros((2, len(self.steps)))
         of_lag = {lag: self._over(lag) for lag in [1, *np.unique(self.spans.lengths).tolist()]}
         for lag in [lag for lag in of_lag if lag > 1]:
             sigmas = _Motions.chained(_legs(lag, of_lag)).sigmas_off(of_lag[lag])
             exist = ~np.isnan(sigmas)
-            usual = np.median(sigmas[exist]) if np.count_nonzero(exist) >= config.min_matches else 0.0
-            are_closed = sigmas < max(config.most_sigmas_open, config.times_usual * usual)
+            usual = np.median(sigmas[exist]) if np.count_nonzero(exist) >= _MIN_MATCHES else 0.0
+            are_closed = sigmas < max(_MOST_SIGMAS_OPEN, _TIMES_USUAL * usual)
             closed += np.convolve(are_closed, np.full(lag, 1.0 / lag))
             cycles += np.convolve(exist, np.full(lag, 1.0 / lag))
         return closed, cycles
@@ -162,10 +189,10 @@ def laid_out_by_wheels(poses: Pose, along: MatchesAlongPath, where: NDArray[np.b
     return compose(poses[0], chained(steps))
 
 
-def _stick_out(errors: Pose, usual: Pose, config: MisledConfig) -> NDArray[np.bool_]:
+def _stick_out(errors: Pose, usual: Pose) -> NDArray[np.bool_]:
     """(N,) whether errors (N, 3) are larger than usual ones (U, 3) make likely; NaN are not."""
     usual = usual[~np.isnan(usual[:, 0])]
-    if len(usual) < config.min_matches:
+    if len(usual) < _MIN_MATCHES:
         return np.zeros(len(errors), dtype=np.bool_)
-    sigma = np.maximum(SIGMA_PER_MEDIAN * np.median(np.abs(usual), axis=0), config.least_sigma)
-    return np.asarray((np.abs(errors) > config.most_sigmas * sigma).any(axis=1))
+    sigma = np.maximum(SIGMA_PER_MEDIAN * np.median(np.abs(usual), axis=0), _LEAST_SIGMA)
+    return np.asarray((np.abs(errors) > _MOST_SIGMAS * sigma).any(axis=1))

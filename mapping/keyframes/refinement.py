@@ -9,14 +9,42 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.spatial import cKDTree
 
-from racecar.mapping.keyframes.config import ScanRefinementConfig
-from racecar.mapping.keyframes.placement import differ
+from racecar.mapping.keyframes.first_pass import ALIKE_TURN
+from racecar.mapping.keyframes.placement import SAME_GUESS
 from racecar.mapping.matching.scan_matching import Matches, Pairings, match
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
 from racecar.mapping.threads import thread_count
-from racecar.maps.geometry.se2 import Pose, between, compose, wrap_angle
+from racecar.maps.geometry.se2 import Pose, are_apart, between, compose, wrap_angle
 
-_DEFAULT = ScanRefinementConfig()
+_CLEARLY_BETTER = 1.25
+"""By what factor scans must fit better from another guess until it wins. By judgement: along an arc or a bare
+corridor they fit nearly everywhere, and best where the car did not move at all."""
+_NEAR_IN_TIME = -3, -2, -1, 0, 1, 2, 3, 4
+"""Keyframes with which a scan is matched, counted from the one it follows. By judgement: as many before as
+after."""
+_NEAR_IN_SPACE = 6
+"""Keyframes of other passes with which it is matched, the nearest. Measured: with these, intel fell from
+0.033 to 0.012 m, fr079 from 0.063 to 0.042 m."""
+_OTHER_PASS = 6
+"""Keyframes along the path, beyond which one counts as near in space and not in time. By judgement: some more
+than those near in time."""
+_SPATIAL_CANDIDATES = 30
+"""Keyframes about a scan, the nearest, among which those of other passes are looked for. By judgement: those
+of a few passes."""
+_INITIAL_DISTANCE = 0.3
+"""Metres within which partners are looked for at first. By judgement: between two keyframes dead reckoning
+misses less."""
+_KERNEL_WIDTH = 0.08
+"""Metres off its line at which a point weighs a quarter. By judgement: twice as much as between keyframes,
+whose guesses are better."""
+_PRIOR_INFORMATION = np.diag([5.0, 5.0, 20.0])
+"""What the guess of a position counts for along each axis, in points on a wall, and that of a heading, in
+points a metre away. By judgement: along a bare corridor it decides, elsewhere some hundred points do."""
+_POOR_SHARE = 0.7
+"""Share of the usual overlap below which a scan fits poorly and is tried again from where its neighbours lie.
+By judgement: less than what doors and people take."""
+_USUAL_AMONG = 101
+"""Scans about one, over which the usual overlap is the median; odd. By judgement: some seconds of driving."""
 _CHUNK = 1000
 """Scans that are prepared and matched at once, so that a long drive needs the memory of few at a time."""
 _WORKERS = 2
@@ -55,7 +83,6 @@ def refine_scans(
     guesses: Pose,
     keyframes: ScanStore,
     map_from_keyframe: Pose,
-    config: ScanRefinementConfig = _DEFAULT,
 ) -> Pose:
     """Poses (N, 3) of scans, from their points in the laser frame, the keyframe each follows and guesses."""
     among = _Keyframes(keyframes, map_from_keyframe)
@@ -63,7 +90,7 @@ def refine_scans(
 
     def refine(first: int) -> None:
         part = slice(first, first + _CHUNK)
-        poses[part] = _refine_chunk(points[part], after_keyframe[part], guesses[part], among, config)
+        poses[part] = _refine_chunk(points[part], after_keyframe[part], guesses[part], among)
 
     with ThreadPoolExecutor(thread_count(_WORKERS)) as pool:
         list(pool.map(refine, range(0, len(points), _CHUNK)))
@@ -78,24 +105,20 @@ class _Keyframes:
         self._kept = np.flatnonzero(store.is_kept)
         self._tree = cKDTree(map_from_keyframe[self._kept, :2])
 
-    def near_in_time(
-        self, after_keyframe: NDArray[np.int64], config: ScanRefinementConfig
-    ) -> list[NDArray[np.int64]]:
+    def near_in_time(self, after_keyframe: NDArray[np.int64]) -> list[NDArray[np.int64]]:
         """Of each scan (N), those about the keyframe (N,) it follows."""
-        around = after_keyframe[:, None] + np.array(config.near_in_time)
+        around = after_keyframe[:, None] + np.array(_NEAR_IN_TIME)
         return [row[(row >= 0) & (row < len(self.store))] for row in around]
 
-    def near_in_space(
-        self, after_keyframe: NDArray[np.int64], guesses: Pose, config: ScanRefinementConfig
-    ) -> list[NDArray[np.int64]]:
+    def near_in_space(self, after_keyframe: NDArray[np.int64], guesses: Pose) -> list[NDArray[np.int64]]:
         """Of each scan (N), those of other passes, near its guess (N, 3) and facing alike."""
-        most = min(config.spatial_candidates, len(self._kept))
+        most = min(_SPATIAL_CANDIDATES, len(self._kept))
         nearest: NDArray[np.int64] = self._kept[self._tree.query(guesses[:, :2], k=np.arange(1, most + 1))[1]]
         turned = np.abs(wrap_angle(self.map_from_keyframe[nearest, 2] - guesses[:, 2:3]))
-        other_pass = np.abs(nearest - after_keyframe[:, None]) > config.other_pass
+        other_pass = np.abs(nearest - after_keyframe[:, None]) > _OTHER_PASS
         return [
-            row[fits][: config.near_in_space]
-            for row, fits in zip(nearest, other_pass & (turned < config.max_turn), strict=True)
+            row[fits][:_NEAR_IN_SPACE]
+            for row, fits in zip(nearest, other_pass & (turned < ALIKE_TURN), strict=True)
         ]
 
 
@@ -104,7 +127,6 @@ def _refine_chunk(
     after_keyframe: NDArray[np.int64],
     guesses: Pose,
     keyframes: _Keyframes,
-    config: ScanRefinementConfig,
 ) -> Pose:
     matching_config = keyframes.store.config
     scans = ScanStore(len(points), matching_config)
@@ -113,21 +135,20 @@ def _refine_chunk(
     partners = [
         np.concatenate(pair)
         for pair in zip(
-            keyframes.near_in_time(after_keyframe, config),
-            keyframes.near_in_space(after_keyframe, guesses, config),
+            keyframes.near_in_time(after_keyframe),
+            keyframes.near_in_space(after_keyframe, guesses),
             strict=True,
         )
     ]
-    matching = partial(_match, partners, scans, keyframes, config)
+    matching = partial(_match, partners, scans, keyframes)
     matches = matching(np.arange(len(points)), guesses)
-    return _follow_neighbours(matches, guesses, matching, config)
+    return _follow_neighbours(matches, guesses, matching)
 
 
 def _match(
     partners: Sequence[NDArray[np.int64]],
     scans: ScanStore,
     keyframes: _Keyframes,
-    config: ScanRefinementConfig,
     rows: NDArray[np.int64],
     guesses: Pose,
 ) -> Matches:
@@ -142,33 +163,30 @@ def _match(
         pairings,
         keyframes.store,
         scans,
-        initial_distance=config.initial_distance,
-        kernel_width=config.kernel_width,
-        prior_information=np.diag([config.prior_position, config.prior_position, config.prior_heading]),
+        initial_distance=_INITIAL_DISTANCE,
+        kernel_width=_KERNEL_WIDTH,
+        prior_information=_PRIOR_INFORMATION,
         both_ways=False,  # half the work, for errors that are the same to a tenth of a millimetre
     )
 
 
 def _follow_neighbours(
-    matches: Matches,
-    guesses: Pose,
-    matching: Callable[[NDArray[np.int64], Pose], Matches],
-    config: ScanRefinementConfig,
+    matches: Matches, guesses: Pose, matching: Callable[[NDArray[np.int64], Pose], Matches]
 ) -> Pose:
     """Poses (N, 3) of scans, each that fits poorly tried again from where the ones beside it came to lie.
 
     A car that is held or pushed turns unnoticed by its wheels, and all guesses after that are off.
     """
     poses, weights = matches.poses.copy(), matches.weight.copy()
-    among = min(config.usual_among, 2 * len(poses) - 1)  # SciPy 1.15 gives zeros for a longer window
+    among = min(_USUAL_AMONG, 2 * len(poses) - 1)  # SciPy 1.15 gives zeros for a longer window
     usual = median_filter(matches.overlap, among, mode="nearest")
-    poor = np.flatnonzero(matches.overlap < config.poor_share * usual)
+    poor = np.flatnonzero(matches.overlap < _POOR_SHARE * usual)
     for rows, beside in ((poor[poor > 0], -1), (poor[poor < len(poses) - 1][::-1], 1)):
         for row in rows:
             guess = compose(poses[row + beside], between(guesses[row + beside], guesses[row]))
-            if not differ(guess, poses[row], config):
+            if not are_apart(guess, poses[row], SAME_GUESS):
                 continue
             again = matching(np.array([row]), guess[None])
-            if again.weight[0] > config.clearly_better * weights[row]:
+            if again.weight[0] > _CLEARLY_BETTER * weights[row]:
                 poses[row], weights[row] = again.poses[0], again.weight[0]
     return poses

@@ -6,7 +6,6 @@ import numpy as np
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.pose_graph import PoseGraph
-from racecar.mapping.keyframes.config import KeyframeConfig
 from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.loops.config import LoopClosureConfig
@@ -21,15 +20,12 @@ from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import not_recognized
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 
-_KEYFRAMES = KeyframeConfig()
-
 
 def merge(
     earlier: EarlierMap,
     later: Session,
     loops: LoopClosureConfig,
     recognition: PlaceRecognitionConfig,
-    keyframes: KeyframeConfig = _KEYFRAMES,
 ) -> Session:
     """Both sessions in the frame of the earlier one, whose keyframes come first.
 
@@ -51,7 +47,7 @@ def merge(
     if not recognized.hypotheses:
         raise not_recognized(recognized, closer)
     merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized.hypotheses)
-    return _close_loops(merged, first, known, recognized.hypotheses, closer, keyframes)
+    return _close_loops(merged, first, known, recognized.hypotheses, closer)
 
 
 def _side_by_side(earlier: Session, later: Session) -> Session:
@@ -88,7 +84,6 @@ def _close_loops(
     known: int,
     recognized: list[Hypothesis],
     loops: LoopCloser,
-    keyframes: KeyframeConfig,
 ) -> Session:
     """Seek the submaps after the ``known`` ones on these, outwards from where the drive was recognized; then
     connect the keyframes from ``first`` on to those before."""
@@ -100,9 +95,9 @@ def _close_loops(
     start = recognized[0].moving.index
     for query in sorted(range(known, len(loops.history.submaps)), key=lambda k: abs(k - start)):
         poses = graph.close(loops.seek(query, known, poses), poses, groups)
-    passes = pairs_with_first_pass(poses, loops.store.is_kept, keyframes.revisits)
+    passes = pairs_with_first_pass(poses, loops.store.is_kept)
     between_drives = passes[(passes < first).sum(axis=1) == 1]
-    matches = constrain(between_drives, poses, loops.store, keyframes.constraints)
+    matches = constrain(between_drives, poses, loops.store)
     graph = _graph([*graph.constraints, *matches])
     poses = graph.optimize_finally(poses)
     return replace(merged, map_from_keyframe=poses, constraints=graph.constraints)

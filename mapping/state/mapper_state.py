@@ -15,6 +15,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.keyframes.constraints import TIED_TO
 from racecar.mapping.keyframes.drive import Drive
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.loops.loop_closure import LoopCloser
@@ -73,7 +74,7 @@ class MapperState:
             keyframes,
             _loop_closer(keyframes, LoopHistory(), config),
             PoseGraph(),
-            Drive(config.keyframes.trimming.scans_per_keyframe),
+            Drive(),
         )
 
     @property
@@ -143,7 +144,7 @@ class MapperState:
 
     def _spans_since(self, first: int) -> MatchedSpans:
         """What scan matching measured along the path from a keyframe on, as motions of the reference."""
-        edges, longest = self.graph.constraints.to_arrays(), max(self.config.keyframes.constraints.tied_to)
+        edges, longest = self.graph.constraints.to_arrays(), max(TIED_TO)
         starts, ends = edges["keyframes"].astype(np.int64).T
         chosen = self.graph.constraints.are("scan_matching") & (starts >= first) & (ends - starts <= longest)
         starts, ends, motions = starts[chosen], ends[chosen], edges["poses"][chosen]
@@ -250,7 +251,7 @@ class MapperState:
             session.keyframes,
             _loop_closer(session.keyframes, session.loops, config),
             PoseGraph(session.constraints),
-            Drive.from_arrays(part_of("drive", arrays), config.keyframes.trimming.scans_per_keyframe),
+            Drive.from_arrays(part_of("drive", arrays)),
             session.map_from_keyframe,
             session.rays,
             array("d", arrays["wheel_steps"].ravel().tolist()),

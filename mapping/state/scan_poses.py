@@ -37,7 +37,6 @@ def _refined(state: MapperState, scans: NDArray[np.int64], guesses: Pose, sessio
             guesses,
             session.keyframes,
             session.map_from_keyframe,
-            state.config.keyframes.refinement,
         )
 
 

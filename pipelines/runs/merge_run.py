@@ -162,7 +162,7 @@ def _join(run: MergedRun, folder: Path, session: Session, config: Config, seed: 
         run.session = merge(
             EarlierMap(earlier, search),
             session,
-            *(mapping.loops, mapping.place_recognition, mapping.keyframes),
+            *(mapping.loops, mapping.place_recognition),
         )
     except NotRecognizedError as error:
         run.left_out[folder] = _as_clause(str(error))

@@ -18,10 +18,11 @@ from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from tests.end_to_end.commands import Racecar
 from tests.maps.shipped_plans import shipped_plan
 
-FIRST_TURNS = 200
+FIRST_TURNS, CHECKPOINT_INTERVAL = 200, 10
 DIES = """
 import os, signal
 from pathlib import Path
+from racecar.mapping import schedule
 from racecar.pipelines.runs import checkpoint
 from racecar.pipelines import cli
 from racecar.pipelines.runs import mapping_run
@@ -37,14 +38,15 @@ def save_and_die(*arguments):
 checkpoint.save_arrays = save_and_die
 checkpoint.EVERY_SECONDS = checkpoint._LEAST_WORK = 0.0  # at once, however long the one before took to write
 mapping_run._FIRST_TURNS = {first_turns}
+schedule.CHECKPOINT_INTERVAL = {interval}
 cli.main()
 """
-"""``racecar``, that learns how the clocks disagree from few messages, is saved whenever the mapper can be,
-and dies as soon as it was saved so often."""
+"""``racecar``, that learns how the clocks disagree from few messages, is saved whenever it can be,
+which is often, and dies as soon as it was saved so often."""
 
 
 def mortal(checkpoints: int, *arguments: object) -> "subprocess.CompletedProcess[str]":
-    script = DIES.format(checkpoints=checkpoints, first_turns=FIRST_TURNS)
+    script = DIES.format(checkpoints=checkpoints, first_turns=FIRST_TURNS, interval=CHECKPOINT_INTERVAL)
     command = [sys.executable, "-c", script, *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
@@ -130,20 +132,19 @@ def test_nothing_to_carry_on(racecar: Racecar, drive: Path, tmp_path: Path) -> N
 def test_a_killed_run_goes_on_to_the_same_bytes(
     racecar: Racecar, drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    (tmp_path / "often.yaml").write_text("mapping: {schedule: {checkpoint_interval: 10}}")
-    settings = ("--config", tmp_path / "often.yaml")
-    arguments = ("map", drive / "drive.bag", "--out", tmp_path / "killed", *settings)
+    arguments = ("map", drive / "drive.bag", "--out", tmp_path / "killed")
     died = mortal(4, *arguments)
     assert died.returncode == -9
     assert (tmp_path / "killed.checkpoint.npz").exists()
     assert not (tmp_path / "killed").exists()
 
     monkeypatch.setattr("racecar.pipelines.runs.mapping_run._FIRST_TURNS", FIRST_TURNS)
+    monkeypatch.setattr("racecar.mapping.schedule.CHECKPOINT_INTERVAL", CHECKPOINT_INTERVAL)
     resumed = racecar(*arguments)
     assert resumed.returncode == 0, resumed.stderr
     assert "goes on from" in resumed.stderr
     assert not (tmp_path / "killed.checkpoint.npz").exists()
-    uninterrupted = racecar("map", drive / "drive.bag", "--out", tmp_path / "whole", *settings, "--quiet")
+    uninterrupted = racecar("map", drive / "drive.bag", "--out", tmp_path / "whole", "--quiet")
     assert uninterrupted.returncode == 0, uninterrupted.stderr
     assert uninterrupted.stderr == ""
     for name in set(MAP_FILES) - {"report.json"}:

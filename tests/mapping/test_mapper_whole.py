@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 
 from racecar.mapping import mapper as mapper_module
-from racecar.mapping.config import MappingConfig, ScheduleConfig
+from racecar.mapping import schedule
+from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.drive import Drive
 from racecar.mapping.keyframes.placement import KeyframePlacer
@@ -86,8 +87,7 @@ def switching_often() -> Iterator[None]:
 
 @pytest.mark.parametrize("keyframes", [600, pytest.param(3000, marks=pytest.mark.slow)])
 def test_three_threads_read_everything_while_it_maps(keyframes: int) -> None:
-    config = MappingConfig(schedule=ScheduleConfig(checkpoint_interval=100))
-    mapper, is_over = Mapper(config), Event()
+    mapper, is_over = Mapper(MappingConfig()), Event()
     with ThreadPoolExecutor(3) as pool, switching_often():
         readers = [pool.submit(read_beside, mapper, is_over) for _ in range(3)]
         try:
@@ -100,7 +100,7 @@ def test_three_threads_read_everything_while_it_maps(keyframes: int) -> None:
             is_over.set()
         assert all(reader.result() > 10 for reader in readers)
     assert mapper.growth.keyframes == keyframes
-    undisturbed = Mapper(config)
+    undisturbed = Mapper(MappingConfig())
     for message in laps(keyframes):
         undisturbed.add_scan(message) if isinstance(message, Scan) else undisturbed.add_odometry(message)
     np.testing.assert_array_equal(mapper.session().map_from_keyframe, undisturbed.session().map_from_keyframe)
@@ -141,7 +141,8 @@ def test_a_scan_that_fails_anywhere_costs_that_scan(
             raise RuntimeError("for a test")
         return works(*arguments, **options)
 
-    mapper, failed = Mapper(MappingConfig(schedule=ScheduleConfig(checkpoint_interval=50))), 0
+    monkeypatch.setattr(schedule, "CHECKPOINT_INTERVAL", 50)
+    mapper, failed = Mapper(MappingConfig()), 0
     with monkeypatch.context() as patch:
         patch.setattr(owner, name, fails_often)
         for message in laps(120):

@@ -1,5 +1,7 @@
 """A mapper that goes round and round trims what it has seen before, and loses nothing by it."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -7,12 +9,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from racecar.mapping import schedule
 from racecar.mapping.arrays import Arrays
-from racecar.mapping.config import MappingConfig, ScheduleConfig
-from racecar.mapping.keyframes.config import KeyframeConfig, TrimmingConfig
+from racecar.mapping.config import MappingConfig
 from racecar.mapping.keyframes.refinement import refine_scans
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.state import scan_poses
+from racecar.mapping.state import scan_poses, trimming
 from racecar.mapping.state.mapper_state import Snapshot
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between
@@ -40,13 +42,30 @@ class Laps:
     """Taken with these, and not packed yet."""
 
 
+@contextmanager
+def trimmed_early(keyframes: int = KEYFRAMES, scans: int = SCANS, every: int = EVERY) -> Iterator[None]:
+    """So that a short drive is trimmed already."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trimming, "_KEYFRAMES", keyframes)
+        patch.setattr(trimming, "_SCANS", scans)
+        patch.setattr(trimming, "_DELAY", DELAY)
+        patch.setattr(schedule, "CHECKPOINT_INTERVAL", every)
+        yield
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _trimmed_early() -> Iterator[None]:
+    with trimmed_early():
+        yield
+
+
 @pytest.fixture(scope="module")
-def laps() -> Laps:
+def laps(_trimmed_early: None) -> Laps:
     driven = drive(room(), 72.0, np.random.default_rng(0), speed=1.5, range_noise=0.005, odometry_scale=1.0)
     scans = [message for message in driven.messages if isinstance(message, Scan)]
     left_out = set(map(id, scans[1::2]))
     messages = [message for message in driven.messages if id(message) not in left_out]
-    mapper = Mapper(trimming())
+    mapper = Mapper(MappingConfig())
     laps = Laps(messages, driven.truth[::2], None)  # type: ignore[arg-type]
     for count, message in enumerate(messages, start=1):
         feed(mapper, [message])
@@ -57,14 +76,6 @@ def laps() -> Laps:
             laps.snapshots[count] = mapper.snapshot()
     laps.result = mapper.finish()
     return laps
-
-
-def trimming(keyframes: int = KEYFRAMES, scans: int = SCANS, every: int = EVERY) -> MappingConfig:
-    """Settings by which a short drive is trimmed already."""
-    early = TrimmingConfig(keyframes=keyframes, scans=scans, delay=DELAY)
-    return MappingConfig(
-        keyframes=KeyframeConfig(trimming=early), schedule=ScheduleConfig(checkpoint_interval=every)
-    )
 
 
 def feed(mapper: Mapper, messages: list[Scan | Odometry]) -> None:
@@ -96,11 +107,12 @@ def test_scans_that_wait_for_the_end_are_not_many_and_lose_nothing_by_it(laps: L
     waiting: dict[int, list[int]] = {}
     found = {}
     for most in (10**6, SCANS):
-        mapper, waiting[most] = Mapper(trimming(keyframes=10**6, scans=most)), []
-        for message in messages:
-            feed(mapper, [message])
-            if isinstance(message, Scan) and mapper.can_be_saved:
-                waiting[most].append(np.count_nonzero(mapper.to_arrays()["drive.cloud_lengths"]))
+        mapper, waiting[most] = Mapper(MappingConfig()), []
+        with trimmed_early(keyframes=10**6, scans=most):
+            for message in messages:
+                feed(mapper, [message])
+                if isinstance(message, Scan) and mapper.can_be_saved:
+                    waiting[most].append(np.count_nonzero(mapper.to_arrays()["drive.cloud_lengths"]))
         found[most] = mapper.finish().trajectory.map_from_base
     growth = np.diff(waiting[10**6]).max()  # by as many keyframes as lie between two times
     latest = growth * (DELAY + EVERY) / EVERY
@@ -120,8 +132,9 @@ def test_keyframes_are_trimmed_without_placing_all_their_scans_at_once(
         return refine_scans(points, *rest)
 
     monkeypatch.setattr(scan_poses, "refine_scans", counted)
-    mapper = Mapper(trimming(scans=10**6, every=2 * EVERY))
-    feed(mapper, laps.messages)
+    mapper = Mapper(MappingConfig())
+    with trimmed_early(scans=10**6, every=2 * EVERY):
+        feed(mapper, laps.messages)
     scans = sum(isinstance(message, Scan) for message in laps.messages)
     each = scans / len(mapper.session().rays)
     assert sum(placed) > 0.25 * scans
@@ -130,7 +143,7 @@ def test_keyframes_are_trimmed_without_placing_all_their_scans_at_once(
 
 def test_another_mapper_goes_on_from_there_to_the_same_bits(laps: Laps) -> None:
     taken = list(laps.saved)[-3]
-    resumed = Mapper.from_arrays(trimming(), laps.saved[taken])
+    resumed = Mapper.from_arrays(MappingConfig(), laps.saved[taken])
     feed(resumed, laps.messages[taken:])
     result = resumed.finish()
     assert np.array_equal(result.trajectory.map_from_base, laps.result.trajectory.map_from_base)

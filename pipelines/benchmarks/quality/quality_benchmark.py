@@ -61,9 +61,10 @@ def spoiled_map(drive: KnownDrive, spoiling: str, base: MappingConfig) -> Mappin
     """Map a drive that was made worse. Raises UserError when nothing is left to map."""
     how = SPOILINGS[spoiling]
     mapper = Mapper(MappingConfig.model_validate({**base.model_dump(), "refine": False, **how.settings}))
-    for message in MovingAlong(base.moving_along).filtered(how.of(drive.messages)):
-        feed(message, mapper)
-    return mapper.finish()
+    with how.replaced():
+        for message in MovingAlong(base.moving_along).filtered(how.of(drive.messages)):
+            feed(message, mapper)
+        return mapper.finish()
 
 
 def judged_map(drive: KnownDrive, spoiling: str, result: MappingResult) -> JudgedMap | None:

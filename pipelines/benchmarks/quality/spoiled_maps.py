@@ -4,13 +4,18 @@ A laser upside down, which mirrors the map, is not among them: nothing in the ma
 for the calibration to find, which reads a recording before it is mapped.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 
+from racecar.mapping import mapper
+from racecar.mapping.keyframes import constraints, placement
+from racecar.mapping.state import mapper_state
 from racecar.maps.sensing.measurement import Measurement
 from racecar.pipelines.benchmarks.quality import input_faults as faults
 
@@ -23,6 +28,8 @@ class Spoiling:
     """One after the other."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """Of `MappingConfig`."""
+    replacements: tuple[tuple[object, str, object], ...] = ()
+    """Modules, the name of something in each, and what that is replaced by."""
 
     def of(self, messages: list[Measurement]) -> list[Measurement]:
         """The messages of a drive, with all faults."""
@@ -30,10 +37,21 @@ class Spoiling:
             messages = fault(messages)
         return messages
 
+    @contextmanager
+    def replaced(self) -> Iterator[None]:
+        """What is to be replaced is, within the block."""
+        with ExitStack() as stack:
+            for owner, name, by in self.replacements:
+                stack.enter_context(patch.object(owner, name, by))
+            yield
+
 
 _NO_LOOPS = {"close_loops": False}
 _FEW_KEYFRAMES = {"keyframe_distance": 1.5, "keyframe_angle": 0.6}
-_ONE_TIE = {"keyframes": {"constraints": {"tied_to": (1,)}, "placement": {"placed_against": (1,)}}}
+_ONE_TIE = (
+    *((module, "TIED_TO", (1,)) for module in (constraints, mapper, mapper_state)),
+    (placement, "_PLACED_AGAINST", (1,)),
+)
 _ANY_LOOP = {
     "verify_loops": False,
     "loops": {
@@ -60,7 +78,7 @@ SPOILINGS: Mapping[str, Spoiling] = {
     "unverified loops": Spoiling(settings={"verify_loops": False}),
     "any loop": Spoiling(settings=_ANY_LOOP),
     "any loop, one scan per 1 s": Spoiling((_one_per_1_s,), _ANY_LOOP),
-    "one tie": Spoiling(settings={**_NO_LOOPS, **_ONE_TIE}),
+    "one tie": Spoiling(settings=_NO_LOOPS, replacements=_ONE_TIE),
     "few keyframes": Spoiling(settings=_FEW_KEYFRAMES),
     "few keyframes, no loops": Spoiling(settings={**_FEW_KEYFRAMES, **_NO_LOOPS}),
     "no wheels": Spoiling((faults.without_wheels,)),

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from racecar.mapping.keyframes import drive as drive_module
 from racecar.mapping.keyframes.drive import Drive
 from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
 from racecar.maps.geometry.se2 import IDENTITY, compose
@@ -55,8 +56,9 @@ def test_the_returns_of_scans_between_keyframes_are_kept() -> None:
     assert drive.keyframe_of(np.arange(6)).tolist() == [0, 0, 0, 1, 1, 1]
 
 
-def test_of_a_car_that_stands_not_all_is_kept() -> None:
-    drive = Drive(scans_per_keyframe=3)
+def test_of_a_car_that_stands_not_all_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(drive_module, "SCANS_PER_KEYFRAME", 3)
+    drive = Drive()
     drive.start_keyframe(AT_KEYFRAME, STEADY)
     for index in range(8):
         drive.add(index, np.ones((2, 2)), AT_KEYFRAME)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.keyframes.config import GapConfig
 from racecar.mapping.keyframes.gap import Gap, gap_after
 
 FAR, NEAR = np.array([0.9, 0.3, 0.2]), np.array([0.3, 0.0, 2.0])
@@ -24,9 +23,4 @@ FAR, NEAR = np.array([0.9, 0.3, 0.2]), np.array([0.3, 0.0, 2.0])
 def test_a_car_that_stood_must_be_out_of_sight_for_longer(
     seconds: float, step: np.ndarray | None, gap: Gap
 ) -> None:
-    assert gap_after(round(seconds * 1e9), step, 0.3, GapConfig()) == gap
-
-
-def test_how_long_is_a_setting() -> None:
-    assert gap_after(10**9, FAR, 0.3, GapConfig(after_driving=1.5)) == Gap.NONE
-    assert gap_after(10**9, None, 0.3, GapConfig(after_standing=0.5)) == Gap.LEFT_ALONE
+    assert gap_after(round(seconds * 1e9), step, 0.3) == gap

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.keyframes.config import RevisitConfig
+from racecar.mapping.keyframes import known_places
 from racecar.mapping.keyframes.known_places import ties_to_known
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.loops.hypothesis import Hypothesis
@@ -88,12 +88,12 @@ def test_what_was_trimmed_makes_nothing_known() -> None:
     assert abs(ties[0].to_keyframe - 2 * PER_LAP) < 10
 
 
-def test_who_is_near_but_behind_a_wall_sees_something_else() -> None:
+def test_who_is_near_but_behind_a_wall_sees_something_else(monkeypatch: pytest.MonkeyPatch) -> None:
     along = np.arange(-5.0, -0.95, 0.1)
     lane = np.column_stack([along, np.full_like(along, 0.5), np.zeros_like(along)])
     poses = np.concatenate([lane, lane * [1.0, -1.0, 1.0]])
     loops = driven(HALL, poses)
     close_loops(loops, poses, len(lane))
     assert ties_to_known(np.arange(len(poses)), poses, loops) == []
-    any_coverage = RevisitConfig(min_coverage=0.0)
-    assert len(ties_to_known(np.arange(len(poses)), poses, loops, any_coverage)) > 0
+    monkeypatch.setattr(known_places, "_MIN_COVERAGE", 0.0)
+    assert len(ties_to_known(np.arange(len(poses)), poses, loops)) > 0

@@ -8,14 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.keyframes.config import MisledConfig
 from racecar.mapping.keyframes.misled_matches import MatchesAlongPath, laid_out_by_wheels
 from racecar.maps.geometry.se2 import Pose, between, chained, compose
 
 KEYFRAMES, BACK = 300, (1, 2, 4, 7, 11)
 STEPS = np.tile([0.4, 0.0, 0.01], (KEYFRAMES - 1, 1))
 TRUE = chained(STEPS)
-CONFIG = MisledConfig()
 SIGMAS = np.array([0.005, 0.005, 0.001])
 CLAIMED = np.diag((2.0 * SIGMAS) ** -2.0)
 """Matches of the same scans err alike, so that cycles of them close better than matches fit the truth."""
@@ -57,10 +55,10 @@ NOWHERE = slice(0, 0)
 def test_matches_that_contradict_each_other_are_misled(seed: int, begin: int) -> None:
     there = slice(begin, begin + 40)
     along = drive(seed, there, NOWHERE)
-    misled = along.misled_steps(CONFIG)
+    misled = along.misled_steps()
     assert misled[there].mean() > 0.9
     assert misled.sum() < 40 + 2 * max(BACK)
-    left_out = along.are_contradicted(~along.spans.are_over(misled), CONFIG)
+    left_out = along.are_contradicted(~along.spans.are_over(misled))
     err = np.abs(between(along.spans.motions, between(TRUE[along.spans.first], TRUE[along.spans.end]))[:, 0])
     assert left_out[err > 0.1].mean() > 0.9
     assert left_out[err < 0.02].mean() < 0.1
@@ -71,15 +69,15 @@ def test_matches_that_contradict_each_other_are_misled(seed: int, begin: int) ->
 def test_wheels_that_slip_are_to_blame_themselves(seed: int, begin: int) -> None:
     along = drive(seed, NOWHERE, slice(begin, begin + 40))
     everything = np.ones(len(along.spans.first), dtype=np.bool_)
-    assert along.are_contradicted(everything, CONFIG).mean() > 0.05
-    assert not along.misled_steps(CONFIG).any()
+    assert along.are_contradicted(everything).mean() > 0.05
+    assert not along.misled_steps().any()
 
 
 def test_matches_that_fit_badly_are_to_blame_though_they_agree_with_each_other() -> None:
     along = drive(0, NOWHERE, slice(100, 140))
     residuals = along.residuals.copy()
     residuals[(along.spans.first >= 100) & (along.spans.first < 140)] *= 1.5
-    misled = replace(along, residuals=residuals).misled_steps(CONFIG)
+    misled = replace(along, residuals=residuals).misled_steps()
     assert misled[100:140].mean() > 0.9
     assert misled.sum() < 40 + 2 * max(BACK)
 
@@ -90,7 +88,7 @@ def test_scans_that_were_trimmed_contradict_nothing() -> None:
     is_kept[100:140:2] = False
     left = is_kept[along.spans.first] & is_kept[along.spans.end]
     fewer = replace(along, spans=along.spans.chosen(left), residuals=along.residuals[left])
-    assert not fewer.misled_steps(CONFIG).any()
+    assert not fewer.misled_steps().any()
 
 
 @pytest.mark.parametrize("known", [0, 10])
@@ -98,9 +96,9 @@ def test_nothing_is_known_without_wheels_or_with_few_matches(known: int) -> None
     along = drive(0, slice(100, 140), NOWHERE)
     steps = along.steps.copy()
     steps[known:] = np.nan
-    assert not replace(along, steps=steps).misled_steps(CONFIG).any()
+    assert not replace(along, steps=steps).misled_steps().any()
     none = MatchesAlongPath.of([], np.empty(0), [], KEYFRAMES)
-    assert not none.misled_steps(CONFIG).any()
+    assert not none.misled_steps().any()
 
 
 def test_where_scans_are_misled_the_drive_is_laid_out_by_the_wheels() -> None:

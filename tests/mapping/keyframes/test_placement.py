@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.mapping.keyframes.config import PlacementConfig
 from racecar.mapping.keyframes.gap import Gap
 from racecar.mapping.keyframes.placement import KeyframePlacer
 from racecar.mapping.odometry.calibration import WheelCalibration
@@ -23,9 +22,7 @@ def placed_from(
 ) -> tuple[Pose, int]:
     """The last pose (3,) as placed from guesses of its step, seen from the true one; and which guess won."""
     guesses, store = compose(true[-2], np.array(steps)), store_of(walls, true)
-    placer = KeyframePlacer(
-        BEFORE, store, true[:-1], true[-2], WORTH, PlacementConfig(), is_first_doubted=repeats
-    )
+    placer = KeyframePlacer(BEFORE, store, true[:-1], true[-2], WORTH, is_first_doubted=repeats)
     placed = placer.place(guesses)
     return between(true[-1], placed.pose), placed.guess
 
@@ -65,7 +62,7 @@ def test_a_bare_corridor_goes_on_behind_a_gap_as_far_as_the_wheels_say(
     by_wheels = np.array([forward, aside, turn])
     worth = WheelCalibration.unknown(WheelCalibrationConfig()).worth(by_wheels)
     store = store_of(CORRIDOR, true, sight=12.0)
-    placer = KeyframePlacer(BEFORE, store, true[:-1], true[-2], worth, PlacementConfig())
+    placer = KeyframePlacer(BEFORE, store, true[:-1], true[-2], worth)
     placed = placer.place(compose(true[-2], by_wheels)[None], Gap.DRIVEN)
     error = between(true[-1], placed.pose)
     assert abs(error[0]) < 0.2

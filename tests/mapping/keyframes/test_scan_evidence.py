@@ -5,13 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.mapping.keyframes.config import ScanEvidenceConfig
 from racecar.mapping.keyframes.scan_evidence import scan_evidence
 from racecar.mapping.matching.scan_matching import Pairings, match
 from racecar.maps.geometry.se2 import Pose, compose
 from tests.mapping.worlds import CORRIDOR, ROOM, box, path, store_of
-
-DEFAULT = ScanEvidenceConfig()
 
 
 def evidence(walls: np.ndarray, poses: Pose, places: Pose) -> np.ndarray:
@@ -27,7 +24,7 @@ def evidence(walls: np.ndarray, poses: Pose, places: Pose) -> np.ndarray:
     )
     stay = 1e12 * np.eye(3)
     matches = match(places, pairings, store, store, prior_information=stay)
-    return scan_evidence(store, fixed, poses[:-1], len(fixed), matches, DEFAULT)
+    return scan_evidence(store, fixed, poses[:-1], len(fixed), matches)
 
 
 @settings(max_examples=20)

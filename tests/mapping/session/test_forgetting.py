@@ -8,7 +8,6 @@ import numpy as np
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
-from racecar.mapping.keyframes.config import RevisitConfig
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.mapping.session.earlier_map import EarlierMap
@@ -20,7 +19,6 @@ from racecar.maps.grid.occupancy_grid import UNKNOWN
 from tests.mapping.ring_drives import RING, path, session
 
 ELSEWHERE = np.array([40.0, -25.0, 2.5])
-CONFIG = RevisitConfig()
 
 
 def carried_on(earlier: Session, true: Pose) -> Session:
@@ -42,7 +40,7 @@ def rounds(starts: list[float], metres: float) -> tuple[Session, Pose]:
     for start in starts[1:]:
         drive = path(start, metres)
         joint, true = carried_on(map_, drive), np.concatenate([true, drive])
-        map_ = forget_outdated(joint, CONFIG)
+        map_ = forget_outdated(joint)
         true = true[_left_of(joint, map_)]
     return map_, true
 
@@ -78,7 +76,7 @@ def test_a_place_that_was_not_passed_again_is_not_forgotten() -> None:
     whole = session(RING, path(0.0, 34.0), IDENTITY, IDENTITY)
     map_ = whole
     for start in (0.0, 0.5, 1.0):
-        map_ = forget_outdated(carried_on(map_, path(start, 20.0)), CONFIG)
+        map_ = forget_outdated(carried_on(map_, path(start, 20.0)))
     of_first = map_.map_from_keyframe[map_.drives == 0]
     far = path(0.0, 34.0)
     far = far[(np.arange(len(far)) > 80) & (np.arange(len(far)) < 98)]
@@ -109,7 +107,7 @@ def test_what_no_later_drive_could_see_stays() -> None:
         is_last = map_.drives == map_.drives[-1]
         dim = short_sighted(map_.only(is_last), 0.7)
         map_.rays[-len(dim.rays) :] = dim.rays
-        map_ = forget_outdated(map_, CONFIG)
+        map_ = forget_outdated(map_)
     before, after = seen_cells(whole), seen_cells(map_)
     assert seen_cells(map_.only(map_.drives == map_.drives[-1])).sum() < 0.9 * before.sum()
     assert (before & ~after).sum() <= 0.05 * before.sum()
@@ -118,4 +116,4 @@ def test_what_no_later_drive_could_see_stays() -> None:
 
 def test_two_drives_forget_nothing() -> None:
     joint = carried_on(session(RING, path(0.0, 34.0), IDENTITY, IDENTITY), path(3.0, 34.0))
-    assert forget_outdated(joint, CONFIG) is joint
+    assert forget_outdated(joint) is joint

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
+from racecar.mapping import schedule
 from racecar.mapping.arrays import Arrays
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
@@ -45,11 +46,12 @@ def feed(mapper: Mapper, messages: Sequence[Measurement], *, odometry: bool = Tr
 
 @pytest.mark.parametrize("odometry", [True, False])
 @pytest.mark.parametrize("gyroscope", [True, False])
-def test_goes_on_to_the_same_bits(messages: list[Scan | Odometry], odometry: bool, gyroscope: bool) -> None:
+def test_goes_on_to_the_same_bits(
+    messages: list[Scan | Odometry], odometry: bool, gyroscope: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
     quickly = {"segment_seconds": 0.2, "turn_until_tried": 0.5, "known_scale": 0.3}
-    config = MappingConfig.model_validate(
-        {"schedule": {"checkpoint_interval": 10}, "odometry": {"turn_fusion": quickly}}
-    )
+    config = MappingConfig.model_validate({"odometry": {"turn_fusion": quickly}})
+    monkeypatch.setattr(schedule, "CHECKPOINT_INTERVAL", 10)
     messages = with_yaw_rates(messages) if gyroscope else messages
     whole, saved = Mapper(config), dict[int, Arrays]()
     for k, message in enumerate(messages):

@@ -36,11 +36,7 @@ def test_a_file_overrides(tmp_path: Path) -> None:
         ("localization:\n  qqq: 5\n", "'localization.qqq'; known there: .*particles"),
         ("localization: {slip: .inf}\n", "'localization.slip': .*finite"),
         ("localization: {tracking: {news_after: 0.1}}\n", "'localization.tracking'; known there: beams, "),
-        (
-            "mapping:\n  keyframes: {constraints: {tied_to: [2]}}\n",
-            "tied_to': 1 must be among them",
-        ),
-        ("mapping:\n  keyframes: {placement: {placed_against: [1, 0]}}\n", "placed_against.1': .*equal to 1"),
+        ("mapping:\n  rendering: {left_out: [[2.0, 1.0]]}\n", "left_out': .*the earlier first"),
         ("localization:\n  particles: many\n", "bad value for 'localization.particles': .*integer"),
         ("localization: 5\n", "bad value for 'localization'"),
         ("localization: {drift_noise: 1.0e+300}\n", "'localization.drift_noise': .*less than or equal to 10"),

@@ -97,5 +97,7 @@ def test_every_way_to_spoil_a_drive_changes_it_or_the_settings(name: str) -> Non
     how, before = SPOILINGS[name], drive(200)
     after = how.of(before)
     is_same = len(before) == len(after) and all(a is b for a, b in zip(before, after, strict=True))
-    assert (is_same and not how.settings) == (name == UNSPOILED)
+    assert (is_same and not how.settings and not how.replacements) == (name == UNSPOILED)
     MappingConfig.model_validate(how.settings)
+    with how.replaced():
+        assert all(getattr(owner, thing) == by for owner, thing, by in how.replacements)
