@@ -5,10 +5,8 @@ from pydantic import Field
 from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, RenderingConfig
 from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.matching.config import ScanMatchingConfig
-from racecar.mapping.moving_along.config import MovingAlongConfig
 from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.quality.config import QualityConfig
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.maps.settings import Settings
 
@@ -36,8 +34,6 @@ class MappingConfig(Settings):
         default=True,
         description="Test loop closures by what scans look through, and by their neighbours.",
     )
-    self_calibration: SelfCalibrationConfig = SelfCalibrationConfig()
-    moving_along: MovingAlongConfig = MovingAlongConfig()
     odometry: DeadReckoningConfig = DeadReckoningConfig()
     matching: ScanMatchingConfig = ScanMatchingConfig()
     loops: LoopClosureConfig = LoopClosureConfig()

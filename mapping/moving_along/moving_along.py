@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.moving_along.cells import in_cells
-from racecar.mapping.moving_along.config import MovingAlongConfig
 from racecar.mapping.moving_along.laser_path import laser_path
 from racecar.mapping.moving_along.left_out import LeftOut
-from racecar.mapping.moving_along.vote_kernels import ALONG, WORLD, Limits, partners, votes
+from racecar.mapping.moving_along.vote_kernels import ALONG, APART, LIMITS, WORLD, partners, votes
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
@@ -26,6 +25,22 @@ from racecar.maps.sensing.scan import Scan
 _MARGIN = 1_000_000_000
 """Nanoseconds of odometry that are kept before a block's first scan, so that it can be interpolated there: by
 judgement longer than from one sample to the next."""
+_BLOCK = 10_000_000_000
+"""Nanoseconds that are judged together; by judgement: as long as someone carries a robot."""
+_MIN_WORLD = 0.1
+"""Share of a scan's returns, of those that move along or of the others, whichever are more, that must have
+moved as the motion says, for it to be believed, since when wheels spin all returns seem to move along.
+Measured: usually 0.2 to 0.6."""
+_MIN_SCANS = 4
+"""Scans, each apart from the last, that a block must have to be judged; by judgement: fewer see one thing."""
+_MIN_SHARE = 0.08
+"""Share of a block's returns, that move along by what came before and by what came after, from which they are
+left out. Measured: aces, fr079 and intel stay below 0.015; posts and cables of a robot, which do no harm,
+below 0.08; floors and carriers have up to 0.4."""
+_MIN_SHARE_AGAIN = 0.01
+"""The same once there was such a block: a tilted laser stays tilted, though the floor comes into view and
+goes. By judgement: about the most of clean logs. Measured: without it four in five of the floor's returns
+stay (racecar benchmark worlds --world 'tilted short')."""
 
 
 @dataclass(eq=False)
@@ -44,9 +59,7 @@ class _Block:
 class MovingAlong:
     """Takes measurements in the order of time, and gives all of them back two blocks of time later."""
 
-    def __init__(self, config: MovingAlongConfig) -> None:
-        self._config = config
-        self._limits = Limits(config.fixed, config.tolerance, config.through, config.dropouts)
+    def __init__(self) -> None:
         self._odometry: list[Odometry] = []
         self._laser: int | None = None
         self._is_proven = False
@@ -68,11 +81,11 @@ class MovingAlong:
     def _blocks(self, messages: Iterable[Measurement]) -> Iterator[_Block]:
         """Each but the last ends before the scan that comes a block of time after its first one. Clouds are
         large and not judged, so that they are not held."""
-        block, begin, length = _Block(), None, round(self._config.block * 1e9)
+        block, begin = _Block(), None
         for message in messages:
             if isinstance(message, Scan):
                 self.left_out.begin(message.stamp)
-                if message.cloud is not None or (begin is not None and message.stamp - begin >= length):
+                if message.cloud is not None or (begin is not None and message.stamp - begin >= _BLOCK):
                     yield block
                     block, begin = _Block(), None
                 begin = message.stamp if begin is None else begin
@@ -88,7 +101,7 @@ class MovingAlong:
         """Find where the laser was in a block, on from the last scan ``before``."""
         if not block.scans:
             return
-        path, segments = laser_path([*before.scans[-1:], *block.scans], self._odometry, self._config)
+        path, segments = laser_path([*before.scans[-1:], *block.scans], self._odometry)
         if before.scans:
             path = compose(before.poses[-1], between(path[0], path))[1:]
             segments = before.segments[-1] + segments[1:] - segments[0]
@@ -105,25 +118,23 @@ class MovingAlong:
 
     def _masks(self, before: _Block, block: _Block, after: _Block) -> dict[int, NDArray[np.bool_]]:
         """By a scan's identity, (N,) which of its beams are left out."""
-        config, scans = self._config, [*before.scans, *block.scans, *after.scans]
+        scans = [*before.scans, *block.scans, *after.scans]
         poses = np.concatenate([before.poses, block.poses, after.poses])
         segments = np.concatenate([before.segments, block.segments, after.segments])
         seconds = np.array([(scan.stamp - block.scans[0].stamp) * 1e-9 for scan in scans])
-        apart = config.reach, config.distance, config.angle, config.max_angle
-        pairs = partners(poses, segments, seconds, *apart)
+        pairs = partners(poses, segments, seconds, APART)
         first = len(before.scans)
         own = range(first, first + len(block.scans))
         if not self._is_judged(own, scans, poses, pairs):
             return {}
         tallies = [self._tallies(index, scans, poses, pairs[index]) for index in own]
-        masks = in_cells(block.scans, tallies, config)
+        masks = in_cells(block.scans, tallies)
         for scan, mask in zip(block.scans, masks, strict=True):
             self.left_out.add(scan, mask)
         return {id(scan): mask for scan, mask in zip(block.scans, masks, strict=True) if mask.any()}
 
     def _is_judged(self, own: range, scans: list[Scan], poses: Pose, pairs: NDArray[np.int64]) -> bool:
         """Whether so many returns of a block move along that they mislead; some of its scans show it."""
-        config = self._config
         count, returns, along, last = 0, 0, 0, -1
         for index in own:
             if last >= 0 and pairs[index, 0] < last:
@@ -134,8 +145,8 @@ class MovingAlong:
             count += 1
             returns += int(np.count_nonzero(scans[index].is_return))
             along += int(np.count_nonzero(self._tallies(index, scans, poses, pairs[index]) == 2))
-        least = config.min_share_again if self._is_proven else config.min_share
-        is_judged = count >= config.min_scans and along >= least * max(returns, 1)
+        least = _MIN_SHARE_AGAIN if self._is_proven else _MIN_SHARE
+        is_judged = count >= _MIN_SCANS and along >= least * max(returns, 1)
         self._is_proven = self._is_proven or is_judged
         return is_judged
 
@@ -148,9 +159,9 @@ class MovingAlong:
         for other in others[others >= 0].tolist():
             seen = scans[other]
             motion = between(poses[other], poses[index])
-            found = votes(scan.ranges, scan.bearings, seen.ranges, seen.bearings, motion, self._limits)
+            found = votes(scan.ranges, scan.bearings, seen.ranges, seen.bearings, motion, LIMITS)
             along, world = np.count_nonzero(found == ALONG), np.count_nonzero(found == WORLD)
-            if world >= self._config.min_world * max(along, np.count_nonzero(scan.is_return) - along):
+            if world >= _MIN_WORLD * max(along, np.count_nonzero(scan.is_return) - along):
                 tallies += found
         return tallies
 

@@ -13,12 +13,38 @@ _WIDEST = 0.35
 
 
 class Limits(NamedTuple):
-    """`MovingAlongConfig` as the kernels take it; its fields are explained there."""
+    """What two returns of one thing have in common."""
 
-    fixed: float
-    tolerance: float
-    through: float
-    dropouts: int
+    fixed: float = 0.1
+    """Metres by which ranges at one bearing may differ if they are of one thing that moves along; by
+    judgement: the floor's unevenness, seen at a grazing angle."""
+    tolerance: float = 0.15
+    """Metres within which two returns are of one thing in the world; by judgement: what wheels err over the
+    distance between two scans, and the skew of a sweep."""
+    through: float = 0.25
+    """Metres beyond a return from which another scan looked through its place; by judgement: more than the
+    tolerance."""
+    dropouts: int = 2
+    """Beams to each side that stand in for one that came back empty; by judgement: of some lasers half do."""
+
+
+class Apart(NamedTuple):
+    """Where two scans were that show what moves along."""
+
+    reach: float = 5.0
+    """Seconds within which they are compared; by judgement: in these a slow robot drives the distance, and
+    wheels drift less than the tolerance."""
+    distance: float = 0.5
+    """Metres between them; by judgement: several times the tolerance."""
+    angle: float = 0.35
+    """Radians that may do instead. Measured: 20° on the spot show who carries a robot, and nobody in other
+    recordings."""
+    max_angle: float = 1.0
+    """Radians up to which they are compared at the distance: what is round and near shows by the distance
+    only. By judgement: narrow fields of view still overlap."""
+
+
+LIMITS, APART = Limits(), Apart()
 
 
 @njit(cache=True, nogil=True)
@@ -100,10 +126,7 @@ def partners(
     poses: NDArray[np.float64],
     segments: NDArray[np.int64],
     seconds: NDArray[np.float64],
-    reach: float,
-    distance: float,
-    angle: float,
-    max_angle: float,
+    apart: Apart,
 ) -> NDArray[np.int64]:
     """(N, 2) of scans at poses (N, 3) and times (N,): the nearest one before each, and after it, that is the
     distance away; where the laser turns by the largest angle before, or comes not that far, the nearest one
@@ -117,13 +140,12 @@ def partners(
                 if other < 0 or other >= len(poses) or segments[other] != segments[scan]:
                     break
                 turn = abs((poses[other, 2] - poses[scan, 2] + np.pi) % (2.0 * np.pi) - np.pi)
-                if abs(seconds[other] - seconds[scan]) > reach:
+                if abs(seconds[other] - seconds[scan]) > apart.reach:
                     break
-                is_far = (
-                    np.hypot(poses[other, 0] - poses[scan, 0], poses[other, 1] - poses[scan, 1]) >= distance
-                )
-                if is_far or (turn >= angle and found[scan, side] < 0):
+                distance = np.hypot(poses[other, 0] - poses[scan, 0], poses[other, 1] - poses[scan, 1])
+                is_far = distance >= apart.distance
+                if is_far or (turn >= apart.angle and found[scan, side] < 0):
                     found[scan, side] = other
-                if is_far or turn >= max_angle:
+                if is_far or turn >= apart.max_angle:
                     break
     return found

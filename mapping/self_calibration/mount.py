@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.self_calibration.config import MountConfig, SelfCalibrationConfig
 from racecar.mapping.self_calibration.scan_track import ScanTrack
 from racecar.mapping.self_calibration.wheel_track import (
     MotionPairs,
@@ -25,6 +24,47 @@ from racecar.maps.geometry.se2 import Pose, wrap_angle
 
 _ROUNDS = 10
 """Of reweighting, since the weights hardly change after a few."""
+_MIN_DISTANCE = 0.05
+"""Metres that base and laser must travel in a window to have a direction; by judgement: five times the noise
+of a track."""
+MAX_TURN_DIFFERENCE = 0.15
+"""Radians by which wheels and scans may differ in a window that is used; by judgement: a slip or a lost
+track."""
+_MIN_WINDOWS, _MIN_CERTAIN_WINDOWS = 6, 15
+"""Windows with travel below which nothing is estimated, and below which nothing is believed that speaks
+against the recording; by judgement: the first are three times the unknowns, with two equations each."""
+_MIN_NOISE = 0.005
+"""Metres; motions over a window are never taken to be better; by judgement: what a track jitters by."""
+_USUAL_DISTANCE = 0.3
+"""Metres, standard deviation of the laser's place about the base's origin before anything was seen; by
+judgement: half a small robot."""
+_MIN_CONSISTENCY = 0.8
+"""Mean cosine of the angle between the directions of travel by wheels and by scans from which a place is
+believed. Measured: 0.9 to 1 on robots that drive."""
+_MAX_YAW_SIGMA, _MAX_RIGHT_ANGLE_SIGMA = 0.05, 0.1
+"""Radians, standard deviation of the yaw at most, and near a multiple of a right angle; by judgement: three
+degrees, and to the next right angle it is fifteen times the other."""
+_MAX_OFFSET_SIGMA = 0.03
+"""Metres, standard deviation of the laser's offset from the base up to which it is used; by judgement: a cell
+of the map."""
+_OFFSET_SIGMAS = 3.0
+"""Standard deviations that an offset must show by, since that is usual."""
+_MAX_DOUBT_OF_RIVAL = 0.5
+"""Share of what one reading lacks to full consistency that a better one may lack. Measured on a simulated
+drive: 0.005 where only the yaw is inverted."""
+_MAX_PATH_RATIO = 3.0
+"""Ratio of the paths by wheels and by scans, or its inverse, beyond which neither is believed; by judgement:
+feet are metres by more than that."""
+MIN_PATH_CONSISTENCY = 0.98
+"""Mean cosine between the directions of travel below which the scans were not followed well enough to tell a
+distance. Measured: 0.999 on simulated drives, 0.88 on a recording whose wheels are right and whose scans seem
+to go half as far again."""
+MIN_YAW_ERROR = 0.26
+"""Radians, 15°, by which a yaw must be off to be a fault of its own; by judgement: slip and steering make
+some degrees."""
+_RIGHT_ANGLE_TOLERANCE = 0.18
+"""Radians, ten degrees, about a multiple of a right angle within which a laser is taken to be mounted so; by
+judgement: people mount along edges."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,30 +82,32 @@ class MountEstimate:
     path_ratio: float
     """Path by wheels over path by scans."""
 
-    def is_certain(self, config: MountConfig) -> bool:
+    @property
+    def is_certain(self) -> bool:
         """Whether the motions leave no doubt about the yaw; less is asked for at a right angle, along which
         lasers are mounted."""
-        max_sigma = config.max_right_angle_sigma if self.is_at_right_angle(config) else config.max_yaw_sigma
+        max_sigma = _MAX_RIGHT_ANGLE_SIGMA if self.is_at_right_angle else _MAX_YAW_SIGMA
         return (
-            self.windows >= config.min_certain_windows
-            and self.consistency >= config.min_consistency
+            self.windows >= _MIN_CERTAIN_WINDOWS
+            and self.consistency >= _MIN_CONSISTENCY
             and float(self.sigmas[2]) <= max_sigma
-            and 1.0 / config.max_path_ratio <= self.path_ratio <= config.max_path_ratio
+            and 1.0 / _MAX_PATH_RATIO <= self.path_ratio <= _MAX_PATH_RATIO
         )
 
-    def is_at_right_angle(self, config: MountConfig) -> bool:
+    @property
+    def is_at_right_angle(self) -> bool:
         """Whether the laser looks along an axis of the base, or nearly."""
         yaw = float(self.base_from_laser[2])
-        return abs(yaw - _right_angle(yaw)) < config.right_angle_tolerance
+        return abs(yaw - _right_angle(yaw)) < _RIGHT_ANGLE_TOLERANCE
 
-    def as_mounted(self, config: MountConfig) -> Pose:
+    def as_mounted(self) -> Pose:
         """(3,) the place with the yaw of a right angle where it is nearly that, and with an offset only where
         that shows."""
         x, y, yaw = self.base_from_laser.tolist()
-        if self.is_at_right_angle(config):
+        if self.is_at_right_angle:
             yaw = float(wrap_angle(_right_angle(yaw)))
         offsets = [
-            value if sigma < config.max_offset_sigma and abs(value) > config.offset_sigmas * sigma else 0.0
+            value if sigma < _MAX_OFFSET_SIGMA and abs(value) > _OFFSET_SIGMAS * sigma else 0.0
             for value, sigma in zip((x, y), self.sigmas[:2].tolist(), strict=True)
         ]
         return np.array([*offsets, yaw])
@@ -87,19 +129,17 @@ class MotionReading:
         return MotionReading(mount, wheel_signs=WheelSigns.MIRRORED)
 
 
-def read_motion(
-    track: ScanTrack, wheels: WheelTrack, lag: int, *, is_inverted: bool, config: SelfCalibrationConfig
-) -> MotionReading | None:
+def read_motion(track: ScanTrack, wheels: WheelTrack, lag: int, *, is_inverted: bool) -> MotionReading | None:
     """The reading that fits; None where the robot travelled too little.
 
     With turns that are ``is_inverted``, wheels whose yaw alone is wrong contradict themselves: they do not
     travel where they look. Wheels that are the mirror image of the truth do not, and look like a laser that
     hangs upside down.
     """
-    windows = windows_of(track, config.window)
+    windows = windows_of(track)
 
     def mount(scans: ScanTrack, signs: WheelSigns) -> MountEstimate | None:
-        return estimate_mount(motion_pairs(scans, wheels.read_as(signs), windows, lag), config.mount)
+        return estimate_mount(motion_pairs(scans, wheels.read_as(signs), windows, lag))
 
     if not is_inverted:
         upright = mount(track, WheelSigns.AS_RECORDED)
@@ -107,22 +147,22 @@ def read_motion(
     mirrored, turned = mount(track.mirrored(), WheelSigns.AS_RECORDED), mount(track, WheelSigns.YAW_INVERTED)
     if mirrored is None or turned is None:
         return None
-    if 1.0 - turned.consistency < config.mount.max_doubt_of_rival * (1.0 - mirrored.consistency):
+    if 1.0 - turned.consistency < _MAX_DOUBT_OF_RIVAL * (1.0 - mirrored.consistency):
         return MotionReading(turned, wheel_signs=WheelSigns.YAW_INVERTED)
     return MotionReading(mirrored, is_mirrored=True)
 
 
-def estimate_mount(motions: MotionPairs, config: MountConfig) -> MountEstimate | None:
+def estimate_mount(motions: MotionPairs) -> MountEstimate | None:
     """The place that explains the motions best; None where the base travelled too seldom."""
-    is_used = np.abs(motions.by_scans[:, 2] - motions.by_wheels[:, 2]) < config.max_turn_difference
+    is_used = np.abs(motions.by_scans[:, 2] - motions.by_wheels[:, 2]) < MAX_TURN_DIFFERENCE
     base, laser = motions.by_wheels[is_used], motions.by_scans[is_used]
-    travels = (np.hypot(base[:, 0], base[:, 1]) > config.min_distance) & (
-        np.hypot(laser[:, 0], laser[:, 1]) > config.min_distance
+    travels = (np.hypot(base[:, 0], base[:, 1]) > _MIN_DISTANCE) & (
+        np.hypot(laser[:, 0], laser[:, 1]) > _MIN_DISTANCE
     )
-    if np.count_nonzero(travels) < config.min_windows:
+    if np.count_nonzero(travels) < _MIN_WINDOWS:
         return None
     equations = _equations(laser, 0.5 * (laser[:, 2] + base[:, 2]))
-    solution, covariance = _robust_solution(equations, base[:, :2], config)
+    solution, covariance = _robust_solution(equations, base[:, :2])
     x, y, cos, sin = solution.tolist()
     length = max(float(np.hypot(cos, sin)), 1e-9)
     across = np.array([0.0, 0.0, -sin, cos]) / length**2
@@ -149,38 +189,35 @@ def _equations(laser: Pose, turns: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _robust_solution(
-    equations: NDArray[np.float64], targets: NDArray[np.float64], config: MountConfig
+    equations: NDArray[np.float64], targets: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """The solution (4,) of equations (W, 2, 4) with targets (W, 2), and its covariance (4, 4)."""
     weights = np.ones(len(targets))
     for _ in range(_ROUNDS):
         weighted = equations * weights[:, None, None]
         hessian = np.einsum("wij,wik->jk", weighted, equations)
-        left = targets - equations @ _solved(hessian, weighted, targets, config)
+        left = targets - equations @ _solved(hessian, weighted, targets)
         missed = np.hypot(*left.T)
-        noise = max(float(np.median(missed)), config.min_noise)
+        noise = max(float(np.median(missed)), _MIN_NOISE)
         weights = 1.0 / (1.0 + (missed / (2.0 * noise)) ** 2)
     weighted = equations * weights[:, None, None]
     hessian = np.einsum("wij,wik->jk", weighted, equations)
-    solution = _solved(hessian, weighted, targets, config)
-    covariance: NDArray[np.float64] = noise**2 * np.linalg.inv(hessian + _prior(config))
+    solution = _solved(hessian, weighted, targets)
+    covariance: NDArray[np.float64] = noise**2 * np.linalg.inv(hessian + _prior())
     return solution, covariance
 
 
 def _solved(
-    hessian: NDArray[np.float64],
-    weighted: NDArray[np.float64],
-    targets: NDArray[np.float64],
-    config: MountConfig,
+    hessian: NDArray[np.float64], weighted: NDArray[np.float64], targets: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     right = np.einsum("wij,wi->j", weighted, targets)
-    return np.linalg.solve(hessian + _prior(config), right)
+    return np.linalg.solve(hessian + _prior(), right)
 
 
-def _prior(config: MountConfig) -> NDArray[np.float64]:
+def _prior() -> NDArray[np.float64]:
     """(4, 4) information, in units of the noise, that the laser sits near the base's origin: without turns
     nothing else tells."""
-    near = (config.min_noise / config.usual_distance) ** 2
+    near = (_MIN_NOISE / _USUAL_DISTANCE) ** 2
     return np.diag([near, near, 1e-9, 1e-9])
 
 

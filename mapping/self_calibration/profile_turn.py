@@ -9,11 +9,22 @@ IAS 1995]; the profile stands still while the laser moves by less than the walls
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.self_calibration.config import ProfileTurnConfig
 from racecar.mapping.self_calibration.profile_turn_kernels import profile_differences
 
 BINS = 360
 """Of a profile, one per degree, since registration mends what is left of the turn."""
+_MAX_TURN = 0.8
+"""Radians to each side that are searched; by judgement: robots turn on the spot at 2 rad/s, and slow lasers
+make five scans a second."""
+_MAX_DIFFERENCE = 0.3
+"""Difference of the logarithms of two ranges from which they are of different things; by judgement: a third
+of the range."""
+_MIN_SHARE = 0.5
+"""Share of the bearings known in both, of the most of any turn, below which a turn is not judged; by
+judgement: at the edge of a narrow field of view few beams agree by chance."""
+_MIN_GAIN = 0.8
+"""Share of the guess's difference that another turn may leave; by judgement: steady motion is mostly
+right."""
 
 
 def bearing_profile(points: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -28,15 +39,13 @@ def bearing_profile(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return logarithms
 
 
-def turn_between(
-    before: NDArray[np.float64], after: NDArray[np.float64], guess: float, config: ProfileTurnConfig
-) -> float:
+def turn_between(before: NDArray[np.float64], after: NDArray[np.float64], guess: float) -> float:
     """Radians by which the laser has turned between two profiles (BINS,): the guess, unless another turn
     makes them clearly more alike."""
-    steps = round(config.max_turn * BINS / (2.0 * np.pi))
-    costs = profile_differences(before, after, steps, config.max_difference, config.min_share)
+    steps = round(_MAX_TURN * BINS / (2.0 * np.pi))
+    costs = profile_differences(before, after, steps, _MAX_DIFFERENCE, _MIN_SHARE)
     best = int(np.argmin(costs))
     guessed = min(max(round(guess * BINS / (2.0 * np.pi)) + steps, 0), 2 * steps)
-    if abs(best - guessed) <= 1 or not costs[best] < config.min_gain * costs[guessed]:
+    if abs(best - guessed) <= 1 or not costs[best] < _MIN_GAIN * costs[guessed]:
         return guess
     return float((best - steps) * (2.0 * np.pi / BINS))

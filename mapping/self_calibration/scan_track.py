@@ -6,12 +6,31 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.mapping.odometry.config import ScanOdometryConfig
 from racecar.mapping.odometry.deskew import by_velocity, deskew
 from racecar.mapping.odometry.scan_odometry import ScanOdometry
-from racecar.mapping.self_calibration.config import ScanTrackConfig
 from racecar.mapping.self_calibration.profile_turn import bearing_profile, turn_between
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 from racecar.maps.sensing.scan import Scan
+
+_MIN_INTERVAL = 0.07
+"""Seconds between two scans that are followed, at least, because the laser hardly moves in less: every third
+scan of a laser of 40 a second, every one of an RPLIDAR."""
+_MAX_INTERVAL = 1.0
+"""Seconds between two scans beyond which a track is not continued; by judgement: a robot can turn anywhere
+meanwhile."""
+_TURN_SEARCH_INTERVAL = 0.075
+"""Seconds between two scans from which the turn is searched; by judgement: in less a robot turns by less than
+registration bears."""
+_STANDING_CHANGE = 0.01
+"""Metres by which a range must change to count as changed; by judgement: the resolution of SICK lasers."""
+_STANDING_SHARE = 0.05
+"""Share of the ranges that may have changed while the laser stands; by judgement: someone walks by."""
+_MAX_POINTS = 400
+"""Points of a scan that are registered, for speed; by judgement: the beams of common lasers."""
+_JITTER = 0.02
+"""Metres and radians from one scan to the next below which nothing counts as travelled or turned; by
+judgement: the noise of a match."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,15 +80,15 @@ class ScanTracker:
     that see what the last one saw are not registered.
     """
 
-    def __init__(self, config: ScanTrackConfig, sweep_scale: float = 1.0) -> None:
+    def __init__(self, sweep_scale: float = 1.0) -> None:
         """``sweep_scale`` multiplies the time offsets of the beams, counted from the middle of the sweep:
         -1 reverses their order."""
-        self._config, self._sweep_scale = config, sweep_scale
+        self._sweep_scale = sweep_scale
         self._scans: list[Scan] = []
         self._stamps: list[int] = []
         self._poses: list[Pose] = []
         self._segments: list[int] = []
-        self._odometry = ScanOdometry(config.scan_odometry)
+        self._odometry = ScanOdometry(ScanOdometryConfig())
         self._velocity: Pose = IDENTITY
         self._registered: tuple[Scan, NDArray[np.float64]] | None = None
         self.turned = 0.0
@@ -84,13 +103,13 @@ class ScanTracker:
         """Take the next scan; whether it is part of the track."""
         stamp = scan.stamp + round(middle_of(scan) * 1e9)
         seconds = (stamp - self._stamps[-1]) * 1e-9 if self._stamps else np.inf
-        if seconds < self._config.min_interval:
+        if seconds < _MIN_INTERVAL:
             return False
-        if seconds > self._config.max_interval:
+        if seconds > _MAX_INTERVAL:
             self._registered = None
         if self._registered is None:
             self._begin_segment(scan, stamp)
-        elif _sees_the_same(self._registered[0], scan, self._config):
+        elif _sees_the_same(self._registered[0], scan):
             self._velocity = IDENTITY
             self._append(scan, stamp, self._poses[-1], self._segments[-1])
         else:
@@ -107,7 +126,7 @@ class ScanTracker:
         )
 
     def _begin_segment(self, scan: Scan, stamp: int) -> None:
-        self._odometry, self._velocity = ScanOdometry(self._config.scan_odometry), IDENTITY
+        self._odometry, self._velocity = ScanOdometry(ScanOdometryConfig()), IDENTITY
         points = self._points_of(scan)
         number = self._segments[-1] + 1 if self._segments else 0
         self._append(scan, stamp, self._odometry.register(points, IDENTITY), number)
@@ -117,20 +136,20 @@ class ScanTracker:
         assert self._registered is not None
         points = self._points_of(scan)
         profile, motion = bearing_profile(points), self._velocity * seconds
-        if seconds > self._config.turn_search_interval:
-            motion[2] = turn_between(self._registered[1], profile, float(motion[2]), self._config.turn_search)
+        if seconds > _TURN_SEARCH_INTERVAL:
+            motion[2] = turn_between(self._registered[1], profile, float(motion[2]))
         pose = self._odometry.register(points, motion)
         motion = between(self._poses[-1], pose)
         self._velocity = motion / seconds
         turn, distance = abs(float(motion[2])), float(np.hypot(motion[0], motion[1]))
-        self.turned += turn if turn > self._config.jitter else 0.0
-        self.distance += distance if distance > self._config.jitter else 0.0
+        self.turned += turn if turn > _JITTER else 0.0
+        self.distance += distance if distance > _JITTER else 0.0
         self._append(scan, stamp, pose, self._segments[-1])
         self._registered = scan, profile
 
     def _points_of(self, scan: Scan) -> NDArray[np.float64]:
         points = deskewed(scan, self._velocity, self._sweep_scale)
-        return points[:: 1 + (len(points) - 1) // self._config.max_points] if len(points) else points
+        return points[:: 1 + (len(points) - 1) // _MAX_POINTS] if len(points) else points
 
     def _append(self, scan: Scan, stamp: int, pose: Pose, segment: int) -> None:
         self._scans.append(scan)
@@ -139,9 +158,9 @@ class ScanTracker:
         self._segments.append(segment)
 
 
-def track_of(scans: Iterable[Scan], config: ScanTrackConfig, sweep_scale: float = 1.0) -> ScanTrack:
+def track_of(scans: Iterable[Scan], sweep_scale: float = 1.0) -> ScanTrack:
     """Scans in the order of time, followed."""
-    tracker = ScanTracker(config, sweep_scale)
+    tracker = ScanTracker(sweep_scale)
     for scan in scans:
         tracker.add(scan)
     return tracker.track()
@@ -159,12 +178,12 @@ def middle_of(scan: Scan) -> float:
     return 0.5 * float(scan.time_offsets.min() + scan.time_offsets.max())
 
 
-def _sees_the_same(scan: Scan, later: Scan, config: ScanTrackConfig) -> bool:
+def _sees_the_same(scan: Scan, later: Scan) -> bool:
     """Whether so few returns have moved that the laser has not."""
     if len(scan.ranges) != len(later.ranges):
         return False
     with np.errstate(invalid="ignore"):  # of two misses
         change = np.abs(later.ranges - scan.ranges)
     change = change[np.isfinite(change)]
-    moved = np.count_nonzero(change > config.standing_change)
-    return bool(len(change) > 0 and moved < config.standing_share * len(change))
+    moved = np.count_nonzero(change > _STANDING_CHANGE)
+    return bool(len(change) > 0 and moved < _STANDING_SHARE * len(change))

@@ -6,11 +6,17 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.self_calibration.config import WindowConfig
 from racecar.mapping.self_calibration.scan_track import ScanTrack
 from racecar.maps.geometry.se2 import Pose, between, wrap_angle
 from racecar.maps.sensing.odometry import FASTEST, Odometry
 from racecar.maps.sensing.yaw_rate import YawRate
+
+_WINDOW = 1_000_000_000
+"""Nanoseconds over which motions are compared, since in less the noise of a track hides slow ones."""
+_MAX_WINDOW = 2_000_000_000
+"""Nanoseconds beyond which there is a gap in a window; by judgement: twice its length."""
+_WINDOW_STEP = 500_000_000
+"""Nanoseconds from the beginning of one to that of the next; by judgement: they overlap by half."""
 
 
 class WheelSigns(Enum):
@@ -93,15 +99,15 @@ class MotionPairs:
     """(W, 3) of the base, in its frame at the beginning."""
 
 
-def windows_of(track: ScanTrack, config: WindowConfig) -> Windows:
+def windows_of(track: ScanTrack) -> Windows:
     """Stretches of the window's length, one after the other; over a gap there is none."""
-    ends = np.searchsorted(track.stamps, track.stamps + round(config.length * 1e9))
-    nexts = np.searchsorted(track.stamps, track.stamps + round(config.step * 1e9))
+    ends = np.searchsorted(track.stamps, track.stamps + _WINDOW)
+    nexts = np.searchsorted(track.stamps, track.stamps + _WINDOW_STEP)
     chosen, index = [], 0
     while index < len(track) and ends[index] < len(track):
         end = int(ends[index])
-        seconds = (track.stamps[end] - track.stamps[index]) * 1e-9
-        if track.segment[index] == track.segment[end] and seconds < config.max_length:
+        duration = track.stamps[end] - track.stamps[index]
+        if track.segment[index] == track.segment[end] and duration < _MAX_WINDOW:
             chosen.append((index, end))
         index = int(nexts[index])
     begins_and_ends = np.array(chosen, dtype=np.int64).reshape(-1, 2)

@@ -260,7 +260,7 @@ def quality(
 
     inputs = {"drives": drives, "faults": faults, "bags": bags, "config": config, "seed": seed}
     with _output("quality", {**inputs, "settings": settings.model_dump()}, json, quiet) as output:
-        recorded = iter(()) if bags is None else recorded_drives(bags, settings)
+        recorded = iter(()) if bags is None else recorded_drives(bags)
         maps: list[JudgedMap] = []
         for drive in chain(simulated_drives(drives, seed), recorded):
             for judged in judged_maps(drive, faults, settings):

@@ -149,7 +149,7 @@ def localize(
         _page(view, "racecar localizer", view_port, tells_places=True) as page,
         ros_node("racecar_localizer", context.obj) as node,
     ):
-        localizer = LocalizerNode(node, settings, loaded.mapping.self_calibration, start, page)
+        localizer = LocalizerNode(node, settings, start, page)
         warm_up(settings)
         localizer.start()
         try:

@@ -16,7 +16,6 @@ from nav_msgs.msg import Odometry as OdometryMessage
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -83,21 +82,11 @@ class LocalizerNode(LiveNode):
         self,
         node: Any,
         config: LocalizationConfig,
-        calibration: SelfCalibrationConfig,
         start: LocalizerStart,
         view: "LiveView | None" = None,
     ) -> None:
-        """Surveys the map. ``calibration``: how it is learned what is wrong with the sensors.
-
-        Raises UserError when the map or a parameter is at fault."""
-        super().__init__(
-            node,
-            "localizer",
-            _WORK,
-            _SIDE_WORK,
-            calibration=calibration,
-            moves_laser=True,
-        )
+        """Surveys the map. Raises UserError when that or a parameter is at fault."""
+        super().__init__(node, "localizer", _WORK, _SIDE_WORK, moves_laser=True)
         self._config = declare_settings(node, config)
         self._begin = start
         self._maps_taken = 0

@@ -80,7 +80,6 @@ class MapperNode(LiveNode):
             _WORK,
             _SIDE_WORK,
             after=start.mapper.last_stamp,
-            calibration=output.config.self_calibration,
             moves_laser=False,
         )
         self._output, self._mapper, self._messages = output, start.mapper, start.messages

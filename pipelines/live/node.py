@@ -5,7 +5,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.sensing.frozen_odometry import FrozenOdometry
 from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.pipelines.bags.converters.registry import (
@@ -56,12 +55,11 @@ class LiveNode(ABC):
         side_work: Mapping[str, int],
         *,
         after: int | None = None,
-        calibration: SelfCalibrationConfig,
         moves_laser: bool,
     ) -> None:
         """``work`` and ``side_work``: the kinds of each thread's work and how much of each may wait;
-        ``after``: the last stamp, in nanoseconds, of a drive that is carried on; ``calibration``: how it is
-        learned what is wrong with the sensors; ``moves_laser``: whether its place may change meanwhile.
+        ``after``: the last stamp, in nanoseconds, of a drive that is carried on; ``moves_laser``: whether
+        the laser's place may change meanwhile.
 
         Raises UserError that names a parameter at fault.
         """
@@ -82,7 +80,6 @@ class LiveNode(ABC):
         self.side = Worker("side", {**side_work, "reading": 4}, self.faults, self.survive)
         self._learner = Worker("learner", {"batch": 200}, self.faults, self.survive)
         self.learning = SensorLearning(
-            calibration,
             self._known_sensors,
             self.faults,
             lambda work: self._learner.inbox.put("batch", work),

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration, SelfCalibrator
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.findings import Finding
@@ -16,7 +15,7 @@ _MOST_MESSAGES = 20_000
 """Of the beginning, so that of a recording that stands still some minutes are read and not all of it."""
 
 
-def calibrate(reader: BagReader, config: SelfCalibrationConfig, *, quiet: bool) -> list[Finding]:
+def calibrate(reader: BagReader, *, quiet: bool) -> list[Finding]:
     """Let the reader correct what the beginning of its bag proves to be wrong, and say so in its findings.
 
     Returned is what whoever maps the bag, or localizes on it, will find out by himself.
@@ -30,12 +29,11 @@ def calibrate(reader: BagReader, config: SelfCalibrationConfig, *, quiet: bool) 
         is_upside_down=reader.laser_is_upside_down,
     )
     with progress_bar("Looking at the sensors", _MOST_MESSAGES, quiet=quiet) as advance_to:
-        learned = _learn(
-            reader, SelfCalibrator(config, asks_wheels=known.odom_topic is not None), known, advance_to
-        )
-    corrections = learned_corrections(learned, known, config)
+        calibrator = SelfCalibrator(asks_wheels=known.odom_topic is not None)
+        learned = _learn(reader, calibrator, known, advance_to)
+    corrections = learned_corrections(learned, known)
     reader.correct(corrections)
-    return foreseen_findings(learned, corrections, config)
+    return foreseen_findings(learned, corrections)
 
 
 def _learn(

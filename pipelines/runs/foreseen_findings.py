@@ -1,24 +1,22 @@
 """What a mapper would find out about clocks and gyroscope while it maps, for those who only check."""
 
 from racecar.mapping.odometry.lag import NOTICEABLE
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
+from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG
 from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.pipelines.bags.corrections import Corrections
 from racecar.pipelines.bags.findings import ONE_CLOCK, Finding
 
 
-def foreseen_findings(
-    learned: SelfCalibration, made: Corrections, config: SelfCalibrationConfig
-) -> list[Finding]:
+def foreseen_findings(learned: SelfCalibration, made: Corrections) -> list[Finding]:
     """Of what was learned, that which is not corrected beforehand since mapper and localizer bear it."""
-    return [*_of_lag(learned, made, config), *_of_gyro(learned, made)]
+    return [*_of_lag(learned, made), *_of_gyro(learned, made)]
 
 
-def _of_lag(learned: SelfCalibration, made: Corrections, config: SelfCalibrationConfig) -> list[Finding]:
+def _of_lag(learned: SelfCalibration, made: Corrections) -> list[Finding]:
     lag = 0 if learned.turns is None or not made.uses_odometry else learned.turns.lag
-    if not NOTICEABLE <= abs(lag) <= round(config.turns.usual_lag * 1e9):
+    if not NOTICEABLE <= abs(lag) <= USUAL_LAG:
         return []
     where = "behind" if lag > 0 else "ahead of"
     what = f"By its stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans"

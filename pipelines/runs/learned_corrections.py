@@ -6,12 +6,18 @@ from typing import Any
 import numpy as np
 
 from racecar.mapping.self_calibration.bearing_scale import BearingScale
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
-from racecar.mapping.self_calibration.mount import MotionReading, MountEstimate
+from racecar.mapping.self_calibration.distance_ratio import LEAST
+from racecar.mapping.self_calibration.mount import (
+    MIN_PATH_CONSISTENCY,
+    MIN_YAW_ERROR,
+    MotionReading,
+    MountEstimate,
+)
 from racecar.mapping.self_calibration.odometry_fault import OdometryFault
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.sweep_order import SweepOrder
-from racecar.mapping.self_calibration.turn_ratio import TurnRatio
+from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG
+from racecar.mapping.self_calibration.turn_ratio import RIGHT_FACTOR, TurnRatio
 from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.sensing.config import TurnFusionConfig
@@ -73,11 +79,9 @@ class KnownSensors:
         return lag if abs(lag) > _FAR_CLOCKS else 0
 
 
-def learned_corrections(
-    learned: SelfCalibration, known: KnownSensors, config: SelfCalibrationConfig
-) -> Corrections:
+def learned_corrections(learned: SelfCalibration, known: KnownSensors) -> Corrections:
     """How the recording is to be read, by what it proves about itself beside what it says."""
-    made = _Made(known, config)
+    made = _Made(known)
     if learned.bearing_scale is not None:
         made.scale_bearings(learned.bearing_scale)
     if learned.sweep_order == SweepOrder.REVERSED:
@@ -99,8 +103,8 @@ def learned_corrections(
 class _Made:
     """The corrections made so far."""
 
-    def __init__(self, known: KnownSensors, config: SelfCalibrationConfig) -> None:
-        self._known, self._config = known, config
+    def __init__(self, known: KnownSensors) -> None:
+        self._known = known
         self.changes: dict[str, Any] = {}
         self.findings: list[Finding] = []
 
@@ -132,7 +136,7 @@ class _Made:
         is_used = self.changes.get("uses_odometry", True) and learned.odometry_fault is None
         if ratio is None or not is_used or learned.bearing_scale is not None:
             return
-        if ratio.is_beyond(self._config.turn_ratio.right_factor):
+        if ratio.is_beyond(RIGHT_FACTOR):
             self._find(
                 f"The scans turn {abs(ratio.value):.2f} times as far as the odometry on "
                 f"{self._known.odom_topic}: the angles of one of them are wrong.",
@@ -161,7 +165,7 @@ class _Made:
 
     def shift_clock(self, lag: int, evidence: str) -> None:
         """Odometry is stamped ``lag`` nanoseconds later than the scans of the same moment."""
-        if abs(lag) <= round(self._config.turns.usual_lag * 1e9):
+        if abs(lag) <= USUAL_LAG:
             return  # mapper and localizer bear it
         scans, odometry = self._known.header_offsets
         if scans is not None and odometry is not None and abs(scans) > abs(odometry) + 0.5 * abs(lag):
@@ -184,10 +188,9 @@ class _Made:
 
     def check_straight_motion(self, reading: MotionReading | None) -> None:
         """Of a robot that hardly turned: whether it went where the laser's place, if told, has it look."""
-        config = self._config.mount
-        if reading is None or not self._known.is_place_told or not reading.mount.is_certain(config):
+        if reading is None or not self._known.is_place_told or not reading.mount.is_certain:
             return
-        if reading.mount.consistency >= config.min_path_consistency:
+        if reading.mount.consistency >= MIN_PATH_CONSISTENCY:
             self._check_yaw(reading.mount)
 
     def read_motion(self, learned: SelfCalibration) -> None:
@@ -195,7 +198,7 @@ class _Made:
         reading = learned.reading
         is_inverted = learned.turns is not None and learned.turns.is_inverted
         distances = learned.distances
-        if not is_inverted and distances is not None and distances.contradicts_turns(self._config.distances):
+        if not is_inverted and distances is not None and distances.contradicts_turns:
             self._leave_out(
                 f"The odometry on {self._known.odom_topic} goes as far as the scans, but not where its own "
                 "yaw looks: it is not used",
@@ -204,7 +207,7 @@ class _Made:
             )
         elif is_inverted and self._hangs_otherwise(learned):
             self._hang_otherwise()
-        elif reading is None or not reading.mount.is_certain(self._config.mount):
+        elif reading is None or not reading.mount.is_certain:
             if is_inverted:
                 self._leave_out(
                     "The scans turn left where the odometry turns right, and nothing shows which is wrong: "
@@ -213,7 +216,7 @@ class _Made:
                     "place: --laser-pose 'X Y YAW 3.1416'.",
                 )
         elif reading.is_mirrored and not self._known.is_place_told:
-            self._hang_upside_down(reading.mount.as_mounted(self._config.mount))
+            self._hang_upside_down(reading.mount.as_mounted())
         else:
             if reading.is_mirrored:
                 reading = reading.seen_upright()
@@ -242,14 +245,14 @@ class _Made:
 
     def _wrong_distances(self, learned: SelfCalibration) -> float | None:
         """What the wheels report of the distance by the scans, if that is surely wrong."""
-        config, distances = self._config, learned.distances
+        distances = learned.distances
         if distances is not None:
-            return distances.value if distances.is_wrong(config.distances) else None
+            return distances.value if distances.is_wrong else None
         mount = None if learned.reading is None or learned.turns is None else learned.reading.mount
-        if mount is None or not mount.is_certain(config.mount):
+        if mount is None or not mount.is_certain:
             return None
-        is_clear = mount.consistency >= config.mount.min_path_consistency
-        is_short = mount.path_ratio < config.distances.least  # for which a bare corridor is no excuse
+        is_clear = mount.consistency >= MIN_PATH_CONSISTENCY
+        is_short = mount.path_ratio < LEAST  # for which a bare corridor is no excuse
         return mount.path_ratio if is_clear and is_short else None
 
     def _change_signs(self, signs: WheelSigns) -> None:
@@ -296,11 +299,11 @@ class _Made:
         )
 
     def _check_yaw(self, mount: MountEstimate) -> None:
-        config, known = self._config.mount, self._known
+        known = self._known
         error = float(wrap_angle(mount.base_from_laser[2] - known.base_from_laser[2]))
-        if abs(error) < config.min_yaw_error:
+        if abs(error) < MIN_YAW_ERROR:
             return
-        place = mount.as_mounted(config)
+        place = mount.as_mounted()
         if known.is_place_told:
             self._leave_out(
                 f"The laser looks {_degrees(known.base_from_laser)} to the left by its place "

@@ -163,7 +163,7 @@ def localize_reader(
     with report.stage("loading"):
         warm_up(settings)
     with report.stage("self-calibration"):
-        calibrate(reader, config.mapping.self_calibration, quiet=quiet)
+        calibrate(reader, quiet=quiet)
     driven = None if map_path is None else mapping_trajectory(map_path, reader.path)
     for sentence in [] if map_path is None else cautions_of_path(grid, map_path):
         report.warn(sentence)

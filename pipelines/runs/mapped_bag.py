@@ -171,7 +171,7 @@ def map_reader(
             "An initial pose is a place on the map that is extended (--continue); give both, or neither."
         )
     with report.stage("self-calibration"):
-        calibrate(reader, config.mapping.self_calibration, quiet=quiet)
+        calibrate(reader, quiet=quiet)
     checkpoint = None
     if checkpoint_beside is not None:
         checkpoint = Checkpoint(checkpoint_beside, describe_run(reader, config.mapping))

@@ -70,7 +70,7 @@ def build_map(
     with stop_request(*stop_signals) as stop, stop.looked_for():
         if start is None:
             start = _begin(reader, config, report, stop, watch, quiet=quiet)
-        moving_along = MovingAlong(config.moving_along)
+        moving_along = MovingAlong()
         scans = _feed(start, reader, moving_along, report, checkpoint, stop, watch, quiet=quiet)
     if not scans:
         raise UserError(
@@ -199,7 +199,7 @@ def _begin(
     for _ in range(_ROUNDS if reader.odom_topic else 0):
         mapper, taken = Mapper(config, lag), 0
         with progress_bar("Comparing clocks", _FIRST_TURNS, quiet=quiet) as advance_to:
-            messages = _timed(_until(stop, reader), MovingAlong(config.moving_along), report)
+            messages = _timed(_until(stop, reader), MovingAlong(), report)
             for taken, message in enumerate(islice(messages, _FIRST_TURNS), start=1):
                 _hand_on(message, mapper, report, watch)
                 advance_to(taken)

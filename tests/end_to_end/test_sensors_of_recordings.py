@@ -5,7 +5,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.runs.calibration_run import calibrate
 
@@ -39,7 +38,7 @@ def test_each_recording_is_read_as_it_was_measured(recordings: Path) -> None:
     found = {}
     for name, bag in bags.items():
         with BagReader(bag) as reader:
-            calibrate(reader, SelfCalibrationConfig(), quiet=True)
+            calibrate(reader, quiet=True)
             found[name] = (dict(reader.inputs.get("corrections", {})), reader)  # type: ignore[call-overload]
     assert set(bags) >= REVERSED | UNKNOWN_MOUNT
     assert {name for name, (made, _) in found.items() if made.get("beams") == "reversed"} == REVERSED

@@ -65,7 +65,7 @@ def _loaded_once(
 
 def _load(recording: RecordedDrive, settings: Config, seconds: float | None) -> AblationDrive:
     with BagReader(recording.bag) as reader:
-        calibrate(reader, settings.mapping.self_calibration, quiet=True)
+        calibrate(reader, quiet=True)
         own = build_map(reader, settings.mapping, Report("racecar map"), quiet=True)
         end = np.inf if seconds is None else float(own.trajectory.stamps[0]) + seconds * 1e9
         messages = list(takewhile(lambda message: message.stamp < end, reader))

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -84,7 +83,7 @@ def simulated_drives(count: int, seed: int) -> Iterator[KnownDrive]:
             yield KnownDrive(f"{plan} {number}", messages, drive.truth, mount)
 
 
-def recorded_drives(folder: Path, config: MappingConfig) -> Iterator[KnownDrive]:
+def recorded_drives(folder: Path) -> Iterator[KnownDrive]:
     """The recordings in a folder that have a reference beside them, with their sensors put right.
 
     Raises UserError when there is none.
@@ -98,7 +97,7 @@ def recorded_drives(folder: Path, config: MappingConfig) -> Iterator[KnownDrive]
             raise UserError(f"There is no bag beside {reference}.")
         with BagReader(bags[0]) as reader:
             mount = reader.base_from_laser
-            calibrate(reader, config.self_calibration, quiet=True)
+            calibrate(reader, quiet=True)
             messages = list(reader)
         yield KnownDrive(reference.parent.name, messages, load_tum(reference), mount)
 

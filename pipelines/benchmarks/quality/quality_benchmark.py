@@ -62,7 +62,7 @@ def spoiled_map(drive: KnownDrive, spoiling: str, base: MappingConfig) -> Mappin
     how = SPOILINGS[spoiling]
     mapper = Mapper(MappingConfig.model_validate({**base.model_dump(), "refine": False, **how.settings}))
     with how.replaced():
-        for message in MovingAlong(base.moving_along).filtered(how.of(drive.messages)):
+        for message in MovingAlong().filtered(how.of(drive.messages)):
             feed(message, mapper)
         return mapper.finish()
 

@@ -71,7 +71,7 @@ def _measure(
         bag = Path(folder) / "drive.bag"
         write_bag(simulation, bag, lambda share: None)
         with BagReader(bag) as reader:
-            calibrate(reader, settings.self_calibration, quiet=quiet)
+            calibrate(reader, quiet=quiet)
             trajectory = build_map(reader, settings, report, quiet=quiet).trajectory
     told = report.as_dict()
     true = _truth_at(simulation, trajectory)

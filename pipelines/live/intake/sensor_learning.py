@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from threading import Lock
 
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.self_calibration import SelfCalibrator
+from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -19,6 +19,9 @@ _BATCH = 100
 """Scans and samples that are handed on at once, about a second of them, since handing on takes time too."""
 _MOST = 20_000
 """Scans and samples after which what is known must do, as of bags."""
+_MAX_LAG = USUAL_LAG * 1e-9
+"""Seconds, because clocks that are farther apart show by when messages arrive; a turn or two may suggest any
+lag."""
 
 _STAYS = " The map in progress keeps the old place of its laser: start a new one (--anew) with that."
 
@@ -28,7 +31,6 @@ class SensorLearning:
 
     def __init__(
         self,
-        config: SelfCalibrationConfig,
         known: Callable[[], KnownSensors],
         faults: Faults,
         aside: Callable[[Callable[[], None]], None],
@@ -37,13 +39,9 @@ class SensorLearning:
     ) -> None:
         """``known`` says what is known of the sensors otherwise; ``aside`` lets another thread do some work,
         one piece after the other; without ``moves_laser`` its place stays what it is until the end."""
-        turns = config.turns
-        # Clocks that are farther apart show by when messages arrive; a turn or two may suggest any lag.
-        turns = turns.model_copy(update={"max_lag": turns.usual_lag})
-        self._config = config = config.model_copy(update={"turns": turns})
         self._known, self._faults, self._aside = known, faults, aside
         self._moves_laser = moves_laser
-        self._calibrator = SelfCalibrator(config)
+        self._calibrator = SelfCalibrator(max_lag=_MAX_LAG)
         self._corrections, self._corrector = NO_CORRECTIONS, Corrector(NO_CORRECTIONS)
         self._lock = Lock()
         self._batch: list[Measurement] = []
@@ -98,8 +96,8 @@ class SensorLearning:
         if self._collected < _MOST and self._calibrator.wants_more(learned):
             return
         self._is_over = True
-        self._calibrator = SelfCalibrator(self._config)  # the old one holds thousands of scans
-        corrections = learned_corrections(learned, self._known(), self._config)
+        self._calibrator = SelfCalibrator(max_lag=_MAX_LAG)  # the old one holds thousands of scans
+        corrections = learned_corrections(learned, self._known())
         stays = ""
         is_moved = corrections.base_from_laser is not None or corrections.is_upside_down
         if is_moved and not self._moves_laser:

@@ -2,13 +2,10 @@
 
 import numpy as np
 
-from racecar.mapping.moving_along.config import MovingAlongConfig
-from racecar.mapping.moving_along.vote_kernels import ALONG, OPEN, WORLD, Limits, partners, votes
+from racecar.mapping.moving_along.vote_kernels import ALONG, APART, LIMITS, OPEN, WORLD, partners, votes
 from racecar.maps.geometry.se2 import Pose, between
 from tests.mapping.worlds import BEARINGS, CORRIDOR, box, ranges
 
-CONFIG = MovingAlongConfig()
-LIMITS = Limits(CONFIG.fixed, CONFIG.tolerance, CONFIG.through, CONFIG.dropouts)
 ROOM = box(-3.0, -2.0, 4.0, 2.5)
 BEFORE, NOW = np.zeros(3), np.array([0.6, 0.0, 0.0])
 
@@ -53,14 +50,12 @@ def test_beams_that_come_back_empty_leave_it_to_those_beside_them() -> None:
 def test_another_place_is_asked_before_another_heading() -> None:
     """As long as both look the same way, more or less."""
     poses = np.array([[0.0, 0.0, 0.0], [0.3, 0.0, 0.4], [0.6, 0.0, 0.6], [0.7, 0.0, 1.2], [0.8, 0.0, 1.9]])
-    apart = CONFIG.reach, CONFIG.distance, CONFIG.angle, CONFIG.max_angle
-    found = partners(poses, np.zeros(5, dtype=np.int64), np.arange(5.0), *apart)
+    found = partners(poses, np.zeros(5, dtype=np.int64), np.arange(5.0), APART)
     assert found[0].tolist() == [-1, 2]
     assert found[4].tolist() == [3, -1]  # it has turned too far from the one at a distance
 
 
 def test_nobody_is_asked_of_another_segment_or_another_time() -> None:
     poses = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
-    apart = CONFIG.reach, CONFIG.distance, CONFIG.angle, CONFIG.max_angle
-    found = partners(poses, np.array([0, 0, 1]), np.array([0.0, 10.0, 10.1]), *apart)
+    found = partners(poses, np.array([0, 0, 1]), np.array([0.0, 10.0, 10.1]), APART)
     assert np.all(found == -1)

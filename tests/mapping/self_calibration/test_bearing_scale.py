@@ -5,7 +5,6 @@ import pytest
 from numpy.typing import NDArray
 
 from racecar.mapping.self_calibration.bearing_scale import BearingScale, bearing_scale
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.turn_ratio import TurnRatio
 from racecar.mapping.self_calibration.wall_straightness import WallStraightness, wall_straightness
 from racecar.maps.geometry.se2 import IDENTITY, wrap_angle
@@ -13,14 +12,13 @@ from racecar.maps.sensing.scaled_bearings import with_bearings_scaled
 from racecar.maps.sensing.scan import Scan
 from tests.mapping.self_calibration.moving_laser import scans_of, winding_drive
 
-CONFIG = SelfCalibrationConfig()
 SCANS = scans_of(winding_drive(6.0), 6.0)
 
 
 @pytest.mark.parametrize("stated", [0.5, 0.75, 1.0])
 def test_walls_show_the_angle_that_the_beams_lie_over(stated: float) -> None:
     scans = [replace(scan, bearings=scan.bearings * stated) for scan in SCANS]
-    walls = wall_straightness(scans, CONFIG.walls)
+    walls = wall_straightness(scans)
     assert walls is not None and walls.factor == pytest.approx(1.0 / stated, rel=0.04)
 
 
@@ -33,17 +31,17 @@ def round_room(radius: float) -> list[Scan]:
 
 
 def test_a_round_room_is_no_fault() -> None:
-    walls = wall_straightness(round_room(5.0), CONFIG.walls)
+    walls = wall_straightness(round_room(5.0))
     for ratios in ([], [TurnRatio(1.0, 0.01, 0)]):
-        assert bearing_scale(walls, ratios, SCANS[0], CONFIG) is None
-    assert wall_straightness([], CONFIG.walls) is None
+        assert bearing_scale(walls, ratios, SCANS[0]) is None
+    assert wall_straightness([]) is None
 
 
 def scale(factor: float | None, *ratios: float) -> BearingScale | None:
     walls = None if factor is None else WallStraightness(factor)
     told = [TurnRatio(ratio, 0.01, 0) for ratio in ratios]
     half_a_turn = replace(SCANS[0], bearings=0.5 * SCANS[0].bearings)
-    return bearing_scale(walls, told, half_a_turn, CONFIG)
+    return bearing_scale(walls, told, half_a_turn)
 
 
 def assert_says(told: BearingScale | None, factor: float, *, is_certain: bool) -> None:

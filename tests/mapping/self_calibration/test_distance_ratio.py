@@ -1,14 +1,12 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.distance_ratio import DistanceRatio, distance_ratio
 from racecar.mapping.self_calibration.scan_track import ScanTrack
 from racecar.mapping.self_calibration.wheel_track import WheelTrack
 from racecar.maps.geometry.se2 import Pose
 from tests.mapping.self_calibration.moving_laser import STEP, odometry_of, scans_of, straight_drive
 
-CONFIG = SelfCalibrationConfig()
 SECONDS = 20.0
 DRIVE = straight_drive(SECONDS)
 CORRIDOR = np.array([[[-60.0, side], [60.0, side]] for side in (-1.0, 1.2)])
@@ -26,15 +24,15 @@ ROOM_TRACK = track_of(DRIVE)
 
 
 def ratio(track: ScanTrack, by_wheels: Pose) -> DistanceRatio | None:
-    return distance_ratio(track, WheelTrack.of(odometry_of(by_wheels, SECONDS)), 0, CONFIG)
+    return distance_ratio(track, WheelTrack.of(odometry_of(by_wheels, SECONDS)), 0)
 
 
 @pytest.mark.parametrize(("factor", "is_wrong"), [(1.0, False), (1.1, False), (0.3, True), (1.3, True)])
 def test_the_distance_by_wheels_for_a_metre_by_scans(factor: float, is_wrong: bool) -> None:
     told = ratio(ROOM_TRACK, DRIVE * [factor, factor, 1.0])
     assert told is not None and told.value == pytest.approx(factor, rel=0.03)
-    assert told.is_wrong(CONFIG.distances) == is_wrong
-    assert not told.contradicts_turns(CONFIG.distances)
+    assert told.is_wrong == is_wrong
+    assert not told.contradicts_turns
 
 
 def test_a_bare_corridor_shows_no_distance() -> None:
@@ -53,5 +51,5 @@ def test_wheels_that_do_not_go_where_they_look() -> None:
     circle = np.column_stack([np.sin(angle), 1.0 - np.cos(angle), angle])
     track = track_of(circle)
     sound, exchanged = ratio(track, circle), ratio(track, circle[:, [1, 0, 2]])
-    assert sound is not None and not sound.contradicts_turns(CONFIG.distances)
-    assert exchanged is not None and exchanged.contradicts_turns(CONFIG.distances)
+    assert sound is not None and not sound.contradicts_turns
+    assert exchanged is not None and exchanged.contradicts_turns

@@ -3,7 +3,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.mount import MotionReading, read_motion
 from racecar.mapping.self_calibration.scan_track import ScanTrack
 from racecar.mapping.self_calibration.wheel_track import WheelSigns, WheelTrack
@@ -11,7 +10,6 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, wrap_angle
 from tests.mapping.self_calibration.moving_laser import odometry_of, straight_drive, winding_drive
 from tests.mapping.self_calibration.test_turn_agreement import track_along
 
-CONFIG = SelfCalibrationConfig()
 DRIVE = winding_drive(40.0)
 WHEELS = WheelTrack.of(odometry_of(DRIVE, 40.0))
 
@@ -24,7 +22,7 @@ def track_of_laser(base_from_laser: Pose, noise: float = 0.003, drive: Pose = DR
 
 
 def read(track: ScanTrack, wheels: WheelTrack = WHEELS, *, is_inverted: bool = False) -> MotionReading:
-    reading = read_motion(track, wheels, 0, is_inverted=is_inverted, config=CONFIG)
+    reading = read_motion(track, wheels, 0, is_inverted=is_inverted)
     assert reading is not None
     return reading
 
@@ -33,7 +31,7 @@ def read(track: ScanTrack, wheels: WheelTrack = WHEELS, *, is_inverted: bool = F
 def test_the_place_is_found(yaw: float) -> None:
     place = np.array([0.25, -0.1, yaw])
     mount = read(track_of_laser(place)).mount
-    assert mount.is_certain(CONFIG.mount)
+    assert mount.is_certain
     assert mount.base_from_laser[:2] == pytest.approx(place[:2], abs=0.03)
     assert wrap_angle(mount.base_from_laser[2] - yaw) == pytest.approx(0.0, abs=0.03)
     assert mount.path_ratio == pytest.approx(1.0, abs=0.03)
@@ -42,9 +40,9 @@ def test_the_place_is_found(yaw: float) -> None:
 
 def test_an_edge_that_it_is_mounted_along_is_taken_exactly() -> None:
     mount = read(track_of_laser(np.array([0.0, 0.0, np.pi + 0.05]))).mount
-    assert abs(mount.as_mounted(CONFIG.mount)[2]) == pytest.approx(np.pi)
+    assert abs(mount.as_mounted()[2]) == pytest.approx(np.pi)
     askew = read(track_of_laser(np.array([0.0, 0.0, 0.6]))).mount
-    assert askew.as_mounted(CONFIG.mount)[2] == askew.base_from_laser[2]
+    assert askew.as_mounted()[2] == askew.base_from_laser[2]
 
 
 def test_a_laser_upside_down_and_wheels_mirrored_look_the_same() -> None:
@@ -69,19 +67,19 @@ def test_wheels_whose_yaw_alone_is_inverted_contradict_themselves() -> None:
 
 def test_wheels_of_another_drive_are_no_evidence() -> None:
     other = WheelTrack.of(odometry_of(winding_drive(40.0, turn_rate=-0.7, speed=0.3)[::-1], 40.0))
-    reading = read_motion(track_of_laser(IDENTITY), other, 0, is_inverted=False, config=CONFIG)
-    assert reading is None or not reading.mount.is_certain(CONFIG.mount)
+    reading = read_motion(track_of_laser(IDENTITY), other, 0, is_inverted=False)
+    assert reading is None or not reading.mount.is_certain
 
 
 def test_a_robot_that_hardly_travels_shows_nothing() -> None:
     drive = straight_drive(40.0) * [0.01, 1.0, 1.0]
     wheels = WheelTrack.of(odometry_of(drive, 40.0))
-    assert read_motion(track_along(drive), wheels, 0, is_inverted=False, config=CONFIG) is None
+    assert read_motion(track_along(drive), wheels, 0, is_inverted=False) is None
 
 
 def test_without_turns_an_offset_is_not_made_up() -> None:
     drive = straight_drive(40.0)
     track = track_of_laser(np.array([0.3, 0.0, np.pi]), drive=drive)
     mount = read(track, WheelTrack.of(odometry_of(drive, 40.0))).mount
-    assert mount.is_certain(CONFIG.mount)
-    assert mount.as_mounted(CONFIG.mount)[:2].tolist() == [0.0, 0.0]
+    assert mount.is_certain
+    assert mount.as_mounted()[:2].tolist() == [0.0, 0.0]

@@ -1,6 +1,5 @@
 import numpy as np
 
-from racecar.mapping.self_calibration.config import OdometryFaultConfig, WindowConfig
 from racecar.mapping.self_calibration.odometry_fault import OdometryFault, fault_in, is_impossible
 from racecar.mapping.self_calibration.wheel_track import WheelTrack, motion_pairs, windows_of
 from racecar.maps.geometry.se2 import Pose, compose
@@ -13,8 +12,8 @@ DRIVE = winding_drive(40.0)
 def fault(by_wheels: Pose, drive: Pose = DRIVE) -> OdometryFault | None:
     track = track_along(drive)
     wheels = WheelTrack.of(odometry_of(by_wheels, 40.0))
-    motions = motion_pairs(track, wheels, windows_of(track, WindowConfig()), 0)
-    return fault_in(motions, OdometryFaultConfig())
+    motions = motion_pairs(track, wheels, windows_of(track), 0)
+    return fault_in(motions)
 
 
 def is_sound(by_wheels: Pose, drive: Pose = DRIVE) -> bool:
@@ -65,12 +64,11 @@ def test_wheels_that_never_turn() -> None:
 
 
 def test_millimetres_and_degrees_are_impossible() -> None:
-    config = OdometryFaultConfig()
-    assert is_impossible(odometry_of(DRIVE * [1e3, 1e3, 1.0], 40.0), config)
-    assert is_impossible(odometry_of(DRIVE * [1.0, 1.0, np.degrees(1.0)], 40.0), config)
-    assert not is_impossible(odometry_of(DRIVE, 40.0), config)
+    assert is_impossible(odometry_of(DRIVE * [1e3, 1e3, 1.0], 40.0))
+    assert is_impossible(odometry_of(DRIVE * [1.0, 1.0, np.degrees(1.0)], 40.0))
+    assert not is_impossible(odometry_of(DRIVE, 40.0))
 
 
 def test_a_driver_that_starts_anew_is_possible() -> None:
     again = np.concatenate([DRIVE[: len(DRIVE) // 2], DRIVE[len(DRIVE) // 2 :] - DRIVE[len(DRIVE) // 2]])
-    assert not is_impossible(odometry_of(again, 40.0), OdometryFaultConfig())
+    assert not is_impossible(odometry_of(again, 40.0))

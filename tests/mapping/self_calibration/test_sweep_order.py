@@ -3,18 +3,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.scan_track import track_of
 from racecar.mapping.self_calibration.sweep_order import SweepOrder, estimate_sweep_order, has_sweep_times
 from racecar.maps.sensing.scan import Scan
 from tests.mapping.self_calibration.moving_laser import Laser, scans_of, straight_drive, winding_drive
 
-CONFIG = SelfCalibrationConfig()
 SECONDS = 14.0
 
 
 def order_of(scans: list[Scan]) -> SweepOrder:
-    return estimate_sweep_order(track_of(scans, CONFIG.track), CONFIG)
+    return estimate_sweep_order(track_of(scans))
 
 
 def turned_round(scans: list[Scan]) -> list[Scan]:

@@ -1,14 +1,12 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.config import TurnAgreementConfig
 from racecar.mapping.self_calibration.scan_track import ScanTrack
 from racecar.mapping.self_calibration.turn_agreement import turn_agreement
 from racecar.mapping.self_calibration.wheel_track import WheelSigns, WheelTrack
 from racecar.maps.geometry.se2 import Pose
 from tests.mapping.self_calibration.moving_laser import odometry_of, poses_at, straight_drive
 
-CONFIG = TurnAgreementConfig()
 SECONDS = 40.0
 
 
@@ -34,7 +32,7 @@ def wheels_along(drive: Pose, lag: float = 0.0) -> WheelTrack:
 @pytest.mark.parametrize("lag", [-4.6, -0.6, -0.1, 0.0, 0.12, 3.0])
 def test_the_lag_is_found(lag: float) -> None:
     drive = irregular_drive()
-    agreement = turn_agreement(track_along(drive), wheels_along(drive, lag), CONFIG)
+    agreement = turn_agreement(track_along(drive), wheels_along(drive, lag))
     assert agreement is not None and not agreement.is_inverted
     assert agreement.lag * 1e-9 == pytest.approx(lag, abs=0.03)
 
@@ -43,7 +41,7 @@ def test_the_lag_is_found(lag: float) -> None:
 def test_inverted_turns_are_found(lag: float) -> None:
     drive = irregular_drive()
     wheels = wheels_along(drive, lag).read_as(WheelSigns.YAW_INVERTED)
-    agreement = turn_agreement(track_along(drive), wheels, CONFIG)
+    agreement = turn_agreement(track_along(drive), wheels)
     assert agreement is not None and agreement.is_inverted
     assert agreement.lag * 1e-9 == pytest.approx(lag, abs=0.03)
 
@@ -51,14 +49,14 @@ def test_inverted_turns_are_found(lag: float) -> None:
 def test_clocks_that_are_farther_apart_are_told_by_when_they_were_recorded() -> None:
     drive = irregular_drive()
     wheels = wheels_along(drive, 77.1)
-    assert turn_agreement(track_along(drive), wheels, CONFIG) is None
-    agreement = turn_agreement(track_along(drive), wheels, CONFIG, expected_lag=77_000_000_000)
+    assert turn_agreement(track_along(drive), wheels) is None
+    agreement = turn_agreement(track_along(drive), wheels, expected_lag=77_000_000_000)
     assert agreement is not None and agreement.lag * 1e-9 == pytest.approx(77.1, abs=0.03)
 
 
 @pytest.mark.parametrize("seed", range(1, 9))
 def test_turns_of_another_drive_agree_with_nothing(seed: int) -> None:
-    assert turn_agreement(track_along(irregular_drive()), wheels_along(irregular_drive(seed)), CONFIG) is None
+    assert turn_agreement(track_along(irregular_drive()), wheels_along(irregular_drive(seed))) is None
 
 
 def test_turns_that_repeat_do_not_shift_the_clock() -> None:
@@ -66,11 +64,11 @@ def test_turns_that_repeat_do_not_shift_the_clock() -> None:
     times = np.arange(0.0, SECONDS + 2.0, 0.01)
     drive = np.column_stack([0.0 * times, 0.0 * times, np.sin(2.0 * np.pi * times / 3.0)])
     wheels = WheelTrack.of(odometry_of(drive * [1.0, 1.0, 0.9], SECONDS))
-    agreement = turn_agreement(track_along(drive), wheels, CONFIG)
+    agreement = turn_agreement(track_along(drive), wheels)
     assert agreement is not None and not agreement.is_inverted and abs(agreement.lag) < 0.1e9
 
 
 def test_without_turns_nothing_is_told() -> None:
     drive = straight_drive(SECONDS)
-    assert turn_agreement(track_along(drive), wheels_along(drive), CONFIG) is None
-    assert turn_agreement(track_along(irregular_drive()), WheelTrack.of([]), CONFIG) is None
+    assert turn_agreement(track_along(drive), wheels_along(drive)) is None
+    assert turn_agreement(track_along(irregular_drive()), WheelTrack.of([])) is None

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.config import TurnAgreementConfig, TurnRatioConfig
 from racecar.mapping.self_calibration.turn_ratio import TurnRatio, turn_ratio
 from racecar.mapping.self_calibration.wheel_track import WheelTrack
 from tests.mapping.self_calibration.moving_laser import straight_drive
@@ -14,9 +13,7 @@ from tests.mapping.self_calibration.test_turn_agreement import (
 
 
 def ratio_to(other: WheelTrack, expected_lag: int = 0) -> TurnRatio | None:
-    return turn_ratio(
-        track_along(irregular_drive()), other, TurnRatioConfig(), TurnAgreementConfig(), expected_lag
-    )
+    return turn_ratio(track_along(irregular_drive()), other, expected_lag)
 
 
 def turning(factor: float, lag: float = 0.0, noise: float = 0.0) -> WheelTrack:

@@ -56,7 +56,6 @@ def _remapped(name: str) -> str:
 @pytest.mark.parametrize("kind", ["localizer", "mapper", "simulator"])
 def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
     from racecar.localization.config import LocalizationConfig
-    from racecar.mapping.self_calibration.config import SelfCalibrationConfig
     from racecar.pipelines.live.ros.run import ros_node
 
     told = yaml.safe_load((SHARE / f"{kind}.yaml").read_text())["/**"]["ros__parameters"]
@@ -64,7 +63,7 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
         if kind == "localizer":
             from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
 
-            LocalizerNode(node, LocalizationConfig(), SelfCalibrationConfig(), LocalizerStart(None))
+            LocalizerNode(node, LocalizationConfig(), LocalizerStart(None))
         elif kind == "simulator":
             from racecar.pipelines.live.simulated_car.world_settings import WorldSettings
             from racecar.pipelines.live.simulator_node import SimulatorNode

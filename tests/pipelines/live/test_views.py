@@ -75,10 +75,9 @@ def running(name: str) -> Iterator[Interface]:
 
 def _localizer(ros: Any) -> Any:
     from racecar.localization.config import LocalizationConfig
-    from racecar.mapping.self_calibration.config import SelfCalibrationConfig
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
 
-    return LocalizerNode(ros, LocalizationConfig(), SelfCalibrationConfig(), LocalizerStart(GRID))
+    return LocalizerNode(ros, LocalizationConfig(), LocalizerStart(GRID))
 
 
 def _mapper(ros: Any) -> Any:

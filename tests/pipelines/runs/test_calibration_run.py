@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.turn_agreement import TurnAgreement
 from racecar.mapping.self_calibration.turn_ratio import TurnRatio
@@ -78,7 +77,7 @@ def _write_scan(writer: BagWriter, scan: Scan) -> None:
 def corrections_of(recording: Recording, folder: Path, **options: object) -> tuple[Corrections, BagReader]:
     recording.change_odometry(lambda sample: replace(sample, stamp=sample.stamp + 1_000_000_000))
     with BagReader(recording.write(folder / "bag"), **options) as reader:  # type: ignore[arg-type]
-        calibrate(reader, SelfCalibrationConfig(), quiet=True)
+        calibrate(reader, quiet=True)
         return reader._corrections, reader
 
 
@@ -196,7 +195,7 @@ def test_a_flag_is_not_outweighed_nor_a_transform_by_wheels_alone(
         gyro_turns=None if gyro is None else TurnRatio(gyro, 0.01, 0),
     )
     known = KnownSensors("/scan", "/odom", IDENTITY, source, (None, None), is_upside_down=True)
-    made = learned_corrections(learned, known, SelfCalibrationConfig())
+    made = learned_corrections(learned, known)
     assert made.is_upside_down == is_outweighed
     assert any("as hanging upright" in finding.what for finding in made.findings) == is_outweighed
 
@@ -271,7 +270,7 @@ def test_without_odometry_and_beam_times_nothing_is_asked(tmp_path: Path) -> Non
     recording.odometry = []
     recording.scans = [replace(scan, time_offsets=0.0 * scan.time_offsets) for scan in recording.scans]
     with BagReader(recording.write(tmp_path / "bag")) as reader:
-        calibrate(reader, SelfCalibrationConfig(), quiet=True)
+        calibrate(reader, quiet=True)
         assert reader.messages_read < 100
         assert reader._corrections.inputs == {}
 
@@ -334,7 +333,7 @@ def test_who_only_checks_hears_of_the_gyroscope_what_a_mapper_finds(
 def foreseen_in(recording: Recording, folder: Path) -> list[Finding]:
     recording.change_odometry(lambda sample: replace(sample, stamp=sample.stamp + 1_000_000_000))
     with BagReader(recording.write(folder / "bag")) as reader:
-        foreseen = calibrate(reader, SelfCalibrationConfig(), quiet=True)
+        foreseen = calibrate(reader, quiet=True)
         assert reader._corrections.inputs == {}
     return foreseen
 

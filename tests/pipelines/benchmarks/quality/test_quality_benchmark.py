@@ -89,12 +89,12 @@ def test_where_the_reference_has_a_hole_the_car_is_not_known() -> None:
 
 def test_recordings_are_those_with_a_reference_beside_them(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"reference\.tum"):
-        next(recorded_drives(tmp_path, MappingConfig()))
+        next(recorded_drives(tmp_path))
     (tmp_path / "lap").mkdir()
     write_bag(tmp_path / "lap" / "lap.bag", 50)
     truth = Trajectory(START + np.arange(50) * STEP, np.zeros((50, 3)))
     save_tum(truth, tmp_path / "lap" / "reference.tum")
-    (drive,) = recorded_drives(tmp_path, MappingConfig())
+    (drive,) = recorded_drives(tmp_path)
     assert drive.name == "lap"
     assert len(drive.messages) == 100
     assert len(drive.truth) == 50

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.config import SelfCalibrationConfig
 from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -24,7 +23,6 @@ def learn(
 ) -> tuple[SensorLearning, list[str]]:
     said: list[str] = []
     learning = SensorLearning(
-        SelfCalibrationConfig(),
         lambda: KnownSensors("/scan", "/odom", IDENTITY, "assumed identity", (None, None)),
         Faults(said.append, said.append),
         lambda work: work(),
