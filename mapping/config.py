@@ -3,7 +3,6 @@
 from pydantic import Field
 
 from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, RenderingConfig
-from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.quality.config import QualityConfig
@@ -30,13 +29,8 @@ class MappingConfig(Settings):
         default=True, description="Match every scan to the keyframes around it once these are optimized."
     )
     close_loops: bool = Field(default=True, description="Recognize places that the car has been to before.")
-    verify_loops: bool = Field(
-        default=True,
-        description="Test loop closures by what scans look through, and by their neighbours.",
-    )
     odometry: DeadReckoningConfig = DeadReckoningConfig()
     matching: ScanMatchingConfig = ScanMatchingConfig()
-    loops: LoopClosureConfig = LoopClosureConfig()
     rendering: RenderingConfig = RenderingConfig()
     despeckling: DespecklingConfig = DespecklingConfig()
     growing_grid: GrowingGridConfig = GrowingGridConfig()

@@ -224,7 +224,7 @@ class Mapper:
         session = state.session()
         if earlier is not None:
             with state.timed("merging"):
-                session = merge(earlier, session, config.loops, config.place_recognition)
+                session = merge(earlier, session, config.place_recognition)
                 session = forget_outdated(session)
             quality = self._judge(session)
         report(0.3)
@@ -362,7 +362,7 @@ class Mapper:
         """Note the newest keyframe for loop closure, now and when a later drive carries on the map."""
         state, steps = self._state, self._state.map_from_reference[-2:]
         distance = float(np.hypot(*(steps[-1, :2] - steps[0, :2])))
-        if state.loops.add_keyframe(distance) is None:
+        if state.loops.history.graph.add_keyframe(distance) is None:
             return
         state.loops.learn_drift(state.map_from_keyframe, state.graph)
         if self._config.close_loops:

@@ -8,16 +8,9 @@ the map that they lead to.
 """
 
 from racecar.mapping.graph.pose_graph import is_strained
-from racecar.mapping.loops.config import (
-    ConsistentSupportConfig,
-    LoopClosureConfig,
-    SeeThroughVerificationConfig,
-    SubmapSearchConfig,
-)
 from racecar.mapping.loops.consistent_support import are_consistent
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.loops.verifiers import verifiers
 from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.quality.map_quality import DoubtfulSegment, MapQuality, Verdict
 from racecar.maps.geometry.se2 import Pose
@@ -31,15 +24,10 @@ judgement: passes are compared where they lie within 4 m of each other. Measured
 _SOUGHT_AT = (-1.5, 0.0, 1.5)
 """Metres of path from the middle of a pass to the places from which it is searched for, so that they can
 support each other; by judgement."""
-_LENIENT = LoopClosureConfig(
-    search=SubmapSearchConfig(min_score=0.25),
-    see_through=SeeThroughVerificationConfig(min_coverage=0.25),
-    consistent_support=ConsistentSupportConfig(reach_per_supporter=1e3),
-)
-"""About half the score and coverage that the drive asks for, because passes often have little in common where
-a loop was missed, and one supporter however wide the window: the map that a wrong loop leads to refutes it.
-Measured on a lab seen by a laser of 4 m and on a piece of intel with a hole: the drive's own limits find none
-of the loops that these find."""
+_MIN_SCORE, _MIN_COVERAGE = 0.25, 0.25
+"""Score and coverage that are asked for, because passes often have little in common where a loop was missed,
+and the map that a wrong loop leads to refutes it. Measured on a lab seen by a laser of 4 m and on a piece of
+intel with a hole: the drive's own limits find none of the loops that these find."""
 
 
 def missed_loops(quality: MapQuality, poses: Pose, loops: LoopCloser) -> list[Hypothesis]:
@@ -47,15 +35,13 @@ def missed_loops(quality: MapQuality, poses: Pose, loops: LoopCloser) -> list[Hy
     good map."""
     if quality.verdict == Verdict.GOOD:
         return []
-    wide = LoopCloser(loops.store, _LENIENT, verifiers(_LENIENT), loops.history)
+    wide = LoopCloser(loops.store, loops.history, _MIN_SCORE, _MIN_COVERAGE)
     found = [h for h in loops.history.hypotheses if not h.accepted]
     for segment in quality.segments:
         found += _between_passes(segment, poses, wide)
     found = [h for h in found if is_strained(h.as_constraint(), poses)]
-    limits, submaps = _LENIENT.consistent_support, loops.history.graph
-    return [
-        h for h in found if any(o is not h and are_consistent(o, h, submaps, poses, limits) for o in found)
-    ]
+    submaps = loops.history.graph
+    return [h for h in found if any(o is not h and are_consistent(o, h, submaps, poses) for o in found)]
 
 
 def _between_passes(segment: DoubtfulSegment, poses: Pose, loops: LoopCloser) -> list[Hypothesis]:
@@ -64,8 +50,8 @@ def _between_passes(segment: DoubtfulSegment, poses: Pose, loops: LoopCloser) ->
         return []
     submaps, path = loops.history.graph, loops.history.graph.path
     earlier, later = (path[sum(run) // 2] for run in (segment.contradicted_by, segment.keyframes))
-    fixed = submaps.submap_about(earlier, _LENIENT.submaps)
-    moving = {submaps.submap_about(later + metres, _LENIENT.submaps) for metres in _SOUGHT_AT}
+    fixed = submaps.submap_about(earlier)
+    moving = {submaps.submap_about(later + metres) for metres in _SOUGHT_AT}
     found = [
         loops.seek_on(fixed, each, poses, _WINDOW)
         for each in sorted(moving, key=lambda submap: submap.middle)

@@ -5,10 +5,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.loops.config import SubmapConfig
+from racecar.mapping.matching.correlative_search import LikelihoodPyramid
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between, transform_points
 
+_POINT_SPACING = 0.1
+"""Metres: side of the cells of which each keeps one point, because it is that of the correlative search."""
+_SAMPLE_RADIUS = 15.0
+"""Metres about the middle from which the points are taken that are searched with, because what lies farther
+sees other places; by judgement."""
+_MIN_SAMPLE = 50
+"""Points below which a submap is not searched for, because few fit anywhere."""
 _CELLS_PER_ROW = 1_000_003
 """In the numbering of cells: far more than a submap is wide, so that each cell has a number of its own."""
 
@@ -36,7 +43,7 @@ class Submap:
         """(M, 3) poses of the keyframes in the submap's frame."""
         return between(map_from_keyframe[self.middle], map_from_keyframe[self.keyframes])
 
-    def points(self, store: ScanStore, map_from_keyframe: Pose, config: SubmapConfig) -> NDArray[np.float64]:
+    def points(self, store: ScanStore, map_from_keyframe: Pose) -> NDArray[np.float64]:
         """(N, 2) points in the submap's frame, thinned to one per cell."""
         poses = self.poses(map_from_keyframe)
         clouds = [
@@ -44,15 +51,19 @@ class Submap:
             for pose, k in zip(poses, self.keyframes, strict=True)
         ]
         points: NDArray[np.float64] = np.concatenate(clouds)
-        cells = np.floor(points / config.point_spacing).astype(np.int64)
+        cells = np.floor(points / _POINT_SPACING).astype(np.int64)
         _, index = np.unique(cells[:, 0] * _CELLS_PER_ROW + cells[:, 1], return_index=True)
         thinned: NDArray[np.float64] = points[np.sort(index)]
         return thinned
 
-    def sample(
-        self, store: ScanStore, map_from_keyframe: Pose, most: int, config: SubmapConfig
-    ) -> NDArray[np.float64] | None:
+    def pyramid(self, store: ScanStore, map_from_keyframe: Pose, radius: float) -> LikelihoodPyramid:
+        """What another submap is searched on: the points within ``radius`` metres."""
+        return LikelihoodPyramid(
+            self.points(store, map_from_keyframe), radius, store.config.correlative_search
+        )
+
+    def sample(self, store: ScanStore, map_from_keyframe: Pose, most: int) -> NDArray[np.float64] | None:
         """About ``most`` of the points near the middle, to search with; None when there are too few."""
-        points = self.points(store, map_from_keyframe, config)
-        points = points[np.abs(points).max(axis=1) < config.sample_radius]
-        return None if len(points) < config.min_sample else points[:: max(1, len(points) // most)]
+        points = self.points(store, map_from_keyframe)
+        points = points[np.abs(points).max(axis=1) < _SAMPLE_RADIUS]
+        return None if len(points) < _MIN_SAMPLE else points[:: max(1, len(points) // most)]

@@ -10,10 +10,14 @@ from scipy.sparse.csgraph import dijkstra
 
 from racecar.mapping.graph.coarse_graph import Groups
 from racecar.mapping.graph.elimination import ties_passed_on
-from racecar.mapping.loops.config import SubmapConfig
 from racecar.mapping.loops.submap import Submap
 from racecar.maps.geometry.se2 import Pose
 
+SPACING = 2.0
+"""Metres of path from one submap to the next, so that every place lies near the middle of one; by
+judgement."""
+_HALF_LENGTH = 3.0
+"""Metres of path to each side of a submap's middle, because over these drift is negligible; by judgement."""
 _CLOSURE_VARIANCES = (0.03**2, 0.005**2)
 """Square metres and radians that a loop closure leaves: by judgement, as much as half a cell of the map and
 some tenths of a degree, because its submaps were matched."""
@@ -38,33 +42,31 @@ class SubmapGraph:
     """(V, 2) square metres and square radians that the steps up to each keyframe may err, added up, flat;
     known up to the newest submap."""
 
-    def add_keyframe(self, distance: float, config: SubmapConfig) -> Submap | None:
+    def add_keyframe(self, distance: float) -> Submap | None:
         """Add a keyframe ``distance`` metres after the last; returns the submap that it completes."""
         self.path.append((self.path[-1] + distance) if self.path else 0.0)
         last = len(self.path) - 1
         next_middle = (  # the first is all ahead, so that the start is recognized too
-            max(self.path[self.submaps[-1].middle] + config.spacing, config.half_length)
-            if self.submaps
-            else 0.0
+            max(self.path[self.submaps[-1].middle] + SPACING, _HALF_LENGTH) if self.submaps else 0.0
         )
-        if self.path[last] < next_middle + config.half_length:
+        if self.path[last] < next_middle + _HALF_LENGTH:
             return None
         offset = max(0, last - _SEARCHED)
         path = np.array(self.path[offset:])
         middle = int(np.searchsorted(path, next_middle)) + offset
-        first = int(np.searchsorted(path, self.path[middle] - config.half_length)) + offset
+        first = int(np.searchsorted(path, self.path[middle] - _HALF_LENGTH)) + offset
         submap = Submap(len(self.submaps), first, middle, last)
         if self.submaps:
             self.edges.extend((submap.index - 1, submap.index, 0))
         self.submaps.append(submap)
         return submap
 
-    def submap_about(self, metres: float, config: SubmapConfig) -> Submap:
+    def submap_about(self, metres: float) -> Submap:
         """A submap beside those of the path, about the keyframe that was reached after so many metres."""
         path = np.array(self.path)
         middle = min(int(np.searchsorted(path, metres)), len(path) - 1)
-        first = int(np.searchsorted(path, path[middle] - config.half_length))
-        end = int(np.searchsorted(path, path[middle] + config.half_length, side="right"))
+        first = int(np.searchsorted(path, path[middle] - _HALF_LENGTH))
+        end = int(np.searchsorted(path, path[middle] + _HALF_LENGTH, side="right"))
         return Submap(-1, first, middle, end - 1)
 
     @property

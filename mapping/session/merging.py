@@ -8,10 +8,8 @@ from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
-from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.loops.verifiers import verifiers
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.mapping.session.earlier_map import EarlierMap
@@ -24,17 +22,16 @@ from racecar.maps.geometry.se2 import Pose, compose, inverse
 def merge(
     earlier: EarlierMap,
     later: Session,
-    loops: LoopClosureConfig,
     recognition: PlaceRecognitionConfig,
 ) -> Session:
     """Both sessions in the frame of the earlier one, whose keyframes come first.
 
-    Loops between them are closed as within a drive, with all verifiers. Raises NotRecognizedError when the
+    Loops between them are closed as within a drive, Raises NotRecognizedError when the
     later one is not recognized on the earlier one.
     """
     merged = _side_by_side(earlier.session, later)
     first, known = len(earlier.session.keyframes), len(earlier.session.loops.submaps)
-    closer = LoopCloser(merged.keyframes, loops, verifiers(loops), merged.loops)
+    closer = LoopCloser(merged.keyframes, merged.loops)
     recognized = recognize(
         closer,
         known,

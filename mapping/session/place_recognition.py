@@ -11,11 +11,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from racecar.mapping.loops.consistent_support import are_consistent
+from racecar.mapping.loops.candidate_search import WITHOUT_DRIFT
+from racecar.mapping.loops.consistent_support import MAX_SPACING, are_consistent
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap import Submap
-from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.mapping.session.rival_places import RivalPlaces
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse
@@ -62,8 +62,8 @@ def recognize(
     are taken than are needed. Where somebody gave the place, ``is_given``, those that look alike elsewhere do
     not speak against it.
     """
-    known = [submap for submap in loops.history.submaps[:earlier] if loops.is_whole(submap)]
-    pending = [submap for submap in loops.history.submaps[earlier:] if loops.is_whole(submap)]
+    known = [submap for submap in loops.history.submaps[:earlier] if submap.is_whole(loops.store)]
+    pending = [submap for submap in loops.history.submaps[earlier:] if submap.is_whole(loops.store)]
     recognition = Recognition(poses, first, is_given, is_too_short=len(pending) < config.min_support)
     tried: list[Submap] = []
     rival_places = RivalPlaces(loops, known, poses, config)
@@ -96,8 +96,8 @@ def recognize(
 
 def _recent(submaps: list[Submap], keyframe: int, loops: LoopCloser) -> list[Submap]:
     """Those so near along the path that the drive may be taken as rigid from there to the keyframe."""
-    path, most = loops.history.graph.path, loops.config.consistent_support.max_spacing
-    return [submap for submap in submaps if path[keyframe] - path[submap.middle] < most]
+    path = loops.history.graph.path
+    return [submap for submap in submaps if path[keyframe] - path[submap.middle] < MAX_SPACING]
 
 
 def _verified(
@@ -105,9 +105,8 @@ def _verified(
 ) -> list[Hypothesis]:
     """The hypothesis of a submap on the nearest of the known ones on which it is not refuted, if any; the
     keyframes of both lie at ``poses`` (K, 3), about."""
-    window = Window(loops.config.candidates.base_reach, loops.config.candidates.base_turn)
     for fixed in _nearest(moving, known, poses, config):
-        hypothesis = loops.seek_on(fixed, moving, poses, window)
+        hypothesis = loops.seek_on(fixed, moving, poses, WITHOUT_DRIFT)
         if hypothesis is not None:
             return [hypothesis]
     return []
@@ -127,8 +126,8 @@ def _nearest(
 
 def _largest_group(loops: LoopCloser, found: list[Hypothesis], poses: Pose) -> list[Hypothesis]:
     """The consistent hypotheses of most submaps."""
-    graph, config = loops.history.graph, loops.config.consistent_support
-    groups = [[g for g in found if g is h or are_consistent(g, h, graph, poses, config)] for h in found]
+    graph = loops.history.graph
+    groups = [[g for g in found if g is h or are_consistent(g, h, graph, poses)] for h in found]
     return max(groups, key=_support, default=[])
 
 

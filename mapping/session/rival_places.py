@@ -8,10 +8,11 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.mapping.loops.candidate_search import WITHOUT_DRIFT
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap import Submap
-from racecar.mapping.matching.correlative_search import Fit, LikelihoodPyramid, Window, search, search_apart
+from racecar.mapping.matching.correlative_search import Fit, LikelihoodPyramid, search, search_apart
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.mapping.threads import thread_count
 from racecar.maps.geometry.se2 import Pose, between, compose
@@ -41,7 +42,7 @@ class RivalPlaces:
 
     def _seek(self, hypothesis: Hypothesis) -> list[Hypothesis]:
         moving, config, loops = hypothesis.moving, self._config, self._loops
-        points = moving.sample(loops.store, self._poses, config.points, loops.config.submaps)
+        points = moving.sample(loops.store, self._poses, config.points)
         if points is None:
             return []
         if not self._places:
@@ -82,9 +83,8 @@ class RivalPlaces:
 
     def _score(self, hypothesis: Hypothesis, points: NDArray[np.float64]) -> float:
         """Of points (N, 2) where they are known to lie."""
-        candidates = self._loops.config.candidates
-        window = Window(candidates.base_reach, candidates.base_turn)
-        fit = search(self._pyramid(hypothesis.fixed), points, hypothesis.fixed_from_moving, window, 0.0)
+        pyramid = self._pyramid(hypothesis.fixed)
+        fit = search(pyramid, points, hypothesis.fixed_from_moving, WITHOUT_DRIFT, 0.0)
         return 1.0 if fit is None else fit.score
 
     def _surveyed(self) -> list[tuple[Submap, LikelihoodPyramid]]:
@@ -98,9 +98,7 @@ class RivalPlaces:
         return [(place, self._pyramid(place)) for place in chosen]
 
     def _pyramid(self, submap: Submap) -> LikelihoodPyramid:
-        store = self._loops.store
-        points = submap.points(store, self._poses, self._loops.config.submaps)
-        return LikelihoodPyramid(points, self._config.radius, store.config.correlative_search)
+        return submap.pyramid(self._loops.store, self._poses, self._config.radius)
 
     def _shows_the_same(self, a: Pose, b: Pose) -> bool:
         return _is_within(a, b, self._config.place_spacing, self._config.place_turn)

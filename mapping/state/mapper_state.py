@@ -19,8 +19,6 @@ from racecar.mapping.keyframes.constraints import TIED_TO
 from racecar.mapping.keyframes.drive import Drive
 from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.loops.verifiers import verifiers
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.odometry.calibration import MatchedSpans, calibrate
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
@@ -72,7 +70,7 @@ class MapperState:
             config,
             DeadReckoning(config.odometry, odometry_lag, config.matching),
             keyframes,
-            _loop_closer(keyframes, LoopHistory(), config),
+            LoopCloser(keyframes),
             PoseGraph(),
             Drive(),
         )
@@ -249,7 +247,7 @@ class MapperState:
             config,
             DeadReckoning.from_arrays(part_of("reckoning", arrays), config.odometry, config.matching),
             session.keyframes,
-            _loop_closer(session.keyframes, session.loops, config),
+            LoopCloser(session.keyframes, session.loops),
             PoseGraph(session.constraints),
             Drive.from_arrays(part_of("drive", arrays)),
             session.map_from_keyframe,
@@ -274,8 +272,3 @@ class MapperState:
             yield
         finally:
             self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - start
-
-
-def _loop_closer(keyframes: ScanStore, history: LoopHistory, config: MappingConfig) -> LoopCloser:
-    active = verifiers(config.loops) if config.verify_loops else []
-    return LoopCloser(keyframes, config.loops, active, history)

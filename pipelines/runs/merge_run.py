@@ -159,11 +159,7 @@ def _join(run: MergedRun, folder: Path, session: Session, config: Config, seed: 
     mapping, first = config.mapping, len(run.session.rays)
     earlier = run.session
     try:
-        run.session = merge(
-            EarlierMap(earlier, search),
-            session,
-            *(mapping.loops, mapping.place_recognition),
-        )
+        run.session = merge(EarlierMap(earlier, search), session, mapping.place_recognition)
     except NotRecognizedError as error:
         run.left_out[folder] = _as_clause(str(error))
         return False

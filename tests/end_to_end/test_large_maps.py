@@ -9,7 +9,6 @@ import pytest
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.grid.rendering import Rays
-from racecar.mapping.loops.config import SubmapConfig
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
@@ -47,7 +46,7 @@ def session() -> Session:
         is_open = ranges == SIGHT
         rays.append(Rays.to(np.concatenate([ends[~is_open], ends[is_open]]), int(np.sum(~is_open))))
         store.add(prepare_scan(ends[::12]))
-        loops.graph.add_keyframe(STEP, SubmapConfig())
+        loops.graph.add_keyframe(STEP)
         loops.graph.add_variances(np.array([[0.01**2, 0.001**2]]))
     steps = between(poses[:-1], poses[1:])
     ties = [Constraint(k, k + 1, step, 1e4 * np.eye(3), "scan_matching") for k, step in enumerate(steps)]

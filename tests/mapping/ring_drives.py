@@ -4,7 +4,6 @@ import numpy as np
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.grid.rendering import Rays
-from racecar.mapping.loops.config import SubmapConfig
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
@@ -39,7 +38,7 @@ def session(walls: np.ndarray, true: Pose, frame_from_world: Pose, base_from_las
     known = compose(frame_from_world, true)
     steps = between(known[:-1], known[1:])
     for step in [IDENTITY, *steps]:
-        loops.graph.add_keyframe(float(np.hypot(step[0], step[1])), SubmapConfig())
+        loops.graph.add_keyframe(float(np.hypot(step[0], step[1])))
         loops.graph.add_variances(np.array([[0.01**2, 0.001**2]]))
     constraints = [
         Constraint(k, k + 1, step, np.diag([1e4, 1e4, 1e5]), "scan_matching") for k, step in enumerate(steps)

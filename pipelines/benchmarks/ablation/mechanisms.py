@@ -4,12 +4,11 @@ Not listed is what only saves time (the rough stage of the place search, a secon
 refuses bad input (messages out of order, clocks set back, maps without walls).
 """
 
-from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from math import inf, pi
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,9 +32,7 @@ from racecar.localization.sensor.likelihood_field import DEPENDENCE, log_table
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation
 from racecar.maps.sensing.turn_fusion import TurnFusion
-
-Replacement = tuple[object, str, object]
-"""A class or module, the name of something in it, and what that is replaced by."""
+from racecar.pipelines.benchmarks.replacements import Replacement, replaced
 
 _TAKE = SpeedMemory.take
 """As it is."""
@@ -55,13 +52,9 @@ class Variant:
         """The settings with the changes."""
         return LocalizationConfig.model_validate(_over(settings.model_dump(), self.changes))
 
-    @contextmanager
-    def replaced(self) -> Iterator[None]:
+    def replaced(self) -> AbstractContextManager[None]:
         """They are replaced within the block."""
-        with ExitStack() as stack:
-            for owner, name, by in self.replacements:
-                stack.enter_context(patch.object(owner, name, by))
-            yield
+        return replaced(self.replacements)
 
     def __or__(self, other: "Variant") -> "Variant":
         """Both off together."""

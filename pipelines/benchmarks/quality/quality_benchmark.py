@@ -19,6 +19,7 @@ from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.benchmarks.quality.known_drives import KnownDrive
 from racecar.pipelines.benchmarks.quality.map_errors import MapErrors, map_errors
 from racecar.pipelines.benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED
+from racecar.pipelines.benchmarks.replacements import replaced
 
 _SHORTEST = 1.0
 """Metres of path, below which there is no map to speak of; by judgement."""
@@ -61,7 +62,7 @@ def spoiled_map(drive: KnownDrive, spoiling: str, base: MappingConfig) -> Mappin
     """Map a drive that was made worse. Raises UserError when nothing is left to map."""
     how = SPOILINGS[spoiling]
     mapper = Mapper(MappingConfig.model_validate({**base.model_dump(), "refine": False, **how.settings}))
-    with how.replaced():
+    with replaced(how.replacements):
         for message in MovingAlong().filtered(how.of(drive.messages)):
             feed(message, mapper)
         return mapper.finish()

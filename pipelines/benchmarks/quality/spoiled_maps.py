@@ -4,20 +4,22 @@ A laser upside down, which mirrors the map, is not among them: nothing in the ma
 for the calibration to find, which reads a recording before it is mapped.
 """
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
-from unittest.mock import patch
 
 import numpy as np
 
 from racecar.mapping import mapper
 from racecar.mapping.keyframes import constraints, placement
+from racecar.mapping.loops import candidate_search, loop_closure, submap_matching, submap_search
+from racecar.mapping.matching.correlative_search import Window
+from racecar.mapping.matching.see_through import SeeThrough
 from racecar.mapping.state import mapper_state
 from racecar.maps.sensing.measurement import Measurement
 from racecar.pipelines.benchmarks.quality import input_faults as faults
+from racecar.pipelines.benchmarks.replacements import Replacement
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +30,8 @@ class Spoiling:
     """One after the other."""
     settings: Mapping[str, Any] = field(default_factory=dict)
     """Of `MappingConfig`."""
-    replacements: tuple[tuple[object, str, object], ...] = ()
-    """Modules, the name of something in each, and what that is replaced by."""
+    replacements: tuple[Replacement, ...] = ()
+    """Of what is no setting."""
 
     def of(self, messages: list[Measurement]) -> list[Measurement]:
         """The messages of a drive, with all faults."""
@@ -37,29 +39,27 @@ class Spoiling:
             messages = fault(messages)
         return messages
 
-    @contextmanager
-    def replaced(self) -> Iterator[None]:
-        """What is to be replaced is, within the block."""
-        with ExitStack() as stack:
-            for owner, name, by in self.replacements:
-                stack.enter_context(patch.object(owner, name, by))
-            yield
 
-
+_WIDE = Window(5.0, 0.6)
 _NO_LOOPS = {"close_loops": False}
 _FEW_KEYFRAMES = {"keyframe_distance": 1.5, "keyframe_angle": 0.6}
 _ONE_TIE = (
     *((module, "TIED_TO", (1,)) for module in (constraints, mapper, mapper_state)),
     (placement, "_PLACED_AGAINST", (1,)),
 )
-_ANY_LOOP = {
-    "verify_loops": False,
-    "loops": {
-        "search": {"min_score": 0.25, "ambiguous_share": 1.0, "near_share": 1.0},
-        "candidates": {"base_reach": 5.0, "base_turn": 0.6, "min_drift": 0.1},
-        "matching": {"max_residual": 0.2},
-    },
-}
+_UNVERIFIED = (
+    (submap_matching, "see_through", lambda *_: SeeThrough(1, 0, 0)),
+    (loop_closure, "is_supported", lambda *_: True),
+)
+_ANY_LOOP = (
+    *_UNVERIFIED,
+    (submap_search, "AMBIGUOUS_SHARE", 1.0),
+    (submap_search, "_NEAR_SHARE", 1.0),
+    (submap_search, "WITHOUT_DRIFT", _WIDE),
+    (candidate_search, "WITHOUT_DRIFT", _WIDE),
+    (candidate_search, "_MIN_DRIFT", 0.1),
+    (submap_matching, "_MAX_RESIDUAL", 0.2),
+)
 _short, _slips = (
     partial(faults.short_sighted, metres=4.0),
     partial(faults.slipping_wheels, every=4, spread=0.7),
@@ -75,9 +75,9 @@ UNSPOILED = "as it is"
 SPOILINGS: Mapping[str, Spoiling] = {
     UNSPOILED: Spoiling(),
     "no loops": Spoiling(settings=_NO_LOOPS),
-    "unverified loops": Spoiling(settings={"verify_loops": False}),
-    "any loop": Spoiling(settings=_ANY_LOOP),
-    "any loop, one scan per 1 s": Spoiling((_one_per_1_s,), _ANY_LOOP),
+    "unverified loops": Spoiling(replacements=_UNVERIFIED),
+    "any loop": Spoiling(replacements=_ANY_LOOP),
+    "any loop, one scan per 1 s": Spoiling((_one_per_1_s,), replacements=_ANY_LOOP),
     "one tie": Spoiling(settings=_NO_LOOPS, replacements=_ONE_TIE),
     "few keyframes": Spoiling(settings=_FEW_KEYFRAMES),
     "few keyframes, no loops": Spoiling(settings={**_FEW_KEYFRAMES, **_NO_LOOPS}),

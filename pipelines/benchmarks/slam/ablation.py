@@ -9,7 +9,6 @@ from racecar.pipelines.benchmarks.slam.logs import BenchmarkLog
 _LEFT_OUT = {
     "without refinement": {"refine": False},
     "without loop closure": {"close_loops": False},
-    "without verification": {"verify_loops": False},
 }
 
 

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.feedback import missed_loops as feedback
 from racecar.mapping.feedback.missed_loops import missed_loops
-from racecar.mapping.loops.config import ConsistentSupportConfig, LoopClosureConfig
+from racecar.mapping.loops import consistent_support
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.loop_history import LoopHistory
@@ -58,9 +57,9 @@ def found(poses: Pose) -> list[Hypothesis]:
         ),
         np.arange(len(poses), dtype=np.float64),
     )
-    loops = LoopCloser(session.keyframes, MappingConfig().loops, [])
+    loops = LoopCloser(session.keyframes)
     for distance in np.diff(map_.path, prepend=0.0):
-        loops.add_keyframe(float(distance))
+        loops.history.graph.add_keyframe(float(distance))
     quality = judge(map_, QualityConfig())
     return missed_loops(quality, poses, loops)
 
@@ -80,6 +79,5 @@ def test_a_good_map_is_left_as_it_is() -> None:
 
 
 def test_what_nothing_supports_is_not_tried(monkeypatch: pytest.MonkeyPatch) -> None:
-    nothing = LoopClosureConfig(consistent_support=ConsistentSupportConfig(min_spacing=50.0))
-    monkeypatch.setattr(feedback, "_LENIENT", nothing)
+    monkeypatch.setattr(consistent_support, "_MIN_SPACING", 50.0)
     assert found(torn()) == []

@@ -5,7 +5,6 @@ import pytest
 
 from racecar.mapping.keyframes import known_places
 from racecar.mapping.keyframes.known_places import ties_to_known
-from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
@@ -33,9 +32,9 @@ def laps(count: int) -> Pose:
 
 def driven(walls: np.ndarray, poses: Pose) -> LoopCloser:
     """Loop closure over the keyframes of a drive, that has found nothing yet."""
-    loops = LoopCloser(store_of(walls, poses), LoopClosureConfig(), [])
+    loops = LoopCloser(store_of(walls, poses))
     for distance in np.hypot(*np.diff(poses[:, :2], axis=0, prepend=poses[:1, :2]).T):
-        loops.add_keyframe(float(distance))
+        loops.history.graph.add_keyframe(float(distance))
         loops.history.graph.add_variances(distance * VARIANCES_PER_METRE[None])
     return loops
 

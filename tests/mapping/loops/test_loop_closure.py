@@ -1,19 +1,14 @@
 """Second rounds are recognized, first ones are not, and look-alikes are left alone."""
 
-from collections.abc import Sequence
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.loops.config import LoopClosureConfig, SubmapConfig
+from racecar.mapping.loops import loop_closure, submap_graph, submap_matching
 from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.loops.see_through_verifier import SeeThroughVerifier
 from racecar.mapping.loops.submap_graph import SubmapGraph
-from racecar.mapping.loops.verifier import LoopVerifier
-from racecar.mapping.loops.verifiers import verifiers
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from tests.mapping.worlds import box, store_of
 
@@ -25,8 +20,6 @@ RING = np.concatenate(
 STEP = 0.3
 STEP_VARIANCES = np.array([[0.012**2, 0.0015**2]])
 """Square metres and radians: some 0.2 m and 1 degree on the way round the ring."""
-CONFIG = LoopClosureConfig()
-ALL = verifiers(CONFIG)
 
 
 def laps(corners: list[tuple[float, float]], rounds: float) -> Pose:
@@ -48,21 +41,13 @@ def drifted(true: Pose, bias: tuple[float, float, float]) -> Pose:
     return np.array(poses)
 
 
-def closures(
-    walls: np.ndarray,
-    true: Pose,
-    known: Pose,
-    active: Sequence[LoopVerifier] = ALL,
-    *,
-    sight: float = 30.0,
-    config: LoopClosureConfig = CONFIG,
-) -> list[Constraint]:
-    closer = LoopCloser(store_of(walls, true, sight), config, active)
+def closures(walls: np.ndarray, true: Pose, known: Pose, *, sight: float = 30.0) -> list[Constraint]:
+    closer = LoopCloser(store_of(walls, true, sight))
     found = []
     for k in range(len(true)):
         step = IDENTITY if k == 0 else between(known[k - 1], known[k])
         closer.history.graph.add_variances(STEP_VARIANCES)
-        if closer.add_keyframe(float(np.hypot(step[0], step[1]))) is not None:
+        if closer.history.graph.add_keyframe(float(np.hypot(step[0], step[1]))) is not None:
             found += closer.close(known[: k + 1])
     return found
 
@@ -115,54 +100,28 @@ def test_a_row_of_equal_niches_closes_no_wrong_loop(bias: tuple[float, float, fl
     assert (np.abs(errors(found, true)) < [0.25, 0.25, 0.05]).all()
 
 
-def test_one_submap_that_fits_is_believed_only_without_verification() -> None:
+def test_one_submap_that_fits_is_not_believed_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """The round is over by one submap; the next one would support it."""
     true = laps(AROUND, 1.07)
     assert closures(RING, true, true) == []
-    assert len(closures(RING, true, true, [])) == 1
+    monkeypatch.setattr(loop_closure, "is_supported", lambda *_: True)
+    assert len(closures(RING, true, true)) == 1
 
 
-class Refusal(LoopVerifier):
-    """A verifier that objects to all it is asked about."""
-
-    def __init__(self, *, at_once: bool) -> None:
-        self.at_once = at_once
-        self.asked = 0
-
-    def refutes(self, match: object, store: object) -> bool:
-        self.asked += self.at_once
-        return self.at_once
-
-    def leaves_open(self, *_: object) -> bool:
-        self.asked += not self.at_once
-        return not self.at_once
-
-
-class Silence(LoopVerifier):
-    """A verifier that overrides nothing."""
-
-
-@pytest.mark.parametrize("at_once", [True, False])
-def test_a_verifier_of_ones_own_is_heard(at_once: bool) -> None:
-    true, refusal = laps(AROUND, 1.8), Refusal(at_once=at_once)
-    assert closures(RING, true, true, [*ALL, refusal]) == []
-    assert refusal.asked > 0
-    assert closures(RING, true, true, [Silence()]) != []
-
-
-def test_scans_that_are_looked_through_refute_a_loop() -> None:
+def test_scans_that_are_looked_through_refute_a_loop(monkeypatch: pytest.MonkeyPatch) -> None:
     """Nothing satisfies an agreement above one, so no hypothesis is left."""
     true = laps(AROUND, 1.8)
-    strict = CONFIG.see_through.model_copy(update={"min_agreement": 1.01})
-    assert closures(RING, true, true, [SeeThroughVerifier(strict)]) == []
-    assert closures(RING, true, true, [SeeThroughVerifier(CONFIG.see_through)]) != []
+    assert closures(RING, true, true) != []
+    monkeypatch.setattr(submap_matching, "_MIN_AGREEMENT", 1.01)
+    assert closures(RING, true, true) == []
 
 
-def test_what_lies_beyond_a_turn_may_be_farther_off() -> None:
+def test_what_lies_beyond_a_turn_may_be_farther_off(monkeypatch: pytest.MonkeyPatch) -> None:
     """A chain of submaps 2 m apart that err 0.1 m and 0.01 rad each; the last sees the first across 20 m."""
+    monkeypatch.setattr(submap_graph, "_HALF_LENGTH", 2.0)
     graph = SubmapGraph()
     for step in np.full(30, 1.0):
-        graph.add_keyframe(float(step), SubmapConfig(spacing=2.0, half_length=2.0))
+        graph.add_keyframe(float(step))
         graph.add_variances(np.array([[0.005, 0.5e-4]]))
     count = len(graph.submaps)
     along = np.column_stack([2.0 * np.arange(count), np.zeros(count)])
@@ -179,12 +138,12 @@ def test_what_lies_beyond_a_turn_may_be_farther_off() -> None:
 def test_submaps_follow_each_other_at_even_distances(
     steps: list[float], spacing: float, half_length: float
 ) -> None:
-    config, graph = SubmapConfig(spacing=spacing, half_length=half_length), SubmapGraph()
-    path = np.cumsum(steps)
-    for k, step in enumerate(steps):
-        submap = graph.add_keyframe(step, config)
-        if submap is not None:
-            assert submap.last == k
+    graph, path = SubmapGraph(), np.cumsum(steps)
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(submap_graph, "SPACING", spacing)
+        patched.setattr(submap_graph, "_HALF_LENGTH", half_length)
+        completed = [graph.add_keyframe(step) for step in steps]
+    assert all(submap.last == k for k, submap in enumerate(completed) if submap is not None)
     longest = max(steps)
     path -= path[0] - steps[0]
     for submap in graph.submaps:

@@ -8,7 +8,6 @@ import numpy as np
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
-from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.forgetting import forget_outdated
@@ -29,7 +28,7 @@ def carried_on(earlier: Session, true: Pose) -> Session:
 
     later = session(RING, true, ELSEWHERE, IDENTITY)
     recognition = PlaceRecognitionConfig()
-    return merge(EarlierMap(earlier, find), later, LoopClosureConfig(), recognition)
+    return merge(EarlierMap(earlier, find), later, recognition)
 
 
 def rounds(starts: list[float], metres: float) -> tuple[Session, Pose]:

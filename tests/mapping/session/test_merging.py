@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from racecar.mapping.graph import pose_graph
-from racecar.mapping.loops.config import LoopClosureConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.merging import merge
@@ -18,7 +17,6 @@ from tests.mapping.worlds import box
 
 ELSEWHERE = np.array([40.0, -25.0, 2.5])
 EARLIER_LASER, LATER_LASER = np.array([0.3, 0.0, 0.0]), np.array([-0.1, 0.05, 3.0])
-CONFIG = LoopClosureConfig()
 
 
 ROUGHLY = np.array([0.15, -0.1, 0.02])
@@ -40,7 +38,7 @@ def merged(
             yield None if k < 3 else compose(pose, ROUGHLY)
 
     map_ = EarlierMap(earlier, find, is_start_given=is_start_given)
-    return merge(map_, later, CONFIG, PlaceRecognitionConfig())
+    return merge(map_, later, PlaceRecognitionConfig())
 
 
 def test_the_later_drive_lies_where_it_was() -> None:

@@ -10,6 +10,7 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.benchmarks.quality import input_faults as faults
 from racecar.pipelines.benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED
+from racecar.pipelines.benchmarks.replacements import replaced
 
 PERIOD = 100_000_000
 BEARINGS = np.linspace(-2.0, 2.0, 41)
@@ -99,5 +100,5 @@ def test_every_way_to_spoil_a_drive_changes_it_or_the_settings(name: str) -> Non
     is_same = len(before) == len(after) and all(a is b for a, b in zip(before, after, strict=True))
     assert (is_same and not how.settings and not how.replacements) == (name == UNSPOILED)
     MappingConfig.model_validate(how.settings)
-    with how.replaced():
+    with replaced(how.replacements):
         assert all(getattr(owner, thing) == by for owner, thing, by in how.replacements)
