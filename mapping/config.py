@@ -3,7 +3,6 @@
 from pydantic import Field
 
 from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, RenderingConfig
-from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
@@ -30,7 +29,6 @@ class MappingConfig(Settings):
     )
     close_loops: bool = Field(default=True, description="Recognize places that the car has been to before.")
     odometry: DeadReckoningConfig = DeadReckoningConfig()
-    matching: ScanMatchingConfig = ScanMatchingConfig()
     rendering: RenderingConfig = RenderingConfig()
     despeckling: DespecklingConfig = DespecklingConfig()
     growing_grid: GrowingGridConfig = GrowingGridConfig()

@@ -257,7 +257,7 @@ class Mapper:
         self, scan: Scan, points: NDArray[np.float64], guesses: MotionGuesses, gap: Gap
     ) -> None:
         state = self._state
-        prepared = prepare_scan(points, self._config.matching.lines)
+        prepared = prepare_scan(points)
         # A laser that meets nothing may be covered: its misses show no free space.
         rays = rays_of(scan, points, self._config.rendering) if len(points) else Rays.none()
         with state.undone_on_failure():

@@ -50,7 +50,7 @@ def constraints_of(
             int(pairs[k, 0]),
             int(pairs[k, 1]),
             matches.poses[k],
-            match_information(matches.hessians[k], float(matches.residual[k]), store.config.point_to_line),
+            match_information(matches.hessians[k], float(matches.residual[k])),
             "scan_matching",
         )
         for k in np.flatnonzero(good)

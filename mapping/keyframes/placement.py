@@ -169,7 +169,7 @@ class KeyframePlacer:
     def _slid(self, matches: Matches, guess: Pose) -> Pose:
         """Where G matches lie when they follow a guess (3,) in directions that the scans do not observe: what
         was found along a bare corridor lies anywhere along it."""
-        prior = as_prior(self.information, config=self.store.config.point_to_line)
+        prior = as_prior(self.information)
         pulls = (between(matches.poses, guess[None]) @ prior)[..., None]
         shifts = np.asarray(np.linalg.solve(matches.hessians + prior, pulls)[..., 0], dtype=np.float64)
         return compose(matches.poses, shifts)
@@ -205,7 +205,7 @@ class KeyframePlacer:
         starts = np.arange(groups + 1) * count
         fixed_poses = np.tile(self.poses[fixed], (groups, 1))
         pairings = Pairings(starts, pairs, fixed_poses, np.zeros((groups * count, 3)))
-        prior = as_prior(self.information, config=self.store.config.point_to_line)
+        prior = as_prior(self.information)
         return match(guesses, pairings, self.store, self.store, prior_information=prior)
 
     def _search(self, windows: Sequence[tuple[Pose, Window]]) -> list[Pose]:
@@ -216,9 +216,7 @@ class KeyframePlacer:
         last = self.poses[-1]
         recent = range(max(self.known_since, self.index - _SEARCHED_AMONG), self.index)
         clouds = [transform_points(between(last, self.poses[k]), self.store.points_of(k)) for k in recent]
-        fixed = LikelihoodPyramid(
-            np.concatenate(clouds), _SEARCH_RADIUS, self.store.config.correlative_search
-        )
+        fixed = LikelihoodPyramid(np.concatenate(clouds), _SEARCH_RADIUS)
         near = moving[np.abs(moving).max(axis=1) < _SEARCH_RADIUS]
         fits = [search(fixed, near, between(last, pose), window, _SEARCH_SCORE) for pose, window in windows]
         return [compose(last, fit.pose) for fit in fits if fit is not None]

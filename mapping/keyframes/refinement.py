@@ -128,10 +128,9 @@ def _refine_chunk(
     guesses: Pose,
     keyframes: _Keyframes,
 ) -> Pose:
-    matching_config = keyframes.store.config
-    scans = ScanStore(len(points), matching_config)
+    scans = ScanStore(len(points))
     for cloud in points:
-        scans.add(prepare_scan(cloud.astype(np.float64), matching_config.lines))
+        scans.add(prepare_scan(cloud.astype(np.float64)))
     partners = [
         np.concatenate(pair)
         for pair in zip(

@@ -58,9 +58,7 @@ class Submap:
 
     def pyramid(self, store: ScanStore, map_from_keyframe: Pose, radius: float) -> LikelihoodPyramid:
         """What another submap is searched on: the points within ``radius`` metres."""
-        return LikelihoodPyramid(
-            self.points(store, map_from_keyframe), radius, store.config.correlative_search
-        )
+        return LikelihoodPyramid(self.points(store, map_from_keyframe), radius)
 
     def sample(self, store: ScanStore, map_from_keyframe: Pose, most: int) -> NDArray[np.float64] | None:
         """About ``most`` of the points near the middle, to search with; None when there are too few."""

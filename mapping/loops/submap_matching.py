@@ -61,7 +61,7 @@ def match_submaps(
     if seen.agreement < _MIN_AGREEMENT or seen.coverage < min_coverage:
         return None
     hessian = _INDEPENDENT_PAIRS * result.hessians[0] / len(pairs)
-    return pose, match_information(hessian, residual, store.config.point_to_line)
+    return pose, match_information(hessian, residual)
 
 
 def nearest_pairs(first: Pose, second: Pose, most: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -6,12 +6,16 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.matching.config import PointToLineConfig
-from racecar.mapping.matching.scan_matching_kernels import MatchLimits, PairedRows, match_groups
+from racecar.mapping.matching.scan_matching_kernels import MatchChoices, PairedRows, match_groups
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.threads import thread_count
 from racecar.maps.geometry.se2 import Pose
 
+_INITIAL_DISTANCE = 0.5
+"""Metres within which partners of points are searched for at first, where the caller does not say. Measured
+in a prototype on aces, fr079 and intel, as is the next."""
+_KERNEL_WIDTH = 0.04
+"""Metres off its line at which a point weighs a quarter (Geman and McClure, 1987), likewise."""
 _NO_PRIOR = np.zeros((3, 3))
 """The information of a guess that is worth nothing, by definition."""
 _WORKERS = 2
@@ -69,18 +73,18 @@ def match(
     fixed: ScanStore,
     moving: ScanStore,
     *,
-    initial_distance: float | None = None,
-    kernel_width: float | None = None,
+    initial_distance: float = _INITIAL_DISTANCE,
+    kernel_width: float = _KERNEL_WIDTH,
     prior_information: NDArray[np.float64] = _NO_PRIOR,
     both_ways: bool = True,
 ) -> Matches:
-    """Match G groups from their guesses (G, 3), by the settings of the fixed store.
+    """Match G groups from their guesses (G, 3).
 
     Partners are sought up to ``initial_distance`` metres at first, and those ``kernel_width`` metres off
-    their line weigh a quarter; what is not given is as in the settings. Points of the moving scans are laid
-    on lines of the fixed ones and, ``both_ways``, the other way round. ``prior_information`` (3, 3), in the
-    units of the Hessian, ties each pose to its guess."""
-    limits = _limits(fixed.config.point_to_line, initial_distance, kernel_width, both_ways)
+    their line weigh a quarter. Points of the moving scans are laid on lines of the fixed ones and,
+    ``both_ways``, the other way round. ``prior_information`` (3, 3), in the units of the Hessian, ties each
+    pose to its guess."""
+    choices = MatchChoices(initial_distance, kernel_width, both_ways)
     groups = len(guesses)
     poses = np.array(guesses, dtype=np.float64)
     hessians, qualities = np.zeros((groups, 3, 3)), np.zeros((groups, 3))
@@ -99,7 +103,7 @@ def match(
             prior_information,
             fixed.packed(),
             moving.packed(),
-            limits,
+            choices,
             hessians[a:b],
             qualities[a:b],
         )
@@ -110,19 +114,3 @@ def match(
         with ThreadPoolExecutor(thread_count(_WORKERS)) as pool:
             list(pool.map(work, np.array_split(np.arange(groups), 4 * _WORKERS)))
     return Matches(poses, hessians, qualities[:, 0], qualities[:, 1], qualities[:, 2])
-
-
-def _limits(
-    config: PointToLineConfig, initial_distance: float | None, kernel_width: float | None, both_ways: bool
-) -> MatchLimits:
-    return MatchLimits(
-        initial_distance=config.initial_distance if initial_distance is None else initial_distance,
-        final_distance=config.final_distance,
-        shrinkage=config.shrinkage,
-        kernel_width=config.kernel_width if kernel_width is None else kernel_width,
-        min_normal_agreement=config.min_normal_agreement,
-        normal_variance=config.normal_variance,
-        max_iterations=config.max_iterations,
-        min_terms=config.min_terms,
-        both_ways=both_ways,
-    )

@@ -20,6 +20,20 @@ UNIT = 2**15 - 1
 """The length of a normal, the largest number of 16 bits: normals are kept so because it halves their
 memory."""
 
+_FINAL_DISTANCE, _SHRINKAGE = 0.15, 0.7
+"""Metres within which partners are searched for in the end, and by what factor the distance shrinks with each
+iteration. Measured in a prototype on aces, fr079 and intel; from the usual initial distance in four."""
+_MIN_NORMAL_AGREEMENT = 0.7
+"""Cosine of the angle between the normals of partners, at least, so that the two sides of a thin wall, or the
+two walls of a corner, are none: 45 degrees."""
+NORMAL_VARIANCE = 0.01
+"""Square radians by which a normal's direction errs: what noisy normals pretend to know along a bare
+corridor, per unit of weight. By judgement: normals err by six degrees."""
+_MAX_ITERATIONS = 12
+"""Steps of Gauss-Newton at most. By judgement: most matches end sooner, by their small steps."""
+_MIN_TERMS = 6.0
+"""Points with a partner, summed over the scans of a match, below which the pose is left as it is. By
+judgement: twice the three unknowns."""
 _LITTLE = 0.003
 """Metres by which points may move before their partners are sought again, since below that nothing changes
 but the time: a quarter of it, as measured on aces, fr079 and intel."""
@@ -43,32 +57,11 @@ _Normals = NDArray[np.int16]
 _Matrix = NDArray[np.float64]
 
 
-class LineLimits(NamedTuple):
-    """`LineFittingConfig` as the kernels take it; its fields are explained there."""
-
-    half_angle: float
-    half_width: float
-    max_gap_angle: float
-    min_gap: float
-    max_rms: float
-    max_aspect: float
-    attempts: int
-    widening: float
-    min_points: int
-    usual_noise: float
-
-
-class MatchLimits(NamedTuple):
-    """`PointToLineConfig` as the kernels take it, and what a caller chose."""
+class MatchChoices(NamedTuple):
+    """What the caller of a match says."""
 
     initial_distance: float
-    final_distance: float
-    shrinkage: float
     kernel_width: float
-    min_normal_agreement: float
-    normal_variance: float
-    max_iterations: int
-    min_terms: float
     both_ways: bool
     """Whether points of the fixed scans are laid on lines of the moving ones too."""
 
@@ -168,78 +161,6 @@ def fill_bearing_table(points: _FloatArray, table: NDArray[np.int16]) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _neighbours(
-    points: _FloatArray, i: int, reach: float, max_gap: float
-) -> tuple[int, float, float, float, float, float]:
-    """Count of the points about point ``i``, their mean (x, y) seen from it and covariance (xx, xy, yy).
-
-    On both sides they are taken up to ``reach``, two at least, and not beyond a jump from one surface to
-    another.
-    """
-    count = 1
-    sx = sy = sxx = sxy = syy = 0.0
-    for direction in (-1, 1):
-        last_x = last_y = 0.0
-        taken = 0
-        j = i + direction
-        while 0 <= j < len(points):
-            x, y = np.float64(points[j, 0] - points[i, 0]), np.float64(points[j, 1] - points[i, 1])
-            if (x - last_x) ** 2 + (y - last_y) ** 2 > max_gap * max_gap:
-                break
-            if taken >= 2 and x * x + y * y > reach * reach:
-                break
-            sx += x
-            sy += y
-            sxx += x * x
-            sxy += x * y
-            syy += y * y
-            last_x, last_y = x, y
-            taken += 1
-            j += direction
-        count += taken
-    mx, my = sx / count, sy / count
-    return count, mx, my, sxx / count - mx * mx, sxy / count - mx * my, syy / count - my * my
-
-
-@njit(cache=True, nogil=True)
-def fit_lines(points: _FloatArray, limits: LineLimits, on_lines: _FloatArray, normals: _FloatArray) -> None:
-    """Lines through points (N, 2) sorted by bearing and their neighbours, more of them where noise leaves a
-    line no direction.
-
-    ``on_lines`` (N, 2) are the points moved towards their lines: all the way where they scatter far more than
-    the usual noise, hardly where less. ``normals`` (N, 2) look towards the sensor; where a surface is not
-    straight they are (0, 0), and its points stay. A point at either end, or at the seam behind the sensor,
-    where bearings jump, has neighbours on one side only.
-    """
-    for i in range(len(points)):
-        for axis in range(2):
-            on_lines[i, axis] = points[i, axis]
-            normals[i, axis] = 0.0
-        px, py = np.float64(points[i, 0]), np.float64(points[i, 1])
-        distance = np.sqrt(px * px + py * py)
-        max_gap = max(limits.min_gap, distance * limits.max_gap_angle)
-        reach = max(limits.half_width, distance * limits.half_angle)
-        for _ in range(limits.attempts):
-            count, mx, my, cxx, cxy, cyy = _neighbours(points, i, reach, max_gap)
-            mean, half = 0.5 * (cxx + cyy), 0.5 * (cxx - cyy)
-            root = np.sqrt(half * half + cxy * cxy)
-            small, large = max(mean - root, 0.0), mean + root
-            if count < limits.min_points or small > limits.max_rms * limits.max_rms:
-                break
-            if small > limits.max_aspect * large:
-                reach *= limits.widening
-                continue
-            angle = 0.5 * np.arctan2(2.0 * cxy, cxx - cyy) + 0.5 * np.pi
-            nx, ny = np.cos(angle), np.sin(angle)
-            if nx * px + ny * py > 0.0:
-                nx, ny = -nx, -ny
-            off = (nx * mx + ny * my) * small / (small + limits.usual_noise * limits.usual_noise)
-            on_lines[i, 0], on_lines[i, 1] = px + off * nx, py + off * ny
-            normals[i, 0], normals[i, 1] = nx, ny
-            break
-
-
-@njit(cache=True, nogil=True)
 def first_by_bearing(x: float, y: float, table: NDArray[np.int16]) -> int:
     """Index of a point near the bearing of (x, y), by the look-up table."""
     bin_ = int((np.arctan2(y, x) + np.pi) * (TABLE_SIZE / (2.0 * np.pi)))
@@ -290,13 +211,13 @@ def _with_terms(
     target: _PolarScan,
     frames: _Frames,
     search: _Search,
-    limits: MatchLimits,
+    choices: MatchChoices,
 ) -> _NormalEquations:
     """The sums with the point-to-line terms of one pair of scans, in one direction, added."""
     xx, xy, x_yaw, yy, y_yaw, yaw_yaw, gx, gy, gyaw, weights, squares, terms, points = sums
     c, s = np.cos(frames.target_from_source[2]), np.sin(frames.target_from_source[2])
     tx, ty = frames.target_from_source[0], frames.target_from_source[1]
-    moving, max_distance, kernel_width = frames.moving, search.max_distance, limits.kernel_width
+    moving, max_distance, kernel_width = frames.moving, search.max_distance, choices.kernel_width
     mc, ms = np.cos(moving[2]), np.sin(moving[2])
     for i in range(source.size):
         px, py = np.float64(source.points[i, 0]), np.float64(source.points[i, 1])
@@ -321,7 +242,7 @@ def _with_terms(
         # The target's normal seen from the source.
         ax, ay = c * nx + s * ny, -s * nx + c * ny
         sx, sy = source.normals[i, 0] / UNIT, source.normals[i, 1] / UNIT
-        if (sx != 0.0 or sy != 0.0) and ax * sx + ay * sy < limits.min_normal_agreement:
+        if (sx != 0.0 or sy != 0.0) and ax * sx + ay * sy < _MIN_NORMAL_AGREEMENT:
             continue
         residual = nx * (x - target.points[j, 0]) + ny * (y - target.points[j, 1])
         ratio = kernel_width * kernel_width / (kernel_width * kernel_width + residual * residual)
@@ -352,7 +273,7 @@ def _with_terms(
 
 
 @njit(cache=True, nogil=True)
-def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float, normal_variance: float) -> None:
+def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
     """Take the direction along which the surfaces let the scan slide out of the normal equations.
 
     Along a bare corridor the translational information is not zero but what noisy normals pretend:
@@ -363,7 +284,7 @@ def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float, normal_va
     mean, half = 0.5 * (a + d), 0.5 * (a - d)
     root = np.sqrt(half * half + b * b)
     small = mean - root
-    kept = small - normal_variance * weight
+    kept = small - NORMAL_VARIANCE * weight
     shrink = 0.0
     if kept > 0.0 and small > 0.0:
         shrink = np.sqrt(kept / small)
@@ -391,7 +312,7 @@ def match_group(
     prior_information: _Matrix,
     targets: PackedScans,
     sources: PackedScans,
-    limits: MatchLimits,
+    choices: MatchChoices,
     hessian: _Matrix,
     quality: _Matrix,
 ) -> None:
@@ -406,14 +327,14 @@ def match_group(
     sums = _NormalEquations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     gradient, regular, step = np.zeros(3), np.zeros((3, 3)), np.zeros(3)
     start = pose.copy()
-    distance = limits.initial_distance
+    distance = choices.initial_distance
     count, most = len(pairs.rows), targets.points.shape[1]
     nearest = np.empty((2, count, most), dtype=np.int16)
     nearest[:] = -1
     alone = np.zeros((2, count, most, 3), dtype=np.float32)
     moved_since = np.inf
-    for _ in range(limits.max_iterations):
-        search = _Search(distance, distance > limits.final_distance or moved_since > _LITTLE)
+    for _ in range(_MAX_ITERATIONS):
+        search = _Search(distance, distance > _FINAL_DISTANCE or moved_since > _LITTLE)
         if search.is_new:
             moved_since = 0.0
         sums = _NormalEquations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -423,19 +344,19 @@ def match_group(
             target_from_source = step_between(pairs.fixed_poses[k], composed(pose, moving))
             frames = _Frames(target_from_source, moving, True)
             partners = _Partners(nearest[0, k], alone[0, k])
-            sums = _with_terms(sums, partners, source, target, frames, search, limits)
-            if not limits.both_ways:
+            sums = _with_terms(sums, partners, source, target, frames, search, choices)
+            if not choices.both_ways:
                 continue
             source_from_target = step_between(target_from_source, np.zeros(3))
             frames = _Frames(source_from_target, moving, False)
             partners = _Partners(nearest[1, k], alone[1, k])
-            sums = _with_terms(sums, partners, target, source, frames, search, limits)
+            sums = _with_terms(sums, partners, target, source, frames, search, choices)
         hessian[0, 0], hessian[0, 1], hessian[0, 2] = sums.xx, sums.xy, sums.x_yaw
         hessian[1, 0], hessian[1, 1], hessian[1, 2] = sums.xy, sums.yy, sums.y_yaw
         hessian[2, 0], hessian[2, 1], hessian[2, 2] = sums.x_yaw, sums.y_yaw, sums.yaw_yaw
         gradient[0], gradient[1], gradient[2] = sums.x, sums.y, sums.yaw
-        remove_sliding(hessian, gradient, sums.weight, limits.normal_variance)
-        if sums.terms < limits.min_terms:
+        remove_sliding(hessian, gradient, sums.weight)
+        if sums.terms < _MIN_TERMS:
             break
         off = step_between(start, pose)
         for i in range(3):
@@ -453,9 +374,9 @@ def match_group(
             pose[i] = moved[i]
         moved_since += abs(step[0]) + abs(step[1]) + _FAR * abs(step[2])
         is_still = abs(step[0]) + abs(step[1]) < _SMALL_STEP and abs(step[2]) < _SMALL_STEP
-        if is_still and distance <= limits.final_distance:
+        if is_still and distance <= _FINAL_DISTANCE:
             break
-        distance = max(limits.final_distance, limits.shrinkage * distance)
+        distance = max(_FINAL_DISTANCE, _SHRINKAGE * distance)
     quality[0] = sums.terms / max(sums.points, 1.0)
     quality[1] = np.sqrt(sums.squared / max(sums.weight, _NO_WEIGHT))
     quality[2] = sums.weight
@@ -469,7 +390,7 @@ def match_groups(
     prior_information: _Matrix,
     targets: PackedScans,
     sources: PackedScans,
-    limits: MatchLimits,
+    choices: MatchChoices,
     hessians: _Matrix,
     qualities: _Matrix,
 ) -> None:
@@ -477,4 +398,4 @@ def match_groups(
     for g in range(len(poses)):
         a, b = starts[g], starts[g + 1]
         own = PairedRows(pairs.rows[a:b], pairs.fixed_poses[a:b], pairs.moving_poses[a:b])
-        match_group(poses[g], own, prior_information, targets, sources, limits, hessians[g], qualities[g])
+        match_group(poses[g], own, prior_information, targets, sources, choices, hessians[g], qualities[g])

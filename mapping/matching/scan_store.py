@@ -8,18 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays, unpack
-from racecar.mapping.matching.config import LineFittingConfig, ScanMatchingConfig
+from racecar.mapping.matching.line_fitting import fit_lines
 from racecar.mapping.matching.scan_matching_kernels import (
     TABLE_SIZE,
     UNIT,
-    LineLimits,
     PackedScans,
     fill_bearing_table,
-    fit_lines,
 )
 
-_DEFAULT = ScanMatchingConfig()
-_LINES = LineFittingConfig()
 MAX_POINTS = 361
 """Beams kept of a scan: half a degree over 180°, since rows of one length are what the kernels take; denser
 scans are thinned once the normals are known."""
@@ -40,11 +36,11 @@ class PreparedScan:
     """(N, 2) unit vectors towards the sensor, (0, 0) where the surface is not straight."""
 
 
-def prepare_scan(points_in_laser: NDArray[np.float64], config: LineFittingConfig = _LINES) -> PreparedScan:
+def prepare_scan(points_in_laser: NDArray[np.float64]) -> PreparedScan:
     """Sort points (N, 2) by bearing, fit lines to them and thin to at most ``MAX_POINTS``."""
     points = points_in_laser[_bearing_order(points_in_laser)].astype(np.float32)
     on_lines, normals = np.empty_like(points), np.empty_like(points)
-    fit_lines(points, LineLimits(**dict(config)), on_lines, normals)
+    fit_lines(points, on_lines, normals)
     order = _bearing_order(on_lines)[:: _step(len(points))]
     return PreparedScan(on_lines[order], normals[order])
 
@@ -64,13 +60,9 @@ def _step(count: int) -> int:
 
 
 class ScanStore:
-    """A growing array of prepared scans, and the settings by which they are compared.
+    """A growing array of prepared scans. Some may be trimmed: they are as if they had seen nothing."""
 
-    Some scans may be trimmed: they are as if they had seen nothing.
-    """
-
-    def __init__(self, capacity: int = 64, config: ScanMatchingConfig = _DEFAULT) -> None:
-        self.config = config
+    def __init__(self, capacity: int = 64) -> None:
         self._row_of = np.zeros(capacity, dtype=np.int32)
         self._size = 0
         self._points = np.zeros((capacity + 1, MAX_POINTS, 2), dtype=np.float32)
@@ -153,9 +145,9 @@ class ScanStore:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays, config: ScanMatchingConfig = _DEFAULT) -> "ScanStore":
+    def from_arrays(cls, arrays: Arrays) -> "ScanStore":
         """The store that was written so."""
-        store = cls(max(int(np.count_nonzero(arrays["counts"])), 64), config)
+        store = cls(max(int(np.count_nonzero(arrays["counts"])), 64))
         points = unpack(arrays["points"].astype(np.float32), arrays["counts"])
         normals = unpack(arrays["normals"].astype(np.float32), arrays["counts"])
         for scan in zip(points, normals, strict=True):

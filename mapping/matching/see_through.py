@@ -4,8 +4,8 @@ If two scans see the same place from the poses claimed, one's points must lie on
 hidden behind them. A point that the other scan looks through refutes the claim.
 """
 
+import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -14,6 +14,22 @@ from numpy.typing import NDArray
 from racecar.mapping.matching.scan_matching_kernels import TABLE_SIZE
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between
+
+_MIN_RANGE, _MAX_RANGE = 0.3, 20.0
+"""Metres from the viewer between which a point is judged, because nearer the car itself and bearings that
+jump mislead, and farther off beams lie far apart."""
+_TOLERANCE = 0.12
+"""Metres before or behind a surface that still count as on it. By judgement: drift within a submap and noise
+together."""
+_TOLERANCE_PER_METRE = 0.02
+"""By how many metres that grows per metre from the viewer. By judgement: one degree of heading on a surface
+that is met at 45 degrees."""
+_MAX_GAP = math.radians(2.5)
+"""Radians between two returns of the viewer, up to which what lies between them is known. By judgement: one
+missing beam of a laser of one degree."""
+_SPACINGS = 1.5
+"""The same in usual spacings of the viewer's returns, because of lasers of few beams nothing would be known
+otherwise: no beam is missing."""
 
 
 @dataclass(frozen=True)
@@ -35,17 +51,6 @@ class SeeThrough:
         return self.on_surface / max(self.on_surface + self.looked_through + self.undecided, 1)
 
 
-class _Limits(NamedTuple):
-    """`SeeThroughConfig` as the kernel takes it; its fields are explained there."""
-
-    min_range: float
-    max_range: float
-    tolerance: float
-    tolerance_per_metre: float
-    max_gap: float
-    spacings: float
-
-
 def see_through(store: ScanStore, pairs: NDArray[np.int64], first: Pose, second: Pose) -> SeeThrough:
     """Judge scan pairs (P, 2) of ``store``, at ``first`` and ``second`` (P, 3) in one frame, both ways."""
     on_surface, looked_through, undecided = see_through_each(store, pairs, first, second).sum(axis=0)
@@ -60,7 +65,6 @@ def see_through_each(
     points, _, counts, tables = store.packed()
     first_from_second = between(first, second)
     second_from_first = between(second, first)
-    limits = _Limits(**dict(store.config.see_through))
     for k, (a, b) in enumerate(store.row_of[pairs]):
         for viewed, viewer, pose in ((a, b, second_from_first[k]), (b, a, first_from_second[k])):
             _count(
@@ -68,7 +72,6 @@ def see_through_each(
                 pose,
                 points[viewer, : counts[viewer]],
                 tables[viewer],
-                limits,
                 tallies[k],
             )
     return tallies
@@ -80,7 +83,6 @@ def _count(
     viewer_from_points: NDArray[np.float64],
     viewer: NDArray[np.float32],
     viewer_table: NDArray[np.int16],
-    limits: _Limits,
     tally: NDArray[np.int64],
 ) -> None:
     """Add to ``tally``: points (N, 2) that lie on the surfaces of the viewer's (M, 2), that it looks through,
@@ -89,13 +91,13 @@ def _count(
     A point is judged where the viewer has beams on both sides of its bearing, near enough to each other, and
     it lies beyond both or before both of their returns.
     """
-    max_gap = max(limits.max_gap, limits.spacings * _usual_spacing(viewer, limits.max_gap))
+    max_gap = max(_MAX_GAP, _SPACINGS * _usual_spacing(viewer))
     c, s = np.cos(viewer_from_points[2]), np.sin(viewer_from_points[2])
     for i in range(len(points)):
         x = c * points[i, 0] - s * points[i, 1] + viewer_from_points[0]
         y = s * points[i, 0] + c * points[i, 1] + viewer_from_points[1]
         distance = np.sqrt(x * x + y * y)
-        if distance > limits.max_range or distance < limits.min_range:
+        if distance > _MAX_RANGE or distance < _MIN_RANGE:
             tally[2] += 1
             continue
         bearing = np.arctan2(y, x)
@@ -114,7 +116,7 @@ def _count(
         after = np.sqrt(viewer[j, 0] ** 2 + viewer[j, 1] ** 2)
         # A point near either return, or between them on the line that joins them, lies on the surface.
         near, far = min(before, after), max(before, after)
-        slack = limits.tolerance + limits.tolerance_per_metre * distance
+        slack = _TOLERANCE + _TOLERANCE_PER_METRE * distance
         if near - slack <= distance <= far + slack:
             tally[0] += 1
         elif distance < near - slack:
@@ -124,10 +126,10 @@ def _count(
 
 
 @njit(cache=True, nogil=True)
-def _usual_spacing(viewer: NDArray[np.float32], dense: float) -> float:
-    """Radians from one of (M, 2) returns to the next, the median; 0 where these are so many that it is below
-    ``dense`` anyway."""
-    if len(viewer) < 2 or len(viewer) * dense > 2.0 * np.pi:
+def _usual_spacing(viewer: NDArray[np.float32]) -> float:
+    """Radians from one of (M, 2) returns to the next, the median; 0 where these are so many that it is no gap
+    anyway."""
+    if len(viewer) < 2 or len(viewer) * _MAX_GAP > 2.0 * np.pi:
         return 0.0
     spacing = np.median(np.diff(np.arctan2(viewer[:, 1], viewer[:, 0])))
     return float(spacing)

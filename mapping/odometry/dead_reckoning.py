@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from racecar.mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
-from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import PreparedScan
 from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.mapping.odometry.config import DeadReckoningConfig
@@ -42,7 +41,6 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.turn_fusion import TurnFusion
 from racecar.maps.sensing.yaw_rate import YawRate
 
-_MATCHING = ScanMatchingConfig()
 _SECOND = 1_000_000_000
 """Nanoseconds, by definition."""
 
@@ -58,10 +56,9 @@ class DeadReckoning:
         self,
         config: DeadReckoningConfig,
         odometry_lag: int = 0,
-        matching: ScanMatchingConfig = _MATCHING,
     ) -> None:
         """``odometry_lag`` in nanoseconds, as far as it is known beforehand."""
-        self._config, self._matching = config, matching
+        self._config = config
         self.calibration = WheelCalibration.unknown(config.calibration)
         self.scans_without_odometry = 0
         self.scans_left_out = 0
@@ -86,7 +83,7 @@ class DeadReckoning:
         self._by_gyro: GyroReading | None = None
         self._keyframe_by_gyro: GyroReading | None = None
         self._scan_odometry = ScanOdometry(config.scan_odometry)
-        self._filter = VelocityFilter(config.velocity_filter, matching)
+        self._filter = VelocityFilter(config.velocity_filter)
         self._points: NDArray[np.float64] = np.zeros((0, 2))
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
         self._stamp = self._seeing_stamp = 0
@@ -151,7 +148,6 @@ class DeadReckoning:
                 points,
                 self._last_motion,
                 self._config.turn_search,
-                self._matching.correlative_search,
             )
         self._points, self._sweep = points, points if cloud is None else cloud
         by_scans = self._scan_odometry.register(self._sweep, motion)
@@ -381,11 +377,9 @@ class DeadReckoning:
         }
 
     @classmethod
-    def from_arrays(
-        cls, arrays: Arrays, config: DeadReckoningConfig, matching: ScanMatchingConfig = _MATCHING
-    ) -> "DeadReckoning":
+    def from_arrays(cls, arrays: Arrays, config: DeadReckoningConfig) -> "DeadReckoning":
         """Dead reckoning that goes on from where another was."""
-        reckoning = cls(config, matching=matching)
+        reckoning = cls(config)
         reckoning.calibration = WheelCalibration.from_array(arrays["wheel_calibration"])
         reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
         reckoning.mounts = _mounts_of(arrays)
@@ -410,7 +404,7 @@ class DeadReckoning:
         reckoning.turns = TurnFusion.from_arrays(part_of("turns", arrays), config.turn_fusion)
         scan_odometry, velocity_filter = part_of("scan_odometry", arrays), part_of("velocity_filter", arrays)
         reckoning._scan_odometry = ScanOdometry.from_arrays(scan_odometry, config.scan_odometry)
-        reckoning._filter = VelocityFilter.from_arrays(velocity_filter, config.velocity_filter, matching)
+        reckoning._filter = VelocityFilter.from_arrays(velocity_filter, config.velocity_filter)
         return reckoning
 
     def _place_laser(self, scan: Scan) -> None:

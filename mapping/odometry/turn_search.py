@@ -7,12 +7,9 @@ a wrong minimum and goes on without it; so correlative scan matching looks for t
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.matching.config import CorrelativeSearchConfig
 from racecar.mapping.matching.correlative_search import LikelihoodPyramid, Window, search
 from racecar.mapping.odometry.config import TurnSearchConfig
 from racecar.maps.geometry.se2 import Pose
-
-_GRID = CorrelativeSearchConfig()
 
 
 def with_turn_seen(
@@ -20,7 +17,6 @@ def with_turn_seen(
     points: NDArray[np.float64],
     motion: Pose,
     config: TurnSearchConfig,
-    grid: CorrelativeSearchConfig = _GRID,
 ) -> Pose:
     """A predicted ``motion`` (3,), with another turn where a scan then fits the last one clearly better.
 
@@ -32,7 +28,7 @@ def with_turn_seen(
     fixed, moving = _near(last, config.radius), _near(points, config.radius)
     if min(len(fixed), len(moving)) < config.min_points:
         return motion
-    pyramid = LikelihoodPyramid(fixed, config.radius, grid)
+    pyramid = LikelihoodPyramid(fixed, config.radius)
     moving = moving[:: 1 + len(moving) // config.max_points]
     as_predicted, turned = Window(config.reach, config.predicted_turn), Window(config.reach, config.max_turn)
     predicted = search(pyramid, moving, motion, as_predicted, config.min_score / config.min_gain)

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays
-from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.match_information import as_prior, match_information
 from racecar.mapping.matching.scan_matching import Matches, Pairings, match
 from racecar.mapping.matching.scan_store import PreparedScan, ScanStore, prepare_scan
@@ -25,7 +24,6 @@ from racecar.maps.sensing.scan import Scan
 _ROUNDING = 1e-6 * np.eye(3)
 """Square metres and radians that each match adds, because it ends where steps are short, not where they are
 zero."""
-_MATCHING = ScanMatchingConfig()
 _NOTHING_SEEN = PreparedScan(np.zeros((0, 2), dtype=np.float32), np.zeros((0, 2), dtype=np.float32))
 """The keyframe before the first, which by definition shows no point."""
 
@@ -46,8 +44,8 @@ class TurnMeasured(NamedTuple):
 class VelocityFilter:
     """Follows the laser from scan to scan; the frame of everything is the laser's own, where it is now."""
 
-    def __init__(self, config: VelocityFilterConfig, matching: ScanMatchingConfig = _MATCHING) -> None:
-        self._config, self._matching = config, matching
+    def __init__(self, config: VelocityFilterConfig) -> None:
+        self._config = config
         self._acceleration = _covariance(config.acceleration)
         """(3, 3) spectral density: what velocity, in m/s and rad/s, gains in a second, squared."""
         self.keyframe_from_laser: Pose = IDENTITY
@@ -107,9 +105,7 @@ class VelocityFilter:
         if matches.overlap[0] < self._config.min_overlap or is_incredible:
             return False
         self._residual = float(matches.residual[0])
-        left = _inverse(
-            known + match_information(matches.hessians[0], self._residual, self._matching.point_to_line)
-        )
+        left = _inverse(known + match_information(matches.hessians[0], self._residual))
         gain = covariance @ observes.T @ known
         correction = gain @ surprise
         self._covariance = covariance - gain @ (spread - left) @ gain.T
@@ -150,9 +146,9 @@ class VelocityFilter:
         ``expected`` (3,) with the information ``known`` (3, 3)."""
         motion = seen_by(mount, by_velocity(self.velocity))
         points = transform_points(inverse(motion(np.array([middle]))[0]), deskew(scan, motion))
-        scans = ScanStore(2, self._matching)
-        pair = np.array([[scans.add(self._keyframe), scans.add(prepare_scan(points, self._matching.lines))]])
-        prior = as_prior(known, self._residual, self._matching.point_to_line)
+        scans = ScanStore(2)
+        pair = np.array([[scans.add(self._keyframe), scans.add(prepare_scan(points))]])
+        prior = as_prior(known, self._residual)
         at = np.array([[self._keyframe_mount], [IDENTITY if mount is None else mount]])
         pairings = Pairings(np.arange(2), pair, *at)
         return match(expected[None], pairings, scans, scans, prior_information=prior)
@@ -191,11 +187,9 @@ class VelocityFilter:
         }
 
     @classmethod
-    def from_arrays(
-        cls, arrays: Arrays, config: VelocityFilterConfig, matching: ScanMatchingConfig = _MATCHING
-    ) -> "VelocityFilter":
+    def from_arrays(cls, arrays: Arrays, config: VelocityFilterConfig) -> "VelocityFilter":
         """The filter that `to_arrays` wrote."""
-        tracker = cls(config, matching)
+        tracker = cls(config)
         tracker.keyframe_from_laser = arrays["place"].astype(np.float64)
         tracker.velocity = arrays["velocity"].astype(np.float64)
         tracker._covariance = arrays["covariance"].astype(np.float64)

@@ -50,7 +50,7 @@ def merge(
 def _side_by_side(earlier: Session, later: Session) -> Session:
     """Both as one session, without a constraint between them and each in its own frame."""
     first = len(earlier.keyframes)
-    keyframes = ScanStore(first + len(later.keyframes), later.keyframes.config)
+    keyframes = ScanStore(first + len(later.keyframes))
     keyframes.extend(earlier.keyframes)
     keyframes.extend(later.keyframes)
     shifted = [

@@ -43,12 +43,9 @@ from racecar.mapping.arrays import Arrays, named, pack, part_of, unpack
 from racecar.mapping.graph.constraint import ConstraintList
 from racecar.mapping.grid.rendering import Rays, returns_of
 from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.session.session_layout import checked_session
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
-
-_MATCHING = ScanMatchingConfig()
 
 
 @dataclass(eq=False)
@@ -129,14 +126,14 @@ class Session:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays, matching: ScanMatchingConfig = _MATCHING) -> "Session":
+    def from_arrays(cls, arrays: Arrays) -> "Session":
         """The session that `to_arrays` wrote. Raises ValueError that names the array when one is missing or
         cannot be of a session."""
         arrays = checked_session(arrays)
         ends = unpack(arrays["rays.ends"].astype(np.float32), arrays["rays.lengths"])
         returns = arrays["rays.returns"].tolist()
         return cls(
-            ScanStore.from_arrays(part_of("scans", arrays), matching),
+            ScanStore.from_arrays(part_of("scans", arrays)),
             [Rays.to(*rays) for rays in zip(ends, returns, strict=True)],
             arrays["keyframe_from_base"].astype(np.float64),
             arrays["map_from_keyframe"].astype(np.float64),

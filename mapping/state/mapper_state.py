@@ -65,10 +65,10 @@ class MapperState:
     @classmethod
     def begin(cls, config: MappingConfig, odometry_lag: int) -> "MapperState":
         """Of a drive that begins; ``odometry_lag`` in nanoseconds, as far as it is known."""
-        keyframes = ScanStore(config=config.matching)
+        keyframes = ScanStore()
         return cls(
             config,
-            DeadReckoning(config.odometry, odometry_lag, config.matching),
+            DeadReckoning(config.odometry, odometry_lag),
             keyframes,
             LoopCloser(keyframes),
             PoseGraph(),
@@ -242,10 +242,10 @@ class MapperState:
     @classmethod
     def from_arrays(cls, config: MappingConfig, arrays: Arrays) -> "MapperState":
         """The state that was written so. Raises KeyError when an array is missing."""
-        session = Session.from_arrays(arrays, config.matching)
+        session = Session.from_arrays(arrays)
         return cls(
             config,
-            DeadReckoning.from_arrays(part_of("reckoning", arrays), config.odometry, config.matching),
+            DeadReckoning.from_arrays(part_of("reckoning", arrays), config.odometry),
             session.keyframes,
             LoopCloser(session.keyframes, session.loops),
             PoseGraph(session.constraints),

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from racecar.mapping.matching.config import LineFittingConfig
+from racecar.mapping.matching.line_fitting import MAX_GAP_ANGLE
 from racecar.maps.sensing.odometry import Odometry, is_jump
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
@@ -21,7 +21,7 @@ _INVALID_SHARE = 0.9
 quarters of their beams in a large room, and maps of theirs are right."""
 _LONG_BLANK = 1.0
 """Seconds without a return; what is shorter is bridged without a trace, by judgement."""
-_FARTHEST_APART = LineFittingConfig().max_gap_angle
+_FARTHEST_APART = MAX_GAP_ANGLE
 """Radians between beams from which no two are of one wall to the mapper. Measured on a simulated drive of 360
 beams, thinned: 33, 11° apart, yield not one match and the wheels' error of 0.18 m, 60, 6° apart, 0.05 m."""
 _STANDS = 0.05

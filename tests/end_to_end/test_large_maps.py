@@ -10,7 +10,6 @@ import pytest
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.matching.config import ScanMatchingConfig
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
 from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import Pose, between
@@ -39,7 +38,7 @@ def session() -> Session:
     """A road with a wall to each side, with doors, and open ahead."""
     poses = path()
     bearings = np.linspace(-np.pi, np.pi, BEAMS, endpoint=False)
-    store, rays, loops = ScanStore(len(poses), ScanMatchingConfig()), [], LoopHistory()
+    store, rays, loops = ScanStore(len(poses)), [], LoopHistory()
     for k in range(len(poses)):
         ranges = np.minimum(3.0 / np.maximum(np.abs(np.sin(bearings + 0.01 * k)), 1e-3), SIGHT)
         ends = np.column_stack([ranges * np.cos(bearings), ranges * np.sin(bearings)])

@@ -1,13 +1,12 @@
 """Branch and bound returns what trying every place would."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.mapping.matching.config import CorrelativeSearchConfig
-from racecar.mapping.matching.correlative_search import LikelihoodPyramid, Window, search
-
-CELL, ANGLE_STEP = CorrelativeSearchConfig().cell, CorrelativeSearchConfig().angle_step
+from racecar.mapping.matching import correlative_search
+from racecar.mapping.matching.correlative_search import ANGLE_STEP, CELL, LikelihoodPyramid, Window, search
 
 
 @settings(max_examples=25)
@@ -58,12 +57,10 @@ def test_tells_of_a_rival_along_a_corridor() -> None:
     assert np.array_equal(alone.pose, fit.pose)
 
 
-def test_what_counts_as_a_place_of_its_own_is_a_setting() -> None:
+def test_what_is_not_far_enough_from_the_best_place_is_no_rival(monkeypatch: pytest.MonkeyPatch) -> None:
     x = np.arange(-10, 10, 0.1)
     walls = np.concatenate([np.column_stack([x, np.full_like(x, y)]) for y in (-1.0, 1.0)])
-    wide = CorrelativeSearchConfig(runner_up_distance=8.0)
-    fit = search(
-        LikelihoodPyramid(walls, 20.0, wide), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85
-    )
+    monkeypatch.setattr(correlative_search, "_APART", (80, 13))
+    fit = search(LikelihoodPyramid(walls, 20.0), walls[50:150], np.zeros(3), Window(3.0, 0.1), 0.5, 0.85)
     assert fit is not None
     assert fit.runner_up == 0.0

@@ -4,13 +4,10 @@ import numpy as np
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from racecar.mapping.matching.config import PointToLineConfig, ScanMatchingConfig
 from racecar.mapping.matching.scan_matching import match, one_to_one
-from racecar.mapping.matching.scan_matching_kernels import remove_sliding
+from racecar.mapping.matching.scan_matching_kernels import NORMAL_VARIANCE, remove_sliding
 from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
 from racecar.maps.geometry.se2 import Pose, between, inverse, transform_points
-
-DEFAULT = ScanMatchingConfig()
 
 
 def wall(start: tuple[float, float], end: tuple[float, float]) -> np.ndarray:
@@ -39,8 +36,8 @@ def seen_from(world: np.ndarray, pose: Pose) -> np.ndarray:
     return points[order[first]]
 
 
-def pair(world: np.ndarray, first: Pose, second: Pose, config: ScanMatchingConfig = DEFAULT) -> ScanStore:
-    store = ScanStore(2, config)
+def pair(world: np.ndarray, first: Pose, second: Pose) -> ScanStore:
+    store = ScanStore(2)
     for pose in (first, second):
         store.add(prepare_scan(seen_from(world, pose)))
     return store
@@ -81,17 +78,16 @@ def test_knows_nothing_along_a_bare_corridor() -> None:
 def test_what_noisy_normals_pretend_is_taken_out_of_the_direction_of_least_information(
     numbers: list[float], weight: float
 ) -> None:
-    normal_variance = PointToLineConfig().normal_variance
     root = np.reshape(numbers, (3, 3))
     hessian = root @ root.T + 0.1 * np.eye(3)
     gradient = root[0].copy()
     (small, large), axes = np.linalg.eigh(hessian[:2, :2])
     assume(large - small > 0.01)
-    shrink = np.sqrt(max(small - normal_variance * weight, 0.0) / small)
+    shrink = np.sqrt(max(small - NORMAL_VARIANCE * weight, 0.0) / small)
     along = np.array([*axes[:, 0], 0.0])
     projection = np.eye(3) - (1.0 - shrink) * np.outer(along, along)
     expected = projection @ hessian @ projection, projection @ gradient
-    remove_sliding(hessian, gradient, weight, normal_variance)
+    remove_sliding(hessian, gradient, weight)
     np.testing.assert_allclose(hessian, expected[0], atol=1e-9)
     np.testing.assert_allclose(gradient, expected[1], atol=1e-9)
 
@@ -104,16 +100,3 @@ def test_scans_without_points_leave_the_guess() -> None:
     result = match(guess, one_to_one(np.array([[0, 1]])), store, store)
     assert np.allclose(result.poses, guess)
     assert result.overlap[0] == 0.0
-
-
-def test_partners_are_sought_as_far_as_the_settings_of_the_store_say() -> None:
-    first, second = np.zeros(3), np.array([0.2, 0.1, 0.05])
-    guess = (between(first, second) + np.array([0.3, 0.0, 0.0]))[None]
-    shares = [
-        match(guess, one_to_one(np.array([[0, 1]])), store, store).overlap[0]
-        for store in (
-            pair(ROOM, first, second, ScanMatchingConfig(point_to_line=PointToLineConfig(**settings)))
-            for settings in ({}, {"initial_distance": 0.01, "final_distance": 0.01})
-        )
-    ]
-    assert shares[1] < 0.5 * shares[0]

@@ -160,7 +160,7 @@ def twice(later_from_earlier: Pose) -> MapQuality:
     """The verdict on two drives of the same room, of which the later one lies elsewhere."""
     session, second = mapped().session, mapped().session.map_from_keyframe
     count = len(second)
-    keyframes = ScanStore(2 * count, session.keyframes.config)
+    keyframes = ScanStore(2 * count)
     keyframes.extend(session.keyframes)
     keyframes.extend(session.keyframes)
     arrays = session.constraints.to_arrays()
