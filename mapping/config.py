@@ -3,7 +3,6 @@
 from pydantic import Field
 
 from racecar.mapping.grid.config import DespecklingConfig, GrowingGridConfig, RenderingConfig
-from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.maps.settings import Settings
@@ -28,7 +27,6 @@ class MappingConfig(Settings):
         default=True, description="Match every scan to the keyframes around it once these are optimized."
     )
     close_loops: bool = Field(default=True, description="Recognize places that the car has been to before.")
-    odometry: DeadReckoningConfig = DeadReckoningConfig()
     rendering: RenderingConfig = RenderingConfig()
     despeckling: DespecklingConfig = DespecklingConfig()
     growing_grid: GrowingGridConfig = GrowingGridConfig()

@@ -27,6 +27,7 @@ from racecar.mapping.keyframes.placement import (
     Placement,
 )
 from racecar.mapping.matching.scan_store import prepare_scan
+from racecar.mapping.odometry.dead_reckoning import WORTH_UNTOLD
 from racecar.mapping.odometry.lag import KnownLag
 from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
 from racecar.mapping.quality.judgement import judge
@@ -333,7 +334,7 @@ class Mapper:
             by_wheels = state.by_wheels(index, wheel_step, gyro_step)
             constraints.append(by_wheels.loosened(state.map_from_keyframe) if is_refuted else by_wheels)
         elif not is_tied:
-            constraints.append(state.by_motion(index, step, state.reckoning.worth_untold))
+            constraints.append(state.by_motion(index, step, WORTH_UNTOLD))
         state.wheel_steps.extend(pose_or_nan(wheel_step))
         state.gyro_steps.extend(gyro_step)
         state.are_refuted.append(is_refuted)

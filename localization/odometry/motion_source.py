@@ -22,7 +22,6 @@ from racecar.localization.odometry.motion_samples import (
 )
 from racecar.localization.odometry.speed_memory import SpeedMemory
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
-from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.sensing.odometry_faults import OdometryFaults
 from racecar.maps.sensing.turn_fusion import TurnFusion, turned_more
 
@@ -46,7 +45,7 @@ class MotionSource:
         self.samples, self.config = samples, config
         self.calibration = OdometryCalibration()
         """Of the odometry; all steps are corrected by it."""
-        self.turns = TurnFusion(TurnFusionConfig())
+        self.turns = TurnFusion()
         """What the turns by wheels and gyroscope have proven to be worth."""
         self.speed: Pose = IDENTITY
         """(3,) of the estimates, metres and radians per second."""

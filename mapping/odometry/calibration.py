@@ -6,14 +6,13 @@ along with a tilted laser for instance, but not more over a long span than over 
 """
 
 from collections.abc import Callable
-from dataclasses import astuple, dataclass, replace
+from dataclasses import astuple, dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-from racecar.mapping.odometry.config import WheelCalibrationConfig
 from racecar.maps.geometry.se2 import Pose, between, chained, wrap_angle
 from racecar.maps.sensing.odometry_faults import OdometryFaults, forward
 
@@ -32,29 +31,55 @@ _GAINS = 0.4, 2.5
 some room. What matches show beyond is not the wheels' fault."""
 _SMALLEST = 1e-6
 """Metres or radians, so that nothing is divided by zero where the car stood or the fit is perfect."""
+_MIN_SPANS = 40
+"""Spans below which nothing is fitted. By judgement: those of some ten steps."""
+_MIN_REACH = 0.1
+"""Metres of a span from which it shows the path's scale. By judgement: some times what a match errs by."""
+_SPANS_PER_STEP = 8.0
+"""Spans in which each step takes part as one of its own, so that they count once: the number of keyframes
+that each is tied to."""
+_INITIAL_SIGMA = 0.05
+"""Standard deviation of a step, metres and radians, before anything is fitted. By judgement: wheels that
+nobody has looked after."""
+_INITIAL_STEP = 0.3
+"""Metres of a usual step, before anything is fitted, since keyframes are so far apart."""
+_TURN_PER_METRE_SIGMA = 0.02
+"""Radians that wheels usually miss per metre. Measured: on aces, fr079 and intel up to 0.06."""
+_SCALE_SIGMA = 0.1
+"""Share by which turns and distances are usually wrong. Measured on recordings: 2 to 5 %; twice as much, for
+a wheel of another size is no rarity. With 0.05, wheels that missed 13 % on simulated open ground were
+corrected by less."""
+_BIAS_TURN_SIGMA = 0.003
+"""Radians by which matches are usually biased. Measured with ground returns outdoors: 0.0007."""
+_BIAS_DISTANCE_SIGMA = 0.01
+"""Metres likewise. By judgement: as much as a laser errs by."""
+_SIGMAS = 0.01, 0.3
+"""Least and largest standard deviation of a step, metres and radians. By judgement: no better than a scan
+match, and a whole keyframe step."""
+_TAIL_SHARE = 0.8
+"""Share of the steps that err less than the tail: what a step is worth before scans were matched, since it
+may be one of the bad ones."""
+_LOSS_WIDTH = 2.0
+"""Width of the Cauchy loss of the fit, in spreads of the residuals. The 95 % efficiency on Gaussian errors is
+at 2.385 (Holland and Welsch, 1977); by judgement a little less."""
 
 
 @dataclass(frozen=True)
 class WheelCalibration:
-    """Corrections and standard deviations per keyframe step."""
+    """Corrections and standard deviations per keyframe step; of wheels as they are, while nothing is known
+    about them."""
 
-    faults: OdometryFaults
-    sigma_distance: float
+    faults: OdometryFaults = field(default_factory=OdometryFaults)
+    sigma_distance: float = _INITIAL_SIGMA
     """Metres."""
-    sigma_turn: float
+    sigma_turn: float = _INITIAL_SIGMA
     """Radians."""
-    tail_distance: float
+    tail_distance: float = _INITIAL_SIGMA
     """Metres that most steps err less than."""
-    tail_turn: float
+    tail_turn: float = _INITIAL_SIGMA
     """Radians, likewise."""
-    usual_step: float
+    usual_step: float = _INITIAL_STEP
     """Metres of the steps that all this is true of; longer ones err by more."""
-
-    @classmethod
-    def unknown(cls, config: WheelCalibrationConfig) -> "WheelCalibration":
-        """Wheels as they are, while nothing is known about them."""
-        sigma = config.initial_sigma
-        return cls(OdometryFaults(), sigma, sigma, sigma, sigma, config.initial_step)
 
     def to_array(self) -> NDArray[np.float64]:
         """(8,) the fields, those of the faults first."""
@@ -66,10 +91,6 @@ class WheelCalibration:
         """From fields (8,)."""
         faults, worth = fields[:3].tolist(), fields[3:].tolist()
         return cls(OdometryFaults(*faults), *worth)
-
-    def correct(self, steps: Pose) -> Pose:
-        """Odometry steps (..., 3) without the systematic errors."""
-        return self.faults.corrected(steps)
 
     def worth(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of a corrected ``step`` (3,) before scans were matched: it may be one of the bad
@@ -104,10 +125,6 @@ class MatchedSpans:
         """(M,) in steps."""
         return self.end - self.first
 
-    def within(self, is_known: NDArray[np.bool_]) -> "MatchedSpans":
-        """Those of which all steps (N,) are known."""
-        return self.chosen(~self.are_over(~is_known))
-
     def are_over(self, steps: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(M,) which span any of some steps (N,)."""
         until = np.concatenate([[0], np.cumsum(steps)])
@@ -130,20 +147,17 @@ class MatchedSpans:
 
 
 def calibrate(
-    steps: Pose,
-    spans: MatchedSpans,
-    config: WheelCalibrationConfig,
-    fused: Callable[[Pose], Pose] = lambda corrected: corrected,
+    steps: Pose, spans: MatchedSpans, fused: Callable[[Pose], Pose] = lambda corrected: corrected
 ) -> WheelCalibration:
     """Robust fit of odometry steps (N, 3), NaN where there are none, to the motion over spans of them.
 
     What is left of errors is that of the corrected steps after a gyroscope was ``fused`` with them.
     """
-    spans = spans.within(~np.isnan(steps[:, 0]))
-    if len(spans.lengths) < config.min_spans:
-        return WheelCalibration.unknown(config)
+    spans = spans.chosen(~spans.are_over(np.isnan(steps[:, 0])))
+    if len(spans.lengths) < _MIN_SPANS:
+        return WheelCalibration()
     steps = np.nan_to_num(steps)
-    turn = _fit_turns(steps, spans, config)
+    turn = _fit_turns(steps, spans)
     trim, turn_off, _ = turn.solution.tolist()
     faults = OdometryFaults(turn=_believed(turn_off), trim=trim)
     chain = chained(fused(faults.corrected(steps)))
@@ -153,24 +167,23 @@ def calibrate(
         [by_wheels[:, :2] / np.maximum(reach, _SMALLEST)[:, None], np.zeros(len(reach))]
     )
     along, told = np.sum(spans.motions * towards, axis=1), spans.variances_along(towards)
-    moved = reach > config.min_reach
-    path = _fit_path(
-        reach[moved], along[moved], by_wheels[moved, 0], told[moved], spans.lengths[moved], config
-    )
+    moved = reach > _MIN_REACH
+    path = _fit_path(reach[moved], along[moved], by_wheels[moved, 0], told[moved], spans.lengths[moved])
     faults = replace(faults, distance=_believed(float(path.solution[0])))
     scale = 1.0 + faults.distance
     error = between(by_wheels * [scale, scale, 1.0], spans.motions)
-    single, tell = spans.lengths == 1, moved & (told < config.initial_sigma**2)
+    single, tell = spans.lengths == 1, moved & (told < _INITIAL_SIGMA**2)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
-    driven = lengths[lengths > config.min_reach]
-    return WheelCalibration(
-        faults,
-        config.clipped(path.sigma_per_step),
-        config.clipped(turn.sigma_per_step),
-        config.clipped(max(path.sigma_per_step, _tail(error[single & tell, :2], config))),
-        config.clipped(max(turn.sigma_per_step, _tail(error[single, 2], config))),
-        float(np.median(driven)) if len(driven) else config.initial_step,
+    driven = lengths[lengths > _MIN_REACH]
+    sigmas = (
+        path.sigma_per_step,
+        turn.sigma_per_step,
+        max(path.sigma_per_step, _tail(error[single & tell, :2])),
+        max(turn.sigma_per_step, _tail(error[single, 2])),
     )
+    usual_step = float(np.median(driven)) if len(driven) else _INITIAL_STEP
+    distance, turned, tail_distance, tail_turn = np.clip(sigmas, *_SIGMAS).tolist()
+    return WheelCalibration(faults, distance, turned, tail_distance, tail_turn, usual_step)
 
 
 def _believed(share: float) -> float:
@@ -184,7 +197,7 @@ class _SpanFit:
     sigma_per_step: float
 
 
-def _fit_turns(steps: Pose, spans: MatchedSpans, config: WheelCalibrationConfig) -> _SpanFit:
+def _fit_turns(steps: Pose, spans: MatchedSpans) -> _SpanFit:
     """Turn per metre, by what share turns are off, and the bias of a match."""
     summed = np.cumsum(np.column_stack([forward(steps), steps[:, 2]]), axis=0)
     sums = np.concatenate([np.zeros((1, 2)), summed])
@@ -192,9 +205,9 @@ def _fit_turns(steps: Pose, spans: MatchedSpans, config: WheelCalibrationConfig)
     telling = turned**3 / (turned**2 + _TELLING_TURN**2)
     design = np.column_stack([driven, telling, np.ones_like(driven)])
     missed = wrap_angle(spans.motions[:, 2] - turned)
-    spread = np.array([config.turn_per_metre_sigma, config.scale_sigma, config.bias_turn_sigma])
+    spread = np.array([_TURN_PER_METRE_SIGMA, _SCALE_SIGMA, _BIAS_TURN_SIGMA])
     told = spans.variances_along(np.array([[0.0, 0.0, 1.0]]))
-    return _fit(design, missed, told, spans.lengths, spread, config)
+    return _fit(design, missed, told, spans.lengths, spread)
 
 
 def _fit_path(
@@ -203,14 +216,13 @@ def _fit_path(
     forward: NDArray[np.float64],
     told: NDArray[np.float64],
     lengths: NDArray[np.int64],
-    config: WheelCalibrationConfig,
 ) -> _SpanFit:
     """By what share paths are off, and the bias of a match in the direction of travel."""
-    if len(reach) < config.min_spans:
-        return _SpanFit(np.zeros(2), config.initial_sigma)
+    if len(reach) < _MIN_SPANS:
+        return _SpanFit(np.zeros(2), _INITIAL_SIGMA)
     design = np.column_stack([reach, np.sign(forward)])
-    spread = np.array([config.scale_sigma, config.bias_distance_sigma])
-    return _fit(design, along - reach, told, lengths, spread, config)
+    spread = np.array([_SCALE_SIGMA, _BIAS_DISTANCE_SIGMA])
+    return _fit(design, along - reach, told, lengths, spread)
 
 
 def _fit(
@@ -219,21 +231,20 @@ def _fit(
     told: NDArray[np.float64],
     lengths: NDArray[np.int64],
     spread: NDArray[np.float64],
-    config: WheelCalibrationConfig,
 ) -> _SpanFit:
     """Least squares with Cauchy weights and a prior, of faults that are usually none. The variance of a
     residual is what the match tells of itself, (M,), what all matches err by, and what a step does, as often
     as a span is long. Since each step takes part in many spans, its errors are told as often, and count
     once."""
     solution = np.zeros(len(spread))
-    weight, shared = np.ones(len(missed)), config.initial_sigma**2 * lengths
+    weight, shared = np.ones(len(missed)), _INITIAL_SIGMA**2 * lengths
     for _ in range(_ITERATIONS):
-        scaled = weight / (told + shared * config.spans_per_step + _SMALLEST**2)
+        scaled = weight / (told + shared * _SPANS_PER_STEP + _SMALLEST**2)
         normal = design.T @ (scaled[:, None] * design) + np.diag(spread**-2.0)
         solution[:] = np.linalg.solve(normal, design.T @ (scaled * missed))
         residual, variance = missed - design @ solution, told + shared + _SMALLEST**2
-        weight = 1.0 / (1.0 + residual**2 / (variance * config.loss_width**2))
-        of_match, per_step = _variances(residual, told, lengths, variance**-2.0, config)
+        weight = 1.0 / (1.0 + residual**2 / (variance * _LOSS_WIDTH**2))
+        of_match, per_step = _variances(residual, told, lengths, variance**-2.0)
         shared = of_match + per_step * lengths
     return _SpanFit(solution, float(np.sqrt(per_step)))
 
@@ -243,7 +254,6 @@ def _variances(
     told: NDArray[np.float64],
     lengths: NDArray[np.int64],
     weight: NDArray[np.float64],
-    config: WheelCalibrationConfig,
 ) -> tuple[float, float]:
     """Of any match and of a step, such that they explain the spread of the residuals (M,) at each length
     beyond what matches tell; a step has that with which it began where they tell too little."""
@@ -252,10 +262,10 @@ def _variances(
     spread = np.array([SIGMA_PER_MEDIAN**2 * _median(residual[at] ** 2, weight[at]) for at in spans])
     known = np.array([np.average(told[at], weights=weight[at]) for at in spans])
     counts = np.array([weight[at].sum() ** 2 / (weight[at] ** 2).sum() for at in spans])
-    initial = config.initial_sigma**2
+    initial = _INITIAL_SIGMA**2
     design = np.vstack([np.column_stack([np.ones(len(spans)), of_spans]), [0.0, 1.0]])
     by = np.append(
-        np.sqrt(counts) / (np.maximum(spread, known) + _SMALLEST**2), np.sqrt(config.min_spans) / initial
+        np.sqrt(counts) / (np.maximum(spread, known) + _SMALLEST**2), np.sqrt(_MIN_SPANS) / initial
     )
     (of_match, per_step), _ = nnls(design * by[:, None], np.append(spread - known, initial) * by)
     return float(of_match), float(per_step)
@@ -268,6 +278,6 @@ def _median(values: NDArray[np.float64], weights: NDArray[np.float64]) -> float:
     return float(values[order[np.searchsorted(until, 0.5 * until[-1])]])
 
 
-def _tail(error: NDArray[np.float64], config: WheelCalibrationConfig) -> float:
+def _tail(error: NDArray[np.float64]) -> float:
     """What most errors (M,) or (M, 2) stay below."""
-    return float(np.quantile(np.abs(error), config.tail_share)) if len(error) else config.initial_sigma
+    return float(np.quantile(np.abs(error), _TAIL_SHARE)) if len(error) else _INITIAL_SIGMA

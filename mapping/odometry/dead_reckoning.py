@@ -9,7 +9,6 @@ from numpy.typing import ArrayLike, NDArray
 from racecar.mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
 from racecar.mapping.matching.scan_store import PreparedScan
 from racecar.mapping.odometry.calibration import WheelCalibration
-from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.odometry.deskew import (
     LaserMotion,
     by_odometry,
@@ -41,8 +40,23 @@ from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.turn_fusion import TurnFusion
 from racecar.maps.sensing.yaw_rate import YawRate
 
-_SECOND = 1_000_000_000
-"""Nanoseconds, by definition."""
+_LOST = 1.0, 0.5
+"""Metres or radians by which scan odometry may miss a step between keyframes before it starts again. By
+judgement: it misses less wherever it has not lost its way."""
+_UNSEEN_TURN = 0.2
+"""Radians that scans show while wheels repeat one heading to the last bit, from which on that is no heading.
+By judgement: session_A's car turned by up to 0.09 while it steered straight."""
+_SPARSE_INTERVAL = 0.075
+"""Seconds between two scans from which scan odometry corrects the velocity filter, since when scans come more
+often, the laser moves too little between them for it. Measured on simulated cheap lasers (pytest
+tests/simulated/test_hard_places.py)."""
+_BLIND_INTERVAL = 2_000_000_000
+"""Nanoseconds for which a car without wheel odometry is thought to go on as before while no beam meets
+anything; then it is searched for where it was by then. By judgement: as long as a gap after which it is
+searched for."""
+WORTH_UNTOLD = np.diag(np.array([1.0, 1.0, 1.5]) ** -2.0)
+"""(3, 3) information of the motion over a longer time that nothing measured: m, m, rad. By judgement: a car
+goes that far before anybody wonders."""
 
 
 class DeadReckoning:
@@ -52,14 +66,9 @@ class DeadReckoning:
     does not always keep its velocity. Which guess is right shows when a keyframe is matched from each.
     """
 
-    def __init__(
-        self,
-        config: DeadReckoningConfig,
-        odometry_lag: int = 0,
-    ) -> None:
+    def __init__(self, odometry_lag: int = 0) -> None:
         """``odometry_lag`` in nanoseconds, as far as it is known beforehand."""
-        self._config = config
-        self.calibration = WheelCalibration.unknown(config.calibration)
+        self.calibration = WheelCalibration()
         self.scans_without_odometry = 0
         self.scans_left_out = 0
         """Of further lasers."""
@@ -67,12 +76,12 @@ class DeadReckoning:
         """As the latest scans have them; what moves is the reference among them."""
         self.blind_for = 0
         """Nanoseconds from the last scan before this one that met anything; zero without any."""
-        self.odometry_lag = OdometryLag(config.lag, odometry_lag)
+        self.odometry_lag = OdometryLag(odometry_lag)
         """As it was learned last."""
         self.cloud: NDArray[np.float64] | None = None
         """(N, 3) what a sensor with many rows saw in the last scan, corrected for motion, in its frame laid
         level; None of a planar one."""
-        self.turns = TurnFusion(config.turn_fusion)
+        self.turns = TurnFusion()
         """What the turns by wheels and gyroscope have proven to be worth."""
         self.frozen = FrozenOdometry()
         """When the wheels repeated a pose while the scans moved."""
@@ -82,8 +91,8 @@ class DeadReckoning:
         self._gyro = GyroBuffer()
         self._by_gyro: GyroReading | None = None
         self._keyframe_by_gyro: GyroReading | None = None
-        self._scan_odometry = ScanOdometry(config.scan_odometry)
-        self._filter = VelocityFilter(config.velocity_filter)
+        self._scan_odometry = ScanOdometry()
+        self._filter = VelocityFilter()
         self._points: NDArray[np.float64] = np.zeros((0, 2))
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
         self._stamp = self._seeing_stamp = 0
@@ -138,17 +147,12 @@ class DeadReckoning:
             motion = self.corrected(between(last_by_wheels, self._by_wheels), gyro_turn, seconds)
         elif is_trusted:
             motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
-        elif len(points) == 0 and self.blind_for > self._config.blind_interval * _SECOND:
+        elif len(points) == 0 and self.blind_for > _BLIND_INTERVAL:
             motion = IDENTITY
         elif turned is not None:
             motion = np.array([*self._last_motion[:2], turned.turn])
         else:
-            motion = with_turn_seen(
-                self._points,
-                points,
-                self._last_motion,
-                self._config.turn_search,
-            )
+            motion = with_turn_seen(self._points, points, self._last_motion)
         self._points, self._sweep = points, points if cloud is None else cloud
         by_scans = self._scan_odometry.register(self._sweep, motion)
         self._last_motion, self._by_scans = between(self._by_scans, by_scans), by_scans
@@ -157,7 +161,7 @@ class DeadReckoning:
         self._stamp = scan.stamp
         if not is_followed:
             self._filter.begin(scan.stamp, self.guesses().best, self._last_motion / max(seconds, 1e-3))
-        elif seconds > self._config.sparse_interval:
+        elif seconds > _SPARSE_INTERVAL:
             self._filter.observe(between(self._keyframe_by_scans, by_scans))
         return in_laser
 
@@ -208,7 +212,7 @@ class DeadReckoning:
         begin = self._odometry.repeats_since(self._stamp, heading_only=True)
         is_unseen = begin is not None and self._is_since_keyframe(begin) and isnan(self.gyro_step()[0])
         self._unseen_turn = self._unseen_turn + float(step[2]) if is_unseen else 0.0
-        if begin is not None and abs(self._unseen_turn) > self._config.unseen_turn:
+        if begin is not None and abs(self._unseen_turn) > _UNSEEN_TURN:
             self._freeze(begin, np.array([np.nan, np.nan, 0.0]))
 
     def doubt_standing(self) -> None:
@@ -230,13 +234,8 @@ class DeadReckoning:
 
     def worth(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of the most trusted guess of a ``step`` (3,) since the last keyframe."""
-        is_long = self._stamp - self._keyframe_stamp > self._config.blind_interval * _SECOND
-        return self.worth_untold if is_long and self.wheel_step() is None else self.calibration.worth(step)
-
-    @property
-    def worth_untold(self) -> NDArray[np.float64]:
-        """(3, 3) information of a step that nothing tells."""
-        return np.asarray(np.diag(np.array(self._config.unknown_sigma) ** -2.0))
+        is_long = self._stamp - self._keyframe_stamp > _BLIND_INTERVAL
+        return WORTH_UNTOLD if is_long and self.wheel_step() is None else self.calibration.worth(step)
 
     def gyro_step(self) -> tuple[float, float]:
         """The turn since the last keyframe as the gyroscope measured it, and in how many seconds.
@@ -249,7 +248,7 @@ class DeadReckoning:
     def corrected(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
         """Steps (..., 3) of the reference by the wheels without their systematic errors, and with what the
         gyroscope says of the turn."""
-        return self.fused(self.calibration.correct(steps), gyro_turns, seconds)
+        return self.fused(self.calibration.faults.corrected(steps), gyro_turns, seconds)
 
     def fused(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
         """Corrected steps (..., 3) of the reference with what the gyroscope says of the turn."""
@@ -271,8 +270,7 @@ class DeadReckoning:
             self.turns.start_anew()
         self._keyframe_by_gyro = self._by_gyro
         self._filter.start_keyframe(keyframe, self.mounts.of(laser))
-        limits = (self._config.lost_distance, self._config.lost_angle)
-        if are_apart(step, between(self._keyframe_by_scans, self._by_scans), limits):
+        if are_apart(step, between(self._keyframe_by_scans, self._by_scans), _LOST):
             self._begin_scan_odometry()
         self.frozen.follow(self._stamp, step)
         self.odometry_lag.add_turn(self._stamp, float(step[2]))
@@ -294,7 +292,7 @@ class DeadReckoning:
         """Compare the turn of the step (3,) between two keyframes with those by wheels and gyroscope."""
         gyro_turn, seconds = self.gyro_step()
         by_wheels = self.wheel_step()
-        corrected = None if by_wheels is None else self.calibration.correct(by_wheels)
+        corrected = None if by_wheels is None else self.calibration.faults.corrected(by_wheels)
         self.turns.follow(seconds, float(step[2]), gyro_turn, corrected)
 
     def _measured_turn(self, gyro_turn: float, seconds: float, scan: Scan) -> TurnMeasured | None:
@@ -329,14 +327,13 @@ class DeadReckoning:
         Once lost, scan odometry goes on with the motion that misled it, to where its local map is empty and
         nothing corrects it.
         """
-        self._scan_odometry = ScanOdometry(self._config.scan_odometry)
+        self._scan_odometry = ScanOdometry()
         self._by_scans, self._last_motion = self._scan_odometry.register(self._sweep, IDENTITY), IDENTITY
 
     def restart_scan_odometry(self) -> None:
         """Forget what `to_arrays` does not hold of scan odometry."""
         self._points = np.zeros((0, 2))
-        arrays = self._scan_odometry.to_arrays()
-        self._scan_odometry = ScanOdometry.from_arrays(arrays, self._config.scan_odometry)
+        self._scan_odometry = ScanOdometry.from_arrays(self._scan_odometry.to_arrays())
 
     def to_arrays(self) -> Arrays:
         """The whole state; right after `restart_scan_odometry` another goes on from it to the same bits.
@@ -377,13 +374,13 @@ class DeadReckoning:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays, config: DeadReckoningConfig) -> "DeadReckoning":
+    def from_arrays(cls, arrays: Arrays) -> "DeadReckoning":
         """Dead reckoning that goes on from where another was."""
-        reckoning = cls(config)
+        reckoning = cls()
         reckoning.calibration = WheelCalibration.from_array(arrays["wheel_calibration"])
         reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
         reckoning.mounts = _mounts_of(arrays)
-        reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays), config.lag)
+        reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays))
         reckoning._odometry.lag = reckoning.odometry_lag.nanoseconds
         reckoning.frozen = FrozenOdometry.from_arrays(part_of("frozen", arrays))
         reckoning._unseen_turn = float(arrays["unseen_turn"])
@@ -401,10 +398,9 @@ class DeadReckoning:
         reckoning._by_gyro = _reading_or_none(arrays["by_gyro"])
         reckoning._keyframe_by_gyro = _reading_or_none(arrays["keyframe_by_gyro"])
         reckoning._gyro = GyroBuffer.from_arrays(part_of("gyro", arrays))
-        reckoning.turns = TurnFusion.from_arrays(part_of("turns", arrays), config.turn_fusion)
-        scan_odometry, velocity_filter = part_of("scan_odometry", arrays), part_of("velocity_filter", arrays)
-        reckoning._scan_odometry = ScanOdometry.from_arrays(scan_odometry, config.scan_odometry)
-        reckoning._filter = VelocityFilter.from_arrays(velocity_filter, config.velocity_filter)
+        reckoning.turns = TurnFusion.from_arrays(part_of("turns", arrays))
+        reckoning._scan_odometry = ScanOdometry.from_arrays(part_of("scan_odometry", arrays))
+        reckoning._filter = VelocityFilter.from_arrays(part_of("velocity_filter", arrays))
         return reckoning
 
     def _place_laser(self, scan: Scan) -> None:

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays
-from racecar.mapping.odometry.config import OdometryLagConfig
 from racecar.mapping.odometry.lag_estimate import Blocks, blocks_of, known_lag
 from racecar.mapping.odometry.turn_windows import TurnWindows, turn_windows
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
@@ -17,6 +16,23 @@ from racecar.maps.sensing.odometry_buffer import OdometryBuffer
 NOTICEABLE = 100_000_000
 """Nanoseconds of lag from which it is worth a word, since a turn of 1 rad/s then puts wheels 6° off: by
 judgement. Buses and drivers delay by less, which is corrected all the same."""
+_STEP = 20_000_000
+"""Nanoseconds from one lag tried to the next. By judgement: the usual time between two odometry messages."""
+_LAGS = np.arange(-25, 26) * _STEP
+"""(L,) nanoseconds: half a second to each side, some more than those up to which no clock is shifted
+beforehand, since at the bound none is known."""
+_WINDOW, _MAX_WINDOW = 0.5, 1.5
+"""Seconds over which turns are compared, and beyond which there is a gap in it. By judgement: over a shorter
+time, scans skewed by wheels at a wrong time would seem to agree with them."""
+_MAX_WAITING = 200
+"""Scans that wait for odometry that has not come yet, since it may have stopped."""
+_MAX_DISAGREEMENT = 0.3
+"""Radians by which turns of wheels and scans may differ; more counts as much. By judgement: a slip."""
+_TURN_UNTIL_SETTLED = 4.0
+"""Radians that the car must have turned, to and fro, until a lag that the turns do not show is no longer
+believed from elsewhere. By judgement: two turns on the spot would show it."""
+_MAX_BLOCKS = 200
+"""Blocks that are remembered, because clocks drift: some minutes of driving."""
 
 
 class KnownLag(NamedTuple):
@@ -31,14 +47,10 @@ class KnownLag(NamedTuple):
 class OdometryLag:
     """Keeps, for each lag that is tried, by how much the wheels and the scans disagreed of late."""
 
-    def __init__(self, config: OdometryLagConfig, nanoseconds: int = 0) -> None:
+    def __init__(self, nanoseconds: int = 0) -> None:
         self.nanoseconds = nanoseconds
         """How long after a scan's stamp the wheels report the car where that scan saw it."""
-        self._config = config
-        steps = round(config.max_lag / config.step)
-        self._lags = np.arange(-steps, steps + 1) * round(config.step * 1e9)
-        """(L,) nanoseconds."""
-        self._blocks = Blocks.none(len(self._lags))
+        self._blocks = Blocks.none(len(_LAGS))
         self._turned = 0.0
         self._stamps: list[int] = []
         self._headings: list[float] = []
@@ -51,7 +63,7 @@ class OdometryLag:
     @property
     def is_settled(self) -> bool:
         """Whether the car has turned enough to know the lag well, or to know that there is none."""
-        return self._turned > self._config.turn_until_settled
+        return self._turned > _TURN_UNTIL_SETTLED
 
     @property
     def known(self) -> KnownLag:
@@ -66,14 +78,11 @@ class OdometryLag:
         stamps, poses = odometry.samples
         scans = np.array(self._stamps, dtype=np.int64)
         windows = self._compare(scans, stamps, np.unwrap(poses[:, 2]))
-        missed = np.minimum(np.abs(windows.turns - windows.by_other), self._config.max_disagreement)
-        numbers, costs = self._blocks.joined(
-            blocks_of(scans[windows.begins], missed / windows.scans_apart, self._config.estimate)
-        )
-        most = self._config.max_blocks
-        self._blocks = Blocks(numbers[-most:], costs[-most:])
+        missed = np.minimum(np.abs(windows.turns - windows.by_other), _MAX_DISAGREEMENT)
+        numbers, costs = self._blocks.joined(blocks_of(scans[windows.begins], missed / windows.scans_apart))
+        self._blocks = Blocks(numbers[-_MAX_BLOCKS:], costs[-_MAX_BLOCKS:])
         self._turned += windows.turned
-        before, lag = self.nanoseconds, known_lag(self._lags, self._blocks, self._config.estimate)
+        before, lag = self.nanoseconds, known_lag(_LAGS, self._blocks)
         if lag is not None:
             self.nanoseconds = lag if abs(lag) >= _period(stamps) else 0
         elif self.is_settled:
@@ -85,21 +94,15 @@ class OdometryLag:
     ) -> TurnWindows:
         """Windows in which both turned, of those of the waiting scans (N,) that samples of the wheels (M,)
         cover by now; scans that begin no later one need not wait any more."""
-        config, lags = self._config, self._lags
-        windows = turn_windows(
-            (scans, np.array(self._headings)),
-            (stamps, by_wheels),
-            lags,
-            config.turn_interval,
-            config.max_turn_interval,
-        )
-        reached = scans[scans < stamps[-1] - lags[-1]] if len(stamps) > 0 else scans
-        last = reached[-1:] - round(config.turn_interval * 1e9)
+        headings = np.array(self._headings)
+        windows = turn_windows((scans, headings), (stamps, by_wheels), _LAGS, _WINDOW, _MAX_WINDOW)
+        reached = scans[scans < stamps[-1] - _LAGS[-1]] if len(stamps) > 0 else scans
+        last = reached[-1:] - round(_WINDOW * 1e9)
         count = int((scans <= last).sum()) if len(last) else 0
-        self._stamps = self._stamps[count:][-config.max_waiting :]
-        self._headings = self._headings[count:][-config.max_waiting :]
+        self._stamps = self._stamps[count:][-_MAX_WAITING:]
+        self._headings = self._headings[count:][-_MAX_WAITING:]
         is_whole = windows.is_covered.all(axis=0) & (windows.begins < count)
-        return windows.chosen(is_whole).turning(config.estimate.min_turn)
+        return windows.chosen(is_whole).turning()
 
     def to_arrays(self) -> Arrays:
         """The lag in ``nanoseconds``, what was compared in the ``blocks`` (B,) with ``costs`` (B, L), how far
@@ -114,9 +117,9 @@ class OdometryLag:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays, config: OdometryLagConfig) -> "OdometryLag":
+    def from_arrays(cls, arrays: Arrays) -> "OdometryLag":
         """One that goes on from where another was."""
-        known = cls(config, int(arrays["nanoseconds"]))
+        known = cls(int(arrays["nanoseconds"]))
         known._blocks = Blocks(arrays["blocks"].astype(np.int64), arrays["costs"].astype(np.float64))
         known._turned = float(arrays["turned"])
         known._stamps, known._headings = arrays["stamps"].tolist(), arrays["headings"].tolist()

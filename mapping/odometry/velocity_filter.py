@@ -16,7 +16,6 @@ from racecar.mapping.arrays import Arrays
 from racecar.mapping.matching.match_information import as_prior, match_information
 from racecar.mapping.matching.scan_matching import Matches, Pairings, match
 from racecar.mapping.matching.scan_store import PreparedScan, ScanStore, prepare_scan
-from racecar.mapping.odometry.config import VelocityFilterConfig
 from racecar.mapping.odometry.deskew import by_velocity, deskew, seen_by
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse, transform_points
 from racecar.maps.sensing.scan import Scan
@@ -24,6 +23,32 @@ from racecar.maps.sensing.scan import Scan
 _ROUNDING = 1e-6 * np.eye(3)
 """Square metres and radians that each match adds, because it ends where steps are short, not where they are
 zero."""
+_MAX_INTERVAL = 0.25
+"""Seconds between two scans beyond which a velocity predicts too little. Measured: serves lasers of five
+scans a second (pytest tests/simulated/test_hard_places.py)."""
+_ACCELERATION = np.diag([3.0, 1.0, 6.0]) ** 2
+"""(3, 3) spectral density of the white noise in forward and sideways acceleration (m/s², over a second) and
+angular acceleration (rad/s²): what velocity gains in a second, squared. By judgement: what a race car
+does."""
+_INITIAL_VELOCITY = np.diag([2.0, 0.5, 2.0]) ** 2
+"""(3, 3) covariance of the velocity at the start: m/s, m/s, rad/s. By judgement: of a race car."""
+_INITIAL_PLACE = np.diag([0.02, 0.02, 0.02]) ** 2
+"""(3, 3) covariance of the place at the start: m, m, rad. By judgement: a scan match's."""
+_SCAN_ODOMETRY = np.diag([0.5, 0.5, 0.25]) ** 2
+"""(3, 3) covariance of what scan odometry tells of a step since the keyframe: m, m, rad. So wide that it
+decides only where scan matches leave a direction open, since aces without wheels showed the need."""
+_MIN_OVERLAP = 0.2
+"""Share of points that must match the keyframe for a scan to be followed. By judgement: fewer match by
+chance."""
+_MAX_SURPRISE = 40.0
+"""Squared Mahalanobis distance between prediction and match beyond which the filter starts again. By
+judgement: by the chi-square distribution of three dimensions 16 is exceeded once in a thousand times, but
+accelerations have heavier tails."""
+_TRUSTED_AFTER = 10.0
+"""Scans that must have been followed until it is trusted. By judgement: by then the velocity has settled."""
+_FULL_INTERVAL = 0.05
+"""Seconds between two scans from which one counts in full towards that; sooner ones count in proportion,
+because velocities are wrong where stamps come in bunches."""
 _NOTHING_SEEN = PreparedScan(np.zeros((0, 2), dtype=np.float32), np.zeros((0, 2), dtype=np.float32))
 """The keyframe before the first, which by definition shows no point."""
 
@@ -44,10 +69,7 @@ class TurnMeasured(NamedTuple):
 class VelocityFilter:
     """Follows the laser from scan to scan; the frame of everything is the laser's own, where it is now."""
 
-    def __init__(self, config: VelocityFilterConfig) -> None:
-        self._config = config
-        self._acceleration = _covariance(config.acceleration)
-        """(3, 3) spectral density: what velocity, in m/s and rad/s, gains in a second, squared."""
+    def __init__(self) -> None:
         self.keyframe_from_laser: Pose = IDENTITY
         self.velocity: Pose = IDENTITY
         """(3,) metres and radians per second."""
@@ -61,14 +83,14 @@ class VelocityFilter:
     @property
     def is_trusted(self) -> bool:
         """Whether it has followed the laser over several scans."""
-        return self._followed >= self._config.trusted_after
+        return self._followed >= _TRUSTED_AFTER
 
     def begin(self, stamp: int, keyframe_from_laser: Pose, velocity: Pose) -> None:
         """Begin anew at a scan, at a place (3,) and with a velocity (3,) that others estimate."""
         self._stamp, self.keyframe_from_laser, self.velocity = stamp, keyframe_from_laser, velocity
         self._covariance = np.zeros((6, 6))
-        self._covariance[:3, :3] = _covariance(self._config.initial_place_sigma)
-        self._covariance[3:, 3:] = _covariance(self._config.initial_velocity_sigma)
+        self._covariance[:3, :3] = _INITIAL_PLACE
+        self._covariance[3:, 3:] = _INITIAL_VELOCITY
         self._followed = 0.0
 
     def start_keyframe(self, keyframe: PreparedScan, mount: Pose | None = None) -> None:
@@ -86,7 +108,7 @@ class VelocityFilter:
         """
         followed, self._followed = self._followed, 0.0
         seconds = (scan.stamp - self._stamp) * 1e-9
-        if not 0.0 < seconds <= self._config.max_interval:
+        if not 0.0 < seconds <= _MAX_INTERVAL:
             return False
         if turned is not None:
             self._take_turn(turned.turn / seconds, turned.variance / seconds**2, turned.base_from_laser)
@@ -101,8 +123,8 @@ class VelocityFilter:
         expected, known = compose(predicted, self.velocity * middle), _inverse(spread)
         matches = self._match(scan, middle, expected, known, mount)
         surprise = between(expected, matches.poses[0])
-        is_incredible = surprise @ known @ surprise > self._config.max_surprise
-        if matches.overlap[0] < self._config.min_overlap or is_incredible:
+        is_incredible = surprise @ known @ surprise > _MAX_SURPRISE
+        if matches.overlap[0] < _MIN_OVERLAP or is_incredible:
             return False
         self._residual = float(matches.residual[0])
         left = _inverse(known + match_information(matches.hessians[0], self._residual))
@@ -111,7 +133,7 @@ class VelocityFilter:
         self._covariance = covariance - gain @ (spread - left) @ gain.T
         self._stamp, self.keyframe_from_laser = scan.stamp, compose(predicted, correction[:3])
         self.velocity = self.velocity + correction[3:]
-        self._followed = followed + min(1.0, seconds / self._config.full_interval)
+        self._followed = followed + min(1.0, seconds / _FULL_INTERVAL)
         return True
 
     def observe(self, keyframe_from_laser: Pose) -> None:
@@ -120,7 +142,7 @@ class VelocityFilter:
         Along a bare corridor the filter goes on at its velocity, even when the car stops; door frames and
         lone points there, which matches of lines leave out, still show in scan odometry.
         """
-        spread = self._covariance[:3, :3] + _covariance(self._config.scan_odometry_sigma)
+        spread = self._covariance[:3, :3] + _SCAN_ODOMETRY
         gain = self._covariance[:, :3] @ _inverse(spread)
         correction = gain @ between(self.keyframe_from_laser, keyframe_from_laser)
         self._covariance = self._covariance - gain @ self._covariance[:3]
@@ -161,7 +183,7 @@ class VelocityFilter:
         """
         transition = np.eye(6)
         transition[:3, 3:] = seconds * np.eye(3)
-        density = np.diag([1.0, 1.0, 0.0]) @ self._acceleration if is_turn_known else self._acceleration
+        density = np.diag([1.0, 1.0, 0.0]) @ _ACCELERATION if is_turn_known else _ACCELERATION
         noise = np.block(
             [
                 [density * seconds**3 / 3.0 + _ROUNDING, density * seconds**2 / 2.0],
@@ -187,9 +209,9 @@ class VelocityFilter:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Arrays, config: VelocityFilterConfig) -> "VelocityFilter":
+    def from_arrays(cls, arrays: Arrays) -> "VelocityFilter":
         """The filter that `to_arrays` wrote."""
-        tracker = cls(config)
+        tracker = cls()
         tracker.keyframe_from_laser = arrays["place"].astype(np.float64)
         tracker.velocity = arrays["velocity"].astype(np.float64)
         tracker._covariance = arrays["covariance"].astype(np.float64)
@@ -210,8 +232,3 @@ def _middle_of(scan: Scan) -> float:
 
 def _inverse(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(np.linalg.inv(matrix), dtype=np.float64)
-
-
-def _covariance(sigmas: tuple[float, float, float]) -> NDArray[np.float64]:
-    """(3, 3) of independent errors."""
-    return np.asarray(np.diag(sigmas) ** 2, dtype=np.float64)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.odometry.config import ScanOdometryConfig
 from racecar.mapping.odometry.deskew import by_velocity, deskew
 from racecar.mapping.odometry.scan_odometry import ScanOdometry
 from racecar.mapping.self_calibration.profile_turn import bearing_profile, turn_between
@@ -88,7 +87,7 @@ class ScanTracker:
         self._stamps: list[int] = []
         self._poses: list[Pose] = []
         self._segments: list[int] = []
-        self._odometry = ScanOdometry(ScanOdometryConfig())
+        self._odometry = ScanOdometry()
         self._velocity: Pose = IDENTITY
         self._registered: tuple[Scan, NDArray[np.float64]] | None = None
         self.turned = 0.0
@@ -126,7 +125,7 @@ class ScanTracker:
         )
 
     def _begin_segment(self, scan: Scan, stamp: int) -> None:
-        self._odometry, self._velocity = ScanOdometry(ScanOdometryConfig()), IDENTITY
+        self._odometry, self._velocity = ScanOdometry(), IDENTITY
         points = self._points_of(scan)
         number = self._segments[-1] + 1 if self._segments else 0
         self._append(scan, stamp, self._odometry.register(points, IDENTITY), number)

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.odometry.config import LagEstimateConfig
 from racecar.mapping.odometry.lag_estimate import blocks_of, known_lag
 from racecar.mapping.odometry.turn_windows import TurnWindows, turn_windows
 from racecar.mapping.self_calibration.scan_track import ScanTrack
@@ -46,7 +45,6 @@ hypothesis leaves 0.03 to 0.55, a wrong one mostly over 1."""
 _MAX_SHARE_OF_RIVAL = 0.6
 """Share of what the best other hypothesis leaves that one which speaks against the recording may leave.
 Measured likewise: 0.04 to 0.1 where it is true, 0.8 and more elsewhere."""
-_LAG = LagEstimateConfig()
 
 
 @dataclass(frozen=True)
@@ -113,10 +111,10 @@ def shown_lag(
     there; with a ``factor`` on what the other sensor turns."""
     near = np.abs(lags - found[0]) <= _PEAK_WIDTH
     is_covered = np.asarray(windows.is_covered[near].all(axis=0))
-    both = windows.chosen(is_covered).turning(_LAG.min_turn)
+    both = windows.chosen(is_covered).turning()
     missed = np.minimum(np.abs(both.turns - factor * both.by_other[near]), _MAX_DIFFERENCE)
-    blocks = blocks_of(track.stamps[both.begins], missed, _LAG)
-    shown = known_lag(lags[near] - found[1], blocks, _LAG)
+    blocks = blocks_of(track.stamps[both.begins], missed)
+    shown = known_lag(lags[near] - found[1], blocks)
     return None if shown is None else found[1] + shown
 
 

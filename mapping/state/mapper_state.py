@@ -68,7 +68,7 @@ class MapperState:
         keyframes = ScanStore()
         return cls(
             config,
-            DeadReckoning(config.odometry, odometry_lag),
+            DeadReckoning(odometry_lag),
             keyframes,
             LoopCloser(keyframes),
             PoseGraph(),
@@ -136,7 +136,6 @@ class MapperState:
         self.reckoning.calibration = calibrate(
             self.measured_steps[first:],
             self._spans_since(first),
-            self.config.odometry.calibration,
             lambda corrected: self.reckoning.fused(corrected, gyro_turns, seconds),
         )
 
@@ -245,7 +244,7 @@ class MapperState:
         session = Session.from_arrays(arrays)
         return cls(
             config,
-            DeadReckoning.from_arrays(part_of("reckoning", arrays), config.odometry),
+            DeadReckoning.from_arrays(part_of("reckoning", arrays)),
             session.keyframes,
             LoopCloser(session.keyframes, session.loops),
             PoseGraph(session.constraints),

@@ -17,7 +17,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from racecar.maps.geometry.se2 import Pose, wrap_angle
-from racecar.maps.sensing.config import TurnFusionConfig
+
+MAX_SCALE_ERROR = 0.15
+"""Share by which the scale may be off: more is no gyroscope of this car, or one in other units or about
+another axis. By judgement: data sheets allow 3 %; the rest is for turns that slow ones lose."""
 
 FloatOrArray = TypeVar("FloatOrArray", float, NDArray[np.float64])
 
@@ -31,13 +34,51 @@ Welsch, 1977)."""
 _WORST = 5.0
 """Standard deviations as which a miss counts at most in a variance: slips count, but one lost scan among them
 does not say all. By judgement, since nothing shows which is which."""
+_SEGMENT_SECONDS = 1.0
+"""Seconds of drive, at least, over which turns are compared, because over much less the jitter of single
+scans hides what is compared."""
+_SEGMENTS = 300
+"""Segments that are remembered. By judgement: some minutes of driving, over which a bias stays what it is."""
+_MEMORY = 150.0
+"""Segments after which one counts a third, since the bias drifts as the chip warms."""
+_SCAN_NOISE = 0.005
+"""Standard deviation, in radians, of a turn that scans show, as two matched headings have it. By judgement:
+0.2° each, which laser scans of a room reach."""
+_BIAS_SIGMA = 0.1
+"""Standard deviation of a gyroscope's bias, rad/s, before it is learned. By judgement: 6 °/s; the data sheet
+of the MPU-6050 allows 20 °/s, most are far below."""
+_SCALE_SIGMA = 0.3
+"""Standard deviation of a gyroscope's scale before it is learned, so wide that degrees and a wrong sign show
+as such."""
+_KNOWN_SCALE = 0.05
+"""Largest standard deviation of the scale with which a gyroscope that was tried is believed, since one that
+stays at rest while the car turns leaves it unknown."""
+_UNSEEN_TURN = 0.2
+"""Radians, beyond what a bias makes, that the gyroscope must have turned while wheels that never reported the
+least turn reported none, so that they do not know turns."""
+_TURN_UNTIL_TRIED = 2.0
+"""Radians that the car must have turned, to and fro, until the gyroscope counts as tried. By judgement: a
+bend or two."""
+_MIN_SEGMENTS = 5
+"""Segments until the gyroscope may count as tried, since a spread of fewer says little."""
+_METRE_EXPOSURE = 0.3
+"""Radians of turn that put wheels to as much of a test as a metre of driving. By judgement: calibrated wheels
+err by some per cent of a turn and by a degree in some metres."""
+_STANDING_EXPOSURE = 1e-6
+"""The same of a second in which the wheels stand: next to nothing, since a car that stands does not turn;
+wheels that stand while the car turns are found out by it at once."""
+_SECOND_EXPOSURE = 0.1
+"""Radians of turn that put a gyroscope to as much of a test as a second, because it errs by per cents of a
+turn, and by what is left of its bias."""
+_MIN_VARIANCE = 1e-6
+"""Least variance of a turn, square radians per radian of exposure, since no comparison shows less: 0.06°
+after a radian."""
 
 
 @dataclass(frozen=True)
 class TurnModel:
     """What is known of wheels and gyroscope; replaced as a whole, so that any thread may read it."""
 
-    config: TurnFusionConfig
     is_believed: bool = False
     """Whether the gyroscope has proven to measure the turns of this car."""
     is_contradicted: bool = False
@@ -101,7 +142,7 @@ class TurnModel:
         )
 
     def _scales_by(self, plain: float) -> bool:
-        return abs(self.scale / plain - 1.0) < self.config.max_scale_error
+        return abs(self.scale / plain - 1.0) < MAX_SCALE_ERROR
 
     def by_gyro(self, gyro_turn: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
         """The turn in so many seconds, from what the gyroscope measured."""
@@ -109,7 +150,7 @@ class TurnModel:
 
     def variance_by_gyro(self, turn: float, seconds: float) -> float:
         """Square radians by which that errs."""
-        return self.gyro_variance * _gyro_exposure(self.config, turn, seconds)
+        return self.gyro_variance * _gyro_exposure(turn, seconds)
 
     def fused(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
         """Steps (..., 3) of the base by its wheels, with the turns that wheels and gyroscope measured.
@@ -129,8 +170,8 @@ class TurnModel:
             return np.zeros(np.shape(turns_by_gyro))
         seconds, turns_by_gyro = np.asarray(seconds), np.asarray(turns_by_gyro)
         distances = np.hypot(steps[..., 0], steps[..., 1])
-        wheels = self.wheel_variance * _wheel_exposure(self.config, steps[..., 2], distances, seconds)
-        gyro = self.gyro_variance * _gyro_exposure(self.config, turns_by_gyro, seconds)
+        wheels = self.wheel_variance * _wheel_exposure(steps[..., 2], distances, seconds)
+        gyro = self.gyro_variance * _gyro_exposure(turns_by_gyro, seconds)
         share: NDArray[np.float64] = gyro / np.maximum(gyro + wheels, 1e-30)
         return np.where(np.isnan(share), 0.0, share)
 
@@ -149,10 +190,9 @@ def turned_more(steps: Pose, turns: ArrayLike) -> Pose:
 class TurnFusion:
     """Learns the `TurnModel` while the car drives."""
 
-    def __init__(self, config: TurnFusionConfig) -> None:
-        self.config = config
-        self.model = TurnModel(config)
-        self._segments: deque[NDArray[np.float64]] = deque(maxlen=config.segments)
+    def __init__(self) -> None:
+        self.model = TurnModel()
+        self._segments: deque[NDArray[np.float64]] = deque(maxlen=_SEGMENTS)
         """(5,) each: seconds; turn by the scans, by the gyroscope and by the wheels; metres by the wheels.
         The last two are NaN where these were silent."""
         self._segment = np.zeros(5)
@@ -168,8 +208,8 @@ class TurnFusion:
         if wheel_step[2] != 0.0:
             self._unseen_turn = -np.inf
         elif not isnan(gyro_turn):
-            self._unseen_turn += max(abs(gyro_turn) - self.config.bias_sigma * seconds, 0.0)
-        are_blind = self._unseen_turn > self.config.unseen_turn
+            self._unseen_turn += max(abs(gyro_turn) - _BIAS_SIGMA * seconds, 0.0)
+        are_blind = self._unseen_turn > _UNSEEN_TURN
         if are_blind != self.model.wheels_are_blind:
             self.model = replace(self.model, wheels_are_blind=are_blind)
 
@@ -185,40 +225,38 @@ class TurnFusion:
             (nan, nan) if wheel_step is None else (float(wheel_step[2]), float(np.hypot(*wheel_step[:2])))
         )
         self._segment = self._segment + np.array([seconds, turn, gyro_turn, *by_wheels])
-        if self._segment[0] >= self.config.segment_seconds:
+        if self._segment[0] >= _SEGMENT_SECONDS:
             self._segments.append(self._segment)
             self.start_anew()
             self._learn()
 
     def _learn(self) -> None:
         segments = np.array(self._segments)
-        config = self.config
         seconds, turns, by_gyro, by_wheels, metres = segments.T
         ages = np.arange(len(segments))[::-1]
-        memory = np.exp(-ages / config.memory)
+        memory = np.exp(-ages / _MEMORY)
         design = np.column_stack([by_gyro, -seconds])
-        prior, expected = np.diag([config.scale_sigma**-2.0, config.bias_sigma**-2.0]), np.array([1.0, 0.0])
-        solution, per_exposure = expected, config.min_variance
+        prior, expected = np.diag([_SCALE_SIGMA**-2.0, _BIAS_SIGMA**-2.0]), np.array([1.0, 0.0])
+        solution, per_exposure = expected, _MIN_VARIANCE
         weights = memory
         covariance = np.zeros((2, 2))
         for _ in range(_ITERATIONS):
-            exposure = _gyro_exposure(config, design @ solution, seconds)
-            variances = config.scan_noise**2 + per_exposure * exposure
+            exposure = _gyro_exposure(design @ solution, seconds)
+            variances = _SCAN_NOISE**2 + per_exposure * exposure
             covariance = np.linalg.inv(design.T @ ((weights / variances)[:, None] * design) + prior)
             solution = covariance @ (design.T @ (weights / variances * turns) + prior @ expected)
             missed = turns - design @ solution
-            per_exposure = _variance(missed, exposure, memory, config)
-            variances = config.scan_noise**2 + per_exposure * exposure
+            per_exposure = _variance(missed, exposure, memory)
+            variances = _SCAN_NOISE**2 + per_exposure * exposure
             weights = memory / (1.0 + missed**2 / (_LOSS_WIDTH**2 * variances))
         scale, bias = solution.tolist()
-        is_tried = len(segments) >= config.min_segments and np.abs(turns).sum() > config.turn_until_tried
-        is_known = covariance[0, 0] < config.known_scale**2
-        is_right = is_known and abs(scale - 1.0) < config.max_scale_error
+        is_tried = len(segments) >= _MIN_SEGMENTS and np.abs(turns).sum() > _TURN_UNTIL_TRIED
+        is_known = covariance[0, 0] < _KNOWN_SCALE**2
+        is_right = is_known and abs(scale - 1.0) < MAX_SCALE_ERROR
         known = ~np.isnan(by_wheels)
-        exposure = _wheel_exposure(config, by_wheels[known], metres[known], seconds[known])
-        wheels = _variance(turns[known] - by_wheels[known], exposure, memory[known], config)
+        exposure = _wheel_exposure(by_wheels[known], metres[known], seconds[known])
+        wheels = _variance(turns[known] - by_wheels[known], exposure, memory[known])
         self.model = TurnModel(
-            config,
             is_tried and is_right,
             is_tried and not is_right,
             scale,
@@ -226,7 +264,7 @@ class TurnFusion:
             per_exposure,
             wheels,
             self.model.wheels_are_blind,
-            _are_alike(by_gyro[known], by_wheels[known], config),
+            _are_alike(by_gyro[known], by_wheels[known]),
         )
 
     def to_arrays(self) -> dict[str, NDArray[np.float64]]:
@@ -238,44 +276,38 @@ class TurnFusion:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[np.generic]], config: TurnFusionConfig) -> "TurnFusion":
+    def from_arrays(cls, arrays: dict[str, NDArray[np.generic]]) -> "TurnFusion":
         """One that goes on from where another was. Raises KeyError when an array is missing."""
-        fusion = cls(config)
+        fusion = cls()
         fusion._segments.extend(arrays["segments"].astype(np.float64))
         fusion._segment = arrays["segment"].astype(np.float64)
         fusion._unseen_turn = float(arrays["unseen_turn"])
-        are_blind = fusion._unseen_turn > config.unseen_turn
+        are_blind = fusion._unseen_turn > _UNSEEN_TURN
         fusion.model = replace(fusion.model, wheels_are_blind=are_blind)
         if fusion._segments:
             fusion._learn()
         return fusion
 
 
-def _gyro_exposure(config: TurnFusionConfig, turns: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
+def _gyro_exposure(turns: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
     """Radians (...) to which errors of a gyroscope are proportional."""
-    return abs(turns) + config.second_exposure * seconds
+    return abs(turns) + _SECOND_EXPOSURE * seconds
 
 
 def _wheel_exposure(
-    config: TurnFusionConfig,
-    turns: NDArray[np.float64],
-    metres: NDArray[np.float64],
-    seconds: NDArray[np.float64],
+    turns: NDArray[np.float64], metres: NDArray[np.float64], seconds: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Radians (...) to which errors of wheels are proportional."""
-    return np.abs(turns) + config.metre_exposure * metres + config.standing_exposure * seconds
+    return np.abs(turns) + _METRE_EXPOSURE * metres + _STANDING_EXPOSURE * seconds
 
 
-def _are_alike(turns: NDArray[np.float64], others: NDArray[np.float64], config: TurnFusionConfig) -> bool:
+def _are_alike(turns: NDArray[np.float64], others: NDArray[np.float64]) -> bool:
     """Whether turns (N,) in radians explain most of the others (N,), at the same scale."""
-    return bool(np.abs(turns - others).sum() < config.max_scale_error * np.abs(others).sum())
+    return bool(np.abs(turns - others).sum() < MAX_SCALE_ERROR * np.abs(others).sum())
 
 
 def _variance(
-    missed: NDArray[np.float64],
-    exposure: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    config: TurnFusionConfig,
+    missed: NDArray[np.float64], exposure: NDArray[np.float64], weights: NDArray[np.float64]
 ) -> float:
     """Square radians per exposure (N,), of turns that missed those of the scans by so many radians (N,).
 
@@ -284,8 +316,8 @@ def _variance(
     """
     if len(missed) == 0:
         return nan
-    noise, squares = config.scan_noise**2, missed**2
-    usual = max(float(np.median((_VARIANCE_PER_MEDIAN * squares - noise) / exposure)), config.min_variance)
+    noise, squares = _SCAN_NOISE**2, missed**2
+    usual = max(float(np.median((_VARIANCE_PER_MEDIAN * squares - noise) / exposure)), _MIN_VARIANCE)
     counted = np.minimum(squares, _WORST**2 * (noise + usual * exposure))
     seen = float(np.sum(weights * (counted - noise)) / np.sum(weights * exposure))
-    return max(seen, config.min_variance)
+    return max(seen, _MIN_VARIANCE)

@@ -3,8 +3,7 @@
 from racecar.mapping.odometry.lag import NOTICEABLE
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG
-from racecar.maps.sensing.config import TurnFusionConfig
-from racecar.maps.sensing.turn_fusion import TurnModel
+from racecar.maps.sensing.turn_fusion import MAX_SCALE_ERROR, TurnModel
 from racecar.pipelines.bags.corrections import Corrections
 from racecar.pipelines.bags.findings import ONE_CLOCK, Finding
 
@@ -30,15 +29,15 @@ def _of_lag(learned: SelfCalibration, made: Corrections) -> list[Finding]:
 
 def _of_gyro(learned: SelfCalibration, made: Corrections) -> list[Finding]:
     """By the same measure as the mapper's, which does not use such a gyroscope."""
-    turns, fusion = learned.gyro_turns, TurnFusionConfig()
+    turns = learned.gyro_turns
     is_known = learned.bearing_scale is None or learned.bearing_scale.is_certain
     if turns is None or not is_known:
         return []
     scale = -turns.value if made.is_upside_down else turns.value
-    if abs(scale - 1.0) < fusion.max_scale_error + 3.0 * turns.sigma:
+    if abs(scale - 1.0) < MAX_SCALE_ERROR + 3.0 * turns.sigma:
         return []
     wheels = learned.wheel_turns
-    are_alike = wheels is not None and abs(wheels.value / turns.value - 1.0) < fusion.max_scale_error
-    model = TurnModel(fusion, is_contradicted=True, scale=scale, agrees_with_wheels=are_alike)
+    are_alike = wheels is not None and abs(wheels.value / turns.value - 1.0) < MAX_SCALE_ERROR
+    model = TurnModel(is_contradicted=True, scale=scale, agrees_with_wheels=are_alike)
     assert model.contradiction is not None
     return [Finding(model.contradiction.replace("was not used", "is not used"), model.remedy)]

@@ -20,7 +20,7 @@ from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG
 from racecar.mapping.self_calibration.turn_ratio import RIGHT_FACTOR, TurnRatio
 from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import Pose, wrap_angle
-from racecar.maps.sensing.config import TurnFusionConfig
+from racecar.maps.sensing.turn_fusion import MAX_SCALE_ERROR
 from racecar.pipelines.bags.corrections import Corrections
 from racecar.pipelines.bags.findings import BY_SCANS_ALONE, ONE_CLOCK, Finding
 
@@ -274,7 +274,7 @@ class _Made:
             return False
         if reading is not None and reading.wheel_signs == WheelSigns.YAW_INVERTED:
             return False
-        return gyro is not None and not gyro.differs(-1.0, TurnFusionConfig().max_scale_error)
+        return gyro is not None and not gyro.differs(-1.0, MAX_SCALE_ERROR)
 
     def _hang_otherwise(self) -> None:
         self.changes["is_upside_down"] = True

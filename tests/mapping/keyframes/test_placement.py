@@ -8,11 +8,10 @@ from hypothesis import strategies as st
 from racecar.mapping.keyframes.gap import Gap
 from racecar.mapping.keyframes.placement import KeyframePlacer
 from racecar.mapping.odometry.calibration import WheelCalibration
-from racecar.mapping.odometry.config import WheelCalibrationConfig
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from tests.mapping.worlds import CORRIDOR, ROOM, box, path, store_of
 
-WORTH = WheelCalibration.unknown(WheelCalibrationConfig()).worth(IDENTITY)
+WORTH = WheelCalibration().worth(IDENTITY)
 BEFORE = 12
 AHEAD = np.array([0.1, 0.0, 0.0])
 
@@ -60,7 +59,7 @@ def test_a_bare_corridor_goes_on_behind_a_gap_as_far_as_the_wheels_say(
     true = path(np.array([0.4, 0.0, 0.0]), (-60.0, 0.0, 0.0), BEFORE)
     true[-1] = true[-2] + [forward, 0.0, 0.0]
     by_wheels = np.array([forward, aside, turn])
-    worth = WheelCalibration.unknown(WheelCalibrationConfig()).worth(by_wheels)
+    worth = WheelCalibration().worth(by_wheels)
     store = store_of(CORRIDOR, true, sight=12.0)
     placer = KeyframePlacer(BEFORE, store, true[:-1], true[-2], worth)
     placed = placer.place(compose(true[-2], by_wheels)[None], Gap.DRIVEN)

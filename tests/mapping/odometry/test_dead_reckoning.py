@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.mapping.matching.scan_store import prepare_scan
-from racecar.mapping.odometry.config import DeadReckoningConfig
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from racecar.maps.sensing.odometry import Odometry
@@ -27,7 +26,7 @@ def drive(
     step: Pose, count: int, *, odom_from_map: Pose | None = IDENTITY, known_from: int = 0
 ) -> DeadReckoning:
     """The first scan is the keyframe; ``count`` more follow, the base a ``step`` (3,) further at each."""
-    reckoning = DeadReckoning(DeadReckoningConfig())
+    reckoning = DeadReckoning()
     map_from_base = START
     for number in range(count + 1):
         stamp = number * PERIOD
@@ -76,8 +75,10 @@ def test_wheels_are_trusted_first_and_corrected() -> None:
     reckoning = drive(np.array([0.1, 0.0, 0.02]), 3)
     measured = reckoning.wheel_step()
     reckoning.calibration = replace(reckoning.calibration, faults=OdometryFaults(-0.1, 0.1, 0.1))
-    assert not np.allclose(reckoning.calibration.correct(measured), measured, atol=0.01)
-    np.testing.assert_allclose(reckoning.guesses().motions[0], reckoning.calibration.correct(measured))
+    assert not np.allclose(reckoning.calibration.faults.corrected(measured), measured, atol=0.01)
+    np.testing.assert_allclose(
+        reckoning.guesses().motions[0], reckoning.calibration.faults.corrected(measured)
+    )
     np.testing.assert_allclose(reckoning.wheel_step(), measured)
 
 

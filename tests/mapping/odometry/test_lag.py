@@ -4,7 +4,6 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.mapping.odometry.config import OdometryLagConfig
 from racecar.mapping.odometry.lag import OdometryLag
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
@@ -20,7 +19,7 @@ def drive(
     seconds: float, late: float, wheel_scale: float = 1.0, wheel_noise: float = 0.0, wheels_every: int = 1
 ) -> OdometryLag:
     """Scans ten times a second, and wheels, up to fifty times a second, stamped ``late`` seconds late."""
-    rng, lag, wheels = np.random.default_rng(0), OdometryLag(OdometryLagConfig()), OdometryBuffer()
+    rng, lag, wheels = np.random.default_rng(0), OdometryLag(), OdometryBuffer()
     by_wheels = heading(-late)
     for tick in range(int(50 * seconds)):
         now = tick / 50
@@ -62,7 +61,7 @@ def test_samples_far_apart_show_no_short_lag() -> None:
 def learned_from(turns: list[tuple[float, float]], wheels_turn: bool = True) -> OdometryLag:
     """Each turn is so many seconds after the last one, to the one side and back, and late by so much by the
     wheels' clock."""
-    lag, wheels, now = OdometryLag(OdometryLagConfig()), OdometryBuffer(), 0.0
+    lag, wheels, now = OdometryLag(), OdometryBuffer(), 0.0
     times = np.arange(0.0, 1.0 + sum(pause for pause, _ in turns), 0.02)
     by_scans, by_wheels = np.zeros(len(times)), np.zeros(len(times))
     for pause, late in turns:
@@ -93,16 +92,16 @@ def test_turns_by_hand_say_nothing() -> None:
 
 def test_a_lag_at_the_bound_of_those_tried_or_beyond_is_not_known() -> None:
     assert learned_from([(2.0, 0.4)] * 5).nanoseconds > 0
-    assert learned_from([(2.0, OdometryLagConfig().max_lag)] * 5).nanoseconds == 0
+    assert learned_from([(2.0, 0.5)] * 5).nanoseconds == 0
     assert learned_from([(2.0, 0.7)] * 5).nanoseconds == 0
 
 
 def test_a_lag_that_was_known_holds_until_many_turns_show_none() -> None:
-    lag = OdometryLag(OdometryLagConfig(), 100_000_000)
+    lag = OdometryLag(100_000_000)
     lag.learn(OdometryBuffer())
     assert lag.nanoseconds == 100_000_000
     arrays = learned_from([(2.0, 0.0)] * 8).to_arrays()
-    known = OdometryLag.from_arrays({**arrays, "nanoseconds": np.array(100_000_000)}, OdometryLagConfig())
+    known = OdometryLag.from_arrays({**arrays, "nanoseconds": np.array(100_000_000)})
     assert known.is_settled
     known.learn(OdometryBuffer())
     assert known.nanoseconds == 0
@@ -110,7 +109,7 @@ def test_a_lag_that_was_known_holds_until_many_turns_show_none() -> None:
 
 def test_another_goes_on_from_arrays() -> None:
     lag = drive(40.0, 0.2)
-    again = OdometryLag.from_arrays(lag.to_arrays(), OdometryLagConfig())
+    again = OdometryLag.from_arrays(lag.to_arrays())
     assert again.nanoseconds == lag.nanoseconds
     for name, values in lag.to_arrays().items():
         assert np.array_equal(values, again.to_arrays()[name])

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.odometry.config import ScanOdometryConfig
 from racecar.mapping.odometry.scan_odometry import ScanOdometry
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 
@@ -41,7 +40,7 @@ def cloud(pose: Pose) -> np.ndarray:
 @pytest.mark.parametrize("see", [planar_scan, cloud])
 @pytest.mark.parametrize("is_predicted", [True, False])
 def test_path_is_found(see, is_predicted: bool) -> None:
-    odometry = ScanOdometry(ScanOdometryConfig())
+    odometry = ScanOdometry()
     poses, found = [np.zeros(3)], [odometry.register(see(np.zeros(3)), IDENTITY)]
     for _ in range(30):
         yaw = poses[-1][2]
@@ -56,7 +55,7 @@ def test_path_is_found(see, is_predicted: bool) -> None:
 
 @pytest.mark.parametrize("columns", [2, 3])
 def test_without_points_the_prediction_stands(columns: int) -> None:
-    odometry = ScanOdometry(ScanOdometryConfig())
+    odometry = ScanOdometry()
     odometry.register(np.empty((0, columns)), STEP)
     np.testing.assert_allclose(odometry.register(np.empty((0, columns)), IDENTITY), STEP, atol=1e-12)
 
@@ -65,7 +64,7 @@ def test_a_tilted_car_reports_its_motion_in_its_own_plane() -> None:
     """Ramps and bumps tilt the sensor against the local map, not the motion that is reported."""
     tilt = np.radians(4.0)
     rotation = np.array([[np.cos(tilt), 0, np.sin(tilt)], [0, 1, 0], [-np.sin(tilt), 0, np.cos(tilt)]])
-    odometry = ScanOdometry(ScanOdometryConfig())
+    odometry = ScanOdometry()
     odometry.register(cloud(np.zeros(3)), IDENTITY)
     tilted = (cloud(np.zeros(3)) - [0, 0, HEIGHT]) @ rotation + [0, 0, HEIGHT]
     np.testing.assert_allclose(odometry.register(tilted, IDENTITY), np.zeros(3), atol=0.05)

@@ -4,7 +4,6 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.mapping.odometry.config import TurnSearchConfig
 from racecar.mapping.odometry.turn_search import with_turn_seen
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from tests.mapping.worlds import CORRIDOR, ROOM, points_at
@@ -13,7 +12,7 @@ START = np.array([-1.0, 0.5, 0.3])
 
 
 def found_motion(last: np.ndarray, points: np.ndarray, motion: Pose) -> Pose:
-    return with_turn_seen(last, points, motion, TurnSearchConfig())
+    return with_turn_seen(last, points, motion)
 
 
 @settings(max_examples=20)

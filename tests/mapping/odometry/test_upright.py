@@ -5,13 +5,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from racecar.mapping.odometry import upright
-from racecar.mapping.odometry.config import UprightConfig
 
 GENERATOR_SEED = 5
 
 
 def upright_points(points: np.ndarray) -> np.ndarray:
-    return upright.upright_points(points, UprightConfig())
+    return upright.upright_points(points)
 
 
 def plate(height: float) -> np.ndarray:

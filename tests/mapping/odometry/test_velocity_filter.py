@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.mapping.matching.scan_store import prepare_scan
-from racecar.mapping.odometry.config import VelocityFilterConfig
 from racecar.mapping.odometry.deskew import by_velocity
 from racecar.mapping.odometry.velocity_filter import TurnMeasured, VelocityFilter
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
@@ -36,7 +35,7 @@ def sweep(walls: np.ndarray, velocity: Pose, seconds: float, noise: float = 0.0)
 
 def begun(walls: np.ndarray, velocity: Pose = IDENTITY) -> VelocityFilter:
     """At START, which is the keyframe."""
-    tracker = VelocityFilter(VelocityFilterConfig())
+    tracker = VelocityFilter()
     tracker.begin(0, IDENTITY, velocity)
     tracker.start_keyframe(prepare_scan(points_at(walls, START)))
     return tracker
@@ -114,7 +113,7 @@ def test_one_that_was_written_goes_on_to_the_same_bits() -> None:
     velocity = np.array([1.0, 0.0, 0.5])
     tracker = begun(ROOM)
     follow(tracker, ROOM, velocity, range(1, 10))
-    other = VelocityFilter.from_arrays(tracker.to_arrays(), VelocityFilterConfig())
+    other = VelocityFilter.from_arrays(tracker.to_arrays())
     for each in (tracker, other):
         follow(each, ROOM, velocity, range(10, 15))
     np.testing.assert_array_equal(tracker.keyframe_from_laser, other.keyframe_from_laser)

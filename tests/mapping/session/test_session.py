@@ -11,6 +11,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.matching.scan_store import MAX_POINTS
 from racecar.mapping.session.session import Session
+from racecar.maps.sensing import turn_fusion
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -49,11 +50,11 @@ def feed(mapper: Mapper, messages: Sequence[Measurement], *, odometry: bool = Tr
 def test_goes_on_to_the_same_bits(
     messages: list[Scan | Odometry], odometry: bool, gyroscope: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    quickly = {"segment_seconds": 0.2, "turn_until_tried": 0.5, "known_scale": 0.3}
-    config = MappingConfig.model_validate({"odometry": {"turn_fusion": quickly}})
+    for name, quickly in {"_SEGMENT_SECONDS": 0.2, "_TURN_UNTIL_TRIED": 0.5, "_KNOWN_SCALE": 0.3}.items():
+        monkeypatch.setattr(turn_fusion, name, quickly)
     monkeypatch.setattr(schedule, "CHECKPOINT_INTERVAL", 10)
     messages = with_yaw_rates(messages) if gyroscope else messages
-    whole, saved = Mapper(config), dict[int, Arrays]()
+    whole, saved = Mapper(MappingConfig()), dict[int, Arrays]()
     for k, message in enumerate(messages):
         feed(whole, [message], odometry=odometry)
         if isinstance(message, Scan) and whole.can_be_saved:
@@ -63,7 +64,7 @@ def test_goes_on_to_the_same_bits(
     assert len(saved) >= 2
     taken, arrays = list(saved.items())[1]
     assert all(array.dtype != object for array in arrays.values())
-    resumed = Mapper.from_arrays(config, arrays)
+    resumed = Mapper.from_arrays(MappingConfig(), arrays)
     feed(resumed, messages[taken:], odometry=odometry)
     result = resumed.finish()
     assert np.array_equal(result.trajectory.map_from_base, expected.trajectory.map_from_base)

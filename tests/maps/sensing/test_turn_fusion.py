@@ -8,7 +8,6 @@ import pytest
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import compose
-from racecar.maps.sensing.config import TurnFusionConfig
 from racecar.maps.sensing.turn_fusion import TurnFusion
 
 STEP = 0.2
@@ -44,7 +43,7 @@ def learned(
 ) -> TurnFusion:
     """Bends of up to 1 rad/s after a while of standing, at a ``speed`` by the wheels in m/s."""
     rng = np.random.default_rng(0)
-    fusion = TurnFusion(TurnFusionConfig())
+    fusion = TurnFusion()
     times = STEP * np.arange(round((standing + seconds) / STEP))
     is_driving = times >= standing
     rates = np.where(is_driving, np.sin(0.7 * times) * (np.sin(0.2 * times) > 0), 0.0)
@@ -134,7 +133,7 @@ def test_nothing_is_believed_before_the_car_has_turned() -> None:
 
 
 def test_wheels_that_know_no_turns_leave_them_to_the_gyroscope_at_once() -> None:
-    fusion = TurnFusion(TurnFusionConfig())
+    fusion = TurnFusion()
     for _ in range(20):
         fusion.watch(np.array([0.05, 0.0, 0.0]), STEP * BIAS, STEP)
     assert not fusion.model.is_used  # that may be a bias
@@ -147,7 +146,7 @@ def test_wheels_that_know_no_turns_leave_them_to_the_gyroscope_at_once() -> None
 
 def test_the_step_bends_with_the_turn() -> None:
     """Half a circle whose wheels say straight ahead ends where half circles of that length end."""
-    fusion = TurnFusion(TurnFusionConfig())
+    fusion = TurnFusion()
     fusion.watch(np.array([1.0, 0.0, 0.0]), 1.0, 0.1)
     pose = np.zeros(3)
     for _ in range(100):
@@ -170,7 +169,7 @@ def test_a_gap_ends_a_segment() -> None:
 def test_another_goes_on_from_it() -> None:
     fusion = learned(gyro, good_wheels)
     fusion.follow(STEP, 0.1, 0.1, None)
-    copy = TurnFusion.from_arrays(fusion.to_arrays(), TurnFusionConfig())
+    copy = TurnFusion.from_arrays(fusion.to_arrays())
     assert copy.model == fusion.model
     for each in (fusion, copy):
         each.follow(1.0, 0.1, 0.1, None)
