@@ -237,7 +237,6 @@ class Mapper:
                 session.keyframes,
                 config.resolution,
                 config.rendering,
-                config.despeckling,
                 keep_frame=earlier is not None,
             )
         if drawn.drawn_from_map is not None:

@@ -29,7 +29,7 @@ def warm_up() -> None:
         ranges[-10:] = np.inf  # misses have a kernel of their own
         mapper.add_scan(Scan(k * _PERIOD, bearings, ranges, np.zeros_like(bearings), IDENTITY, 30.0))
     session = mapper.session()
-    grid = GrowingGrid(config.resolution, config.rendering, config.growing_grid)
+    grid = GrowingGrid(config.resolution, config.rendering)
     grid.draw(session.rays, session.map_from_keyframe)
 
 

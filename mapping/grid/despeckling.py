@@ -12,10 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, find_objects, label
 
-from racecar.mapping.grid.config import DespecklingConfig
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN
 from racecar.maps.grid.tiled_grid import TILE, Tile, TiledGrid
 
+_ENOUGH_KEYFRAMES = 8
+"""Keyframes that must have seen a blob for it to stay. By judgement: 2 m of path and more; pytest
+tests/simulated/test_hard_places.py checks it with simulated people."""
 _TOUCHING = np.ones((3, 3), dtype=np.bool_)
 """Cells that touch, or have up to two cells between them, are of one blob, because both grow by one to each
 side and what touches then belongs together."""
@@ -24,10 +26,11 @@ _REACH = 3
 
 
 def despeckled(
-    grid: TiledGrid, returns: Iterable[NDArray[np.float64]], keyframes: int, config: DespecklingConfig
+    grid: TiledGrid, returns: Iterable[NDArray[np.float64]], keyframes: int, largest: float
 ) -> TiledGrid:
-    """The grid with its specks unknown, by the returns (N, 2) in the map that each of the keyframes drew."""
-    blobs = _small_blobs(grid, config.max_size)
+    """The grid with its specks unknown, which are ``largest`` metres long at most, by the returns (N, 2) in
+    the map that each of the keyframes drew."""
+    blobs = _small_blobs(grid, largest)
     if not blobs:
         return grid
     cells, blob_of_cell = np.concatenate(blobs), np.repeat(np.arange(len(blobs)), [len(b) for b in blobs])
@@ -39,7 +42,7 @@ def despeckled(
         seen = _number(grid, seen[grid.contains(seen)])  # a cropped grid has not all of them
         nearest = np.minimum(np.searchsorted(numbers, seen), len(numbers) - 1)
         looks[np.unique(blob_of_cell[nearest[numbers[nearest] == seen]])] += 1
-    is_speck = looks < min(config.min_keyframes, keyframes // 2)
+    is_speck = looks < min(_ENOUGH_KEYFRAMES, keyframes // 2)
     return _without(grid, cells[is_speck[blob_of_cell]])
 
 

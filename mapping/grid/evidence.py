@@ -1,14 +1,13 @@
 """How many scans hit and passed each cell, counted in tiles that exist where beams came."""
 
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.log_odds import log_odds, occupancy, settle
-from racecar.mapping.grid.rendering_kernels import cast_misses, cast_returns
+from racecar.mapping.grid.rendering_kernels import Canvas, cast_misses, cast_returns
 from racecar.maps.grid.tiled_grid import TILE, Tile, tiles_in
 
 Box = tuple[slice, slice]
@@ -53,32 +52,29 @@ class Evidence:
             cells = touched(scan)
             if count < len(cells) - 1:
                 with_misses.append(scan)
-            if (window := self._window(cells, within)) is not None:
-                column, row = cells[-1]
-                cast_returns(column, row, cells[:count], self._mark, window, *self._canvas)
+            if (canvas := self._canvas(cells, within)) is not None:
+                cast_returns(cells[-1], cells[:count], canvas)
         hit, passed = log_odds(self._config.hit_probability), log_odds(self._config.pass_probability)
         for scan in with_misses:
             cells = touched(scan)
-            if (window := self._window(cells, within)) is not None:
-                column, row = cells[-1]
-                seen = (column, row, cells[:-1], returns[scan])
-                cast_misses(*seen, float(-hit / passed), self._mark, window, *self._canvas)
+            if (canvas := self._canvas(cells, within)) is not None:
+                cast_misses(cells[-1], cells[:-1], returns[scan], float(-hit / passed), canvas)
 
     def settle(self) -> None:
-        """Let what was counted so far speak no louder than `settled_probability`, before a later drive is
+        """Let what was counted so far speak no louder than a later drive can refute soon, before that is
         counted: clamped, evidence is forgotten where something contradicts it and nowhere else (Yguel, Aycard
         and Laugier, "Update policy of dense maps", 2008)."""
         for number in range(int(self._used[0])):
             settle(self._hits[number], self._passes[number], self._config)
 
-    def cells(self) -> dict[Tile, NDArray[np.int8]]:
-        """Percent occupied, or unknown, of the cells of each tile."""
-        return {tile: self._cells_of(number) for tile, number in self._numbers().items()}
-
-    def cells_in(self, tiles: Iterable[Tile]) -> dict[Tile, NDArray[np.int8]]:
-        """The same of some tiles, as far as there are such."""
+    def cells(self, tiles: Iterable[Tile] | None = None) -> dict[Tile, NDArray[np.int8]]:
+        """Percent occupied, or unknown, of the cells of each tile, or of some as far as there are such."""
         numbers = self._numbers()
-        return {tile: self._cells_of(numbers[tile]) for tile in tiles if tile in numbers}
+        known = numbers if tiles is None else [tile for tile in tiles if tile in numbers]
+        return {
+            tile: occupancy(self._hits[numbers[tile]], self._passes[numbers[tile]], self._config)
+            for tile in known
+        }
 
     def copy_of(self, tiles: Iterable[Tile]) -> "Evidence":
         """The evidence in some tiles, for more to be counted on it without changing this."""
@@ -101,17 +97,9 @@ class Evidence:
         tiles = [Tile(*place) for place in (places + self._first).tolist()]
         return dict(zip(tiles, numbers, strict=True))
 
-    def _cells_of(self, number: int) -> NDArray[np.int8]:
-        return occupancy(self._hits[number], self._passes[number], self._config)
-
-    @property
-    def _canvas(self) -> tuple[Any, ...]:
-        """What scans are counted on, as the kernels take it."""
-        return self._first, self._index, self._marks, self._hits, self._passes, self._used
-
-    def _window(self, cells: NDArray[np.float64], within: Box | None) -> tuple[int, int, int, int] | None:
-        """The cells that are counted of what the next scan touches, after room for them was made: the first
-        row and the one after the last, the same of columns; None where there are none."""
+    def _canvas(self, cells: NDArray[np.float64], within: Box | None) -> Canvas | None:
+        """What the next scan is counted on, by what it touches, after room was made for it; None where
+        nothing of that is counted."""
         rows, columns = box_of(cells)
         if within is not None:
             rows, columns = _common(rows, within[0]), _common(columns, within[1])
@@ -123,7 +111,9 @@ class Evidence:
         if height > self._marks.shape[0] or width > self._marks.shape[1]:
             self._marks = np.zeros(np.maximum(self._marks.shape, (height, width)), dtype=np.int32)
         self._mark += 1
-        return rows.start, rows.stop, columns.start, columns.stop
+        window = rows.start, rows.stop, columns.start, columns.stop
+        counts = self._hits, self._passes, self._used
+        return Canvas(self._mark, window, self._first, self._index, self._marks, *counts)
 
     def _reach_over(self, tiles: Box) -> int:
         """Let the index reach over some rows and columns of tiles; how many of these there are not yet."""

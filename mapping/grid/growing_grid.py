@@ -11,22 +11,32 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.grid.config import GrowingGridConfig, RenderingConfig
+from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.evidence import Evidence, tiles_touched
 from racecar.mapping.grid.rendering import Rays, kept, touched_by
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TILE, Tile, TiledGrid
 
+_UNSETTLED = 80
+"""The latest keyframes, which are drawn afresh each time, because the mapper keeps adjusting half as many."""
+_MAX_SHIFT = 0.5
+"""Cells by which a settled keyframe, or what it sees in sight, may move before all is redrawn: half a cell,
+because of rounding."""
+_SIGHT = 10.0
+"""Metres at which a turn of a keyframe is judged. By judgement: most of what indoor scans see."""
+_REDRAWN_AT_ONCE = 200
+"""Keyframes redrawn in one call, so that the next map comes within a second or so. Measured with 2200
+keyframes: drawn in one call, nothing was published for 3 to 4 s."""
+
 
 class GrowingGrid:
     """Draws the grid of all keyframes so far; it belongs to one thread."""
 
-    def __init__(self, resolution: float, rendering: RenderingConfig, config: GrowingGridConfig) -> None:
-        self._new_canvas = partial(_Canvas, resolution, rendering, config)
-        self._config = config
+    def __init__(self, resolution: float, rendering: RenderingConfig) -> None:
+        self._new_canvas = partial(_Drawing, resolution, rendering)
         self._shown = self._new_canvas()
-        self._next: _Canvas | None = None
+        self._next: _Drawing | None = None
         """What replaces the shown one once all is redrawn."""
         self.redrawn = 0
         """How often everything was redrawn because the graph had moved it."""
@@ -38,12 +48,12 @@ class GrowingGrid:
 
         K is at least 1. What is ``held``, rays (H) and poses (H, 3), counts for this call only.
         """
-        until = max(len(rays) - self._config.unsettled_keyframes, len(self._shown.drawn))
+        until = max(len(rays) - _UNSETTLED, len(self._shown.drawn))
         if self._next is None and self._shown.is_outdated(map_from_laser):
             self.redrawn += 1
             self._next = self._new_canvas()
         if self._next is not None:
-            end = _reached(rays, len(self._next.drawn), until, self._config.redrawn_at_once)
+            end = _reached(rays, len(self._next.drawn), until, _REDRAWN_AT_ONCE)
             self._next.settle(rays, map_from_laser, end)
             if len(self._next.drawn) == until:
                 self._shown, self._next = self._next, None
@@ -53,12 +63,11 @@ class GrowingGrid:
         return self._shown.with_latest(rays, map_from_laser)
 
 
-class _Canvas:
+class _Drawing:
     """Evidence of the settled keyframes, and the cells that it shows."""
 
-    def __init__(self, resolution: float, rendering: RenderingConfig, config: GrowingGridConfig) -> None:
+    def __init__(self, resolution: float, rendering: RenderingConfig) -> None:
         self.resolution = resolution
-        self._config = config
         self.drawn: Pose = np.zeros((0, 3))
         """Poses of the settled keyframes, as each was drawn."""
         self._low = np.full(2, np.nan)
@@ -69,8 +78,8 @@ class _Canvas:
     def is_outdated(self, map_from_laser: Pose) -> bool:
         """Do the settled keyframes lie elsewhere now?"""
         steps = between(self.drawn, map_from_laser[: len(self.drawn)])
-        moved = np.hypot(steps[:, 0], steps[:, 1]) + self._config.sight * np.abs(steps[:, 2])
-        return bool(np.any(moved > self._config.max_shift * self.resolution))
+        moved = np.hypot(steps[:, 0], steps[:, 1]) + _SIGHT * np.abs(steps[:, 2])
+        return bool(np.any(moved > _MAX_SHIFT * self.resolution))
 
     def settle(self, rays: Sequence[Rays], map_from_laser: Pose, until: int) -> None:
         """Count the keyframes before one for good."""
@@ -80,7 +89,7 @@ class _Canvas:
         settled = kept(rays, range(first, until))
         touched = self._touched(settled, rays, map_from_laser)
         self._evidence.count(touched.__getitem__, [rays[k].returns for k in settled])
-        self._cells.update(self._evidence.cells_in(tiles_touched(touched)))
+        self._cells.update(self._evidence.cells(tiles_touched(touched)))
         self.drawn = np.concatenate([self.drawn, map_from_laser[first:until]])
 
     def with_latest(self, rays: Sequence[Rays], map_from_laser: Pose) -> OccupancyGrid:

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD, UNKNOWN
 
+_SETTLED = 0.9
+"""Probability, at most, of what earlier drives saw of a cell, occupied or free, so that a later drive that
+sees otherwise is soon believed. By judgement: ten passes free a cell, three hits occupy one."""
 _SURE = 20.0
 """Log odds beyond which a cell is 0 or 100 percent occupied anyway, so that the exponential stays finite."""
 
@@ -34,9 +37,9 @@ def looks_until_free(config: RenderingConfig) -> int:
 
 
 def settle(hits: NDArray[np.uint16], passes: NDArray[np.uint16], config: RenderingConfig) -> None:
-    """Replace counts of any shape by fewer that say the same, as loudly as `settled_probability` at most."""
+    """Replace counts of any shape by fewer that say the same, no surer than a later drive can refute soon."""
     per_hit, per_pass = log_odds(config.hit_probability), log_odds(config.pass_probability)
-    bound = log_odds(config.settled_probability)
+    bound = log_odds(_SETTLED)
     seen = np.nonzero(hits + passes)
     evidence = np.clip(per_hit * hits[seen] + per_pass * passes[seen], -bound, bound)
     hits[seen] = np.where(evidence > 0.0, np.maximum(np.rint(evidence / per_hit), 1.0), 0.0)

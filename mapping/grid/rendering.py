@@ -19,6 +19,13 @@ _ORIGIN = np.zeros((1, 2), dtype=np.int16)
 """Where the steps of rays begin by definition: the laser."""
 _STEP = np.float32(0.002)
 """Metres, finer than lasers measure; it is that coarse so that 16 bits reach farther than the longest ray."""
+_CLEARED_BY_MISS = 5.0
+"""Metres that a beam without a return shows to be free, no farther because it may have met glass or black
+paint."""
+_NARROWEST_OPENING = 0.5
+"""Metres across the beams between two neighbouring returns; where they leave less room, misses between them
+clear no farther than the nearer of both. By judgement: less than any doorway. Measured in a simulated
+building, of a laser that loses half of its beams: 8 m² of false floor from 0.25 to 1 m, 200 m² at 0."""
 Box = tuple[NDArray[np.float64], NDArray[np.float64]]
 """Lower left and upper right (2,), metres in the map."""
 LONGEST_RAY = 65.5
@@ -67,10 +74,10 @@ def rays_of(scan: Scan, points_in_laser: NDArray[np.float64], config: RenderingC
     """The rays of a scan whose returns, corrected for motion, are ``points_in_laser`` (M, 2)."""
     distances = np.hypot(points_in_laser[:, 0], points_in_laser[:, 1])
     near = points_in_laser[distances < config.longest_ray]
-    return Rays.to(np.concatenate([near, _cleared_by_misses(scan, config)]), len(near))
+    return Rays.to(np.concatenate([near, _cleared_by_misses(scan)]), len(near))
 
 
-def _cleared_by_misses(scan: Scan, config: RenderingConfig) -> NDArray[np.float64]:
+def _cleared_by_misses(scan: Scan) -> NDArray[np.float64]:
     """(N, 2) how far the misses of a scan show the floor to be free, in the laser frame.
 
     Some lasers lose single beams at random, which shows nothing; where open space, glass or black paint
@@ -83,8 +90,8 @@ def _cleared_by_misses(scan: Scan, config: RenderingConfig) -> NDArray[np.float6
     ranges = np.concatenate([[np.inf], ranges, [np.inf]])
     after = np.searchsorted(bearings, missed) + 1
     nearer = np.minimum(ranges[after - 1], ranges[after])
-    is_opening = bounds[after] - bounds[after - 1] >= config.narrowest_opening / nearer
-    length = min(config.cleared_by_miss, scan.max_range)
+    is_opening = bounds[after] - bounds[after - 1] >= _NARROWEST_OPENING / nearer
+    length = min(_CLEARED_BY_MISS, scan.max_range)
     lengths = np.where(is_opening, length, np.minimum(nearer, length))
     return np.column_stack([lengths * np.cos(missed), lengths * np.sin(missed)])
 

@@ -1,12 +1,6 @@
-"""Ray casting of scans into tiles: the inner loop.
+"""Ray casting of scans into tiles: the inner loop."""
 
-A scan is counted within a ``window`` of cells: its first row and the one after its last, the same of columns.
-In ``index`` (tile rows, tile columns), whose ``first_tile`` is so many tiles up and to the right of that with
-cell (0, 0), stands which of the counts' tiles each is, -1 where none is yet. The counts, ``hits`` and
-``passes`` (T, TILE, TILE), are 0 in the tiles that are not used yet; how many are, ``used`` (1,) says. In
-``marks`` (rows, columns), the cells of the window remember the last scan that touched them, by a ``mark`` of
-its own.
-"""
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -20,94 +14,76 @@ _WITHIN = TILE - 1
 """Bits of a row or column that say where in its tile it lies, because divisions are slow."""
 
 
+class Canvas(NamedTuple):
+    """What a scan is counted on."""
+
+    mark: int
+    """Of this scan, by which cells remember that it touched them."""
+    window: tuple[int, int, int, int]
+    """The cells that are counted: the first row and the one after the last, the same of columns."""
+    first_tile: tuple[int, int]
+    """Row and column of the first of the tiles; that with cell (0, 0) has 0 and 0."""
+    tiles: NDArray[np.int32]
+    """(tile rows, tile columns) which of the counts' tiles each is, -1 where none is yet."""
+    marks: NDArray[np.int32]
+    """(rows, columns) of the window: the last scan that touched each cell."""
+    hits: NDArray[np.uint16]
+    """(T, TILE, TILE) 0 in the tiles that are not used yet."""
+    passes: NDArray[np.uint16]
+    """The same."""
+    used: NDArray[np.int64]
+    """(1,) how many of the T are used."""
+
+
 @njit(cache=True, nogil=True)
-def cast_returns(
-    start_column: float,
-    start_row: float,
-    ends: NDArray[np.float64],
-    mark: int,
-    window: tuple[int, int, int, int],
-    first_tile: tuple[int, int],
-    index: NDArray[np.int32],
-    marks: NDArray[np.int32],
-    hits: NDArray[np.uint16],
-    passes: NDArray[np.uint16],
-    used: NDArray[np.int64],
-) -> None:
+def cast_returns(start: NDArray[np.float64], ends: NDArray[np.float64], canvas: Canvas) -> None:
     """Count for each cell whether the returns of a scan hit it or, failing that, passed it: once per scan.
 
-    The start and the ``ends`` (N, 2), column and row, are in cells; the rest is as the module says.
+    The start (2,) and the ``ends`` (N, 2), column and row, are in cells.
     """
-    first_row, until_row, first_column, until_column = window
+    first_row, until_row, first_column, until_column = canvas.window
+    marks, mark = canvas.marks, canvas.mark
     for i in range(len(ends)):
         c, r = int(np.floor(ends[i, 0])), int(np.floor(ends[i, 1]))
         if not (first_row <= r < until_row and first_column <= c < until_column):
             continue
         if marks[r - first_row, c - first_column] != mark:
             marks[r - first_row, c - first_column] = mark
-            tile_row, tile_column = (r >> _SHIFT) - first_tile[0], (c >> _SHIFT) - first_tile[1]
-            tile = index[tile_row, tile_column]
-            if tile < 0:
-                tile = _use_tile(index, tile_row, tile_column, used)
-            hits[tile, r & _WITHIN, c & _WITHIN] += 1
+            canvas.hits[_tile_of(r, c, canvas), r & _WITHIN, c & _WITHIN] += 1
     for i in range(len(ends)):
-        _pass(
-            *(start_column, start_row, ends[i], mark, window, first_tile, index, marks, hits, passes, used),
-            0.0,
-        )
+        _pass(start, ends[i], 0.0, canvas)
 
 
 @njit(cache=True, nogil=True)
 def cast_misses(
-    start_column: float,
-    start_row: float,
+    start: NDArray[np.float64],
     ends: NDArray[np.float64],
     returns: int,
     passes_per_hit: float,
-    mark: int,
-    window: tuple[int, int, int, int],
-    first_tile: tuple[int, int],
-    index: NDArray[np.int32],
-    marks: NDArray[np.int32],
-    hits: NDArray[np.uint16],
-    passes: NDArray[np.uint16],
-    used: NDArray[np.int64],
+    canvas: Canvas,
 ) -> None:
     """Count the cells that the misses of a scan, its ends after the ``returns``, pass, but not those it hit.
 
     A cell that is occupied by the counts, with more than one hit in ``passes_per_hit`` passes, ends a miss.
-    The other arguments are those of `cast_returns`.
     """
-    first_row, until_row, first_column, until_column = window
+    first_row, until_row, first_column, until_column = canvas.window
     for i in range(returns):
         c, r = int(np.floor(ends[i, 0])), int(np.floor(ends[i, 1]))
         if first_row <= r < until_row and first_column <= c < until_column:
-            marks[r - first_row, c - first_column] = mark
+            canvas.marks[r - first_row, c - first_column] = canvas.mark
     for i in range(returns, len(ends)):
-        _pass(
-            *(start_column, start_row, ends[i], mark, window, first_tile, index, marks, hits, passes, used),
-            passes_per_hit,
-        )
+        _pass(start, ends[i], passes_per_hit, canvas)
 
 
 @njit(cache=True, nogil=True)
 def _pass(
-    start_column: float,
-    start_row: float,
-    end: NDArray[np.float64],
-    mark: int,
-    window: tuple[int, int, int, int],
-    first_tile: tuple[int, int],
-    index: NDArray[np.int32],
-    marks: NDArray[np.int32],
-    hits: NDArray[np.uint16],
-    passes: NDArray[np.uint16],
-    used: NDArray[np.int64],
-    passes_per_hit: float,
+    start: NDArray[np.float64], end: NDArray[np.float64], passes_per_hit: float, canvas: Canvas
 ) -> None:
     """Count the cells that a beam passes, up to an occupied one, if a hit is worth any passes: Amanatides and
     Woo, "A fast voxel traversal algorithm", 1987."""
-    first_row, until_row, first_column, until_column = window
+    first_row, until_row, first_column, until_column = canvas.window
+    marks, mark, hits, passes = canvas.marks, canvas.mark, canvas.hits, canvas.passes
+    start_column, start_row = start[0], start[1]
     dx, dy = end[0] - start_column, end[1] - start_row
     c, r = int(np.floor(start_column)), int(np.floor(start_row))
     last_c, last_r = int(np.floor(end[0])), int(np.floor(end[1]))
@@ -121,11 +97,7 @@ def _pass(
         if first_row <= r < until_row and first_column <= c < until_column:
             is_new = marks[r - first_row, c - first_column] != mark
             if is_new or passes_per_hit > 0.0:
-                tile_row, tile_column = (r >> _SHIFT) - first_tile[0], (c >> _SHIFT) - first_tile[1]
-                tile = index[tile_row, tile_column]
-                if tile < 0:
-                    tile = _use_tile(index, tile_row, tile_column, used)
-                row, column = r & _WITHIN, c & _WITHIN
+                tile, row, column = _tile_of(r, c, canvas), r & _WITHIN, c & _WITHIN
                 if is_new:
                     marks[r - first_row, c - first_column] = mark
                     passes[tile, row, column] += 1
@@ -140,8 +112,10 @@ def _pass(
 
 
 @njit(cache=True, nogil=True)
-def _use_tile(index: NDArray[np.int32], row: int, column: int, used: NDArray[np.int64]) -> int:
-    """Take the next of the counts' tiles into use."""
-    index[row, column] = used[0]
-    used[0] += 1
-    return int(index[row, column])
+def _tile_of(row: int, column: int, canvas: Canvas) -> int:
+    """Which of the counts' tiles a cell lies in; the next one is taken into use where there is none yet."""
+    tile_row, tile_column = (row >> _SHIFT) - canvas.first_tile[0], (column >> _SHIFT) - canvas.first_tile[1]
+    if canvas.tiles[tile_row, tile_column] < 0:
+        canvas.tiles[tile_row, tile_column] = canvas.used[0]
+        canvas.used[0] += 1
+    return int(canvas.tiles[tile_row, tile_column])

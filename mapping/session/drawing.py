@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.grid.config import DespecklingConfig, RenderingConfig
+from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.despeckling import despeckled
 from racecar.mapping.grid.near_path import near_path
 from racecar.mapping.grid.rendering import Box, Rays, bounds_of, render, returns_of, seen_box
@@ -88,7 +88,6 @@ def draw_map(
     store: ScanStore,
     resolution: float,
     rendering: RenderingConfig,
-    despeckling: DespecklingConfig,
     *,
     keep_frame: bool = False,
 ) -> DrawnMap:
@@ -102,7 +101,7 @@ def draw_map(
     shown, not_left_out = _without_left_out(sights, rendering)
     box, not_cropped = _box(shown, rendering)
     grid = render(shown.rays, shown.map_from_laser, shown.drives, resolution, rendering, box)
-    grid = despeckled(grid, shown.of_keyframes, shown.keyframes, despeckling)
+    grid = despeckled(grid, shown.of_keyframes, shown.keyframes, rendering.largest_speck)
     if rendering.crop == "driven":
         grid = near_path(grid, shown.path, rendering.driven_margin)
     shift = np.zeros(2) if keep_frame else _shift(grid, rendering)

@@ -91,7 +91,7 @@ class MapperNode(LiveNode):
         self._display = MapperDisplay(
             node,
             self.parameters.map_frame,
-            partial(GrowingGrid, config.resolution, config.rendering, config.growing_grid),
+            partial(GrowingGrid, config.resolution, config.rendering),
             self.side,
             self._drawer,
             view,

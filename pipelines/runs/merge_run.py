@@ -84,14 +84,7 @@ def draw_merged(run: MergedRun, config: Config, report: Report) -> MergedMap:
     unknown = np.full(len(session.rays), np.nan)
     with report.stage("rendering"):
         drawn = draw_map(
-            *(
-                Sights.of(session),
-                session.keyframes,
-                mapping.resolution,
-                mapping.rendering,
-                mapping.despeckling,
-            ),
-            keep_frame=True,
+            *(Sights.of(session), session.keyframes, mapping.resolution, mapping.rendering), keep_frame=True
         )
     for sentence in drawn.disregarded:
         report.warn(sentence)

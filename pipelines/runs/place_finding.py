@@ -93,7 +93,7 @@ class LocalizerSearch:
         session, config = self.earlier, self.mapping
         rendering = config.rendering.model_copy(update={"crop": None, "left_out": ()})
         return draw_map(
-            *(Sights.of(session), session.keyframes, config.resolution, rendering, config.despeckling),
+            *(Sights.of(session), session.keyframes, config.resolution, rendering),
             keep_frame=True,
         ).grid
 

@@ -84,7 +84,7 @@ def render_run(folder: Path, config: MappingConfig, edits: MapEdits, report: Rep
         )
     with report.stage("rendering"):
         sights = Sights.of(session, seconds)
-        drawn = draw_map(sights, session.keyframes, config.resolution, config.rendering, config.despeckling)
+        drawn = draw_map(sights, session.keyframes, config.resolution, config.rendering)
     if drawn.disregarded:
         raise UserError(drawn.disregarded[0])
     if len(session.rays) < looks_until_free(config.rendering):

@@ -22,7 +22,7 @@ class Discovery:
         """``world_from_map`` (3,): the true pose of the car as it begins, where the map has its origin."""
         self._config, self._world_from_map = config, world_from_map
         self._mapper = Mapper(config)
-        self._growing = GrowingGrid(config.resolution, config.rendering, config.growing_grid)
+        self._growing = GrowingGrid(config.resolution, config.rendering)
         self.pose: Pose | None = None
         """(3,) of the car in the world, as the mapper knows it."""
 

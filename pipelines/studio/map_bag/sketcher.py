@@ -42,7 +42,7 @@ class Sketcher:
     """Looks at a mapper after each scan, and hands on what it draws."""
 
     def __init__(self, config: MappingConfig, hand_on: Callable[[Sketch], None]) -> None:
-        self._new_grid = partial(GrowingGrid, config.resolution, config.rendering, config.growing_grid)
+        self._new_grid = partial(GrowingGrid, config.resolution, config.rendering)
         self._growing = self._new_grid()
         self._mapper: Mapper | None = None
         self._hand_on = hand_on

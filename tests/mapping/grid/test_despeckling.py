@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.grid.config import DespecklingConfig
 from racecar.mapping.grid.despeckling import despeckled
 from racecar.maps.grid.occupancy_grid import OCCUPIED, UNKNOWN, OccupancyGrid
 from tests.maps.grid.tiles import in_tiles
@@ -29,7 +28,7 @@ def line(length: float, x: float, y: float) -> np.ndarray:
 
 
 def cleaned_of(grid: OccupancyGrid, returns: list[np.ndarray]) -> OccupancyGrid:
-    return despeckled(in_tiles(grid), returns, len(returns), DespecklingConfig()).in_one_piece()
+    return despeckled(in_tiles(grid), returns, len(returns), 0.6).in_one_piece()
 
 
 def seen(points: np.ndarray, times: int) -> list[np.ndarray]:

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.grid.config import GrowingGridConfig, RenderingConfig
+from racecar.mapping.grid import growing_grid as growing_grid_module
+from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.grid.rendering import render as render_with
@@ -14,9 +15,8 @@ from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD, UNKNOWN, OccupancyG
 RESOLUTION = 0.05
 
 
-def growing_grid(redrawn_at_once: int = 200) -> GrowingGrid:
-    config = GrowingGridConfig(redrawn_at_once=redrawn_at_once)
-    return GrowingGrid(RESOLUTION, RenderingConfig(), config)
+def growing_grid() -> GrowingGrid:
+    return GrowingGrid(RESOLUTION, RenderingConfig())
 
 
 def render(rays: list[Rays], poses: Pose) -> OccupancyGrid:
@@ -110,9 +110,12 @@ def test_latest_keyframes_are_drawn_where_they_are_now(drive: tuple[list[Rays], 
     assert growing.redrawn == 0
 
 
-def test_all_is_redrawn_when_a_loop_moves_it(drive: tuple[list[Rays], Pose]) -> None:
+def test_all_is_redrawn_when_a_loop_moves_it(
+    drive: tuple[list[Rays], Pose], monkeypatch: pytest.MonkeyPatch
+) -> None:
     rays, poses = drive
-    growing = growing_grid(redrawn_at_once=len(rays))
+    monkeypatch.setattr(growing_grid_module, "_REDRAWN_AT_ONCE", len(rays))
+    growing = growing_grid()
     bent = poses.copy()
     bent[:, 1] += np.linspace(0.0, 2.0, len(bent))
     growing.draw(rays, bent)
@@ -120,9 +123,12 @@ def test_all_is_redrawn_when_a_loop_moves_it(drive: tuple[list[Rays], Pose]) -> 
     assert growing.redrawn == 1
 
 
-def test_a_large_grid_is_redrawn_over_several_calls(drive: tuple[list[Rays], Pose]) -> None:
+def test_a_large_grid_is_redrawn_over_several_calls(
+    drive: tuple[list[Rays], Pose], monkeypatch: pytest.MonkeyPatch
+) -> None:
     rays, poses = drive
-    growing, bent = growing_grid(redrawn_at_once=100), poses.copy()
+    monkeypatch.setattr(growing_grid_module, "_REDRAWN_AT_ONCE", 100)
+    growing, bent = growing_grid(), poses.copy()
     bent[:, 1] += np.linspace(0.0, 2.0, len(bent))
     before = growing.draw(rays[:290], bent[:290])
     meanwhile = [growing.draw(rays[:count], poses[:count]) for count in (290, 295)]

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.mapping.grid.config import DespecklingConfig, RenderingConfig
+from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.despeckling import despeckled
 from racecar.mapping.grid.near_path import near_path
 from racecar.mapping.grid.rendering import Box, Rays, render
@@ -87,13 +87,12 @@ def specked(seed: int) -> OccupancyGrid:
 
 @settings(max_examples=40, deadline=None)
 @given(st.integers(0, 2**32), st.integers(1, 40), st.sampled_from([0.05, 0.3, 0.6, 1.0]))
-def test_the_same_specks_go(seed: int, keyframes: int, max_size: float) -> None:
+def test_the_same_specks_go(seed: int, keyframes: int, largest: float) -> None:
     grid, rng = specked(seed), np.random.default_rng(seed)
     occupied = grid.center_of(np.argwhere(grid.cells >= 50))
     seen = [occupied[rng.random(len(occupied)) < 0.03] + rng.choice([0.0, 99.0]) for _ in range(keyframes)]
-    config = DespecklingConfig(max_size=max_size, min_keyframes=4)
-    cleaned = despeckled(in_tiles(grid), iter(seen), keyframes, config).in_one_piece()
-    np.testing.assert_array_equal(cleaned.cells, untiled_despeckled(grid, seen, config))
+    cleaned = despeckled(in_tiles(grid), iter(seen), keyframes, largest).in_one_piece()
+    np.testing.assert_array_equal(cleaned.cells, untiled_despeckled(grid, seen, largest))
 
 
 @settings(max_examples=25, deadline=None)

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation, distance_transform_edt, find_objects, label
 
-from racecar.mapping.grid.config import DespecklingConfig, RenderingConfig
+from racecar.mapping.grid.config import RenderingConfig
+from racecar.mapping.grid.despeckling import _ENOUGH_KEYFRAMES
 from racecar.mapping.grid.log_odds import log_odds, occupancy
 from racecar.mapping.grid.rendering import Box, Rays, touched_by
 from racecar.maps.geometry.se2 import Pose
@@ -48,7 +49,7 @@ def untiled(
 
 
 def untiled_despeckled(
-    grid: OccupancyGrid, returns: Sequence[NDArray[np.float64]], config: DespecklingConfig
+    grid: OccupancyGrid, returns: Sequence[NDArray[np.float64]], largest: float
 ) -> NDArray[np.int8]:
     """The cells of a grid without specks, by the returns (N, 2) of each keyframe."""
     occupied = grid.cells >= OCCUPIED_FROM
@@ -61,8 +62,8 @@ def untiled_despeckled(
         rows, columns = cells[grid.contains(cells)].T
         looks[np.unique(blobs[rows, columns])] += 1
     sizes = [max(s.stop - s.start for s in box) * grid.resolution for box in find_objects(blobs, count)]
-    many = min(config.min_keyframes, len(returns) // 2)
-    is_speck = np.append(False, (np.array(sizes) <= config.max_size) & (looks[1:] < many))
+    many = min(_ENOUGH_KEYFRAMES, len(returns) // 2)
+    is_speck = np.append(False, (np.array(sizes) <= largest) & (looks[1:] < many))
     return np.where(is_speck[blobs], UNKNOWN, grid.cells).astype(np.int8)
 
 

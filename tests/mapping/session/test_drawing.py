@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from racecar.mapping.grid.config import DespecklingConfig, RenderingConfig
+from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
 from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
 from racecar.mapping.session.session import one_drive
@@ -26,8 +26,8 @@ def sights() -> Sights:
 
 
 def drawn(rendering: RenderingConfig, *, keep_frame: bool = False) -> DrawnMap:
-    keep_specks = DespecklingConfig(max_size=0.01)
-    return draw_map(sights(), STORE, RESOLUTION, rendering, keep_specks, keep_frame=keep_frame)
+    with_specks = rendering.model_copy(update={"largest_speck": 0.0})
+    return draw_map(sights(), STORE, RESOLUTION, with_specks, keep_frame=keep_frame)
 
 
 def settings(**values: object) -> RenderingConfig:
