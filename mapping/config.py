@@ -4,7 +4,6 @@ from pydantic import Field
 
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.quality.config import QualityConfig
-from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.maps.settings import Settings
 
 
@@ -28,5 +27,4 @@ class MappingConfig(Settings):
     )
     close_loops: bool = Field(default=True, description="Recognize places that the car has been to before.")
     rendering: RenderingConfig = RenderingConfig()
-    place_recognition: PlaceRecognitionConfig = PlaceRecognitionConfig()
     quality: QualityConfig = QualityConfig()

@@ -33,9 +33,8 @@ from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, Mo
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.drawing import draw_map
-from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.forgetting import forget_outdated
-from racecar.mapping.session.merging import merge
+from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.growth import Growth
 from racecar.mapping.state.mapper_state import MapperState, Snapshot
@@ -225,7 +224,7 @@ class Mapper:
         session = state.session()
         if earlier is not None:
             with state.timed("merging"):
-                session = merge(earlier, session, config.place_recognition)
+                session = merge(earlier, session)
                 session = forget_outdated(session)
             quality = self._judge(session)
         report(0.3)

@@ -32,8 +32,8 @@ _WHEEL_LOSS_WIDTH = 1.345
 """The same of the Huber loss of wheels where scans were matched too: there the estimate of Gaussian errors is
 95 % as good as the best (Huber, 1981)."""
 _TOLERANCE, _ROUGH_TOLERANCE = 1e-4, 1e-3
-"""Relative decrease of the error at which Levenberg-Marquardt stops, and while the drive goes on, which needs
-poses to a few centimetres. By judgement: both are far below what lasers tell."""
+"""Relative decrease of the error at which Levenberg-Marquardt stops, by judgement, and while the drive goes
+on, because poses to a few centimetres are enough then."""
 _MOST_SOLVED_SINGLY = 4000
 """The latest keyframes that are solved one by one while the drive goes on; those before move by groups.
 Measured on simulated kilometres (pytest -m slow, test_kilometres): with 1000 a loop came out 0.28 m off, with

@@ -12,8 +12,8 @@ from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose
 
 WITHOUT_DRIFT = Window(0.5, math.radians(4.0))
-"""Metres and radians searched to each side even without drift. By judgement: as much as neighbouring submaps
-bend."""
+"""Metres and radians searched to each side even without drift. By judgement: more than
+matching keyframes bridges."""
 _WIDEST = Window(20.0, math.radians(40.0))
 """Metres and radians searched to each side at most, because of the time it takes."""
 _SIGMAS = 4.0

@@ -12,8 +12,8 @@ from racecar.maps.geometry.se2 import Pose, between, transform_points
 _POINT_SPACING = 0.1
 """Metres: side of the cells of which each keeps one point, because it is that of the correlative search."""
 _SAMPLE_RADIUS = 15.0
-"""Metres about the middle from which the points are taken that are searched with, because what lies farther
-sees other places; by judgement."""
+"""Metres about the middle from which the points are taken that are searched with. By judgement: well within
+what is searched on."""
 _MIN_SAMPLE = 50
 """Points below which a submap is not searched for, because few fit anywhere."""
 _CELLS_PER_ROW = 1_000_003

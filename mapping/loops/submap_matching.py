@@ -17,7 +17,7 @@ _MIN_AGREEMENT = 0.9
 """The same of those that the other scans judge. Measured: 0.85 to 0.9 in rooms that look alike, above 0.93 in
 nine tenths of true loops."""
 _MAX_PAIRS = 40
-"""Pairs of scans that are matched jointly, because more take longer and say the same; by judgement."""
+"""Pairs of scans that are matched jointly at most, because of the time it takes; by judgement."""
 _ROUGH_KERNEL_WIDTH = 0.1
 """Metres off a line at which a point weighs a quarter in the first match: the cell of the search, because
 that ends up to one cell off."""

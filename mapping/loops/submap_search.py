@@ -27,7 +27,7 @@ _RADIUS = 25.0
 """Metres about its middle of which a submap is searched on, because the sample's radius and the widest usual
 window are together less."""
 _POINTS = 500
-"""Points that are searched with, because more take longer and find the same; by judgement."""
+"""Points that are searched with at most, because of the time it takes; by judgement."""
 _MOST_PYRAMIDS = 48
 """Of the submaps searched on last, kept because neighbours are sought on the same ones; some 2 MB each."""
 

@@ -1,6 +1,8 @@
 """Session merging: a later drive finds its place on an earlier map, and one graph holds both."""
 
-from dataclasses import replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -11,36 +13,38 @@ from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.session.config import PlaceRecognitionConfig
-from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.place_recognition import recognize
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import not_recognized
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 
+FindPlaces: TypeAlias = Callable[[Session], Iterable[Pose | None]]
+"""Where (3,) on the earlier map each keyframe of a session may lie, in turn; None where that is not known."""
 
-def merge(
-    earlier: EarlierMap,
-    later: Session,
-    recognition: PlaceRecognitionConfig,
-) -> Session:
+
+@dataclass(frozen=True, eq=False)
+class EarlierMap:
+    """The map that a drive carries on, and who finds the drive there."""
+
+    session: Session
+    """What earlier drives left."""
+    find_places: FindPlaces
+    """Nothing that it finds is believed before it is verified."""
+    is_start_given: bool = False
+    """Whether somebody knows where the drive begins, so that other places may look alike."""
+
+
+def merge(earlier: EarlierMap, later: Session) -> Session:
     """Both sessions in the frame of the earlier one, whose keyframes come first.
 
-    Loops between them are closed as within a drive, Raises NotRecognizedError when the
-    later one is not recognized on the earlier one.
+    Loops between them are closed as within a drive. Raises NotRecognizedError when the later one is not
+    recognized on the earlier one.
     """
     merged = _side_by_side(earlier.session, later)
     first, known = len(earlier.session.keyframes), len(earlier.session.loops.submaps)
     closer = LoopCloser(merged.keyframes, merged.loops)
-    recognized = recognize(
-        closer,
-        known,
-        first,
-        merged.map_from_keyframe,
-        earlier.find_places(later),
-        recognition,
-        is_given=earlier.is_start_given,
-    )
+    poses, places = merged.map_from_keyframe, earlier.find_places(later)
+    recognized = recognize(closer, known, first, poses, places, is_given=earlier.is_start_given)
     if not recognized.hypotheses:
         raise not_recognized(recognized, closer)
     merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized.hypotheses)
@@ -76,11 +80,7 @@ def _moved(poses: Pose, first: int, recognized: list[Hypothesis]) -> Pose:
 
 
 def _close_loops(
-    merged: Session,
-    first: int,
-    known: int,
-    recognized: list[Hypothesis],
-    loops: LoopCloser,
+    merged: Session, first: int, known: int, recognized: list[Hypothesis], loops: LoopCloser
 ) -> Session:
     """Seek the submaps after the ``known`` ones on these, outwards from where the drive was recognized; then
     connect the keyframes from ``first`` on to those before."""

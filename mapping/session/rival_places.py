@@ -3,6 +3,7 @@
 Rooms that look alike do so in every single thing: only the search of all the map shows that there are two.
 """
 
+import math
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -12,11 +13,24 @@ from racecar.mapping.loops.candidate_search import WITHOUT_DRIFT
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap import Submap
+from racecar.mapping.loops.submap_search import AMBIGUOUS_SHARE
 from racecar.mapping.matching.correlative_search import Fit, LikelihoodPyramid, search, search_apart
-from racecar.mapping.session.config import PlaceRecognitionConfig
 from racecar.mapping.threads import thread_count
-from racecar.maps.geometry.se2 import Pose, between, compose
+from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
 
+_PLACE_SPACING = (3.0, math.radians(60.0))
+"""Metres between two submaps of the earlier map that are searched on, less than the reach so that the windows
+overlap, and radians between two that may lie nearer because they see other walls; by judgement."""
+_REACH = 4.0
+"""Metres searched to each side of each of them, in any heading. By judgement: more than their spacing."""
+_RADIUS = 20.0
+"""Metres about its middle of which a submap is searched on: the sample's radius and the reach, about, because
+no point falls farther off."""
+_POINTS = 150
+"""Points that are searched with. Measured when chosen, together with the least score: places are recognized
+in a third of the time."""
+_SAME_PLACE = (1.0, math.radians(10.0))
+"""Metres and radians within which two places found are the same one. By judgement: as those of a search."""
 _WORKERS = 2
 """Threads at most, since the search is one kernel without the interpreter's lock and small machines have two
 cores."""
@@ -25,10 +39,8 @@ cores."""
 class RivalPlaces:
     """Searches all of an earlier map, whose submaps are ``known``."""
 
-    def __init__(
-        self, loops: LoopCloser, known: list[Submap], poses: Pose, config: PlaceRecognitionConfig
-    ) -> None:
-        self._loops, self._known, self._poses, self._config = loops, known, poses, config
+    def __init__(self, loops: LoopCloser, known: list[Submap], poses: Pose) -> None:
+        self._loops, self._known, self._poses = loops, known, poses
         self._places: list[tuple[Submap, LikelihoodPyramid]] = []
         self._rivals: dict[Submap, list[Hypothesis]] = {}
 
@@ -41,18 +53,18 @@ class RivalPlaces:
         return [rival for h in supported for rival in self._rivals[h.moving]]
 
     def _seek(self, hypothesis: Hypothesis) -> list[Hypothesis]:
-        moving, config, loops = hypothesis.moving, self._config, self._loops
-        points = moving.sample(loops.store, self._poses, config.points)
+        moving, loops = hypothesis.moving, self._loops
+        points = moving.sample(loops.store, self._poses, _POINTS)
         if points is None:
             return []
         if not self._places:
             self._places = self._surveyed()
         map_from_moving = compose(self._poses[hypothesis.fixed.middle], hypothesis.fixed_from_moving)
-        least = config.ambiguous_share * self._score(hypothesis, points)
+        least = AMBIGUOUS_SHARE * self._score(hypothesis, points)
 
         def fit(place: tuple[Submap, LikelihoodPyramid]) -> Fit | None:
             there = between(self._poses[place[0].middle], map_from_moving)
-            return search_apart(place[1], points, there, config.reach, least)
+            return search_apart(place[1], points, there, _REACH, least)
 
         with ThreadPoolExecutor(thread_count(_WORKERS)) as pool:
             fits = [
@@ -67,17 +79,17 @@ class RivalPlaces:
         self, fits: list[tuple[Fit, Submap]], moving: Submap, map_from_moving: Pose
     ) -> list[Hypothesis]:
         """The hypotheses of those that are not refuted, and not of the place that is known."""
-        config, seen, rivals = self._config, [map_from_moving], []
+        seen, rivals = [map_from_moving], []
         for found, place in fits:
             pose = compose(self._poses[place.middle], found.pose)
-            if any(_are_near(other, pose, config) for other in seen):
+            if not all(are_apart(other, pose, _SAME_PLACE) for other in seen):
                 continue
             seen.append(pose)
-            rival = self._loops.match(place, moving, self._poses, found.pose, config.reach)
+            rival = self._loops.match(place, moving, self._poses, found.pose, _REACH)
             if rival is None:
                 continue
             ended = compose(self._poses[place.middle], rival.fixed_from_moving)
-            if not _are_near(map_from_moving, ended, config):
+            if are_apart(map_from_moving, ended, _SAME_PLACE):
                 rivals.append(rival)
         return rivals
 
@@ -93,22 +105,9 @@ class RivalPlaces:
         for submap in self._known:
             pose = self._poses[submap.middle]
             others = [self._poses[other.middle] for other in chosen]
-            if not any(self._shows_the_same(other, pose) for other in others):
+            if all(are_apart(other, pose, _PLACE_SPACING) for other in others):
                 chosen.append(submap)
         return [(place, self._pyramid(place)) for place in chosen]
 
     def _pyramid(self, submap: Submap) -> LikelihoodPyramid:
-        return submap.pyramid(self._loops.store, self._poses, self._config.radius)
-
-    def _shows_the_same(self, a: Pose, b: Pose) -> bool:
-        return _is_within(a, b, self._config.place_spacing, self._config.place_turn)
-
-
-def _are_near(a: Pose, b: Pose, config: PlaceRecognitionConfig) -> bool:
-    """Are two poses (3,) on the map one place?"""
-    return _is_within(a, b, config.same_distance, config.same_turn)
-
-
-def _is_within(a: Pose, b: Pose, distance: float, turn: float) -> bool:
-    apart = between(a, b)
-    return bool(np.hypot(apart[0], apart[1]) < distance and abs(apart[2]) < turn)
+        return submap.pyramid(self._loops.store, self._poses, _RADIUS)

@@ -10,7 +10,7 @@ import numpy as np
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.moving_along.moving_along import MovingAlong
-from racecar.mapping.session.earlier_map import EarlierMap
+from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import WITHOUT_WHEELS, MappingResult
 from racecar.maps.errors import UserError

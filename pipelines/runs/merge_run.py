@@ -11,8 +11,7 @@ from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
-from racecar.mapping.session.earlier_map import EarlierMap
-from racecar.mapping.session.merging import merge
+from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.maps.errors import UserError
@@ -149,10 +148,9 @@ def _size(session: Session) -> tuple[float, bytes]:
 def _join(run: MergedRun, folder: Path, session: Session, config: Config, seed: int) -> bool:
     """Join a session to those before; whether it was recognized there."""
     search = LocalizerSearch(run.session, config.mapping, config.localization, seed, None)
-    mapping, first = config.mapping, len(run.session.rays)
-    earlier = run.session
+    earlier, first = run.session, len(run.session.rays)
     try:
-        run.session = merge(EarlierMap(earlier, search), session, mapping.place_recognition)
+        run.session = merge(EarlierMap(earlier, search), session)
     except NotRecognizedError as error:
         run.left_out[folder] = _as_clause(str(error))
         return False

@@ -13,7 +13,7 @@ from racecar.localization.verdict.map_fit import MapFit
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.session.drawing import Sights, draw_map
-from racecar.mapping.session.earlier_map import EarlierMap
+from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid

@@ -10,7 +10,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import Verdict
-from racecar.mapping.session.earlier_map import EarlierMap
+from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, compose, inverse, transform_points

@@ -8,10 +8,8 @@ import numpy as np
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.rendering import Rays, render
-from racecar.mapping.session.config import PlaceRecognitionConfig
-from racecar.mapping.session.earlier_map import EarlierMap
 from racecar.mapping.session.forgetting import forget_outdated
-from racecar.mapping.session.merging import merge
+from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 from racecar.maps.grid.occupancy_grid import UNKNOWN
@@ -27,8 +25,7 @@ def carried_on(earlier: Session, true: Pose) -> Session:
         yield from true
 
     later = session(RING, true, ELSEWHERE, IDENTITY)
-    recognition = PlaceRecognitionConfig()
-    return merge(EarlierMap(earlier, find), later, recognition)
+    return merge(EarlierMap(earlier, find), later)
 
 
 def rounds(starts: list[float], metres: float) -> tuple[Session, Pose]:

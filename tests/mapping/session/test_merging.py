@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from racecar.mapping.graph import pose_graph
-from racecar.mapping.session.config import PlaceRecognitionConfig
-from racecar.mapping.session.earlier_map import EarlierMap
-from racecar.mapping.session.merging import merge
+from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
@@ -38,7 +36,7 @@ def merged(
             yield None if k < 3 else compose(pose, ROUGHLY)
 
     map_ = EarlierMap(earlier, find, is_start_given=is_start_given)
-    return merge(map_, later, PlaceRecognitionConfig())
+    return merge(map_, later)
 
 
 def test_the_later_drive_lies_where_it_was() -> None:

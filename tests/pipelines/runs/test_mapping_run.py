@@ -10,7 +10,7 @@ import pytest
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.session.earlier_map import EarlierMap
+from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.maps.errors import UserError
