@@ -175,8 +175,7 @@ class Mapper:
         if not state.reckoning.can_follow(scan):
             return self._map_from_base(state.reckoning.guesses())
         with state.timed("scan odometry"):
-            points = state.reckoning.advance(scan)
-        guesses = state.reckoning.guesses()
+            points, guesses = state.reckoning.advance(scan)
         self._can_be_saved = False
         distance, angle = self._config.keyframe_distance, self._config.keyframe_angle
         wheel_step, sees = state.reckoning.wheel_step(), len(points) > 0

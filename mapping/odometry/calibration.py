@@ -5,7 +5,7 @@ some steps. What grows with the length of a span is the wheels' fault; scans err
 along with a tilted laser for instance, but not more over a long span than over a short one.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import astuple, dataclass, field, replace
 from functools import cached_property
 
@@ -157,8 +157,7 @@ def calibrate(
     if len(spans.lengths) < _MIN_SPANS:
         return WheelCalibration()
     steps = np.nan_to_num(steps)
-    turn = _fit_turns(steps, spans)
-    trim, turn_off, _ = turn.solution.tolist()
+    (trim, turn_off, _), sigma_turn = _fit_turns(steps, spans)
     faults = OdometryFaults(turn=_believed(turn_off), trim=trim)
     chain = chained(fused(faults.corrected(steps)))
     by_wheels = between(chain[spans.first], chain[spans.end])
@@ -168,22 +167,28 @@ def calibrate(
     )
     along, told = np.sum(spans.motions * towards, axis=1), spans.variances_along(towards)
     moved = reach > _MIN_REACH
-    path = _fit_path(reach[moved], along[moved], by_wheels[moved, 0], told[moved], spans.lengths[moved])
-    faults = replace(faults, distance=_believed(float(path.solution[0])))
+    (path_off, _), sigma_distance = _fit_path(
+        reach[moved], along[moved], by_wheels[moved, 0], told[moved], spans.lengths[moved]
+    )
+    faults = replace(faults, distance=_believed(path_off))
     scale = 1.0 + faults.distance
     error = between(by_wheels * [scale, scale, 1.0], spans.motions)
     single, tell = spans.lengths == 1, moved & (told < _INITIAL_SIGMA**2)
     lengths = np.hypot(steps[:, 0], steps[:, 1])
     driven = lengths[lengths > _MIN_REACH]
-    sigmas = (
-        path.sigma_per_step,
-        turn.sigma_per_step,
-        max(path.sigma_per_step, _tail(error[single & tell, :2])),
-        max(turn.sigma_per_step, _tail(error[single, 2])),
+    return WheelCalibration(
+        faults,
+        _clipped(sigma_distance),
+        _clipped(sigma_turn),
+        _clipped(max(sigma_distance, _tail(error[single & tell, :2]))),
+        _clipped(max(sigma_turn, _tail(error[single, 2]))),
+        float(np.median(driven)) if len(driven) else _INITIAL_STEP,
     )
-    usual_step = float(np.median(driven)) if len(driven) else _INITIAL_STEP
-    distance, turned, tail_distance, tail_turn = np.clip(sigmas, *_SIGMAS).tolist()
-    return WheelCalibration(faults, distance, turned, tail_distance, tail_turn, usual_step)
+
+
+def _clipped(sigma: float) -> float:
+    """A standard deviation within the limits."""
+    return min(max(sigma, _SIGMAS[0]), _SIGMAS[1])
 
 
 def _believed(share: float) -> float:
@@ -191,14 +196,8 @@ def _believed(share: float) -> float:
     return share if _GAINS[0] < 1.0 + share < _GAINS[1] else 0.0
 
 
-@dataclass(frozen=True, eq=False)
-class _SpanFit:
-    solution: NDArray[np.float64]
-    sigma_per_step: float
-
-
-def _fit_turns(steps: Pose, spans: MatchedSpans) -> _SpanFit:
-    """Turn per metre, by what share turns are off, and the bias of a match."""
+def _fit_turns(steps: Pose, spans: MatchedSpans) -> tuple[list[float], float]:
+    """Turn per metre, by what share turns are off, and the bias of a match; and the deviation of a step."""
     summed = np.cumsum(np.column_stack([forward(steps), steps[:, 2]]), axis=0)
     sums = np.concatenate([np.zeros((1, 2)), summed])
     driven, turned = (sums[spans.end] - sums[spans.first]).T
@@ -216,10 +215,11 @@ def _fit_path(
     forward: NDArray[np.float64],
     told: NDArray[np.float64],
     lengths: NDArray[np.int64],
-) -> _SpanFit:
-    """By what share paths are off, and the bias of a match in the direction of travel."""
+) -> tuple[list[float], float]:
+    """By what share paths are off, and the bias of a match in the direction of travel; and the deviation of a
+    step."""
     if len(reach) < _MIN_SPANS:
-        return _SpanFit(np.zeros(2), _INITIAL_SIGMA)
+        return [0.0, 0.0], _INITIAL_SIGMA
     design = np.column_stack([reach, np.sign(forward)])
     spread = np.array([_SCALE_SIGMA, _BIAS_DISTANCE_SIGMA])
     return _fit(design, along - reach, told, lengths, spread)
@@ -231,12 +231,14 @@ def _fit(
     told: NDArray[np.float64],
     lengths: NDArray[np.int64],
     spread: NDArray[np.float64],
-) -> _SpanFit:
-    """Least squares with Cauchy weights and a prior, of faults that are usually none. The variance of a
-    residual is what the match tells of itself, (M,), what all matches err by, and what a step does, as often
-    as a span is long. Since each step takes part in many spans, its errors are told as often, and count
-    once."""
+) -> tuple[list[float], float]:
+    """Least squares with Cauchy weights and a prior, of faults that are usually none; and the standard
+    deviation per step. The variance of a residual is what the match tells of itself, (M,), what all matches
+    err by, and what a step does, as often as a span is long. Since each step takes part in many spans, its
+    errors are told as often, and count once."""
     solution = np.zeros(len(spread))
+    of_spans = np.unique(lengths)
+    groups = [np.flatnonzero(lengths == length) for length in of_spans]
     weight, shared = np.ones(len(missed)), _INITIAL_SIGMA**2 * lengths
     for _ in range(_ITERATIONS):
         scaled = weight / (told + shared * _SPANS_PER_STEP + _SMALLEST**2)
@@ -244,21 +246,21 @@ def _fit(
         solution[:] = np.linalg.solve(normal, design.T @ (scaled * missed))
         residual, variance = missed - design @ solution, told + shared + _SMALLEST**2
         weight = 1.0 / (1.0 + residual**2 / (variance * _LOSS_WIDTH**2))
-        of_match, per_step = _variances(residual, told, lengths, variance**-2.0)
+        of_match, per_step = _variances(residual, told, of_spans, groups, variance**-2.0)
         shared = of_match + per_step * lengths
-    return _SpanFit(solution, float(np.sqrt(per_step)))
+    return solution.tolist(), float(np.sqrt(per_step))
 
 
 def _variances(
     residual: NDArray[np.float64],
     told: NDArray[np.float64],
-    lengths: NDArray[np.int64],
+    of_spans: NDArray[np.int64],
+    spans: Sequence[NDArray[np.int64]],
     weight: NDArray[np.float64],
 ) -> tuple[float, float]:
-    """Of any match and of a step, such that they explain the spread of the residuals (M,) at each length
-    beyond what matches tell; a step has that with which it began where they tell too little."""
-    of_spans = np.unique(lengths)
-    spans = [lengths == length for length in of_spans]
+    """Of any match and of a step, such that they explain the spread of the residuals (M,) at each length (L,)
+    beyond what matches tell, by L groups of them; a step has that with which it began where they tell too
+    little."""
     spread = np.array([SIGMA_PER_MEDIAN**2 * _median(residual[at] ** 2, weight[at]) for at in spans])
     known = np.array([np.average(told[at], weights=weight[at]) for at in spans])
     counts = np.array([weight[at].sum() ** 2 / (weight[at] ** 2).sum() for at in spans])

@@ -2,6 +2,7 @@
 steady velocity."""
 
 from math import isnan
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -59,6 +60,37 @@ WORTH_UNTOLD = np.diag(np.array([1.0, 1.0, 1.5]) ** -2.0)
 goes that far before anybody wonders."""
 
 
+class _Moment(NamedTuple):
+    """A scan, and where the reference was then, as each source has it in a frame of its own."""
+
+    stamp: int = 0
+    """Nanoseconds."""
+    by_scans: Pose = IDENTITY
+    by_wheels: Pose | None = None
+    by_gyro: GyroReading | None = None
+
+    def to_arrays(self) -> Arrays:
+        """The fields; NaN where a sensor was silent."""
+        return {
+            "stamp": np.array(self.stamp),
+            "by_scans": self.by_scans,
+            "by_wheels": pose_or_nan(self.by_wheels),
+            "by_gyro": np.full(2, np.nan) if self.by_gyro is None else np.array(self.by_gyro),
+        }
+
+    @classmethod
+    def from_arrays(cls, arrays: Arrays, prefix: str = "") -> "_Moment":
+        """One that was written so, under names with a prefix."""
+        stamp, by_scans, by_wheels, by_gyro = (arrays[prefix + name] for name in cls._fields)
+        series, angle = by_gyro.astype(np.float64).tolist()
+        return cls(
+            int(stamp),
+            by_scans.astype(np.float64),
+            pose_or_none(by_wheels),
+            None if isnan(series) else GyroReading(int(series), angle),
+        )
+
+
 class DeadReckoning:
     """Follows the laser from scan to scan; none of its guesses can be trusted alone.
 
@@ -89,26 +121,20 @@ class DeadReckoning:
         """Radians that the scans show since the wheels repeat a heading."""
         self._odometry = OdometryBuffer(lag=odometry_lag)
         self._gyro = GyroBuffer()
-        self._by_gyro: GyroReading | None = None
-        self._keyframe_by_gyro: GyroReading | None = None
         self._scan_odometry = ScanOdometry()
         self._filter = VelocityFilter()
         self._points: NDArray[np.float64] = np.zeros((0, 2))
         self._sweep: NDArray[np.float64] = np.zeros((0, 2))
-        self._stamp = self._seeing_stamp = 0
-        self._by_scans: Pose = IDENTITY
+        self._now = self._keyframe = _Moment()
+        self._seeing_stamp = 0
         self._last_motion: Pose = IDENTITY
-        self._by_wheels: Pose | None = None
-        self._keyframe_stamp = 0
-        self._keyframe_by_scans: Pose = IDENTITY
-        self._keyframe_by_wheels: Pose | None = None
         self._velocity: Pose = IDENTITY
 
     def add_odometry(self, odometry: Odometry) -> None:
         """Take a sample of wheel odometry; one that does not continue the last starts it afresh."""
         if self.frozen.thaws_with(odometry) or self._odometry.jumps_to(odometry):
             self._odometry = OdometryBuffer(lag=self.odometry_lag.nanoseconds)
-            self._by_wheels = self._keyframe_by_wheels = None
+            self._forget_wheels()
         self._odometry.add(odometry)
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
@@ -119,21 +145,22 @@ class DeadReckoning:
         """Whether the motion to a scan can be told: to that of a further laser, by wheels only."""
         if not self.mounts.is_further(scan.laser):
             return True
-        can = self._keyframe_by_wheels is not None and self._odometry.covers(scan.stamp)
+        can = self._keyframe.by_wheels is not None and self._odometry.covers(scan.stamp)
         self.scans_left_out += not can
         return can
 
-    def advance(self, scan: Scan) -> NDArray[np.float64]:
+    def advance(self, scan: Scan) -> tuple[NDArray[np.float64], MotionGuesses]:
         """Move on to the next scan; returns its end points (M, 2), corrected for motion, in the frame of its
-        laser."""
+        laser, and the guesses of the motion."""
         self._place_laser(scan)
         self.blind_for = scan.stamp - self._seeing_stamp if self._seeing_stamp else 0
         mount = self.mounts.of(scan.laser)
-        last_by_wheels, self._by_wheels = self._by_wheels, self._wheels_at(scan)
-        last_by_gyro, self._by_gyro = self._by_gyro, self._gyro.reading_at(scan.stamp)
-        gyro_turn, seconds = turn_between(last_by_gyro, self._by_gyro), (scan.stamp - self._stamp) * 1e-9
-        if last_by_wheels is not None and self._by_wheels is not None:
-            self.turns.watch(between(last_by_wheels, self._by_wheels), gyro_turn, seconds)
+        last, by_gyro = self._now, self._gyro.reading_at(scan.stamp)
+        self._now = last._replace(by_wheels=self._wheels_at(scan), by_gyro=by_gyro)
+        gyro_turn, seconds = turn_between(last.by_gyro, by_gyro), (scan.stamp - last.stamp) * 1e-9
+        by_wheels = _step(last.by_wheels, self._now.by_wheels)
+        if by_wheels is not None:
+            self.turns.watch(by_wheels, gyro_turn, seconds)
         turned = self._measured_turn(gyro_turn, seconds, scan)
         keyframe_from_last = self._filter.keyframe_from_laser
         is_followed = self.wheel_step() is None and self._filter.advance(scan, mount, turned)
@@ -143,8 +170,8 @@ class DeadReckoning:
         in_laser, self.cloud = deskew(scan, within), deskew_cloud(scan, within)
         points, cloud = _from_reference(mount, in_laser), self.cloud
         cloud = None if cloud is None else _from_reference(mount, cloud)
-        if last_by_wheels is not None and self._by_wheels is not None:
-            motion = self.corrected(between(last_by_wheels, self._by_wheels), gyro_turn, seconds)
+        if by_wheels is not None:
+            motion = self.corrected(by_wheels, gyro_turn, seconds)
         elif is_trusted:
             motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
         elif len(points) == 0 and self.blind_for > _BLIND_INTERVAL:
@@ -155,15 +182,16 @@ class DeadReckoning:
             motion = with_turn_seen(self._points, points, self._last_motion)
         self._points, self._sweep = points, points if cloud is None else cloud
         by_scans = self._scan_odometry.register(self._sweep, motion)
-        self._last_motion, self._by_scans = between(self._by_scans, by_scans), by_scans
+        self._last_motion = between(last.by_scans, by_scans)
+        self._now = self._now._replace(stamp=scan.stamp, by_scans=by_scans)
         if len(points) > 0:
             self._seeing_stamp = scan.stamp
-        self._stamp = scan.stamp
+        if is_followed and seconds > _SPARSE_INTERVAL:
+            self._filter.observe(between(self._keyframe.by_scans, by_scans))
+        guesses = self.guesses()
         if not is_followed:
-            self._filter.begin(scan.stamp, self.guesses().best, self._last_motion / max(seconds, 1e-3))
-        elif seconds > _SPARSE_INTERVAL:
-            self._filter.observe(between(self._keyframe_by_scans, by_scans))
-        return in_laser
+            self._filter.begin(scan.stamp, guesses.best, self._last_motion / max(seconds, 1e-3))
+        return in_laser, guesses
 
     def guesses(self) -> MotionGuesses:
         """Of keyframe_from_laser, by each source that says something."""
@@ -173,26 +201,24 @@ class DeadReckoning:
             by[GuessSource.WHEELS_OR_FILTER] = self.corrected(step, *self.gyro_step())
         elif self._filter.is_trusted:
             by[GuessSource.WHEELS_OR_FILTER] = self._filter.keyframe_from_laser
-        by[GuessSource.SCAN_ODOMETRY] = between(self._keyframe_by_scans, self._by_scans)
-        by[GuessSource.STEADY_VELOCITY] = self._velocity * (self._stamp - self._keyframe_stamp)
+        by[GuessSource.SCAN_ODOMETRY] = between(self._keyframe.by_scans, self._now.by_scans)
+        by[GuessSource.STEADY_VELOCITY] = self._velocity * (self._now.stamp - self._keyframe.stamp)
         return MotionGuesses(by)
 
     def wheel_step(self) -> Pose | None:
         """(3,) keyframe_from_laser as the wheels measured it, not corrected; None where they did not."""
-        if self._by_wheels is None or self._keyframe_by_wheels is None:
-            return None
-        return between(self._keyframe_by_wheels, self._by_wheels)
+        return _step(self._keyframe.by_wheels, self._now.by_wheels)
 
     @property
     def wheels_begin(self) -> bool:
         """Whether the wheels tell where the car is, but did not at the last keyframe: only from the next one
         on they show a motion, and where scan odometry sticks that may be long in coming."""
-        return self._by_wheels is not None and self._keyframe_by_wheels is None
+        return self._now.by_wheels is not None and self._keyframe.by_wheels is None
 
     @property
     def wheels_repeat(self) -> bool:
         """Whether the wheels say that the car stands now, which wheels that are frozen say too."""
-        return self._by_wheels is not None and self._odometry.repeats_since(self._stamp) is not None
+        return self._now.by_wheels is not None and self._odometry.repeats_since(self._now.stamp) is not None
 
     def judge_repeating(self, step: Pose, source: GuessSource, limits: tuple[float, float]) -> None:
         """Leave out wheels that repeat a pose or heading, until that changes, if the scans contradict them:
@@ -202,14 +228,14 @@ class DeadReckoning:
         limits (metres, radians) was made meanwhile. The heading of a car that steers straight ahead repeats
         too, so some steps have to show together that it turns; where a gyroscope does, it is not missed.
         """
-        begin = self._odometry.repeats_since(self._stamp)
+        begin = self._odometry.repeats_since(self._now.stamp)
         if begin is not None:
             if source != GuessSource.WHEELS_OR_FILTER or (
                 self._is_since_keyframe(begin) and are_apart(step, IDENTITY, limits)
             ):
                 self._freeze(begin, np.zeros(3))
             return
-        begin = self._odometry.repeats_since(self._stamp, heading_only=True)
+        begin = self._odometry.repeats_since(self._now.stamp, heading_only=True)
         is_unseen = begin is not None and self._is_since_keyframe(begin) and isnan(self.gyro_step()[0])
         self._unseen_turn = self._unseen_turn + float(step[2]) if is_unseen else 0.0
         if begin is not None and abs(self._unseen_turn) > _UNSEEN_TURN:
@@ -218,23 +244,27 @@ class DeadReckoning:
     def doubt_standing(self) -> None:
         """Leave out wheels that repeat a pose, until that changes: a car that stood would see again what it
         saw at the last keyframe, but it does not."""
-        begin = self._odometry.repeats_since(self._stamp)
-        if begin is not None and self._by_wheels is not None:
+        begin = self._odometry.repeats_since(self._now.stamp)
+        if begin is not None and self._now.by_wheels is not None:
             self._freeze(begin, np.zeros(3))
 
     def _is_since_keyframe(self, begin: int) -> bool:
         """Whether what the odometry repeats since a stamp (nanoseconds) is all that it says of the step."""
-        return begin - self._odometry.lag <= self._keyframe_stamp
+        return begin - self._odometry.lag <= self._keyframe.stamp
 
     def _freeze(self, begin: int, unless: Pose) -> None:
         """Leave out the wheels until their pose changes where ``unless`` (3,) is not NaN."""
         self.frozen.freeze(begin, self._odometry.latest_pose + unless)
-        self._by_wheels = self._keyframe_by_wheels = None
+        self._forget_wheels()
         self._unseen_turn = 0.0
+
+    def _forget_wheels(self) -> None:
+        """What they told until now does not count any more."""
+        self._now, self._keyframe = (each._replace(by_wheels=None) for each in (self._now, self._keyframe))
 
     def worth(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of the most trusted guess of a ``step`` (3,) since the last keyframe."""
-        is_long = self._stamp - self._keyframe_stamp > _BLIND_INTERVAL
+        is_long = self._now.stamp - self._keyframe.stamp > _BLIND_INTERVAL
         return WORTH_UNTOLD if is_long and self.wheel_step() is None else self.calibration.worth(step)
 
     def gyro_step(self) -> tuple[float, float]:
@@ -242,8 +272,8 @@ class DeadReckoning:
 
         Radians, NaN where it did not.
         """
-        seconds = (self._stamp - self._keyframe_stamp) * 1e-9
-        return turn_between(self._keyframe_by_gyro, self._by_gyro), seconds
+        seconds = (self._now.stamp - self._keyframe.stamp) * 1e-9
+        return turn_between(self._keyframe.by_gyro, self._now.by_gyro), seconds
 
     def corrected(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
         """Steps (..., 3) of the reference by the wheels without their systematic errors, and with what the
@@ -268,25 +298,22 @@ class DeadReckoning:
             self._learn_turn(step)
         else:
             self.turns.start_anew()
-        self._keyframe_by_gyro = self._by_gyro
         self._filter.start_keyframe(keyframe, self.mounts.of(laser))
-        if are_apart(step, between(self._keyframe_by_scans, self._by_scans), _LOST):
+        if are_apart(step, between(self._keyframe.by_scans, self._now.by_scans), _LOST):
             self._begin_scan_odometry()
-        self.frozen.follow(self._stamp, step)
-        self.odometry_lag.add_turn(self._stamp, float(step[2]))
-        self._velocity = step / max(self._stamp - self._keyframe_stamp, 1)
-        self._keyframe_stamp = self._stamp
-        self._keyframe_by_scans, self._keyframe_by_wheels = self._by_scans, self._by_wheels
+        self.frozen.follow(self._now.stamp, step)
+        self.odometry_lag.add_turn(self._now.stamp, float(step[2]))
+        self._velocity = step / max(self._now.stamp - self._keyframe.stamp, 1)
+        self._keyframe = self._now
 
     def learn_lag(self) -> None:
         """Learn by how much odometry is stamped late, and apply it; the current scan must be the keyframe."""
         if self.odometry_lag.learn(self._odometry):
             self._odometry.lag = self.odometry_lag.nanoseconds
-            if self._by_wheels is not None:
-                odom_from_base = self._odometry.pose_at(self._stamp)
-                self._by_wheels = self._keyframe_by_wheels = compose(
-                    odom_from_base, self.mounts.base_from_reference
-                )
+            if self._now.by_wheels is not None:
+                odom_from_base = self._odometry.pose_at(self._now.stamp)
+                by_wheels = compose(odom_from_base, self.mounts.base_from_reference)
+                self._now = self._keyframe = self._now._replace(by_wheels=by_wheels)
 
     def _learn_turn(self, step: Pose) -> None:
         """Compare the turn of the step (3,) between two keyframes with those by wheels and gyroscope."""
@@ -328,7 +355,8 @@ class DeadReckoning:
         nothing corrects it.
         """
         self._scan_odometry = ScanOdometry()
-        self._by_scans, self._last_motion = self._scan_odometry.register(self._sweep, IDENTITY), IDENTITY
+        self._now = self._now._replace(by_scans=self._scan_odometry.register(self._sweep, IDENTITY))
+        self._last_motion = IDENTITY
 
     def restart_scan_odometry(self) -> None:
         """Forget what `to_arrays` does not hold of scan odometry."""
@@ -353,17 +381,11 @@ class DeadReckoning:
             **named("mounts", self.mounts.to_arrays()),
             "odometry_stamps": stamps,
             "odometry_poses": poses,
-            "stamp": np.array(self._stamp),
+            **self._now.to_arrays(),
+            **{f"keyframe_{name}": array for name, array in self._keyframe.to_arrays().items()},
             "seeing_stamp": np.array(self._seeing_stamp),
-            "by_scans": self._by_scans,
             "last_motion": self._last_motion,
-            "by_wheels": pose_or_nan(self._by_wheels),
-            "keyframe_stamp": np.array(self._keyframe_stamp),
-            "keyframe_by_scans": self._keyframe_by_scans,
-            "keyframe_by_wheels": pose_or_nan(self._keyframe_by_wheels),
             "velocity": self._velocity,
-            "by_gyro": _reading_or_nan(self._by_gyro),
-            "keyframe_by_gyro": _reading_or_nan(self._keyframe_by_gyro),
             **named("gyro", self._gyro.to_arrays()),
             **named("turns", self.turns.to_arrays()),
             **named("frozen", self.frozen.to_arrays()),
@@ -386,17 +408,11 @@ class DeadReckoning:
         reckoning._unseen_turn = float(arrays["unseen_turn"])
         for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
             reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
-        reckoning._stamp = int(arrays["stamp"])
+        reckoning._now = _Moment.from_arrays(arrays)
+        reckoning._keyframe = _Moment.from_arrays(arrays, "keyframe_")
         reckoning._seeing_stamp = int(arrays["seeing_stamp"])
-        reckoning._by_scans = arrays["by_scans"].astype(np.float64)
         reckoning._last_motion = arrays["last_motion"].astype(np.float64)
-        reckoning._by_wheels = pose_or_none(arrays["by_wheels"])
-        reckoning._keyframe_stamp = int(arrays["keyframe_stamp"])
-        reckoning._keyframe_by_scans = arrays["keyframe_by_scans"].astype(np.float64)
-        reckoning._keyframe_by_wheels = pose_or_none(arrays["keyframe_by_wheels"])
         reckoning._velocity = arrays["velocity"].astype(np.float64)
-        reckoning._by_gyro = _reading_or_none(arrays["by_gyro"])
-        reckoning._keyframe_by_gyro = _reading_or_none(arrays["keyframe_by_gyro"])
         reckoning._gyro = GyroBuffer.from_arrays(part_of("gyro", arrays))
         reckoning.turns = TurnFusion.from_arrays(part_of("turns", arrays))
         reckoning._scan_odometry = ScanOdometry.from_arrays(part_of("scan_odometry", arrays))
@@ -408,10 +424,10 @@ class DeadReckoning:
         moved = self.mounts.take(scan)
         if moved is None:
             return
-        if self._by_wheels is not None:
-            self._by_wheels = compose(self._by_wheels, moved)
-        if self._keyframe_by_wheels is not None:
-            self._keyframe_by_wheels = compose(self._keyframe_by_wheels, moved)
+        self._now, self._keyframe = (
+            each if each.by_wheels is None else each._replace(by_wheels=compose(each.by_wheels, moved))
+            for each in (self._now, self._keyframe)
+        )
 
     def _wheels_at(self, scan: Scan) -> Pose | None:
         """odom_from_reference (3,), None where odometry has a gap."""
@@ -420,6 +436,11 @@ class DeadReckoning:
             self.scans_without_odometry += 1
             return None
         return compose(self._odometry.pose_at(scan.stamp), self.mounts.base_from_reference)
+
+
+def _step(first: Pose | None, second: Pose | None) -> Pose | None:
+    """The motion (3,) from one pose to another; None where either is not known."""
+    return None if first is None or second is None else between(first, second)
 
 
 def _mounts_of(arrays: Arrays) -> Mounts:
@@ -436,12 +457,3 @@ def _from_reference(mount: Pose | None, points: NDArray[np.float64]) -> NDArray[
     if mount is None:
         return points
     return np.column_stack([transform_points(mount, points[:, :2]), points[:, 2:]])
-
-
-def _reading_or_nan(reading: GyroReading | None) -> NDArray[np.float64]:
-    return np.full(2, np.nan) if reading is None else np.array([reading.series, reading.angle])
-
-
-def _reading_or_none(array: NDArray[np.generic]) -> GyroReading | None:
-    series, angle = array.astype(np.float64).tolist()
-    return None if isnan(series) else GyroReading(int(series), angle)
