@@ -64,7 +64,7 @@ def test_noise_on_straights_is_no_wrong_gain_of_turns(seed: int, per_metre: floa
     wheels = wheels_of(true, per_metre, 1.0, 1.0)
     wheels[:, 2] += rng.normal(0.0, 0.003, len(wheels))
     result = calibrate(wheels, matched(true, rng))
-    assert abs(result.faults.turn) < 0.1
+    assert abs(result.faults.turn) < 0.15
     assert abs(result.faults.trim - per_metre) < 0.004
 
 
