@@ -18,7 +18,6 @@ from racecar.mapping.keyframes.constraints import TIED_TO, constrain, pairs_alon
 from racecar.mapping.keyframes.drive import SCANS_PER_KEYFRAME
 from racecar.mapping.keyframes.final_optimization import matched_again, mean_bend
 from racecar.mapping.keyframes.gap import Gap, gap_after
-from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.keyframes.placement import (
     MIN_SEARCH_POINTS,
     REFUTED_ODDS,
@@ -63,7 +62,7 @@ class Mapper:
         ``keep_clouds`` the result has what a sensor with many rows saw at each keyframe."""
         self._config = config
         self._state = MapperState.begin(config, odometry_lag)
-        self._state.clouds = KeyframeClouds() if keep_clouds else None
+        self._state.clouds = {} if keep_clouds else None
         self._can_be_saved = False
         self._lock = RLock()
         """Held while anything of the state changes, and while it is read for others."""
@@ -74,7 +73,7 @@ class Mapper:
         is missing."""
         mapper = cls(config)
         mapper._state = MapperState.from_arrays(config, arrays)
-        mapper._state.clouds = KeyframeClouds() if keep_clouds else None
+        mapper._state.clouds = {} if keep_clouds else None
         mapper._can_be_saved = True
         return mapper
 
@@ -271,7 +270,7 @@ class Mapper:
                 if placed.is_lost or (gap == Gap.DRIVEN and not is_tied):
                     state.known_since = index
             if state.clouds is not None and state.reckoning.cloud is not None:
-                state.clouds.add(index, state.reckoning.cloud)
+                state.clouds[index] = state.reckoning.cloud.astype(np.float32)
             state.reckoning.start_keyframe(step, prepared, scan.laser, is_tied=is_tied and index > 0)
             state.drive.start_keyframe(guesses, right)
             state.drive.add(scan.stamp, points, AT_KEYFRAME, scan.laser)

@@ -146,7 +146,7 @@ class Drive:
         clouds = unpack(arrays["clouds"].astype(np.float32), arrays["cloud_lengths"])
         return cls(
             array("q", arrays["stamps"].tolist()),
-            array("B", arrays.get("lasers", np.zeros_like(arrays["stamps"])).tolist()),
+            array("B", arrays["lasers"].tolist()),
             {scan: cloud for scan, cloud in enumerate(clouds) if len(cloud) > 0},
             array("q", arrays["keyframe_scans"].tolist()),
             array("f", arrays["guesses"][:decided].ravel().tolist()),

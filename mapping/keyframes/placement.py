@@ -97,7 +97,7 @@ class KeyframePlacer:
         that were found the likeliest is taken, by the motion there and by what the scans show there.
         """
         fixed = self._fixed(guesses[0], gap)
-        if not self._may_fit(fixed):
+        if self.alike is not None and not np.isin(fixed, self.alike).any():
             return self._placed_unlike(fixed, guesses)
         matches, leads = self._match_guesses(fixed, guesses)
         has_fit = gap == Gap.NONE and self._fits(matches)
@@ -161,10 +161,6 @@ class KeyframePlacer:
         matches = self._match(fixed, guesses[:1])
         overlaps = matches.overlap[0] > _LOST_OVERLAP
         return Placement(matches.poses[0] if overlaps else guesses[0], 0)
-
-    def _may_fit(self, fixed: NDArray[np.int64]) -> bool:
-        """Whether the keyframe looks where some (F,) before it do, so that it fits nowhere if not there."""
-        return self.alike is None or bool(np.isin(fixed, self.alike).any())
 
     def _slid(self, matches: Matches, guess: Pose) -> Pose:
         """Where G matches lie when they follow a guess (3,) in directions that the scans do not observe: what

@@ -401,7 +401,7 @@ class DeadReckoning:
         reckoning = cls()
         reckoning.calibration = WheelCalibration.from_array(arrays["wheel_calibration"])
         reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
-        reckoning.mounts = _mounts_of(arrays)
+        reckoning.mounts = Mounts.from_arrays(part_of("mounts", arrays))
         reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays))
         reckoning._odometry.lag = reckoning.odometry_lag.nanoseconds
         reckoning.frozen = FrozenOdometry.from_arrays(part_of("frozen", arrays))
@@ -441,15 +441,6 @@ class DeadReckoning:
 def _step(first: Pose | None, second: Pose | None) -> Pose | None:
     """The motion (3,) from one pose to another; None where either is not known."""
     return None if first is None or second is None else between(first, second)
-
-
-def _mounts_of(arrays: Arrays) -> Mounts:
-    """Drives were once written with one laser only."""
-    one = {
-        "lasers": np.zeros(1, dtype=np.int64),
-        "base_from_laser": arrays.get("base_from_laser", IDENTITY)[None],
-    }
-    return Mounts.from_arrays(part_of("mounts", arrays) or one)
 
 
 def _from_reference(mount: Pose | None, points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -61,14 +61,9 @@ class OdometryLag:
         self._headings.append(turn + (self._headings[-1] if self._headings else 0.0))
 
     @property
-    def is_settled(self) -> bool:
-        """Whether the car has turned enough to know the lag well, or to know that there is none."""
-        return self._turned > _TURN_UNTIL_SETTLED
-
-    @property
     def known(self) -> KnownLag:
         """What is learned by now."""
-        return KnownLag(self.nanoseconds, self.is_settled)
+        return KnownLag(self.nanoseconds, self._turned > _TURN_UNTIL_SETTLED)
 
     def learn(self, odometry: OdometryBuffer) -> bool:
         """Compare the scans since the last time with the wheels; returns whether the lag has changed.
@@ -85,7 +80,7 @@ class OdometryLag:
         before, lag = self.nanoseconds, known_lag(_LAGS, self._blocks)
         if lag is not None:
             self.nanoseconds = lag if abs(lag) >= _period(stamps) else 0
-        elif self.is_settled:
+        elif self.known.is_settled:
             self.nanoseconds = 0
         return self.nanoseconds != before
 

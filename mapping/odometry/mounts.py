@@ -57,15 +57,13 @@ class Mounts:
         """Poses (N, 3) of the reference where lasers (N,) have these poses (N, 3)."""
         if self.are_one:
             return world_from_laser
-        each = {laser: self._mount(laser) for laser in self._places}
-        return compose(world_from_laser, inverse(self._each(lasers, each)))
+        return compose(world_from_laser, inverse(self._reference_from(lasers)))
 
     def to_laser(self, world_from_reference: Pose, lasers: Sequence[int]) -> Pose:
         """Poses (N, 3) of lasers (N,) where the reference has these poses (N, 3)."""
         if self.are_one:
             return world_from_reference
-        each = {laser: self._mount(laser) for laser in self._places}
-        return compose(world_from_reference, self._each(lasers, each))
+        return compose(world_from_reference, self._reference_from(lasers))
 
     def motions_of_reference(
         self,
@@ -77,12 +75,13 @@ class Mounts:
         second ones (N,)."""
         if self.are_one:
             return motions
-        each = {laser: self._mount(laser) for laser in self._places}
-        return compose(compose(self._each(first, each), motions), inverse(self._each(second, each)))
+        moved = compose(self._reference_from(first), motions)
+        return compose(moved, inverse(self._reference_from(second)))
 
-    def _mount(self, laser: int) -> Pose:
-        mount = self.of(laser)
-        return IDENTITY if mount is None else mount
+    def _reference_from(self, lasers: Sequence[int] | NDArray[np.int64]) -> Pose:
+        """(N, 3) of lasers (N,)."""
+        mounts = {laser: self.of(laser) for laser in self._places}
+        return self._each(lasers, {k: IDENTITY if mount is None else mount for k, mount in mounts.items()})
 
     def _each(self, lasers: Sequence[int] | NDArray[np.int64], poses: dict[int, Pose]) -> Pose:
         numbers: NDArray[np.int64] = np.array(lasers, dtype=np.int64)

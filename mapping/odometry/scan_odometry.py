@@ -141,7 +141,8 @@ def _at_height_zero(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _motion(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> Pose:
     """``a_from_b`` (3,), seen from above, of two poses (4, 4) in space."""
-    return _from_matrix(_between(world_from_a, world_from_b))
+    a_from_b = _between(world_from_a, world_from_b)
+    return np.array([a_from_b[0, 3], a_from_b[1, 3], np.arctan2(a_from_b[1, 0], a_from_b[0, 0])])
 
 
 def _between(world_from_a: NDArray[np.float64], world_from_b: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -158,7 +159,3 @@ def _to_matrix(pose: Pose) -> NDArray[np.float64]:
     matrix[:2, :2] = [[cos, -sin], [sin, cos]]
     matrix[:2, 3] = pose[:2]
     return matrix
-
-
-def _from_matrix(matrix: NDArray[np.float64]) -> Pose:
-    return np.array([matrix[0, 3], matrix[1, 3], np.arctan2(matrix[1, 0], matrix[0, 0])])

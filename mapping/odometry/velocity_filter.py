@@ -220,7 +220,7 @@ class VelocityFilter:
         tracker._keyframe = PreparedScan(
             arrays["points"].astype(np.float32), arrays["normals"].astype(np.float32)
         )
-        tracker._keyframe_mount = arrays.get("mount", IDENTITY).astype(np.float64)
+        tracker._keyframe_mount = arrays["mount"].astype(np.float64)
         return tracker
 
 

@@ -17,7 +17,6 @@ from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.keyframes.constraints import TIED_TO
 from racecar.mapping.keyframes.drive import Drive
-from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.odometry.calibration import MatchedSpans, calibrate
@@ -52,8 +51,8 @@ class MapperState:
     """The keyframe before which the car was elsewhere, where that is not known."""
     seconds: dict[str, float] = field(default_factory=dict)
     """Wall time by stage."""
-    clouds: KeyframeClouds | None = None
-    """Not saved; None where they were not asked for."""
+    clouds: dict[int, NDArray[np.float32]] | None = None
+    """(N, 3) what a sensor with many rows saw, by keyframe; None where they were not asked for. Not saved."""
     keyframe_lasers: "array[int]" = field(default_factory=lambda: array("B"))
     """Which laser took each keyframe, by number."""
     are_refuted: "array[int]" = field(default_factory=lambda: array("B"))
@@ -191,7 +190,7 @@ class MapperState:
             del self.wheel_steps[3 * steps :], self.gyro_steps[2 * steps :], self.are_refuted[steps:]
             self.map_from_keyframe, self.known_since = poses, known_since
             if self.clouds is not None:
-                self.clouds.trim(np.array([count]))
+                self.clouds.pop(count, None)
             raise
 
     def growth(self) -> Growth:
@@ -255,12 +254,8 @@ class MapperState:
             array("d", arrays["gyro_steps"].ravel().tolist()),
             int(arrays["known_since"]),
             dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True)),
-            keyframe_lasers=array(
-                "B", arrays.get("keyframe_lasers", np.zeros(len(session.keyframes))).astype(int).tolist()
-            ),
-            are_refuted=array(
-                "B", arrays.get("are_refuted", np.zeros(len(arrays["wheel_steps"]))).astype(int).tolist()
-            ),
+            keyframe_lasers=array("B", arrays["keyframe_lasers"].tolist()),
+            are_refuted=array("B", arrays["are_refuted"].tolist()),
         )
 
     @contextmanager

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.config import RenderingConfig
-from racecar.mapping.keyframes.keyframe_clouds import KeyframeClouds
 from racecar.mapping.odometry.lag import NOTICEABLE
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import MapQuality
@@ -50,8 +49,9 @@ class MappingResult:
     warnings: list[str]
     """Sentences for people."""
     quality: MapQuality
-    clouds: KeyframeClouds | None = None
-    """Of the L keyframes of this drive, in their laser frames; None where they were not asked for."""
+    clouds: dict[int, NDArray[np.float32]] | None = None
+    """(N, 3) by keyframe of this drive, metres in its laser frame laid level, corrected for motion; none of
+    those that are planar, were trimmed, or came before a checkpoint. None where they were not asked for."""
 
     @cached_property
     def grid(self) -> OccupancyGrid:

@@ -71,8 +71,8 @@ def _trim_keyframes(state: MapperState, keyframes: NDArray[np.int64]) -> None:
     state.keyframes.trim(keyframes)
     for keyframe in keyframes.tolist():
         state.rays[keyframe] = Rays.none()
-    if state.clouds is not None:
-        state.clouds.trim(keyframes)
+        if state.clouds is not None:
+            state.clouds.pop(keyframe, None)
 
 
 def _trim_scans(state: MapperState, scans: NDArray[np.int64]) -> None:

@@ -87,7 +87,7 @@ def test_turns_that_agree_show_a_lag_and_one_turn_among_others_does_not() -> Non
 
 def test_turns_by_hand_say_nothing() -> None:
     lag = learned_from([(2.0, 0.14)] * 5, wheels_turn=False)
-    assert lag.nanoseconds == 0 and not lag.is_settled
+    assert lag.nanoseconds == 0 and not lag.known.is_settled
 
 
 def test_a_lag_at_the_bound_of_those_tried_or_beyond_is_not_known() -> None:
@@ -102,7 +102,7 @@ def test_a_lag_that_was_known_holds_until_many_turns_show_none() -> None:
     assert lag.nanoseconds == 100_000_000
     arrays = learned_from([(2.0, 0.0)] * 8).to_arrays()
     known = OdometryLag.from_arrays({**arrays, "nanoseconds": np.array(100_000_000)})
-    assert known.is_settled
+    assert known.known.is_settled
     known.learn(OdometryBuffer())
     assert known.nanoseconds == 0
 
