@@ -75,10 +75,6 @@ class ConstraintList:
         are: NDArray[np.bool_] = np.array(self._kinds, dtype=np.int8) == KINDS.index(kind)
         return are
 
-    def count(self, kind: Kind) -> int:
-        """How many are of a kind."""
-        return self._kinds.count(KINDS.index(kind))
-
     def chosen(self, indices: Sequence[int] | NDArray[np.int64]) -> "ConstraintList":
         """Some of them, in that order."""
         return ConstraintList.from_arrays({name: rows[indices] for name, rows in self.to_arrays().items()})

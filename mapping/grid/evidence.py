@@ -83,7 +83,7 @@ class Evidence:
         copy = Evidence(self._config)
         if known:
             rows, columns = np.array(known).T
-            copy._reach_over((slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)))
+            copy._reach_over(*(slice(each.min(), each.max() + 1) for each in (rows, columns)))
             copy._set_aside(len(known))
             copy._index[rows - copy._first.row, columns - copy._first.column] = np.arange(len(known))
             copied = [numbers[tile] for tile in known]
@@ -105,7 +105,9 @@ class Evidence:
             rows, columns = _common(rows, within[0]), _common(columns, within[1])
             if rows.start >= rows.stop or columns.start >= columns.stop:
                 return None
-        new_tiles = self._reach_over(_tile_box((rows, columns)))
+        new_tiles = self._reach_over(
+            *(slice(each.start // TILE, -(-each.stop // TILE)) for each in (rows, columns))
+        )
         self._set_aside(int(self._used[0]) + new_tiles)
         height, width = rows.stop - rows.start, columns.stop - columns.start
         if height > self._marks.shape[0] or width > self._marks.shape[1]:
@@ -115,9 +117,8 @@ class Evidence:
         counts = self._hits, self._passes, self._used
         return Canvas(self._mark, window, self._first, self._index, self._marks, *counts)
 
-    def _reach_over(self, tiles: Box) -> int:
+    def _reach_over(self, rows: slice, columns: slice) -> int:
         """Let the index reach over some rows and columns of tiles; how many of these there are not yet."""
-        rows, columns = tiles
         if self._index.size == 0:
             self._first = Tile(rows.start, columns.start)
         before = [max(0, self._first.row - rows.start), max(0, self._first.column - columns.start)]
@@ -155,11 +156,6 @@ def tiles_touched(touched: Iterable[NDArray[np.float64]]) -> set[Tile]:
 
 def _common(one: slice, other: slice) -> slice:
     return slice(max(one.start, other.start), min(one.stop, other.stop))
-
-
-def _tile_box(box: Box) -> Box:
-    rows, columns = (slice(part.start // TILE, -(-part.stop // TILE)) for part in box)
-    return rows, columns
 
 
 def _no_counts(tiles: int) -> NDArray[np.uint16]:

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from racecar.mapping.arrays import side_by_side
 from racecar.mapping.grid.config import RenderingConfig
-from racecar.mapping.grid.evidence import Evidence, box_of
+from racecar.mapping.grid.evidence import Evidence, tiles_touched
 from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.grid.tiled_grid import TILE, TiledGrid
+from racecar.maps.grid.tiled_grid import TiledGrid, tiles_in
 from racecar.maps.sensing.scan import Scan
 
 _ORIGIN = np.zeros((1, 2), dtype=np.int16)
@@ -135,7 +135,8 @@ def render(
     def touched_among(scans: list[int]) -> Callable[[int], NDArray[np.float64]]:
         return lambda k: (touched_by(rays[scans[k]], map_from_laser[scans[k]]) - low) / resolution
 
-    evidence = Evidence(config, _most_tiles((bounds - low) / resolution, rows, columns))
+    seen, drawn = tiles_touched((bounds - low) / resolution), tiles_in(slice(0, rows), slice(0, columns))
+    evidence = Evidence(config, len(seen.intersection(drawn)))
     for drive in np.unique(drives):
         scans = np.flatnonzero(drives == drive).tolist()
         evidence.settle()
@@ -165,15 +166,3 @@ def seen_box(bounds: NDArray[np.float64], margin: float) -> Box:
 def touched_by(rays: Rays, map_from_laser: Pose) -> NDArray[np.float64]:
     """(N + 1, 2) metres in the map: the ends of rays seen from a pose (3,), and last their start."""
     return np.concatenate([transform_points(map_from_laser, rays.ends), map_from_laser[None, :2]])
-
-
-def _most_tiles(bounds: NDArray[np.float64], rows: int, columns: int) -> int:
-    """Over how many tiles of a grid what lies within bounds (K, 2, 2), in cells, may be spread."""
-    is_reached = np.zeros((-(-rows // TILE), -(-columns // TILE)), dtype=np.bool_)
-    for corners in bounds:
-        row, column = box_of(corners)
-        is_reached[
-            max(0, row.start // TILE) : max(0, -(-row.stop // TILE)),
-            max(0, column.start // TILE) : max(0, -(-column.stop // TILE)),
-        ] = True
-    return int(np.count_nonzero(is_reached))

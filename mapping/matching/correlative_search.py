@@ -134,7 +134,7 @@ def search_apart(
     metres to each side of the fixed submap's origin and in any heading; None below ``min_score``.
     """
     column, row = np.rint(known[:2] / CELL).astype(np.int64)
-    about_known = Exclusion(_half_turns(np.pi), int(row), int(column), *_APART)
+    about_known = Exclusion(int(np.ceil(np.pi / ANGLE_STEP)), int(row), int(column), *_APART)
     heading, anywhere = np.array([0.0, 0.0, known[2]]), Window(reach, np.pi)
     return search(fixed, moving_points, heading, anywhere, min_score, excluded=about_known)
 
@@ -143,13 +143,9 @@ def _turned(
     fixed: LikelihoodPyramid, points: NDArray[np.float64], guess: Pose, turn: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
     """(A,) the turns that are tried about a guess (3,), and (A, N, 2) the cells of points (N, 2) at each."""
-    half_turns = _half_turns(turn)
+    half_turns = int(np.ceil(turn / ANGLE_STEP))
     turns = np.arange(-half_turns, half_turns + 1, dtype=np.float64) * ANGLE_STEP
     cos, sin = np.cos(guess[2] + turns), np.sin(guess[2] + turns)
     x, y = points[:, 0], points[:, 1]
     rotated = np.stack([np.outer(cos, x) - np.outer(sin, y), np.outer(sin, x) + np.outer(cos, y)], axis=-1)
     return turns, fixed.cells_of(rotated + guess[:2])
-
-
-def _half_turns(turn: float) -> int:
-    return int(np.ceil(turn / ANGLE_STEP))

@@ -119,14 +119,6 @@ class _Frames(NamedTuple):
     """Whether the source is the scan that moves."""
 
 
-class _Search(NamedTuple):
-    """How partners are found in one iteration."""
-
-    max_distance: float
-    is_new: bool
-    """Whether they are sought, or those of the last time taken again."""
-
-
 class _NormalEquations(NamedTuple):
     """Weighted sums over all point-to-line terms; the step is (x, y, yaw) in the frame of the moving
     group."""
@@ -210,21 +202,24 @@ def _with_terms(
     source: _PolarScan,
     target: _PolarScan,
     frames: _Frames,
-    search: _Search,
+    max_distance: float,
+    is_new: bool,
     choices: MatchChoices,
 ) -> _NormalEquations:
-    """The sums with the point-to-line terms of one pair of scans, in one direction, added."""
+    """The sums with the point-to-line terms of one pair of scans, in one direction, added.
+
+    Partners up to ``max_distance`` are sought where ``is_new``, else those of the last time taken again."""
     xx, xy, x_yaw, yy, y_yaw, yaw_yaw, gx, gy, gyaw, weights, squares, terms, points = sums
     c, s = np.cos(frames.target_from_source[2]), np.sin(frames.target_from_source[2])
     tx, ty = frames.target_from_source[0], frames.target_from_source[1]
-    moving, max_distance, kernel_width = frames.moving, search.max_distance, choices.kernel_width
+    moving, kernel_width = frames.moving, choices.kernel_width
     mc, ms = np.cos(moving[2]), np.sin(moving[2])
     for i in range(source.size):
         px, py = np.float64(source.points[i, 0]), np.float64(source.points[i, 1])
         points += 1.0
         x, y = c * px - s * py + tx, s * px + c * py + ty
         j = int(partners.nearest[i])
-        if search.is_new:
+        if is_new:
             if j < 0 and _is_alone(x, y, partners.alone[i], max_distance):
                 continue
             start = j if j >= 0 else first_by_bearing(x, y, target.table)
@@ -334,8 +329,8 @@ def match_group(
     alone = np.zeros((2, count, most, 3), dtype=np.float32)
     moved_since = np.inf
     for _ in range(_MAX_ITERATIONS):
-        search = _Search(distance, distance > _FINAL_DISTANCE or moved_since > _LITTLE)
-        if search.is_new:
+        is_new = distance > _FINAL_DISTANCE or moved_since > _LITTLE
+        if is_new:
             moved_since = 0.0
         sums = _NormalEquations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
         for k in range(count):
@@ -344,13 +339,13 @@ def match_group(
             target_from_source = step_between(pairs.fixed_poses[k], composed(pose, moving))
             frames = _Frames(target_from_source, moving, True)
             partners = _Partners(nearest[0, k], alone[0, k])
-            sums = _with_terms(sums, partners, source, target, frames, search, choices)
+            sums = _with_terms(sums, partners, source, target, frames, distance, is_new, choices)
             if not choices.both_ways:
                 continue
             source_from_target = step_between(target_from_source, np.zeros(3))
             frames = _Frames(source_from_target, moving, False)
             partners = _Partners(nearest[1, k], alone[1, k])
-            sums = _with_terms(sums, partners, target, source, frames, search, choices)
+            sums = _with_terms(sums, partners, target, source, frames, distance, is_new, choices)
         hessian[0, 0], hessian[0, 1], hessian[0, 2] = sums.xx, sums.xy, sums.x_yaw
         hessian[1, 0], hessian[1, 1], hessian[1, 2] = sums.xy, sums.yy, sums.y_yaw
         hessian[2, 0], hessian[2, 1], hessian[2, 2] = sums.x_yaw, sums.y_yaw, sums.yaw_yaw

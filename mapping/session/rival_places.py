@@ -6,9 +6,6 @@ Rooms that look alike do so in every single thing: only the search of all the ma
 import math
 from concurrent.futures import ThreadPoolExecutor
 
-import numpy as np
-from numpy.typing import NDArray
-
 from racecar.mapping.loops.candidate_search import WITHOUT_DRIFT
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
@@ -60,7 +57,10 @@ class RivalPlaces:
         if not self._places:
             self._places = self._surveyed()
         map_from_moving = compose(self._poses[hypothesis.fixed.middle], hypothesis.fixed_from_moving)
-        least = AMBIGUOUS_SHARE * self._score(hypothesis, points)
+        known = search(
+            self._pyramid(hypothesis.fixed), points, hypothesis.fixed_from_moving, WITHOUT_DRIFT, 0.0
+        )
+        least = AMBIGUOUS_SHARE * (1.0 if known is None else known.score)
 
         def fit(place: tuple[Submap, LikelihoodPyramid]) -> Fit | None:
             there = between(self._poses[place[0].middle], map_from_moving)
@@ -92,12 +92,6 @@ class RivalPlaces:
             if are_apart(map_from_moving, ended, _SAME_PLACE):
                 rivals.append(rival)
         return rivals
-
-    def _score(self, hypothesis: Hypothesis, points: NDArray[np.float64]) -> float:
-        """Of points (N, 2) where they are known to lie."""
-        pyramid = self._pyramid(hypothesis.fixed)
-        fit = search(pyramid, points, hypothesis.fixed_from_moving, WITHOUT_DRIFT, 0.0)
-        return 1.0 if fit is None else fit.score
 
     def _surveyed(self) -> list[tuple[Submap, LikelihoodPyramid]]:
         """One submap of each place and heading, with what is searched on."""

@@ -73,17 +73,14 @@ def checked_session(arrays: Arrays) -> Arrays:
 
     Raises ValueError that names the array at fault.
     """
-    keyframes = np.atleast_1d(arrays.get("map_from_keyframe", np.empty(0)))
-    arrays = {"drives": np.zeros(len(keyframes), dtype=np.int32), **arrays}
-    _check(arrays)
-    return arrays
-
-
-def _check(arrays: Arrays) -> None:
+    count = len(np.atleast_1d(arrays.get("map_from_keyframe", np.empty(0))))
+    arrays = {"drives": np.zeros(count, dtype=np.int32), **arrays}
     check_layout(arrays, {name: numbers.layout for name, numbers in _SESSION.items()})
     for name, numbers in _SESSION.items():
-        if numbers.layout.kinds != "U" and not _are_within(arrays, name, numbers.low, numbers.high):
-            raise ValueError(f"{name} holds a number that cannot be")
+        if numbers.layout.kinds != "U":
+            array = arrays[name].astype(np.float64)
+            if not np.all((array >= numbers.low) & (array <= numbers.high)):
+                raise ValueError(f"{name} holds a number that cannot be")
     keyframes, submaps = len(arrays["map_from_keyframe"]), len(arrays["loops.submaps"])
     if keyframes == 0:
         raise ValueError("map_from_keyframe is empty")
@@ -102,8 +99,4 @@ def _check(arrays: Arrays) -> None:
     for name, are in are_in_order.items():
         if not are.all():
             raise ValueError(f"{name} point beyond what there is")
-
-
-def _are_within(arrays: Arrays, name: str, low: float, high: float) -> bool:
-    numbers = arrays[name].astype(np.float64)
-    return bool(np.all((numbers >= low) & (numbers <= high)))
+    return arrays

@@ -36,13 +36,10 @@ def wall_direction(store: ScanStore, map_from_laser: Pose) -> float | None:
 
 def _normal_angles(store: ScanStore, map_from_laser: Pose) -> NDArray[np.float64]:
     """Radians in the map, of every point that lies on a line."""
-    normals = store.packed().normals
-    angles = []
-    for row, yaw in zip(store.row_of[store.is_kept], map_from_laser[store.is_kept, 2], strict=True):
-        x, y = normals[row].T.astype(np.float64)
-        on_line = (x != 0.0) | (y != 0.0)
-        angles.append(np.arctan2(y[on_line], x[on_line]) + yaw)
-    return np.concatenate(angles) if angles else np.zeros(0)
+    normals = store.packed().normals[store.row_of[store.is_kept]]
+    of_scan, on_line = np.nonzero(normals.any(axis=2))
+    x, y = normals[of_scan, on_line].T.astype(np.float64)
+    return np.asarray(np.arctan2(y, x) + map_from_laser[store.is_kept, 2][of_scan])
 
 
 def _from_quarter(angles: NDArray[np.float64] | float) -> NDArray[np.float64]:

@@ -197,7 +197,9 @@ class MapperState:
         """How much is mapped so far."""
         graph, constraints = self.loops.history.graph, self.graph.constraints
         metres = graph.path[-1] if graph.path else 0.0
-        return Growth(len(self.keyframes), len(graph.submaps), constraints.count("loop_closure"), metres)
+        return Growth(
+            len(self.keyframes), len(graph.submaps), int(constraints.are("loop_closure").sum()), metres
+        )
 
     def session(self) -> Session:
         """Everything so far but the scans between keyframes; it goes on growing with the mapper."""
