@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from racecar.mapping.graph.coarse_graph import Groups
-from racecar.mapping.graph.elimination import ties_passed_on
+from racecar.mapping.graph.contraction import ties_passed_on
 from racecar.mapping.loops.submap import Submap
 from racecar.maps.geometry.se2 import Pose
 

@@ -1,6 +1,6 @@
 """The map that scans draw, as it is wanted: turned, cropped, shifted to its origin, with scans left out."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -52,19 +52,10 @@ class Sights:
         keyframes = int(np.sum(chosen[: self.keyframes]))
         return Sights(rays, self.map_from_laser[chosen], self.seconds[chosen], self.drives[chosen], keyframes)
 
-    def moved(self, new_from_map: Pose) -> "Sights":
-        """The same in another frame."""
-        return replace(self, map_from_laser=compose(new_from_map, self.map_from_laser))
-
     @property
     def path(self) -> NDArray[np.float64]:
         """(K, 2) metres: where the laser was at the keyframes."""
         return self.map_from_laser[: self.keyframes, :2]
-
-    @property
-    def of_keyframes(self) -> Iterator[NDArray[np.float64]]:
-        """Per keyframe (N, 2) metres in the map: its returns."""
-        return returns_of(self.rays[: self.keyframes], self.map_from_laser[: self.keyframes])
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,11 +88,13 @@ def draw_map(
     """
     turn = 0.0 if keep_frame else _turn(sights, store, rendering)
     if turn:
-        sights = sights.moved(np.array([0.0, 0.0, turn]))
+        turned = compose(np.array([0.0, 0.0, turn]), sights.map_from_laser)
+        sights = replace(sights, map_from_laser=turned)
     shown, not_left_out = _without_left_out(sights, rendering)
     box, not_cropped = _box(shown, rendering)
     grid = render(shown.rays, shown.map_from_laser, shown.drives, resolution, rendering, box)
-    grid = despeckled(grid, shown.of_keyframes, shown.keyframes, rendering.largest_speck)
+    of_keyframes = returns_of(shown.rays[: shown.keyframes], shown.map_from_laser[: shown.keyframes])
+    grid = despeckled(grid, of_keyframes, shown.keyframes, rendering.largest_speck)
     if rendering.crop == "driven":
         grid = near_path(grid, shown.path, rendering.driven_margin)
     shift = np.zeros(2) if keep_frame else _shift(grid, rendering)

@@ -15,7 +15,6 @@ from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.session.place_recognition import recognize
 from racecar.mapping.session.session import Session
-from racecar.mapping.session.unrecognized import not_recognized
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 
 FindPlaces: TypeAlias = Callable[[Session], Iterable[Pose | None]]
@@ -45,10 +44,8 @@ def merge(earlier: EarlierMap, later: Session) -> Session:
     closer = LoopCloser(merged.keyframes, merged.loops)
     poses, places = merged.map_from_keyframe, earlier.find_places(later)
     recognized = recognize(closer, known, first, poses, places, is_given=earlier.is_start_given)
-    if not recognized.hypotheses:
-        raise not_recognized(recognized, closer)
-    merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized.hypotheses)
-    return _close_loops(merged, first, known, recognized.hypotheses, closer)
+    merged.map_from_keyframe[first:] = _moved(merged.map_from_keyframe, first, recognized)
+    return _close_loops(merged, first, known, recognized, closer)
 
 
 def _side_by_side(earlier: Session, later: Session) -> Session:

@@ -7,7 +7,6 @@ the map those of nearly as many are.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap import Submap
 from racecar.mapping.session.rival_places import RivalPlaces
+from racecar.mapping.session.unrecognized import Recognition
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse
 
 _METRES_PER_RADIAN = 2.0
@@ -39,30 +39,6 @@ _CLEAR_MAJORITY = 2
 judgement."""
 
 
-@dataclass(eq=False)
-class Recognition:
-    """Whether a drive was recognized, and how far it got."""
-
-    poses: Pose
-    """(K, 3) of the keyframes, those of the earlier map first; both in unrelated frames."""
-    first: int
-    """The first keyframe of the drive."""
-    is_given: bool = False
-    """Whether somebody said where the drive begins."""
-    is_too_short: bool = False
-    """Whether the drive has too few submaps."""
-    hypotheses: list[Hypothesis] = field(default_factory=list)
-    """Consistent ones of where submaps of the drive lie; empty unless it was recognized."""
-    found: list[Hypothesis] = field(default_factory=list)
-    """All that were not refuted."""
-    rivals: list[Hypothesis] = field(default_factory=list)
-    """Elsewhere on the map, those that speak against it."""
-    last_known: int | None = None
-    """The last keyframe of which it was known where it might lie."""
-    last_place: Pose | None = None
-    """(3,) where on the earlier map."""
-
-
 def recognize(
     loops: LoopCloser,
     earlier: int,
@@ -71,8 +47,9 @@ def recognize(
     places: Iterable[Pose | None],
     *,
     is_given: bool = False,
-) -> Recognition:
-    """Where the submaps after the first ``earlier`` ones lie on these.
+) -> list[Hypothesis]:
+    """Where the submaps after the first ``earlier`` ones lie on these: consistent hypotheses. Raises
+    NotRecognizedError, which says how far that got.
 
     The drive's keyframes are those from ``first`` on, of all at ``poses`` (K, 3). For each of them in turn
     ``places`` says where (3,) on the earlier map it may lie; None where that is not known. No more of them
@@ -106,9 +83,8 @@ def recognize(
             recognition.rivals = rival_places.of(supported)
         rival_support = _support(_largest_group(loops, recognition.rivals, poses))
         if support >= _CLEAR_MAJORITY * rival_support:
-            recognition.hypotheses = supported
-            break
-    return recognition
+            return supported
+    raise recognition.failure(loops.history.graph.path)
 
 
 def _recent(submaps: list[Submap], keyframe: int, loops: LoopCloser) -> list[Submap]:

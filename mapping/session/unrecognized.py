@@ -1,9 +1,11 @@
 """Why a drive was not recognized on an earlier map, and how far that got, for people."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
 import numpy as np
 
-from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.session.place_recognition import Recognition
+from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose
 
@@ -15,31 +17,48 @@ class NotRecognizedError(UserError):
     """
 
 
-def not_recognized(recognition: Recognition, loops: LoopCloser) -> NotRecognizedError:
-    """The error, which says how far the recognition got."""
-    return NotRecognizedError(
-        f"The drive was not recognized on the earlier map: {_how_far(recognition, loops)}"
-    )
+@dataclass(eq=False)
+class Recognition:
+    """How far the recognition of a drive got."""
 
+    poses: Pose
+    """(K, 3) of the keyframes, those of the earlier map first; both in unrelated frames."""
+    first: int
+    """The first keyframe of the drive."""
+    is_given: bool
+    """Whether somebody said where the drive begins."""
+    is_too_short: bool
+    """Whether the drive has too few submaps."""
+    found: list[Hypothesis] = field(default_factory=list)
+    """Where submaps of the drive may lie: all that were not refuted."""
+    rivals: list[Hypothesis] = field(default_factory=list)
+    """Elsewhere on the map, those that speak against it."""
+    last_known: int | None = None
+    """The last keyframe of which it was known where it might lie."""
+    last_place: Pose | None = None
+    """(3,) where on the earlier map."""
 
-def _how_far(recognition: Recognition, loops: LoopCloser) -> str:
-    path, poses = loops.history.graph.path, recognition.poses
-    metres = path[-1] - path[recognition.first]
-    if recognition.is_too_short:
-        return f"its {metres:.0f} m are too few to be sure"
-    if recognition.last_known is None or recognition.last_place is None:
-        if recognition.is_given:
-            return "its scans do not fit where it was said to begin"
-        return f"on all of its {metres:.0f} m no place there fits its scans, or several do"
-    if recognition.rivals:
-        found, rival = recognition.found[-1], recognition.rivals[-1]
-        first, second = (compose(poses[h.fixed.middle], h.fixed_from_moving) for h in (found, rival))
-        return f"it fits at {_in_words(first)} as well as at {_in_words(second)}"
-    known = path[recognition.last_known] - path[recognition.first]
-    at = f"{known:.0f} m into it the car seemed to be at {_in_words(recognition.last_place)}"
-    if recognition.found:
-        return f"{at}, but too few of its {metres:.0f} m fit the walls there"
-    return f"{at}, but its scans contradict the walls there"
+    def failure(self, path: Sequence[float]) -> NotRecognizedError:
+        """The error that says so, by the metres driven up to each keyframe (K)."""
+        return NotRecognizedError(f"The drive was not recognized on the earlier map: {self._how_far(path)}")
+
+    def _how_far(self, path: Sequence[float]) -> str:
+        metres = path[-1] - path[self.first]
+        if self.is_too_short:
+            return f"its {metres:.0f} m are too few to be sure"
+        if self.last_known is None or self.last_place is None:
+            if self.is_given:
+                return "its scans do not fit where it was said to begin"
+            return f"on all of its {metres:.0f} m no place there fits its scans, or several do"
+        if self.rivals:
+            found, rival = self.found[-1], self.rivals[-1]
+            first, second = (compose(self.poses[h.fixed.middle], h.fixed_from_moving) for h in (found, rival))
+            return f"it fits at {_in_words(first)} as well as at {_in_words(second)}"
+        known = path[self.last_known] - path[self.first]
+        at = f"{known:.0f} m into it the car seemed to be at {_in_words(self.last_place)}"
+        if self.found:
+            return f"{at}, but too few of its {metres:.0f} m fit the walls there"
+        return f"{at}, but its scans contradict the walls there"
 
 
 def _in_words(pose: Pose) -> str:
