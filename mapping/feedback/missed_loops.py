@@ -7,7 +7,7 @@ a wide window, and hypotheses that still wait are tried with one supporter. Whic
 the map that they lead to.
 """
 
-from racecar.mapping.graph.pose_graph import is_strained
+from racecar.mapping.graph.pose_graph import are_strained
 from racecar.mapping.loops.consistent_support import are_consistent
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
@@ -39,7 +39,7 @@ def missed_loops(quality: MapQuality, poses: Pose, loops: LoopCloser) -> list[Hy
     found = [h for h in loops.history.hypotheses if not h.accepted]
     for segment in quality.segments:
         found += _between_passes(segment, poses, wide)
-    found = [h for h in found if is_strained(h.as_constraint(), poses)]
+    found = [h for h in found if are_strained([h.as_constraint()], poses)]
     submaps = loops.history.graph
     return [h for h in found if any(o is not h and are_consistent(o, h, submaps, poses) for o in found)]
 

@@ -173,18 +173,14 @@ class PoseGraph:
         """
         for closure in closures:
             self.add(closure)
-        if tied_until > 0 and _are_strained(closures, poses):
+        if tied_until > 0 and are_strained(closures, poses):
             poses = self.optimize_roughly(poses, tied_until)
-        return self.optimize_by_groups(poses, groups) if _are_strained(closures, poses) else poses
+        return self.optimize_by_groups(poses, groups) if are_strained(closures, poses) else poses
 
 
-def is_strained(closure: Constraint, poses: Pose) -> bool:
-    """Does a loop closure contradict the poses (K, 3) so much that it is worth optimizing anew?"""
-    return _is_contradicted(closure, poses, _STRAINED)
-
-
-def _are_strained(closures: Sequence[Constraint], poses: Pose) -> bool:
-    return any(is_strained(closure, poses) for closure in closures)
+def are_strained(closures: Iterable[Constraint], poses: Pose) -> bool:
+    """Does any loop closure contradict the poses (K, 3) so much that it is worth optimizing anew?"""
+    return any(_is_contradicted(closure, poses, _STRAINED) for closure in closures)
 
 
 def _matched_steps(constraints: Iterable[Constraint], end: int) -> NDArray[np.bool_]:

@@ -61,9 +61,9 @@ class Evidence:
                 cast_misses(cells[-1], cells[:-1], returns[scan], float(-hit / passed), canvas)
 
     def settle(self) -> None:
-        """Let what was counted so far speak no louder than a later drive can refute soon, before that is
-        counted: clamped, evidence is forgotten where something contradicts it and nowhere else (Yguel, Aycard
-        and Laugier, "Update policy of dense maps", 2008)."""
+        """Let what was counted so far be no surer than a later drive can soon refute, before that is counted:
+        clamped, evidence is forgotten where something contradicts it and nowhere else (Yguel, Aycard and
+        Laugier, "Update policy of dense maps", 2008)."""
         for number in range(int(self._used[0])):
             settle(self._hits[number], self._passes[number], self._config)
 

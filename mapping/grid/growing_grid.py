@@ -34,8 +34,8 @@ class GrowingGrid:
     """Draws the grid of all keyframes so far; it belongs to one thread."""
 
     def __init__(self, resolution: float, rendering: RenderingConfig) -> None:
-        self._new_canvas = partial(_Drawing, resolution, rendering)
-        self._shown = self._new_canvas()
+        self._new_drawing = partial(_Drawing, resolution, rendering)
+        self._shown = self._new_drawing()
         self._next: _Drawing | None = None
         """What replaces the shown one once all is redrawn."""
         self.redrawn = 0
@@ -51,9 +51,9 @@ class GrowingGrid:
         until = max(len(rays) - _UNSETTLED, len(self._shown.drawn))
         if self._next is None and self._shown.is_outdated(map_from_laser):
             self.redrawn += 1
-            self._next = self._new_canvas()
+            self._next = self._new_drawing()
         if self._next is not None:
-            end = _reached(rays, len(self._next.drawn), until, _REDRAWN_AT_ONCE)
+            end = _reached(rays, len(self._next.drawn), until)
             self._next.settle(rays, map_from_laser, end)
             if len(self._next.drawn) == until:
                 self._shown, self._next = self._next, None
@@ -115,7 +115,7 @@ class _Drawing:
         return TiledGrid(moved, rows, columns, self.resolution, np.array([x, y, 0.0])).in_one_piece()
 
 
-def _reached(rays: Sequence[Rays], first: int, until: int, most: int) -> int:
+def _reached(rays: Sequence[Rays], first: int, until: int) -> int:
     """The keyframe before which those to be drawn in one call end: from the first on, at most so many."""
     seen = kept(rays, range(first, until))
-    return until if len(seen) <= most else seen[most]
+    return until if len(seen) <= _REDRAWN_AT_ONCE else seen[_REDRAWN_AT_ONCE]

@@ -37,7 +37,7 @@ def looks_until_free(config: RenderingConfig) -> int:
 
 
 def settle(hits: NDArray[np.uint16], passes: NDArray[np.uint16], config: RenderingConfig) -> None:
-    """Replace counts of any shape by fewer that say the same, no surer than a later drive can refute soon."""
+    """Replace counts of any shape by fewer that say the same, as surely as `_SETTLED` at most."""
     per_hit, per_pass = log_odds(config.hit_probability), log_odds(config.pass_probability)
     bound = log_odds(_SETTLED)
     seen = np.nonzero(hits + passes)
