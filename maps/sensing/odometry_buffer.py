@@ -109,9 +109,10 @@ class OdometryBuffer:
             return None
         poses = self._poses[: int(np.searchsorted(self._stamps, stamp + self.lag, side="right"))]
         parts = poses[:, 2:] if heading_only else poses
-        differ = np.flatnonzero((parts != parts[-1:]).any(axis=1))
-        first = int(differ[-1]) + 1 if len(differ) else 0
-        return int(self._stamps[first]) if len(poses) - first >= _REPEATS else None
+        if len(parts) < _REPEATS or (parts[-_REPEATS:] != parts[-1]).any():
+            return None
+        differ = np.flatnonzero((parts != parts[-1]).any(axis=1))
+        return int(self._stamps[int(differ[-1]) + 1 if len(differ) else 0])
 
     def covers(self, stamp: int) -> bool:
         """Whether samples are so near to a stamp (nanoseconds) that `pose_at` is where the car was."""
