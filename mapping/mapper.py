@@ -331,9 +331,7 @@ class Mapper:
             constraints.append(by_wheels.loosened(state.map_from_keyframe) if is_refuted else by_wheels)
         elif not is_tied:
             constraints.append(state.by_motion(index, step, WORTH_UNTOLD))
-        state.wheel_steps.extend(pose_or_nan(wheel_step))
-        state.gyro_steps.extend(gyro_step)
-        state.are_refuted.append(is_refuted)
+        state.steps.extend((*pose_or_nan(wheel_step), *gyro_step, is_refuted))
         for constraint in constraints:
             state.graph.add(constraint)
         return is_tied

@@ -53,7 +53,8 @@ def matched_again(
         elif c.to_keyframe in tied:
             constraints.append(c.loosened(poses))
     for c in graph.constraints:
-        if c.kind == "loop_closure" or c.to_keyframe not in tied or _is_trimmed_match(c, is_kept):
+        is_trimmed = c.kind == "scan_matching" and not is_kept[[c.from_keyframe, c.to_keyframe]].all()
+        if c.kind == "loop_closure" or c.to_keyframe not in tied or is_trimmed:
             constraints.append(c)
     if with_first_pass:
         constraints += constrain(pairs_with_first_pass(poses, is_kept), poses, store)
@@ -65,7 +66,3 @@ def mean_bend(before: Pose, after: Pose, keyframes: int) -> float:
     far = min(keyframes, len(before) - 1)
     shifts = between(between(before[:-far], before[far:]), between(after[:-far], after[far:]))
     return float(np.hypot(shifts[:, 0], shifts[:, 1]).mean())
-
-
-def _is_trimmed_match(c: Constraint, is_kept: NDArray[np.bool_]) -> bool:
-    return c.kind == "scan_matching" and not is_kept[[c.from_keyframe, c.to_keyframe]].all()

@@ -105,20 +105,18 @@ class _Keyframes:
         self._kept = np.flatnonzero(store.is_kept)
         self._tree = cKDTree(map_from_keyframe[self._kept, :2])
 
-    def near_in_time(self, after_keyframe: NDArray[np.int64]) -> list[NDArray[np.int64]]:
-        """Of each scan (N), those about the keyframe (N,) it follows."""
+    def partners(self, after_keyframe: NDArray[np.int64], guesses: Pose) -> list[NDArray[np.int64]]:
+        """Of each scan (N), those about the keyframe (N,) it follows; and of other passes, those near its
+        guess (N, 3) that face alike."""
         around = after_keyframe[:, None] + np.array(_NEAR_IN_TIME)
-        return [row[(row >= 0) & (row < len(self.store))] for row in around]
-
-    def near_in_space(self, after_keyframe: NDArray[np.int64], guesses: Pose) -> list[NDArray[np.int64]]:
-        """Of each scan (N), those of other passes, near its guess (N, 3) and facing alike."""
+        are_there = (around >= 0) & (around < len(self.store))
         most = min(_SPATIAL_CANDIDATES, len(self._kept))
         nearest: NDArray[np.int64] = self._kept[self._tree.query(guesses[:, :2], k=np.arange(1, most + 1))[1]]
         turned = np.abs(wrap_angle(self.map_from_keyframe[nearest, 2] - guesses[:, 2:3]))
-        other_pass = np.abs(nearest - after_keyframe[:, None]) > _OTHER_PASS
+        fit = (np.abs(nearest - after_keyframe[:, None]) > _OTHER_PASS) & (turned < ALIKE_TURN)
         return [
-            row[fits][:_NEAR_IN_SPACE]
-            for row, fits in zip(nearest, other_pass & (turned < ALIKE_TURN), strict=True)
+            np.concatenate([in_time[is_there], in_space[fits][:_NEAR_IN_SPACE]])
+            for in_time, is_there, in_space, fits in zip(around, are_there, nearest, fit, strict=True)
         ]
 
 
@@ -131,15 +129,7 @@ def _refine_chunk(
     scans = ScanStore(len(points))
     for cloud in points:
         scans.add(prepare_scan(cloud.astype(np.float64)))
-    partners = [
-        np.concatenate(pair)
-        for pair in zip(
-            keyframes.near_in_time(after_keyframe),
-            keyframes.near_in_space(after_keyframe, guesses),
-            strict=True,
-        )
-    ]
-    matching = partial(_match, partners, scans, keyframes)
+    matching = partial(_match, keyframes.partners(after_keyframe, guesses), scans, keyframes)
     matches = matching(np.arange(len(points)), guesses)
     return _follow_neighbours(matches, guesses, matching)
 

@@ -43,10 +43,8 @@ class MapperState:
     """(K, 3); a keyframe's frame is that of the laser."""
     rays: list[Rays] = field(default_factory=list)
     """(K) of the keyframes."""
-    wheel_steps: "array[float]" = field(default_factory=lambda: array("d"))
-    """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not; flat."""
-    gyro_steps: "array[float]" = field(default_factory=lambda: array("d"))
-    """Of each of them the turn as the gyroscope measured it, NaN where it did not, and the seconds; flat."""
+    steps: "array[float]" = field(default_factory=lambda: array("d"))
+    """`measured_steps`, flat."""
     known_since: int = 0
     """The keyframe before which the car was elsewhere, where that is not known."""
     seconds: dict[str, float] = field(default_factory=dict)
@@ -55,8 +53,6 @@ class MapperState:
     """(N, 3) what a sensor with many rows saw, by keyframe; None where they were not asked for. Not saved."""
     keyframe_lasers: "array[int]" = field(default_factory=lambda: array("B"))
     """Which laser took each keyframe, by number."""
-    are_refuted: "array[int]" = field(default_factory=lambda: array("B"))
-    """(K - 1,) whether the scans refuted each of `wheel_steps`."""
     held_rays: dict[int, Rays] = field(default_factory=dict)
     """By scan, of those between the first keyframes, while these are so few that even what all of them see is
     not free yet. Not saved, since there are more keyframes by then."""
@@ -65,14 +61,8 @@ class MapperState:
     def begin(cls, config: MappingConfig, odometry_lag: int) -> "MapperState":
         """Of a drive that begins; ``odometry_lag`` in nanoseconds, as far as it is known."""
         keyframes = ScanStore()
-        return cls(
-            config,
-            DeadReckoning(odometry_lag),
-            keyframes,
-            LoopCloser(keyframes),
-            PoseGraph(),
-            Drive(),
-        )
+        reckoning, loops = DeadReckoning(odometry_lag), LoopCloser(keyframes)
+        return cls(config, reckoning, keyframes, loops, PoseGraph(), Drive())
 
     @property
     def map_from_reference(self) -> Pose:
@@ -105,35 +95,31 @@ class MapperState:
         return len(self.keyframes) == 0 or bool(self.keyframes.row_of[-1] > 0)
 
     @property
-    def measured_steps(self) -> Pose:
-        """(K - 1, 3) from keyframe to keyframe as the wheels measured them, NaN where they did not
-        or the scans refuted them."""
-        steps = self._all_wheel_steps
-        steps[self.refuted_steps] = np.nan
-        return steps
+    def measured_steps(self) -> NDArray[np.float64]:
+        """(K - 1, 6) from keyframe to keyframe: the motion as the wheels measured it and the turn as the
+        gyroscope did, each NaN where it did not; the seconds; and 1 where the scans refuted the wheels."""
+        return np.array(self.steps).reshape(-1, 6)
 
     @property
     def refuted_steps(self) -> NDArray[np.bool_]:
         """(K - 1,) in which the scans refuted the wheels."""
-        return np.array(self.are_refuted, dtype=np.bool_)
-
-    @property
-    def _all_wheel_steps(self) -> Pose:
-        return np.array(self.wheel_steps).reshape(-1, 3)
+        return np.asarray(self.measured_steps[:, 5] > 0.0)
 
     def forget_frozen_wheels(self) -> None:
         """What wheels measured while they repeated a pose counts as not measured: that they did is known only
         once the scans show it, and along bare walls these show it late."""
-        stamps, steps = self.drive.keyframe_stamps, self._all_wheel_steps
+        stamps, steps = self.drive.keyframe_stamps, self.measured_steps
         for stretch in self.reckoning.frozen.told:
-            steps[(stamps[:-1] < stretch.end) & (stamps[1:] > stretch.begin)] = np.nan
-        self.wheel_steps = array("d", steps.ravel().tolist())
+            steps[(stamps[:-1] < stretch.end) & (stamps[1:] > stretch.begin), :3] = np.nan
+        self.steps = array("d", steps.ravel().tolist())
 
     def calibrate(self, first: int) -> None:
         """Learn the wheels' errors from the keyframe steps from ``first`` on."""
-        gyro_turns, seconds = np.array(self.gyro_steps).reshape(-1, 2)[first:].T
+        measured = self.measured_steps[first:]
+        steps, (gyro_turns, seconds, are_refuted) = measured[:, :3].copy(), measured[:, 3:].T
+        steps[are_refuted > 0.0] = np.nan
         self.reckoning.calibration = calibrate(
-            self.measured_steps[first:],
+            steps,
             self._spans_since(first),
             lambda corrected: self.reckoning.fused(corrected, gyro_turns, seconds),
         )
@@ -168,11 +154,10 @@ class MapperState:
 
     def all_by_wheels(self) -> list[Constraint]:
         """The same of every step that they measured, also where scans refuted them."""
-        gyro_steps = np.array(self.gyro_steps).reshape(-1, 2).tolist()
         return [
-            self.by_wheels(k + 1, step, (turn, seconds))
-            for k, (step, (turn, seconds)) in enumerate(zip(self._all_wheel_steps, gyro_steps, strict=True))
-            if not np.isnan(step[0])
+            self.by_wheels(index, measured[:3], (float(measured[3]), float(measured[4])))
+            for index, measured in enumerate(self.measured_steps, start=1)
+            if not np.isnan(measured[0])
         ]
 
     @contextmanager
@@ -180,14 +165,13 @@ class MapperState:
         """Where a keyframe fails within, nothing of it stays, so that all that grows with the keyframes stays
         of one length."""
         count, constraints = len(self.keyframes), len(self.graph.constraints)
-        poses, known_since, steps = self.map_from_keyframe, self.known_since, max(count - 1, 0)
+        poses, known_since, steps = self.map_from_keyframe, self.known_since, len(self.steps)
         try:
             yield
         except BaseException:
             self.keyframes.cut(count)
             self.graph.constraints.cut(constraints)
-            del self.keyframe_lasers[count:], self.rays[count:]
-            del self.wheel_steps[3 * steps :], self.gyro_steps[2 * steps :], self.are_refuted[steps:]
+            del self.keyframe_lasers[count:], self.rays[count:], self.steps[steps:]
             self.map_from_keyframe, self.known_since = poses, known_since
             if self.clouds is not None:
                 self.clouds.pop(count, None)
@@ -218,26 +202,19 @@ class MapperState:
         that takes seconds after a long drive.
 
         The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
-        ``wheel_steps`` (K - 1, 3); ``are_refuted`` (K - 1,); ``gyro_steps`` (K - 1, 2), the turn and the
-        seconds; ``known_since``; wall ``seconds`` (T,) of the ``stages`` (T,); ``keyframe_lasers`` (K,),
-        which laser took each keyframe.
+        `measured_steps`; ``known_since``; wall ``seconds`` (T,) of the ``stages`` (T,); ``keyframe_lasers``
+        (K,), which laser took each keyframe.
         """
         session, drive = self.session().frozen(), self.drive.frozen()
         rest = {
             **named("reckoning", self.reckoning.to_arrays()),
-            "wheel_steps": self._all_wheel_steps,
-            "gyro_steps": np.array(self.gyro_steps).reshape(-1, 2),
-            "are_refuted": self.refuted_steps,
+            "measured_steps": self.measured_steps,
             "known_since": np.array(self.known_since),
             "keyframe_lasers": np.array(self.keyframe_lasers, dtype=np.int64),
             "stages": np.array(list(self.seconds), dtype=np.str_),
             "seconds": np.array(list(self.seconds.values())),
         }
-        return lambda: {
-            **session.to_arrays(),
-            **named("drive", drive.to_arrays()),
-            **rest,
-        }
+        return lambda: {**session.to_arrays(), **named("drive", drive.to_arrays()), **rest}
 
     @classmethod
     def from_arrays(cls, config: MappingConfig, arrays: Arrays) -> "MapperState":
@@ -252,12 +229,10 @@ class MapperState:
             Drive.from_arrays(part_of("drive", arrays)),
             session.map_from_keyframe,
             session.rays,
-            array("d", arrays["wheel_steps"].ravel().tolist()),
-            array("d", arrays["gyro_steps"].ravel().tolist()),
+            array("d", arrays["measured_steps"].ravel().tolist()),
             int(arrays["known_since"]),
             dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True)),
             keyframe_lasers=array("B", arrays["keyframe_lasers"].tolist()),
-            are_refuted=array("B", arrays["are_refuted"].tolist()),
         )
 
     @contextmanager

@@ -91,7 +91,7 @@ def finished_map_of(state: MapperState, session: Session) -> FinishedMap:
         session,
         _seconds_of_keyframes(state, session),
         1.0 + state.reckoning.calibration.faults.distance,
-        float(np.mean(state.are_refuted)) if state.are_refuted else 0.0,
+        float(np.mean(state.refuted_steps)) if state.steps else 0.0,
     )
 
 
