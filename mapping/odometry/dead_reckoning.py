@@ -168,8 +168,7 @@ class DeadReckoning:
         steadily = seen_by(mount, by_velocity(self._filter.velocity))
         within = steadily if is_trusted else self._motion_in_sweep(scan, turned)
         in_laser, self.cloud = deskew(scan, within), deskew_cloud(scan, within)
-        points, cloud = _from_reference(mount, in_laser), self.cloud
-        cloud = None if cloud is None else _from_reference(mount, cloud)
+        points = _from_reference(mount, in_laser)
         if by_wheels is not None:
             motion = self.corrected(by_wheels, gyro_turn, seconds)
         elif is_trusted:
@@ -180,7 +179,8 @@ class DeadReckoning:
             motion = np.array([*self._last_motion[:2], turned.turn])
         else:
             motion = with_turn_seen(self._points, points, self._last_motion)
-        self._points, self._sweep = points, points if cloud is None else cloud
+        self._points = points
+        self._sweep = points if self.cloud is None else _from_reference(mount, self.cloud)
         by_scans = self._scan_odometry.register(self._sweep, motion)
         self._last_motion = between(last.by_scans, by_scans)
         self._now = self._now._replace(stamp=scan.stamp, by_scans=by_scans)
