@@ -51,12 +51,6 @@ class PassAgreement:
     judged: NDArray[np.int64]
     """(P,) returns that could be judged."""
 
-    @property
-    def share(self) -> float:
-        """Of the returns that could be judged, those that are looked through; NaN where there are none."""
-        judged = int(self.judged.sum())
-        return float(self.looked_through.sum() / judged) if judged else float("nan")
-
     def usual(self, neighbours: "PassAgreement") -> NDArray[np.float64]:
         """(P,) returns that would be looked through if these pairs agreed as ``neighbours`` do whose
         viewpoints lie as far apart."""

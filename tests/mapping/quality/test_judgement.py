@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.constraint import ConstraintList
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.quality import statistics
@@ -129,31 +129,6 @@ def test_lengths_by_scans_and_by_wheels_that_differ_are_told(scale: float) -> No
     quality = judge(FinishedMap(session, np.arange(len(session.keyframes)) * 1.0, scale), QualityConfig())
     assert quality.verdict == Verdict.DOUBTFUL
     assert f"{scale:.2f} times" in quality.summary
-
-
-def test_a_way_that_is_denied_to_the_wheels_is_told() -> None:
-    session = mapped().session
-    constraints = session.constraints
-    driven = [
-        Constraint(
-            c.from_keyframe,
-            c.to_keyframe,
-            c.from_pose_to_pose + np.array([1.5 * (c.to_keyframe == 30), 0.0, 0.0]),
-            c.information,
-            c.kind,
-        )
-        if c.kind == "odometry"
-        else c
-        for c in constraints
-        if c.kind != "loop_closure"
-    ]
-    session.constraints = ConstraintList(driven)
-    try:
-        quality = judge(FinishedMap(session, np.arange(len(session.keyframes)) * 1.0), QualityConfig())
-    finally:
-        session.constraints = constraints
-    assert quality.verdict == Verdict.DOUBTFUL
-    assert "the wheels drove 1.5 m that the map denies" in quality.summary
 
 
 def twice(later_from_earlier: Pose) -> MapQuality:

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.graph_edges import GraphEdges
-from racecar.mapping.quality.graph_uncertainty import GraphUncertainty
-from racecar.mapping.quality.slip import pull_of_slip, slip_share
+from racecar.mapping.quality.graph_motion import GraphMotion
+from racecar.mapping.quality.slip import slip_errors, slip_share
 from racecar.maps.geometry.se2 import Pose, between
 
 COUNT = 13
@@ -34,7 +34,7 @@ def by_wheels(poses: Pose, share: float = 0.0) -> list[Constraint]:
 
 def shifts(constraints: list[Constraint], poses: Pose, share: float) -> np.ndarray:
     edges = GraphEdges.of(ConstraintList(constraints), poses)
-    return GraphUncertainty(edges, poses).shifts(pull_of_slip(edges, poses, share), PAIRS)
+    return GraphMotion(edges, poses).shifts(slip_errors(edges, share), PAIRS)
 
 
 @given(st.floats(-0.3, 0.3), st.floats(0.01, 0.1))
@@ -59,4 +59,12 @@ def test_wheels_are_wrong_by_what_the_map_denies_them_where_walls_hold() -> None
     edges = GraphEdges.of(ConstraintList(by_wheels(poses, 0.05)), poses)
     assert slip_share(edges, poses, are_bare) == pytest.approx(0.05 / 1.05)
     are_bare[1:] = True
-    assert slip_share(edges, poses, are_bare) == pytest.approx(0.01)
+    assert slip_share(edges, poses, are_bare) == pytest.approx(0.005)
+
+
+def test_a_car_that_is_lifted_while_its_wheels_stand_does_not_slip() -> None:
+    poses = arc(0.0)
+    steps = by_wheels(poses)
+    steps[5] = Constraint(5, 6, np.array([0.01, 0.0, 0.0]), INFORMATION, "odometry")
+    edges = GraphEdges.of(ConstraintList(steps), poses)
+    assert slip_share(edges, poses, np.zeros(COUNT, dtype=np.bool_)) == pytest.approx(0.005)

@@ -1,11 +1,11 @@
-"""Spreads from the curvature of the pose graph, against what is known in closed form."""
+"""How a pose graph moves where its constraints err as they state, against what is known in closed form."""
 
 import numpy as np
 import pytest
 
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.graph.graph_edges import GraphEdges
-from racecar.mapping.quality.graph_uncertainty import GraphUncertainty
+from racecar.mapping.quality.graph_motion import GraphMotion
 from racecar.maps.geometry.se2 import between
 
 SIGMA = np.array([0.01, 0.02, 0.003])
@@ -20,14 +20,15 @@ def tie(first: int, second: int, poses: np.ndarray, sigma: np.ndarray = SIGMA) -
 
 def spread(constraints: list[Constraint], poses: np.ndarray, pair: tuple[int, int]) -> float:
     edges = GraphEdges.of(ConstraintList(constraints), poses)
-    return float(GraphUncertainty(edges, poses).spreads(np.array([pair]))[0])
+    return float(GraphMotion(edges, poses).spreads(np.array([pair]))[0])
 
 
-def test_a_straight_chain_spreads_as_its_steps_add_up() -> None:
+def test_a_straight_chain_spreads_as_its_steps_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("racecar.mapping.quality.graph_motion._DRAWS", 5000)
     chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
     levers = np.arange(7)  # metres from the end of each of seven steps to the last keyframe
     expected = 7 * (SIGMA[0] ** 2 + SIGMA[1] ** 2) + SIGMA[2] ** 2 * np.sum(levers**2)
-    assert spread(chain, STRAIGHT, (2, 9)) == pytest.approx(np.sqrt(expected), rel=1e-3)
+    assert spread(chain, STRAIGHT, (2, 9)) == pytest.approx(np.sqrt(expected), rel=0.03)
 
 
 def test_it_does_not_matter_where_the_map_lies_and_how_it_is_turned() -> None:
@@ -64,7 +65,7 @@ def test_many_pairs_spread_as_each_of_them_alone() -> None:
     poses = np.column_stack([0.3 * np.arange(201), np.zeros(201), np.zeros(201)])
     chain = [tie(k - back, k, poses) for k in range(1, 201) for back in (1, 2, 7) if back <= k]
     pairs = np.column_stack([np.arange(0, 160, 2), np.arange(40, 200, 2)])
-    together = GraphUncertainty(GraphEdges.of(ConstraintList(chain), poses), poses).spreads(pairs)
+    together = GraphMotion(GraphEdges.of(ConstraintList(chain), poses), poses).spreads(pairs)
     for at in (0, 30, 79):
         assert together[at] == pytest.approx(spread(chain, poses, (pairs[at, 0], pairs[at, 1])))
 
@@ -74,5 +75,5 @@ def test_one_tear_widens_what_lies_across_it_and_little_else() -> None:
     torn[6:, 1] = 0.4
     chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
     edges = GraphEdges.of(ConstraintList(chain), torn)
-    across, besides = GraphUncertainty(edges, torn).spreads(np.array([[4, 7], [1, 4]]))
+    across, besides = GraphMotion(edges, torn).spreads(np.array([[4, 7], [1, 4]]))
     assert across > 1.5 * besides
