@@ -20,7 +20,7 @@ _LEAST = np.array([0.015, 0.06])
 that is wrong everywhere alike, such as mirrored, and drift where nothing is passed twice."""
 _OF_SPREAD = 0.8
 """Mean error over its standard deviation, by definition of the normal distribution."""
-_THROUGH = 4.0
+_THROUGH = 3.0
 """Metres, by the square of the share that passes look through of each other; measured on the same maps."""
 _RESIDUAL = 20.0
 """Metres, by the square of the mean residual of matches in metres; measured on the same maps."""

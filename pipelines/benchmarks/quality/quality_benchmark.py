@@ -6,6 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
@@ -21,6 +23,9 @@ from racecar.pipelines.benchmarks.quality.map_errors import MapErrors, map_error
 from racecar.pipelines.benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED
 from racecar.pipelines.benchmarks.replacements import replaced
 
+NEAR = 10.0
+"""Metres between a place that was named and the worst error, within which it was found; by judgement: it is
+in view."""
 _SHORTEST = 1.0
 """Metres of path, below which there is no map to speak of; by judgement."""
 
@@ -37,6 +42,8 @@ class JudgedMap:
     expected_whole_m: float
     place_off_m: float | None
     """From the worst error to the nearest segment that was named; None where none was."""
+    near_share: float
+    """Share of all keyframes that lie within `NEAR` of a segment that was named."""
     judging_seconds: float
     statistics: dict[str, float]
 
@@ -81,6 +88,7 @@ def judged_map(drive: KnownDrive, spoiling: str, result: MappingResult) -> Judge
     if errors.path_m < _SHORTEST:
         return None
     first, last = known[list(errors.worst)]
+    off = _off_named(result.quality, lasers)
     return JudgedMap(
         drive.name,
         spoiling,
@@ -88,16 +96,18 @@ def judged_map(drive: KnownDrive, spoiling: str, result: MappingResult) -> Judge
         result.quality.verdict.value,
         result.quality.error_per_10_m,
         result.quality.error_of_whole,
-        _place_off(result.quality, lasers, lasers[first : last + 1]),
+        float(off[first : last + 1].min()) if result.quality.segments else None,
+        float(np.mean(off < NEAR)),
         result.seconds["judging"],
         result.quality.statistics,
     )
 
 
-def _place_off(quality: MapQuality, lasers: Pose, worst: Pose) -> float | None:
-    """Metres in the map between the path (K, 3) of the segments that are named and some poses (N, 3)."""
+def _off_named(quality: MapQuality, lasers: Pose) -> NDArray[np.float64]:
+    """(K,) metres from each of the lasers' poses (K, 3) to the path of the segments that are named; infinite
+    where none is."""
     runs = [run for s in quality.segments for run in (s.keyframes, s.contradicted_by) if run is not None]
     if not runs:
-        return None
-    named = np.concatenate([lasers[first : last + 1] for first, last in runs])
-    return float(np.hypot(*(named[:, None, :2] - worst[None, :, :2]).transpose(2, 0, 1)).min())
+        return np.full(len(lasers), np.inf)
+    named = np.concatenate([lasers[first : last + 1, :2] for first, last in runs])
+    return np.asarray(cKDTree(named).query(lasers[:, :2])[0])

@@ -23,18 +23,29 @@ def verdicts_table(figures: VerdictFigures) -> Table:
 
 def figures_table(figures: VerdictFigures) -> Table:
     """A row for each figure."""
-    table = new_table("What the verdict is worth")
-    add_columns(table, "figure", "measured")
-    for name, share in (
-        ("wrong maps called good", figures.wrong_called_good),
-        ("good maps called wrong", figures.good_called_wrong),
-        ("maps called doubtful", figures.doubtful),
-        ("error per 10 m expected within a factor of 2", figures.local_within_2),
-        ("error over all of the map, likewise", figures.whole_within_2),
-        ("wrong maps with a place named within 10 m of the worst error", figures.place_found),
+    table = new_table(
+        "What the verdict is worth",
+        "by chance: the one error of all maps that fits most; share of all places in wrong maps",
+    )
+    add_columns(table, "figure", "measured", "by chance")
+    for name, share, chance in (
+        ("wrong maps called good", figures.wrong_called_good, None),
+        ("good maps called wrong", figures.good_called_wrong, None),
+        ("maps called doubtful", figures.doubtful, None),
+        (
+            "error per 10 m expected within a factor of 2",
+            figures.local_within_2,
+            figures.local_within_2_by_constant,
+        ),
+        ("error over all of the map, likewise", figures.whole_within_2, figures.whole_within_2_by_constant),
+        (
+            "wrong maps with a place named within 10 m of the worst error",
+            figures.place_found,
+            figures.place_found_by_chance,
+        ),
     ):
-        table.add_row(name, f"{share:.1%}")
-    table.add_row("longest judgement", f"{figures.judging_seconds:.2f} s")
+        table.add_row(name, f"{share:.1%}", "" if chance is None else f"{chance:.1%}")
+    table.add_row("longest judgement", f"{figures.judging_seconds:.2f} s", "")
     return table
 
 

@@ -60,7 +60,7 @@ def test_passes_that_lie_beside_each_other_are_a_local_error() -> None:
 
 def judged(local: float, whole: float, verdict: str, place_off: float | None = None) -> JudgedMap:
     errors = MapErrors(40.0, local, whole, 2 * local, (3, 9))
-    return JudgedMap("track 0", "as it is", errors, verdict, 0.05, 0.2, place_off, 0.1, {})
+    return JudgedMap("track 0", "as it is", errors, verdict, 0.05, 0.2, place_off, 0.25, 0.1, {})
 
 
 def test_verdicts_are_counted_by_what_the_map_is() -> None:
@@ -78,6 +78,9 @@ def test_verdicts_are_counted_by_what_the_map_is() -> None:
     assert figures.place_found == 0.5
     assert figures.local_within_2 == pytest.approx(3 / 5)  # 3 cm and less are the same
     assert figures.whole_within_2 == pytest.approx(4 / 5)
+    assert figures.local_within_2_by_constant == pytest.approx(3 / 5)  # 10 cm
+    assert figures.whole_within_2_by_constant == pytest.approx(4 / 5)
+    assert figures.place_found_by_chance == 0.25
 
 
 def test_where_the_reference_has_a_hole_the_car_is_not_known() -> None:
