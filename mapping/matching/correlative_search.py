@@ -131,8 +131,7 @@ def search_apart(
     fixed: LikelihoodPyramid, moving_points: NDArray[np.float64], known: Pose, reach: float, min_score: float
 ) -> Fit | None:
     """The best place for ``moving_points`` (N, 2) clearly apart from a ``known`` one (3,), up to ``reach``
-    metres to each side of the fixed submap's origin and in any heading; None below ``min_score``.
-    """
+    metres to each side of the fixed submap's origin and in any heading; None below ``min_score``."""
     column, row = np.rint(known[:2] / CELL).astype(np.int64)
     about_known = Exclusion(int(np.ceil(np.pi / ANGLE_STEP)), int(row), int(column), *_APART)
     heading, anywhere = np.array([0.0, 0.0, known[2]]), Window(reach, np.pi)

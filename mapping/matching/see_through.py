@@ -53,8 +53,7 @@ class SeeThrough:
 
 def see_through(store: ScanStore, pairs: NDArray[np.int64], first: Pose, second: Pose) -> SeeThrough:
     """Judge scan pairs (P, 2) of ``store``, at ``first`` and ``second`` (P, 3) in one frame, both ways."""
-    on_surface, looked_through, undecided = see_through_each(store, pairs, first, second).sum(axis=0)
-    return SeeThrough(int(on_surface), int(looked_through), int(undecided))
+    return SeeThrough(*see_through_each(store, pairs, first, second).sum(axis=0).tolist())
 
 
 def see_through_each(
