@@ -67,10 +67,6 @@ class ScanTrack:
         velocities[1:-1][is_inside] = motion[is_inside] / seconds[is_inside, None]
         return velocities
 
-    def mirrored(self) -> "ScanTrack":
-        """As a laser that hangs upside down has moved, seen from above; without its scans."""
-        return replace(self, scans=[], track_from_laser=self.track_from_laser * [1.0, -1.0, -1.0])
-
 
 class ScanTracker:
     """Follows the laser by registering each scan against those before, with steady motion as the guess.

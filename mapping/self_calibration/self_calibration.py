@@ -3,20 +3,18 @@
 from dataclasses import dataclass, replace
 
 from racecar.mapping.self_calibration.bearing_scale import BearingScale, bearing_scale
-from racecar.mapping.self_calibration.distance_ratio import LEAST, DistanceRatio, distance_ratio
-from racecar.mapping.self_calibration.mount import MIN_YAW_ERROR, MotionReading, read_motion
-from racecar.mapping.self_calibration.odometry_fault import OdometryFault, fault_in, is_impossible
+from racecar.mapping.self_calibration.mount import LEAST_PATH, MIN_YAW_ERROR, MotionReading, read_motion
+from racecar.mapping.self_calibration.odometry_fault import OdometryFault, odometry_fault
 from racecar.mapping.self_calibration.scan_track import ScanTrack, ScanTracker, track_of
-from racecar.mapping.self_calibration.sweep_order import SweepOrder, estimate_sweep_order, has_sweep_times
+from racecar.mapping.self_calibration.sweep_order import SweepOrder, has_sweep_times, in_sweep_order
 from racecar.mapping.self_calibration.turn_agreement import (
     MAX_LAG,
     USUAL_LAG,
     TurnAgreement,
     turn_agreement,
 )
-from racecar.mapping.self_calibration.turn_ratio import TurnRatio, turn_ratio
 from racecar.mapping.self_calibration.wall_straightness import wall_straightness
-from racecar.mapping.self_calibration.wheel_track import WheelTrack, motion_pairs, windows_of
+from racecar.mapping.self_calibration.wheel_track import WheelTrack, motion_pairs
 from racecar.maps.geometry.se2 import wrap_angle
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scaled_bearings import with_bearings_scaled
@@ -40,28 +38,22 @@ class SelfCalibration:
 
     sweep_order: SweepOrder = SweepOrder.UNKNOWN
     turns: TurnAgreement | None = None
-    """How the wheels' turns agree with the scans'."""
+    """How the wheels' turns agree with the scans', with the beams where they are."""
     reading: MotionReading | None = None
-    """Where the laser sits, and which signs are wrong."""
+    """Where the laser sits, which signs are wrong, and how far the wheels go."""
     odometry_fault: OdometryFault | None = None
-    distances: DistanceRatio | None = None
-    """Of the wheels to the scans."""
-    gyro_has_turns: bool = False
-    """Of odometry without turns: whether a gyroscope has them, as the scans show."""
     bearing_scale: BearingScale | None = None
     """Of scans whose beams lie over another angle than they state."""
-    wheel_turns: TurnRatio | None = None
-    """Of the scans' turns to those of the wheels, with the beams where they are."""
-    gyro_turns: TurnRatio | None = None
-    """The same of the gyroscope."""
+    gyro_turns: TurnAgreement | None = None
+    """How those of the gyroscope do."""
 
 
 class SelfCalibrator:
     """Takes scans and odometry of the beginning of a recording, in the order of time, until they suffice."""
 
-    def __init__(self, *, asks_wheels: bool = True, max_lag: float = MAX_LAG) -> None:
+    def __init__(self, *, asks_wheels: bool = True, max_lag: int = MAX_LAG) -> None:
         """Without ``asks_wheels`` it is asked for the order of the beams alone. Clocks that are not expected
-        to be farther apart are asked about lags up to ``max_lag`` seconds."""
+        to be farther apart are asked about lags up to ``max_lag`` nanoseconds."""
         self._max_lag = max_lag
         self._asks_order, self._asks_wheels = True, asks_wheels
         self._tracker = ScanTracker()
@@ -116,10 +108,8 @@ class SelfCalibrator:
             return False
         if reading is None or self._first is None:
             return False
-        if learned.distances is not None and learned.distances.is_wrong:
-            return False
         yaw = float(wrap_angle(reading.mount.base_from_laser[2] - self._first.base_from_laser[2]))
-        return abs(yaw) < MIN_YAW_ERROR and reading.mount.path_ratio >= LEAST
+        return abs(yaw) < MIN_YAW_ERROR and reading.mount.path_ratio >= LEAST_PATH
 
     def estimate(self, expected_lag: int = 0) -> SelfCalibration:
         """What they prove. ``expected_lag`` in nanoseconds is how much later than scans the wheels are
@@ -128,45 +118,33 @@ class SelfCalibrator:
         scale = self._bearing_scale(track, expected_lag)
         if scale is not None and scale.is_certain:
             track = track_of(with_bearings_scaled(scan, scale.factor) for scan in track.scans)
-        order = estimate_sweep_order(track) if self._asks_order else SweepOrder.UNKNOWN
-        if order == SweepOrder.REVERSED:
-            track = track_of(track.scans, -1.0)
-        learned = SelfCalibration(order)
-        if self._asks_wheels and len(self._odometry) >= 2:
-            learned = self._with_wheels(order, track, expected_lag)
-        lag = expected_lag if learned.turns is None else learned.turns.lag
-        wheels, gyro = self._turn_ratios(track, lag)
-        return replace(learned, bearing_scale=scale, wheel_turns=wheels, gyro_turns=gyro)
+        order = SweepOrder.UNKNOWN
+        if self._asks_order:
+            order, track = in_sweep_order(track)
+        turns, gyro_turns = self._turns(track, expected_lag)
+        learned = SelfCalibration(order, gyro_turns=gyro_turns, bearing_scale=scale)
+        if not self._asks_wheels or len(self._odometry) < 2:
+            return learned
+        wheels = WheelTrack.of(self._odometry)
+        fault = odometry_fault(self._odometry, motion_pairs(track, wheels, expected_lag))
+        if fault is not None:
+            return replace(learned, odometry_fault=fault)
+        lag, is_inverted = (expected_lag, False) if turns is None else (turns.lag, turns.is_inverted)
+        reading = read_motion(track, wheels, lag, is_inverted=is_inverted)
+        return replace(learned, turns=turns, reading=reading)
 
     def _bearing_scale(self, track: ScanTrack, expected_lag: int) -> BearingScale | None:
         if self._first is None or self._first.cloud is not None:
             return None  # what was measured as points has the right angles
         walls = wall_straightness(track.scans)
-        ratios = [ratio for ratio in self._turn_ratios(track, expected_lag) if ratio is not None]
-        return bearing_scale(walls, ratios, self._first)
+        turns = [each for each in self._turns(track, expected_lag) if each is not None]
+        return bearing_scale(walls, turns, self._first)
 
-    def _turn_ratios(self, track: ScanTrack, lag: int) -> tuple[TurnRatio | None, TurnRatio | None]:
-        """To the wheels, and to the gyroscope."""
-        others = WheelTrack.of(self._odometry), WheelTrack.of_turns(self._yaw_rates)
-        wheels, gyro = (turn_ratio(track, other, lag) for other in others)
-        return wheels, gyro
-
-    def _with_wheels(self, order: SweepOrder, track: ScanTrack, expected_lag: int) -> SelfCalibration:
-        wheels = WheelTrack.of(self._odometry)
-        if is_impossible(self._odometry):
-            return SelfCalibration(order, odometry_fault=OdometryFault.IMPOSSIBLE)
-        motions = motion_pairs(track, wheels, windows_of(track), expected_lag)
-        if (fault := fault_in(motions)) is not None:
-            has_turns = fault == OdometryFault.WITHOUT_TURNS and self._gyro_agrees(track)
-            return SelfCalibration(order, odometry_fault=fault, gyro_has_turns=has_turns)
+    def _turns(
+        self, track: ScanTrack, expected_lag: int
+    ) -> tuple[TurnAgreement | None, TurnAgreement | None]:
+        """Of the wheels, and of the gyroscope beside them."""
+        wheels, gyro = WheelTrack.of(self._odometry), WheelTrack.of_turns(self._yaw_rates)
         turns = turn_agreement(track, wheels, expected_lag, self._max_lag)
-        lag, is_inverted = (expected_lag, False) if turns is None else (turns.lag, turns.is_inverted)
-        reading = read_motion(track, wheels, lag, is_inverted=is_inverted)
-        return SelfCalibration(order, turns, reading, distances=distance_ratio(track, wheels, lag))
-
-    def _gyro_agrees(self, track: ScanTrack) -> bool:
-        """Whether the gyroscope shows the turns of the scans, in their sense."""
-        if len(self._yaw_rates) < 2:
-            return False
-        turns = turn_agreement(track, WheelTrack.of_turns(self._yaw_rates), max_lag=self._max_lag)
-        return turns is not None and not turns.is_inverted
+        lag = expected_lag if turns is None else turns.lag
+        return turns, turn_agreement(track, gyro, lag, USUAL_LAG)

@@ -6,17 +6,18 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.mapping.odometry.turn_windows import TurnWindows, turn_windows
+from racecar.mapping.self_calibration.robust_fit import blocks_at
 from racecar.mapping.self_calibration.scan_track import ScanTrack
 from racecar.maps.geometry.se2 import Pose, between, wrap_angle
 from racecar.maps.sensing.odometry import FASTEST, Odometry
 from racecar.maps.sensing.yaw_rate import YawRate
 
-_WINDOW = 1_000_000_000
-"""Nanoseconds over which motions are compared, since in less the noise of a track hides slow ones."""
-_MAX_WINDOW = 2_000_000_000
-"""Nanoseconds beyond which there is a gap in a window; by judgement: twice its length."""
-_WINDOW_STEP = 500_000_000
-"""Nanoseconds from the beginning of one to that of the next; by judgement: they overlap by half."""
+_TURN_WINDOW, _MOTION_WINDOW = 0.5, 1.0
+"""Seconds over which turns and motions are compared, since in less the noise of a track hides slow ones, and
+over longer turns lags are alike."""
+_MAX_WINDOW = 2.0
+"""Seconds beyond which there is a gap in a window; by judgement: twice the longer one."""
 
 
 class WheelSigns(Enum):
@@ -27,13 +28,14 @@ class WheelSigns(Enum):
     """Left is right: x stands, y and yaw count backwards."""
     YAW_INVERTED = "yaw inverted"
     """The place is right, but the yaw counts backwards."""
+    PATH_MIRRORED = "path mirrored"
+    """The yaw is right, but the place is its mirror image, as with x and y exchanged."""
 
     @property
     def factors(self) -> Pose:
         """(3,) for x, y and yaw."""
-        return np.array(
-            {"as recorded": [1, 1, 1], "mirrored": [1, -1, -1], "yaw inverted": [1, 1, -1]}[self.value], float
-        )
+        sides = -1.0 if self in (WheelSigns.MIRRORED, WheelSigns.PATH_MIRRORED) else 1.0
+        return np.array([1.0, sides, -1.0 if self in (WheelSigns.MIRRORED, WheelSigns.YAW_INVERTED) else 1.0])
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,49 +83,44 @@ class WheelTrack:
 
 
 @dataclass(frozen=True, eq=False)
-class Windows:
-    """W stretches of time, each from one scan of a track to a later one."""
-
-    begins: NDArray[np.int64]
-    """(W,) indices of scans."""
-    ends: NDArray[np.int64]
-
-
-@dataclass(frozen=True, eq=False)
 class MotionPairs:
-    """W motions, as the scans and as the wheels have them."""
+    """W motions that overlap in time, as the scans and as the wheels have them."""
 
     by_scans: Pose
     """(W, 3) of the laser, in its frame at the beginning."""
     by_wheels: Pose
     """(W, 3) of the base, in its frame at the beginning."""
+    begins: NDArray[np.int64]
+    """(W,) indices of the scans at which they begin."""
+    blocks: NDArray[np.int64]
+    """(W,) of time."""
+
+    def chosen(self, which: NDArray[np.bool_]) -> "MotionPairs":
+        """Those of them (W,)."""
+        return MotionPairs(
+            self.by_scans[which], self.by_wheels[which], self.begins[which], self.blocks[which]
+        )
 
 
-def windows_of(track: ScanTrack) -> Windows:
-    """Stretches of the window's length, one after the other; over a gap there is none."""
-    ends = np.searchsorted(track.stamps, track.stamps + _WINDOW)
-    nexts = np.searchsorted(track.stamps, track.stamps + _WINDOW_STEP)
-    chosen, index = [], 0
-    while index < len(track) and ends[index] < len(track):
-        end = int(ends[index])
-        duration = track.stamps[end] - track.stamps[index]
-        if track.segment[index] == track.segment[end] and duration < _MAX_WINDOW:
-            chosen.append((index, end))
-        index = int(nexts[index])
-    begins_and_ends = np.array(chosen, dtype=np.int64).reshape(-1, 2)
-    return Windows(begins_and_ends[:, 0], begins_and_ends[:, 1])
+def turns_at(
+    track: ScanTrack, other: WheelTrack, lags: NDArray[np.int64], length: float = _TURN_WINDOW
+) -> TurnWindows:
+    """Turns by scans and by another sensor at each lag (L,), from each scan on over a ``length`` of
+    seconds."""
+    scans = track.stamps, np.unwrap(track.track_from_laser[:, 2])
+    windows = turn_windows(scans, (other.stamps, other.odom_from_base[:, 2]), lags, length, _MAX_WINDOW)
+    return windows.chosen(track.segment[windows.begins] == track.segment[windows.ends])
 
 
-def motion_pairs(track: ScanTrack, wheels: WheelTrack, windows: Windows, lag: int) -> MotionPairs:
+def motion_pairs(track: ScanTrack, wheels: WheelTrack, lag: int) -> MotionPairs:
     """Motions in those windows that the wheels cover, whose samples are stamped ``lag`` nanoseconds later
     than scans; where the wheels jump there is none."""
-    begins, ends = track.stamps[windows.begins] + lag, track.stamps[windows.ends] + lag
-    is_covered = wheels.covers(begins) & wheels.covers(ends)
-    begins, ends = begins[is_covered], ends[is_covered]
+    windows = turns_at(track, wheels, np.array([lag]), _MOTION_WINDOW)
+    windows = windows.chosen(windows.is_covered[0])
+    begins, ends = track.stamps[windows.begins], track.stamps[windows.ends]
     poses = track.track_from_laser
-    by_scans = between(poses[windows.begins[is_covered]], poses[windows.ends[is_covered]])
-    by_wheels = between(wheels.at(begins), wheels.at(ends)) if len(begins) else np.zeros((0, 3))
-    most = FASTEST * (ends - begins) * 1e-9
-    is_motion = np.hypot(by_wheels[:, 0], by_wheels[:, 1]) < most
+    by_scans = between(poses[windows.begins], poses[windows.ends])
+    by_wheels = between(wheels.at(begins + lag), wheels.at(ends + lag)) if len(begins) else np.zeros((0, 3))
     by_scans[:, 2], by_wheels[:, 2] = wrap_angle(by_scans[:, 2]), wrap_angle(by_wheels[:, 2])
-    return MotionPairs(by_scans[is_motion], by_wheels[is_motion])
+    is_motion = np.hypot(by_wheels[:, 0], by_wheels[:, 1]) < FASTEST * (ends - begins) * 1e-9
+    return MotionPairs(by_scans, by_wheels, windows.begins, blocks_at(begins)).chosen(is_motion)

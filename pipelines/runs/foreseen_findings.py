@@ -33,11 +33,11 @@ def _of_gyro(learned: SelfCalibration, made: Corrections) -> list[Finding]:
     is_known = learned.bearing_scale is None or learned.bearing_scale.is_certain
     if turns is None or not is_known:
         return []
-    scale = -turns.value if made.is_upside_down else turns.value
+    scale = -turns.ratio if made.is_upside_down else turns.ratio
     if abs(scale - 1.0) < MAX_SCALE_ERROR + 3.0 * turns.sigma:
         return []
-    wheels = learned.wheel_turns
-    are_alike = wheels is not None and abs(wheels.value / turns.value - 1.0) < MAX_SCALE_ERROR
+    wheels = learned.turns
+    are_alike = wheels is not None and abs(wheels.ratio / turns.ratio - 1.0) < MAX_SCALE_ERROR
     model = TurnModel(is_contradicted=True, scale=scale, agrees_with_wheels=are_alike)
     assert model.contradiction is not None
     return [Finding(model.contradiction.replace("was not used", "is not used"), model.remedy)]

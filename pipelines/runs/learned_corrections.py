@@ -6,18 +6,11 @@ from typing import Any
 import numpy as np
 
 from racecar.mapping.self_calibration.bearing_scale import BearingScale
-from racecar.mapping.self_calibration.distance_ratio import LEAST
-from racecar.mapping.self_calibration.mount import (
-    MIN_PATH_CONSISTENCY,
-    MIN_YAW_ERROR,
-    MotionReading,
-    MountEstimate,
-)
+from racecar.mapping.self_calibration.mount import MIN_YAW_ERROR, MotionReading, MountEstimate
 from racecar.mapping.self_calibration.odometry_fault import OdometryFault
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.sweep_order import SweepOrder
-from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG
-from racecar.mapping.self_calibration.turn_ratio import RIGHT_FACTOR, TurnRatio
+from racecar.mapping.self_calibration.turn_agreement import RIGHT_FACTOR, USUAL_LAG, TurnAgreement
 from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.sensing.turn_fusion import MAX_SCALE_ERROR
@@ -87,14 +80,14 @@ def learned_corrections(learned: SelfCalibration, known: KnownSensors) -> Correc
     if learned.sweep_order == SweepOrder.REVERSED:
         made.reverse_beams()
     if learned.odometry_fault is not None:
-        made.leave_out_odometry(learned.odometry_fault, gyro_has_turns=learned.gyro_has_turns)
+        made.leave_out_odometry(learned.odometry_fault, learned.gyro_turns)
     elif learned.turns is not None:
         made.shift_clock(learned.turns.lag, "as the turns show")
-        made.read_motion(learned)
+        made.read_motion(learned, is_inverted=learned.turns.is_inverted)
     else:
         made.shift_clock(known.recorded_lag, "by when they were recorded")
         made.check_straight_motion(learned.reading)
-    made.check_distances(learned)
+    made.check_distances(learned.reading)
     made.doubt_turns(learned)
     made.shift_gyro(learned.gyro_turns)
     return Corrections(**made.changes, findings=tuple(made.findings))
@@ -132,20 +125,19 @@ class _Made:
 
     def doubt_turns(self, learned: SelfCalibration) -> None:
         """Say so where odometry that is used turns far more or less than the scans."""
-        ratio = learned.wheel_turns
-        is_used = self.changes.get("uses_odometry", True) and learned.odometry_fault is None
-        if ratio is None or not is_used or learned.bearing_scale is not None:
+        turns, is_used = learned.turns, self.changes.get("uses_odometry", True)
+        if turns is None or not is_used or learned.bearing_scale is not None:
             return
-        if ratio.is_beyond(RIGHT_FACTOR):
+        if turns.is_beyond(RIGHT_FACTOR):
             self._find(
-                f"The scans turn {abs(ratio.value):.2f} times as far as the odometry on "
+                f"The scans turn {abs(turns.ratio):.2f} times as far as the odometry on "
                 f"{self._known.odom_topic}: the angles of one of them are wrong.",
                 "Correct angle_increment in the laser's driver, or wheelbase, track or steering gain in the "
                 "odometry's node.",
                 spoils_map=True,
             )
 
-    def shift_gyro(self, turns: TurnRatio | None) -> None:
+    def shift_gyro(self, turns: TurnAgreement | None) -> None:
         """Let the gyroscope's stamps agree with the scans', as turns are taken from it moment by moment."""
         lag = 0 if turns is None else turns.lag - int(self.changes.get("scan_shift", 0))
         if abs(lag) < _GYRO_LAG:
@@ -155,10 +147,11 @@ class _Made:
         what = f"By its stamps the IMU is {abs(lag) / 1e6:.0f} ms {where} the scans, as the turns show"
         self._find(f"{what}: they are shifted.", ONE_CLOCK)
 
-    def leave_out_odometry(self, fault: OdometryFault, *, gyro_has_turns: bool) -> None:
+    def leave_out_odometry(self, fault: OdometryFault, gyro: TurnAgreement | None) -> None:
         """Unless only its turns are missing, and a gyroscope has those."""
+        has_turns = gyro is not None and not gyro.is_inverted and not gyro.is_beyond(RIGHT_FACTOR)
         what = f"The odometry on {self._known.odom_topic} {fault.value}"
-        if gyro_has_turns:
+        if fault == OdometryFault.WITHOUT_TURNS and has_turns:
             self._find(f"{what}: turns are taken from the IMU.", "Make the odometry's node turn too.")
             return
         self._leave_out(f"{what}: it is not used", _REMEDIES[fault])
@@ -188,20 +181,16 @@ class _Made:
 
     def check_straight_motion(self, reading: MotionReading | None) -> None:
         """Of a robot that hardly turned: whether it went where the laser's place, if told, has it look."""
-        if reading is None or not self._known.is_place_told or not reading.mount.is_certain:
-            return
-        if reading.mount.consistency >= MIN_PATH_CONSISTENCY:
+        if reading is not None and self._known.is_place_told and reading.mount.is_clear:
             self._check_yaw(reading.mount)
 
-    def read_motion(self, learned: SelfCalibration) -> None:
+    def read_motion(self, learned: SelfCalibration, *, is_inverted: bool) -> None:
         """Mend, or name, what makes scans and wheels report different motions."""
         reading = learned.reading
-        is_inverted = learned.turns is not None and learned.turns.is_inverted
-        distances = learned.distances
-        if not is_inverted and distances is not None and distances.contradicts_turns:
+        if reading is not None and reading.wheel_signs == WheelSigns.PATH_MIRRORED:
+            topic = self._known.odom_topic
             self._leave_out(
-                f"The odometry on {self._known.odom_topic} goes as far as the scans, but not where its own "
-                "yaw looks: it is not used",
+                f"The odometry on {topic} does not go where its own yaw looks: it is not used",
                 "Make sure that its node does not exchange x and y, or change the sign of one of them (REP "
                 "103).",
             )
@@ -215,20 +204,19 @@ class _Made:
                     "Correct the sign of the odometry's yaw; or, if the laser hangs upside down, give its "
                     "place: --laser-pose 'X Y YAW 3.1416'.",
                 )
-        elif reading.is_mirrored and not self._known.is_place_told:
-            self._hang_upside_down(reading.mount.as_mounted())
+        elif reading.wheel_signs == WheelSigns.MIRRORED and not self._known.is_place_told:
+            self._hang_upside_down(reading.mount.as_mounted() * [1.0, -1.0, -1.0] + 0.0)
         else:
-            if reading.is_mirrored:
-                reading = reading.seen_upright()
             if reading.wheel_signs != WheelSigns.AS_RECORDED:
                 self._change_signs(reading.wheel_signs)
             self._check_yaw(reading.mount)
 
-    def check_distances(self, learned: SelfCalibration) -> None:
+    def check_distances(self, reading: MotionReading | None) -> None:
         """Let the wheels go as far as the scans where one of the two is surely wrong."""
-        ratio = self._wrong_distances(learned)
-        if ratio is None or not self.changes.get("uses_odometry", True):
+        is_used = self.changes.get("uses_odometry", True)
+        if reading is None or not reading.mount.has_wrong_path or not is_used:
             return
+        ratio = reading.mount.path_ratio
         x, y, yaw = self.changes.get("odometry_factors", (1.0, 1.0, 1.0))
         self.changes["odometry_factors"] = (x / ratio, y / ratio, yaw)
         scans = self._known.scan_topic
@@ -242,18 +230,6 @@ class _Made:
             f"speed in the odometry's node; if not, the unit of the ranges on {scans}, which are metres.",
             spoils_map=are_feet,
         )
-
-    def _wrong_distances(self, learned: SelfCalibration) -> float | None:
-        """What the wheels report of the distance by the scans, if that is surely wrong."""
-        distances = learned.distances
-        if distances is not None:
-            return distances.value if distances.is_wrong else None
-        mount = None if learned.reading is None or learned.turns is None else learned.reading.mount
-        if mount is None or not mount.is_certain:
-            return None
-        is_clear = mount.consistency >= MIN_PATH_CONSISTENCY
-        is_short = mount.path_ratio < LEAST  # for which a bare corridor is no excuse
-        return mount.path_ratio if is_clear and is_short else None
 
     def _change_signs(self, signs: WheelSigns) -> None:
         self.changes["odometry_factors"] = tuple(signs.factors.tolist())

@@ -19,9 +19,6 @@ _BATCH = 100
 """Scans and samples that are handed on at once, about a second of them, since handing on takes time too."""
 _MOST = 20_000
 """Scans and samples after which what is known must do, as of bags."""
-_MAX_LAG = USUAL_LAG * 1e-9
-"""Seconds, because clocks that are farther apart show by when messages arrive; a turn or two may suggest any
-lag."""
 
 _STAYS = " The map in progress keeps the old place of its laser: start a new one (--anew) with that."
 
@@ -41,7 +38,8 @@ class SensorLearning:
         one piece after the other; without ``moves_laser`` its place stays what it is until the end."""
         self._known, self._faults, self._aside = known, faults, aside
         self._moves_laser = moves_laser
-        self._calibrator = SelfCalibrator(max_lag=_MAX_LAG)
+        # Clocks that are farther apart show by when messages arrive; a turn or two may suggest any lag.
+        self._calibrator = SelfCalibrator(max_lag=USUAL_LAG)
         self._corrections, self._corrector = NO_CORRECTIONS, Corrector(NO_CORRECTIONS)
         self._lock = Lock()
         self._batch: list[Measurement] = []
@@ -96,7 +94,7 @@ class SensorLearning:
         if self._collected < _MOST and self._calibrator.wants_more(learned):
             return
         self._is_over = True
-        self._calibrator = SelfCalibrator(max_lag=_MAX_LAG)  # the old one holds thousands of scans
+        self._calibrator = SelfCalibrator(max_lag=USUAL_LAG)  # the old one holds thousands of scans
         corrections = learned_corrections(learned, self._known())
         stays = ""
         is_moved = corrections.base_from_laser is not None or corrections.is_upside_down

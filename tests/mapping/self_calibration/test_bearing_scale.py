@@ -5,7 +5,7 @@ import pytest
 from numpy.typing import NDArray
 
 from racecar.mapping.self_calibration.bearing_scale import BearingScale, bearing_scale
-from racecar.mapping.self_calibration.turn_ratio import TurnRatio
+from racecar.mapping.self_calibration.turn_agreement import TurnAgreement
 from racecar.mapping.self_calibration.wall_straightness import WallStraightness, wall_straightness
 from racecar.maps.geometry.se2 import IDENTITY, wrap_angle
 from racecar.maps.sensing.scaled_bearings import with_bearings_scaled
@@ -32,14 +32,14 @@ def round_room(radius: float) -> list[Scan]:
 
 def test_a_round_room_is_no_fault() -> None:
     walls = wall_straightness(round_room(5.0))
-    for ratios in ([], [TurnRatio(1.0, 0.01, 0)]):
+    for ratios in ([], [TurnAgreement(0, 1.0, 0.01, 0.1)]):
         assert bearing_scale(walls, ratios, SCANS[0]) is None
     assert wall_straightness([]) is None
 
 
 def scale(factor: float | None, *ratios: float) -> BearingScale | None:
     walls = None if factor is None else WallStraightness(factor)
-    told = [TurnRatio(ratio, 0.01, 0) for ratio in ratios]
+    told = [TurnAgreement(0, ratio, 0.01, 0.1) for ratio in ratios]
     half_a_turn = replace(SCANS[0], bearings=0.5 * SCANS[0].bearings)
     return bearing_scale(walls, told, half_a_turn)
 

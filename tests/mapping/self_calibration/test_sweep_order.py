@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from racecar.mapping.self_calibration.scan_track import track_of
-from racecar.mapping.self_calibration.sweep_order import SweepOrder, estimate_sweep_order, has_sweep_times
+from racecar.mapping.self_calibration.sweep_order import SweepOrder, has_sweep_times, in_sweep_order
 from racecar.maps.sensing.scan import Scan
 from tests.mapping.self_calibration.moving_laser import Laser, scans_of, straight_drive, winding_drive
 
-SECONDS = 14.0
+SECONDS = 12.0
 
 
 def order_of(scans: list[Scan]) -> SweepOrder:
-    return estimate_sweep_order(track_of(scans))
+    return in_sweep_order(track_of(scans)).order
 
 
 def turned_round(scans: list[Scan]) -> list[Scan]:

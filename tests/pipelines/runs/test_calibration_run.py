@@ -9,7 +9,6 @@ import pytest
 
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.turn_agreement import TurnAgreement
-from racecar.mapping.self_calibration.turn_ratio import TurnRatio
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -191,8 +190,8 @@ def test_a_flag_is_not_outweighed_nor_a_transform_by_wheels_alone(
     source: str, gyro: float | None, is_outweighed: bool
 ) -> None:
     learned = SelfCalibration(
-        turns=TurnAgreement(0, is_inverted=True, share_left=0.1),
-        gyro_turns=None if gyro is None else TurnRatio(gyro, 0.01, 0),
+        turns=TurnAgreement(0, -1.0, 0.01, 0.1),
+        gyro_turns=None if gyro is None else TurnAgreement(0, gyro, 0.01, 0.1),
     )
     known = KnownSensors("/scan", "/odom", IDENTITY, source, (None, None), is_upside_down=True)
     made = learned_corrections(learned, known)

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.turn_ratio import TurnRatio, turn_ratio
+from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG, TurnAgreement, turn_agreement
 from racecar.mapping.self_calibration.wheel_track import WheelTrack
 from tests.mapping.self_calibration.moving_laser import straight_drive
 from tests.mapping.self_calibration.test_turn_agreement import (
@@ -12,8 +12,8 @@ from tests.mapping.self_calibration.test_turn_agreement import (
 )
 
 
-def ratio_to(other: WheelTrack, expected_lag: int = 0) -> TurnRatio | None:
-    return turn_ratio(track_along(irregular_drive()), other, expected_lag)
+def ratio_to(other: WheelTrack, expected_lag: int = 0) -> TurnAgreement | None:
+    return turn_agreement(track_along(irregular_drive()), other, expected_lag, USUAL_LAG)
 
 
 def turning(factor: float, lag: float = 0.0, noise: float = 0.0) -> WheelTrack:
@@ -28,7 +28,7 @@ def turning(factor: float, lag: float = 0.0, noise: float = 0.0) -> WheelTrack:
 def test_scale_and_lag_are_found(factor: float, lag: float) -> None:
     ratio = ratio_to(turning(factor, lag))
     assert ratio is not None
-    assert ratio.value == pytest.approx(1.0 / factor, rel=0.02)
+    assert ratio.ratio == pytest.approx(1.0 / factor, rel=0.02)
     assert ratio.lag * 1e-9 == pytest.approx(lag, abs=0.02)
     assert ratio.is_beyond(1.4) == (abs(factor) != 1.0)
 
@@ -43,7 +43,7 @@ def test_noise_shows_in_the_deviation() -> None:
     ratio, noisy = ratio_to(turning(1.0)), ratio_to(turning(1.0, noise=0.01))
     assert ratio is not None and noisy is not None
     assert noisy.sigma > 3.0 * ratio.sigma
-    assert abs(noisy.value - 1.0) < 4.0 * noisy.sigma
+    assert abs(noisy.ratio - 1.0) < 4.0 * noisy.sigma
 
 
 def test_turns_of_another_drive_have_no_ratio() -> None:
