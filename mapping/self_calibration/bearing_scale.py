@@ -43,7 +43,7 @@ class BearingScale:
 
 
 def bearing_scale(
-    walls: WallStraightness | None, ratios: Sequence[TurnAgreement], scan: Scan
+    walls: WallStraightness | None, turns: Sequence[TurnAgreement], scan: Scan
 ) -> BearingScale | None:
     """Judged by the walls and by the turns of other sensors; None where the angles seem right.
 
@@ -51,31 +51,31 @@ def bearing_scale(
     angles. Without turns only larger ones are believed, as no place has walls that bulge everywhere. A factor
     that is near 1 is believed where walls, wheels and gyroscope all show it.
     """
-    ratios = [ratio for ratio in ratios if 1.0 / _OTHER_UNITS < abs(ratio.ratio) < _OTHER_UNITS]
+    turns = [ratio for each in turns if 1.0 / _OTHER_UNITS < abs(each.ratio) < _OTHER_UNITS]
     if walls is None:
-        factors = [1.0 / abs(ratio.ratio) for ratio in ratios if ratio.is_beyond(RIGHT_FACTOR)]
+        factors = [1.0 / abs(each.ratio) for each in turns if each.is_beyond(RIGHT_FACTOR)]
         agree = len(factors) > 1 and max(factors) < _AGREEMENT * min(factors)
         return BearingScale(float(np.mean(factors)), is_certain=False) if agree else None
-    if _do_all_agree(walls.factor, ratios):
+    if _do_all_agree(walls.factor, turns):
         return BearingScale(_usual(walls.factor, scan), is_certain=True)
     if _apart(walls.factor, 1.0) < _RIGHT_FACTOR:
         return None
-    if not ratios:
+    if not turns:
         if walls.factor < 1.0:
             return None
         return BearingScale(_usual(walls.factor, scan), is_certain=False)
-    if any(_apart(walls.factor, 1.0 / abs(ratio.ratio)) < _AGREEMENT for ratio in ratios):
+    if any(_apart(walls.factor, 1.0 / abs(each.ratio)) < _AGREEMENT for each in turns):
         return BearingScale(_usual(walls.factor, scan), is_certain=True)
     return None
 
 
-def _do_all_agree(by_walls: float, ratios: Sequence[TurnAgreement]) -> bool:
+def _do_all_agree(by_walls: float, turns: Sequence[TurnAgreement]) -> bool:
     """Whether two other sensors, and the walls, show nearly the same factor."""
-    factors = [by_walls, *(1.0 / abs(ratio.ratio) for ratio in ratios)]
-    is_sure = any(ratio.is_beyond(_AGREED_FACTOR) for ratio in ratios)
+    factors = [by_walls, *(1.0 / abs(each.ratio) for each in turns)]
+    is_sure = any(each.is_beyond(_AGREED_FACTOR) for each in turns)
     are_off = all(_apart(factor, 1.0) > _AGREED_FACTOR for factor in factors)
     agree = max(factors) < _CLOSE_AGREEMENT * min(factors)
-    return len(ratios) > 1 and is_sure and are_off and agree
+    return len(turns) > 1 and is_sure and are_off and agree
 
 
 def _apart(factor: float, other: float) -> float:

@@ -30,7 +30,7 @@ RIGHT_FACTOR = 1.4
 _STEP = 20_000_000
 """Nanoseconds from one lag tried to the next, because odometry usually comes so often."""
 _PEAK_WIDTH = 500_000_000
-"""Nanoseconds about the best lag within which others are the same hypothesis; by judgement: half a window."""
+"""Nanoseconds about the best lag within which others are the same hypothesis; by judgement: a window."""
 _MAX_DIFFERENCE = 0.3
 """Radians by which turns may differ in a window; more counts as much. By judgement: a slip."""
 _MIN_COVERED = 0.5
