@@ -5,10 +5,11 @@ from collections.abc import Callable, Mapping, Sequence
 from racecar.mapping.config import MappingConfig
 from racecar.pipelines.benchmarks.slam.log_benchmark import LogFigures, measure_all
 from racecar.pipelines.benchmarks.slam.logs import BenchmarkLog
+from racecar.pipelines.benchmarks.slam.parts import PARTS
 
-_LEFT_OUT = {
-    "without refinement": {"refine": False},
-    "without loop closure": {"close_loops": False},
+_SWITCHED_OFF = {
+    "refinement": {"refine": False},
+    "loop closure": {"close_loops": False},
 }
 
 
@@ -24,8 +25,12 @@ def ablate(
     announce("Without wheel odometry:")
     without_odometry = measure_all(logs, settings, use_odometry=False, announce=announce, quiet=quiet)
     variants = {"default": default, "without wheel odometry": without_odometry}
-    for name, changes in _LEFT_OUT.items():
-        announce(f"{name.capitalize()}:")
+    for name, changes in _SWITCHED_OFF.items():
+        announce(f"Without {name}:")
         changed = settings.model_copy(update=changes)
-        variants[name] = measure_all(logs, changed, announce=announce, quiet=quiet)
+        variants[f"without {name}"] = measure_all(logs, changed, announce=announce, quiet=quiet)
+    for name in PARTS:
+        announce(f"Without {name}:")
+        figures = measure_all(logs, settings, left_out=name, announce=announce, quiet=quiet)
+        variants[f"without {name}"] = figures
     return variants

@@ -9,8 +9,10 @@ import numpy as np
 
 from racecar.mapping.config import MappingConfig
 from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.benchmarks.replacements import replaced
 from racecar.pipelines.benchmarks.slam.false_loops import FalseLoopFigures, with_false_loops
 from racecar.pipelines.benchmarks.slam.logs import BenchmarkLog
+from racecar.pipelines.benchmarks.slam.parts import PARTS
 from racecar.pipelines.evaluation.relations import load_relations, relation_errors
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.mapping_run import build_map
@@ -60,6 +62,7 @@ def measure_all(
     settings: MappingConfig,
     *,
     use_odometry: bool = True,
+    left_out: str | None = None,
     false_loops_seed: int | None = None,
     announce: Callable[[str], None],
     quiet: bool,
@@ -73,6 +76,7 @@ def measure_all(
             log,
             settings,
             use_odometry=use_odometry,
+            left_out=left_out,
             false_loops_seed=false_loops_seed,
             quiet=quiet,
         )
@@ -85,16 +89,19 @@ def measure(
     settings: MappingConfig,
     *,
     use_odometry: bool,
+    left_out: str | None,
     false_loops_seed: int | None,
     quiet: bool,
 ) -> LogFigures:
-    """Map a log and measure it, with a seed also with false loops in its graph.
+    """Map a log and measure it, where asked for without one of the `PARTS`; with a seed also with false loops
+    in its graph.
 
     Raises UserError when the bag or the relations cannot be read.
     """
     relations = load_relations(log.relations)
     report = Report("racecar benchmark slam")
-    with BagReader(log.bag, use_odometry=use_odometry) as reader:
+    replacements = PARTS[left_out] if left_out else ()
+    with replaced(replacements), BagReader(log.bag, use_odometry=use_odometry) as reader:
         result = build_map(reader, settings, report, quiet=quiet)
     figures = report.as_dict()
     accuracy = relation_errors(result.trajectory, relations).summary()
