@@ -51,7 +51,7 @@ def bearing_scale(
     angles. Without turns only larger ones are believed, as no place has walls that bulge everywhere. A factor
     that is near 1 is believed where walls, wheels and gyroscope all show it.
     """
-    turns = [ratio for each in turns if 1.0 / _OTHER_UNITS < abs(each.ratio) < _OTHER_UNITS]
+    turns = [each for each in turns if 1.0 / _OTHER_UNITS < abs(each.ratio) < _OTHER_UNITS]
     if walls is None:
         factors = [1.0 / abs(each.ratio) for each in turns if each.is_beyond(RIGHT_FACTOR)]
         agree = len(factors) > 1 and max(factors) < _AGREEMENT * min(factors)
