@@ -29,7 +29,7 @@ _WRONG_FACTOR = 2.5
 Measured likewise."""
 _MOST_SCALE = 1.25
 """Factor between lengths by scans and by wheels, from which one of the two must be wrong. By judgement: worn
-tyres and wrong settings make some per cent, scans that do not move make any."""
+tyres and wrong settings make some per cent, scans that do not move make any. Good maps had 1.07 at most."""
 _MOST_OVERRULED = 0.5
 """Share of the steps on which scans may contradict the wheels. By judgement: wheels slip now and then, and a
 robot is carried for a while."""
@@ -103,8 +103,9 @@ def _doubts(wheel_scale: float, figures: Mapping[str, float]) -> Iterator[str]:
             f"By its scans the car drove {wheel_scale:.2f} times as far as by its wheels: one of the two is "
             "wrong."
         )
-    elif figures["overruled_wheels"] > _MOST_OVERRULED:
-        share = figures["overruled_wheels"]
+    elif (share := figures["slip_share"]) > _MOST_SCALE - 1.0:
+        yield f"Where walls hold, wheels and map differ by {share:.0%} of the way: one of the two is wrong."
+    elif (share := figures["overruled_wheels"]) > _MOST_OVERRULED:
         yield f"On {share:.0%} of the steps scans and wheels contradict each other: one is wrong."
     if figures["jump_m"] > MOST_JUMP:
         yield (

@@ -28,7 +28,7 @@ def test_the_last_line_is_the_verdict(tmp_path: Path, capsys: pytest.CaptureFixt
     """The wheels of the sample drive while its scans stay the same."""
     assert map_a_bag(tmp_path, "--strict") == 0
     last = capsys.readouterr().out.strip().splitlines()[-1]
-    assert last.startswith("The map is doubtful: somewhere the wheels drove 2.0 m that the map denies")
+    assert last.startswith("The map is doubtful: where walls hold, wheels and map differ by 93% of the way")
     assert json.loads((tmp_path / "out/report.json").read_text())["quality"]["verdict"] == "doubtful"
 
 
