@@ -100,7 +100,8 @@ def _suggest(location: list[str], model: type[BaseModel]) -> str:
     if nearest is not None:
         return f"did you mean '{nearest}'"
     section = section_at(model, location[:-1])
-    return f"known there: {', '.join(sorted(section.model_fields) if section else ())}"
+    known = ", ".join(sorted(section.model_fields) if section else ())
+    return f"leave it out, or choose of those known there: {known}"
 
 
 def _shortened(name: str) -> str:

@@ -7,6 +7,10 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+_MUCH_ALIKE = 0.8
+"""Difflib's ratio of two names from which one may be the other misspelt, by judgement: one letter in five.
+With less, a setting that is gone is taken for one of another meaning."""
+
 
 def leaf_fields(model: type[BaseModel], prefix: str = "") -> Iterator[tuple[str, FieldInfo]]:
     """The fields that hold a value rather than further settings, by their dotted names."""
@@ -62,7 +66,7 @@ def nearest_name(model: type[BaseModel], path: Sequence[str]) -> str | None:
     the same one in another section; None where nothing is near."""
     *sections, wrong = path
     section = section_at(model, sections)
-    near = get_close_matches(wrong, section.model_fields if section else (), n=1)
+    near = get_close_matches(wrong, section.model_fields if section else (), n=1, cutoff=_MUCH_ALIKE)
     if near:
         return ".".join([*sections, near[0]])
     return next((name for name, _ in leaf_fields(model) if name.split(".")[-1] == wrong), None)
