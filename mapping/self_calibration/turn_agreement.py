@@ -94,11 +94,14 @@ def turn_agreement(
     shares = _shares_left(windows, ratios)
     is_near = np.minimum(np.abs(lags), np.abs(lags - expected_lag)) <= USUAL_LAG
     best = int(np.argmin(shares))
-    usual = int(np.argmin(np.where(is_near & (ratios > 0.0), shares, np.inf)))
+    is_usual = is_near & (ratios > 0.0)
+    # Where the turns are inverted whatever the lag, the usual ones still do not speak against the clocks.
+    of_usual = np.where(is_usual if is_usual.any() else is_near, shares, np.inf)
+    usual = int(np.argmin(of_usual))
     rivals = shares[np.abs(lags - lags[best]) > _PEAK_WIDTH]
-    rival = min(float(shares[usual]), float(rivals.min(initial=np.inf)))
+    rival = min(float(of_usual[usual]), float(rivals.min(initial=np.inf)))
     if best != usual and shares[best] >= _MAX_SHARE_OF_RIVAL * rival:
-        best = usual
+        best, shares = usual, of_usual
     if shares[best] >= _MAX_SHARE_LEFT or (not is_near[best] and windows.turned < _MIN_TURN_OF_FAR_LAG):
         return None
     lag = int(lags[best])

@@ -68,6 +68,17 @@ def test_turns_that_repeat_do_not_shift_the_clock() -> None:
     assert agreement is not None and not agreement.is_inverted and abs(agreement.lag) < 0.1e9
 
 
+@pytest.mark.parametrize("signs", [WheelSigns.AS_RECORDED, WheelSigns.YAW_INVERTED])
+def test_turns_that_go_on_alike_do_not_shift_the_clock(signs: WheelSigns) -> None:
+    """On a circle all lags fit, whichever way the wheels count."""
+    times = np.arange(0.0, SECONDS + 2.0, 0.01)
+    drive = np.column_stack([np.sin(0.5 * times), 1.0 - np.cos(0.5 * times), 0.5 * times])
+    wheels = WheelTrack.of(odometry_of(drive, SECONDS)).read_as(signs)
+    agreement = turn_agreement(track_along(drive), wheels)
+    assert agreement is not None and abs(agreement.lag) < 0.1e9
+    assert agreement.is_inverted == (signs == WheelSigns.YAW_INVERTED)
+
+
 def test_without_turns_nothing_is_told() -> None:
     drive = straight_drive(SECONDS)
     assert turn_agreement(track_along(drive), wheels_along(drive)) is None
