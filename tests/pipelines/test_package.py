@@ -92,7 +92,7 @@ def test_a_grid_in_memory_is_a_map(bag: Path, mapped: racecar.MappedBag) -> None
 
 
 def test_what_is_shown(mapped: racecar.MappedBag, bag: Path) -> None:
-    assert repr(mapped).startswith("<MappedBag of drive.bag, 60 scans. The map is good")
+    assert repr(mapped) == f"<MappedBag of drive.bag, 60 scans. {mapped.quality.summary}>"
     before = pyplot.get_fignums()
     figure = mapped.plot()
     assert pyplot.get_fignums() == [*before, figure.number]  # type: ignore[attr-defined]  # as show() wants it
