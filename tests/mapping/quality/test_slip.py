@@ -62,6 +62,13 @@ def test_wheels_are_wrong_by_what_the_map_denies_them_where_walls_hold() -> None
     assert slip_share(edges, poses, are_bare) == pytest.approx(0.005)
 
 
+def test_a_part_of_one_step_at_the_edge_of_a_gap_shows_no_slip() -> None:
+    poses = arc(0.0)
+    steps = [Constraint(5, 6, np.array([0.25, 0.0, 0.0]), INFORMATION, "odometry")]
+    edges = GraphEdges.of(ConstraintList(steps), poses)
+    assert slip_share(edges, poses, np.zeros(COUNT, dtype=np.bool_)) == pytest.approx(0.005)
+
+
 def test_a_car_that_is_lifted_while_its_wheels_stand_does_not_slip() -> None:
     poses = arc(0.0)
     steps = by_wheels(poses)
