@@ -277,7 +277,7 @@ class Mapper:
         if len(state.keyframes) >= looks_until_free(self._config.rendering):
             state.held_rays.clear()
         try:
-            self._learn(index, step)
+            self._learn_and_optimize(index, step)
         finally:  # the path grows with the keyframes whatever becomes of that
             self._grow_submaps()
         self._trim(index)
@@ -339,15 +339,19 @@ class Mapper:
     def _sees_much(self, index: int) -> bool:
         return len(self._state.keyframes.points_of(index)) >= MIN_SEARCH_POINTS
 
-    def _learn(self, index: int, step: Pose) -> None:
-        """Learn, from time to time, what the wheels get wrong; the last keyframe is a ``step`` (3,) from that
-        before."""
+    def _learn_and_optimize(self, index: int, step: Pose) -> None:
+        """Learn what the wheels get wrong, and optimize the latest keyframes, each from time to time; the
+        last one is a ``step`` (3,) from that before."""
         state = self._state
         if index % schedule.LAG_INTERVAL == 0:
             state.reckoning.learn_lag()
         stretch = float(np.hypot(step[0], step[1])) / self._config.keyframe_distance
         if schedule.calibrates_at(index, stretch):
             state.calibrate(max(0, index - schedule.CALIBRATION_WINDOW))
+        if index % schedule.WINDOW_INTERVAL == 0 and index > schedule.WINDOW:
+            with state.timed("optimization"):
+                first = index + 1 - schedule.WINDOW
+                state.map_from_keyframe = state.graph.optimize_since(state.map_from_keyframe, first)
 
     def _grow_submaps(self) -> None:
         """Note the newest keyframe for loop closure, now and when a later drive carries on the map."""
@@ -376,7 +380,7 @@ class Mapper:
     def _trim(self, index: int) -> None:
         """Forget, from time to time, what is not needed any more, and then what cannot be saved."""
         state = self._state
-        if index % schedule.TRIMMING_INTERVAL == 0:
+        if index % schedule.WINDOW_INTERVAL == 0:
             trim_scans(state, index)
         if index > 0 and index % schedule.CHECKPOINT_INTERVAL == 0:
             trim_known_keyframes(state, index)

@@ -1,7 +1,10 @@
 """How often the mapper does what it does not do at each keyframe; all counts are of keyframes."""
 
-TRIMMING_INTERVAL = 10
-"""After how many keyframes scans are trimmed. By judgement: some 3 m of path."""
+WINDOW = 40
+"""The latest keyframes, that are optimized while the drive goes on. By judgement: a little over the farthest
+that one is tied to."""
+WINDOW_INTERVAL = 10
+"""After how many keyframes they are optimized, and scans are trimmed. By judgement: some 3 m of path."""
 FINAL_ROUNDS = 10
 """How often, at most, the whole drive is matched again at the end. By judgement: on simulated open ground,
 where few scans show how far the wheels drove, the path is settled by then."""

@@ -19,7 +19,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TILE, Tile, TiledGrid
 
 _UNSETTLED = 80
-"""The latest keyframes, which are drawn afresh each time, because a loop moves these most; by judgement."""
+"""The latest keyframes, which are drawn afresh each time, because the mapper keeps adjusting half as many."""
 _MAX_SHIFT = 0.5
 """Cells by which a settled keyframe, or what it sees in sight, may move before all is redrawn: half a cell,
 because of rounding."""

@@ -21,8 +21,9 @@ _KEYFRAMES = 1500
 450 m of path."""
 _SCANS = 6000
 """Scans between keyframes, at most, that wait for the end of the drive to find their places; each keyframe
-takes the room of two. Placed on the way, among keyframes that are not optimized yet, they lie a millimetre
-worse: measured on laps of a simulated hall."""
+takes the room of two. Placed on the way, among keyframes that are as good as final, they lie some tenths of a
+millimetre worse. Measured: aces, fr079 and intel were 0.0344, 0.0399 and 0.0134 m instead of 0.0344, 0.0399
+and 0.0133 m."""
 
 
 def trim_scans(state: MapperState, index: int) -> None:
@@ -36,7 +37,7 @@ def trim_scans(state: MapperState, index: int) -> None:
     too_many = max(len(kept) - max(_SCANS - 2 * keyframes_kept, 0), 0)
     goes = keyframes < np.append(keyframes, until)[too_many]
     if keyframes_kept > _KEYFRAMES:
-        goes |= keyframes >= until - schedule.TRIMMING_INTERVAL
+        goes |= keyframes >= until - schedule.WINDOW_INTERVAL
     _trim_scans(state, kept[goes & (keyframes < until)])
 
 

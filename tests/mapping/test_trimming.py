@@ -119,7 +119,7 @@ def test_scans_that_wait_for_the_end_are_not_many_and_lose_nothing_by_it(laps: L
     assert waiting[10**6][-1] > 2 * max(SCANS, latest)
     assert max(waiting[SCANS]) <= max(SCANS, latest) + growth
     apart = np.hypot(*(found[SCANS] - found[10**6])[:, :2].T)
-    assert 0.0 < apart.mean() < 0.002
+    assert 0.0 < apart.mean() < 0.001
 
 
 def test_keyframes_are_trimmed_without_placing_all_their_scans_at_once(
