@@ -9,6 +9,7 @@ import pytest
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.writer import BagWriter
+from racecar.pipelines.benchmarks.slam.parts import PARTS
 from racecar.pipelines.cli import run
 
 SCANS = 60
@@ -67,7 +68,7 @@ def test_every_table_and_the_figures(
         "without wheel odometry",
         "without refinement",
         "without loop closure",
-        "without verification",
+        *(f"without {part}" for part in PARTS),
     }
     assert ablation["without wheel odometry"]["room"] != log["accuracy"]
     assert all(name in shown.out for name in ablation)
