@@ -395,13 +395,12 @@ class Mapper:
         through each place, but not where scans mislead; and solve the whole graph. As long as that bends the
         path, what it teaches of the wheels, and so the guesses of the matches, can still become better.
 
-        Until they are matched once more, matches are not believed against the poses that they began from:
-        of a scan that shows little, wrong ones may agree."""
+        Matching begins from the poses as they were found on the way. Solved once more before, by matches of
+        poor guesses, wrong ones may agree, and loops that are right be let go."""
         state, config = self._state, self._config
         if len(state.keyframes) == 1:
             return
         state.forget_frozen_wheels()
-        state.map_from_keyframe = state.graph.optimize_since(state.map_from_keyframe, 0)
         are_misled = np.zeros(len(state.keyframes) - 1, dtype=np.bool_)
         for _ in range(schedule.FINAL_ROUNDS):
             state.calibrate(0)
