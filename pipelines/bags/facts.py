@@ -4,7 +4,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from racecar.mapping.matching.line_fitting import MAX_GAP_ANGLE
 from racecar.maps.sensing.odometry import Odometry, is_jump
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
@@ -21,9 +20,10 @@ _INVALID_SHARE = 0.9
 quarters of their beams in a large room, and maps of theirs are right."""
 _LONG_BLANK = 1.0
 """Seconds without a return; what is shorter is bridged without a trace, by judgement."""
-_FARTHEST_APART = MAX_GAP_ANGLE
-"""Radians between beams from which no two are of one wall to the mapper. Measured on a simulated drive of 360
-beams, thinned: 33, 11° apart, yield not one match and the wheels' error of 0.18 m, 60, 6° apart, 0.05 m."""
+FARTHEST_APART = np.radians(8.0)
+"""Radians between beams from which no two are of one wall to the mapper: `MAX_GAP_ANGLE` of its lines, stated
+again since a bag is opened before their kernels are loaded. Measured on a simulated drive of 360 beams,
+thinned: 33, 11° apart, yield not one match and the wheels' error of 0.18 m, 60, 6° apart, 0.05 m."""
 _STANDS = 0.05
 """Metres per second below which a car stands, but for the noise of its odometry: by judgement."""
 _FAR_APART = 0.5
@@ -144,14 +144,14 @@ class ScanFacts:
         if not self.spacing.count:
             return []
         findings = []
-        if np.isfinite(self.beam_spacing) and self.beam_spacing > _FARTHEST_APART:
+        if np.isfinite(self.beam_spacing) and self.beam_spacing > FARTHEST_APART:
             apart = np.degrees(self.beam_spacing)
             findings.append(
                 Finding(
                     f"The scans have only {self.most_beams} beams, {apart:.0f}° apart: no wall is recognized "
                     "from one scan to the next, and the map is no better than the wheels.",
                     "Make the driver publish all that the sensor measures, at least one beam per "
-                    f"{np.degrees(_FARTHEST_APART):.0f}°.",
+                    f"{np.degrees(FARTHEST_APART):.0f}°.",
                     spoils_map=True,
                 )
             )

@@ -407,7 +407,7 @@ def _loops(room: Mapping[str, bytes]) -> list[Sample]:
 
 def _config() -> Sample:
     settings = {
-        "mapping": {"resolution": 0.05, "loops": {"submaps": {"spacing": 2.0}}},
+        "mapping": {"resolution": 0.05, "rendering": {"margin": 2.0}},
         "localization": {"particles": 2000, "slip": 0.3},
     }
     files = {"settings.yaml": yaml.safe_dump(settings).encode()}

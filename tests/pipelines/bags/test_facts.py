@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from racecar.mapping.matching.line_fitting import MAX_GAP_ANGLE
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, findings_of_rare_scans
+from racecar.pipelines.bags.facts import FARTHEST_APART, OdometryFacts, ScanFacts, findings_of_rare_scans
 
 SECOND = 10**9
 ALL = tuple(range(10))
@@ -92,3 +93,7 @@ def test_only_odometry_that_comes_seldom_is_told_of(rate: float, jitter: float, 
     assert facts.top_speed < 2.0 * speed
     assert facts.path_length == pytest.approx(399 * speed / rate)
     assert bool(facts.findings) == is_too_seldom
+
+
+def test_beams_are_as_far_apart_as_the_mapper_bears() -> None:
+    assert FARTHEST_APART == MAX_GAP_ANGLE
