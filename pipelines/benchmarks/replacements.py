@@ -16,3 +16,7 @@ def replaced(replacements: Iterable[Replacement]) -> Iterator[None]:
         for owner, name, by in replacements:
             stack.enter_context(patch.object(owner, name, by))
         yield
+
+
+def nothing(*_: object, **__: object) -> None:
+    """In place of a method that learns or changes something."""

@@ -32,7 +32,7 @@ from racecar.localization.sensor.likelihood_field import DEPENDENCE, log_table
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation
 from racecar.maps.sensing.turn_fusion import TurnFusion
-from racecar.pipelines.benchmarks.replacements import Replacement, replaced
+from racecar.pipelines.benchmarks.replacements import Replacement, nothing, replaced
 
 _TAKE = SpeedMemory.take
 """As it is."""
@@ -82,10 +82,6 @@ def _replaced(owner: object, **by: object) -> Variant:
     return Variant(replacements=tuple((owner, name, new) for name, new in by.items()))
 
 
-def _nothing(*_: object, **__: object) -> None:
-    """In place of a method that learns or changes something."""
-
-
 def _unpushed(
     slips: NDArray[np.float64], seconds: float, effort: NDArray[np.float64], *rest: Any
 ) -> NDArray[np.float64]:
@@ -121,8 +117,8 @@ _SURVEYED_ANEW = _replaced(perception, find_free_space=free_space.find_free_spac
 
 MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     "odometry": {
-        "calibration": _replaced(OdometryCalibration, learn=_nothing),
-        "trust": _replaced(OdometryTrust, learn=_nothing),
+        "calibration": _replaced(OdometryCalibration, learn=nothing),
+        "trust": _replaced(OdometryTrust, learn=nothing),
         "segments": _replaced(segments, _SHORTEST=inf),
         "slip": _settings(slip=0.0),
         "usual slip": _replaced(slip, _USUAL_SHARE=0.0),
@@ -132,7 +128,7 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
         "sliding on": _replaced(SpeedMemory, take=_slides_nowhere),
         "extrapolation": _replaced(motion_samples, _EXTRAPOLATION=Extrapolation(0, 0, STALE_AFTER)),
         "carrying on": _replaced(motion_source, _LONGEST_CARRY=_NONE),
-        "gyroscope": _replaced(TurnFusion, follow=_nothing),
+        "gyroscope": _replaced(TurnFusion, follow=nothing),
     },
     "evidence": {
         "dependent points": _replaced(likelihood_field, log_table=_independent),
@@ -146,18 +142,18 @@ MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
     "explanation": {
         "known place": _replaced(pose_hypothesis, _KNOWN_WITHIN=100.0),
         "explained points": _replaced(Perception, explained=_all_points),
-        "proposals": _replaced(ParticleFilter, propose=_nothing),
+        "proposals": _replaced(ParticleFilter, propose=nothing),
         "alignment": _replaced(refinement, align_to_walls=_unaligned),
     },
     "recovery": {
-        "particle injection": _replaced(ParticleFilter, inject=_nothing),
+        "particle injection": _replaced(ParticleFilter, inject=nothing),
         "moving rival": _replaced(hung_odometry, _SCANS_PER_SECOND=0.0),
         "lost detection": _replaced(hypotheses, _SEARCH_FROM=1.0),
         "confirmation": _replaced(hypotheses, CONFIRMED_BELOW=0.5),
         "hypothesis trial": _replaced(pose_hypothesis, _TRIAL=0),
         "restart after gaps": _replaced(motion_source, _GAP_SECONDS=1000.0),
         "learned fit": _replaced(place_judge, _SURE=inf),
-        "lookout": _replaced(Lookout, look=_nothing),
+        "lookout": _replaced(Lookout, look=nothing),
     },
     "cloud": {
         "fewer particles where sure": _settings(fewest_particles=LocalizationConfig().particles),

@@ -13,13 +13,13 @@ import numpy as np
 
 from racecar.mapping import mapper
 from racecar.mapping.keyframes import constraints, placement
-from racecar.mapping.loops import candidate_search, loop_closure, submap_matching, submap_search
+from racecar.mapping.loops import candidate_search, submap_matching, submap_search
 from racecar.mapping.matching.correlative_search import Window
-from racecar.mapping.matching.see_through import SeeThrough
 from racecar.mapping.state import mapper_state
 from racecar.maps.sensing.measurement import Measurement
 from racecar.pipelines.benchmarks.quality import input_faults as faults
 from racecar.pipelines.benchmarks.replacements import Replacement
+from racecar.pipelines.benchmarks.slam.parts import PARTS
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,10 +47,7 @@ _ONE_TIE = (
     *((module, "TIED_TO", (1,)) for module in (constraints, mapper, mapper_state)),
     (placement, "_PLACED_AGAINST", (1,)),
 )
-_UNVERIFIED = (
-    (submap_matching, "see_through", lambda *_: SeeThrough(1, 0, 0)),
-    (loop_closure, "is_supported", lambda *_: True),
-)
+_UNVERIFIED = (*PARTS["see-through test of loops"], *PARTS["support of loops"])
 _ANY_LOOP = (
     *_UNVERIFIED,
     (submap_search, "AMBIGUOUS_SHARE", 1.0),

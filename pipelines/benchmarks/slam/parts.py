@@ -23,14 +23,10 @@ from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
 from racecar.mapping.odometry.velocity_filter import VelocityFilter
 from racecar.mapping.state.mapper_state import MapperState
 from racecar.maps.geometry.se2 import Pose
-from racecar.pipelines.benchmarks.replacements import Replacement
+from racecar.pipelines.benchmarks.replacements import Replacement, nothing
 
 _GUESSES = DeadReckoning.guesses
 """As they are."""
-
-
-def _nothing(*_: object, **__: object) -> None:
-    """In place of a method that learns or changes something."""
 
 
 def _no(*_: object, **__: object) -> bool:
@@ -76,9 +72,9 @@ def _without_steady_velocity(reckoning: DeadReckoning) -> MotionGuesses:
 
 
 PARTS: Mapping[str, tuple[Replacement, ...]] = {
-    "calibration of the wheels": ((MapperState, "calibrate", _nothing),),
+    "calibration of the wheels": ((MapperState, "calibrate", nothing),),
     "lag of the wheels": ((OdometryLag, "learn", _no),),
-    "wheels that hang": ((DeadReckoning, "_freeze", _nothing),),
+    "wheels that hang": ((DeadReckoning, "_freeze", nothing),),
     "guess by scan odometry": ((DeadReckoning, "guesses", _without_scan_odometry),),
     "guess by steady velocity": ((DeadReckoning, "guesses", _without_steady_velocity),),
     "velocity filter": ((VelocityFilter, "advance", _no),),
