@@ -114,14 +114,16 @@ class SelfCalibrator:
     def estimate(self, expected_lag: int = 0) -> SelfCalibration:
         """What they prove. ``expected_lag`` in nanoseconds is how much later than scans the wheels are
         stamped by the times of recording."""
-        track = self._tracker.track()
-        scale = self._bearing_scale(track, expected_lag)
+        followed = track = self._tracker.track()
+        turns, gyro_turns = self._turns(followed, expected_lag)
+        scale = self._bearing_scale(followed, [each for each in (turns, gyro_turns) if each is not None])
         if scale is not None and scale.is_certain:
             track = track_of(with_bearings_scaled(scan, scale.factor) for scan in track.scans)
         order = SweepOrder.UNKNOWN
         if self._asks_order:
             order, track = in_sweep_order(track)
-        turns, gyro_turns = self._turns(track, expected_lag)
+        if track is not followed:
+            turns, gyro_turns = self._turns(track, expected_lag)
         learned = SelfCalibration(order, gyro_turns=gyro_turns, bearing_scale=scale)
         if not self._asks_wheels or len(self._odometry) < 2:
             return learned
@@ -133,12 +135,10 @@ class SelfCalibrator:
         reading = read_motion(track, wheels, lag, is_inverted=is_inverted)
         return replace(learned, turns=turns, reading=reading)
 
-    def _bearing_scale(self, track: ScanTrack, expected_lag: int) -> BearingScale | None:
+    def _bearing_scale(self, track: ScanTrack, turns: list[TurnAgreement]) -> BearingScale | None:
         if self._first is None or self._first.cloud is not None:
             return None  # what was measured as points has the right angles
-        walls = wall_straightness(track.scans)
-        turns = [each for each in self._turns(track, expected_lag) if each is not None]
-        return bearing_scale(walls, turns, self._first)
+        return bearing_scale(wall_straightness(track.scans), turns, self._first)
 
     def _turns(
         self, track: ScanTrack, expected_lag: int
