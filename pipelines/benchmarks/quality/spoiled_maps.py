@@ -18,8 +18,11 @@ from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.state import mapper_state
 from racecar.maps.sensing.measurement import Measurement
 from racecar.pipelines.benchmarks.quality import input_faults as faults
-from racecar.pipelines.benchmarks.replacements import Replacement
-from racecar.pipelines.benchmarks.slam.parts import PARTS
+from racecar.pipelines.benchmarks.replacements import (
+    LOOPS_NOT_SEEN_THROUGH,
+    LOOPS_NOT_SUPPORTED,
+    Replacement,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +50,7 @@ _ONE_TIE = (
     *((module, "TIED_TO", (1,)) for module in (constraints, mapper, mapper_state)),
     (placement, "_PLACED_AGAINST", (1,)),
 )
-_UNVERIFIED = (*PARTS["see-through test of loops"], *PARTS["support of loops"])
+_UNVERIFIED = (LOOPS_NOT_SEEN_THROUGH, LOOPS_NOT_SUPPORTED)
 _ANY_LOOP = (
     *_UNVERIFIED,
     (submap_search, "AMBIGUOUS_SHARE", 1.0),

@@ -14,8 +14,6 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes import final_optimization
 from racecar.mapping.keyframes.misled_matches import MatchesAlongPath
 from racecar.mapping.keyframes.placement import KeyframePlacer
-from racecar.mapping.loops import loop_closure, submap_matching
-from racecar.mapping.matching.see_through import SeeThrough
 from racecar.mapping.odometry import dead_reckoning
 from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.mapping.odometry.lag import OdometryLag
@@ -23,7 +21,12 @@ from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
 from racecar.mapping.odometry.velocity_filter import VelocityFilter
 from racecar.mapping.state.mapper_state import MapperState
 from racecar.maps.geometry.se2 import Pose
-from racecar.pipelines.benchmarks.replacements import Replacement, nothing
+from racecar.pipelines.benchmarks.replacements import (
+    LOOPS_NOT_SEEN_THROUGH,
+    LOOPS_NOT_SUPPORTED,
+    Replacement,
+    nothing,
+)
 
 _GUESSES = DeadReckoning.guesses
 """As they are."""
@@ -80,8 +83,8 @@ PARTS: Mapping[str, tuple[Replacement, ...]] = {
     "velocity filter": ((VelocityFilter, "advance", _no),),
     "search for turns": ((dead_reckoning, "with_turn_seen", _as_predicted),),
     "search for lost keyframes": ((KeyframePlacer, "_search", _none),),
-    "see-through test of loops": ((submap_matching, "see_through", lambda *_: SeeThrough(1, 0, 0)),),
-    "support of loops": ((loop_closure, "is_supported", lambda *_: True),),
+    "see-through test of loops": (LOOPS_NOT_SEEN_THROUGH,),
+    "support of loops": (LOOPS_NOT_SUPPORTED,),
     "loops that were missed": ((mapper, "missed_loops", _none),),
     "ties to the first pass": ((final_optimization, "pairs_with_first_pass", _no_pairs),),
     "matches that are misled": ((MatchesAlongPath, "misled_steps", _no_step),),
