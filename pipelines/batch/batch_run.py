@@ -18,8 +18,7 @@ def map_all(jobs: Sequence[MappingJob], parallel: ParallelRuns) -> Iterator[Batc
     """Yield what became of each job, as soon as it is known.
 
     Each has a process of its own, so that one that dies takes nothing with it. When the iteration is broken
-    off, or this process dies, so do they; a repeated batch goes on from their checkpoints. Raises UserError
-    when the cluster cannot be reached.
+    off, or this process dies, so do they. Raises UserError when the cluster cannot be reached.
     """
     work = partial(_map_apart, threads=parallel.threads_of_each(len(jobs)))
     arguments = [(job,) for job in jobs]

@@ -14,7 +14,7 @@ from racecar.pipelines.runs.output_places import OutputFolder, check_places
 from racecar.pipelines.runs.source_recording import SourceRecording
 
 _LONGEST_NAME = 120
-"""Characters; file systems take 255 bytes, and the names of checkpoints are longer."""
+"""Characters; file systems take 255 bytes, and many letters take two."""
 
 
 def run_folders(bags: Sequence[Path], out: Path, reserved: Sequence[str] = ()) -> list[Path]:

@@ -133,8 +133,6 @@ def map(
 
     Ctrl-C stops the reading and makes a map of what was read so far.
 
-    A run that was killed goes on where it was when the same command is repeated.
-
     Example: racecar map drive.bag --out runs/drive
 
     Another day: racecar map more.bag --out runs/both --continue runs/drive
@@ -202,21 +200,12 @@ def _refuse_contradiction(
 
 
 def _map_one(job: "MappingJob", *, strict: bool, json: Path | None, quiet: bool) -> None:
-    from rich.console import Console
-
     from racecar.pipelines.files.report import Report
     from racecar.pipelines.runs.interrupts import STOP_SIGNALS
     from racecar.pipelines.runs.mapping_job import carry_out
 
     report = Report("racecar map")
-    console = Console(stderr=True, quiet=quiet, highlight=False, soft_wrap=True)
-    mapped = carry_out(
-        job,
-        report,
-        quiet=quiet,
-        announce=lambda sentence: console.print(sentence, markup=False),
-        stop_signals=STOP_SIGNALS,
-    )
+    mapped = carry_out(job, report, quiet=quiet, stop_signals=STOP_SIGNALS)
     if json is not None:
         report.write(json)
     from racecar.mapping.quality.map_quality import Verdict

@@ -1,10 +1,8 @@
-"""Checkpoints: a mapping run that was killed goes on from the last one, to the same result."""
+"""Checkpoints: a live drive whose node was killed goes on from the last one, to the same result."""
 
 import json
-import logging
-import time
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from itertools import count, takewhile
 from os.path import realpath
 from pathlib import Path
@@ -16,16 +14,7 @@ from racecar.mapping.arrays import Arrays, named, part_of
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.session_file import load_arrays, save_arrays
-
-EVERY_SECONDS = 60.0
-"""How much work is lost when a run is killed."""
-_LEAST_WORK = 50.0
-"""How many times as long as writing a checkpoint the work between two of them takes, so that writing costs at
-most 2 % of a long run, whose checkpoints are large."""
-
-_log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +43,6 @@ class Checkpoint:
         """``run`` is what must be the same for a run to go on from a checkpoint, in types that JSON knows."""
         self.path = checkpoint_file(out)
         self._run = json.dumps(run, sort_keys=True)
-        self._due = time.monotonic() + EVERY_SECONDS
 
     def resume(self, config: MappingConfig) -> MappingStart | None:
         """What to go on from; None when there is nothing.
@@ -62,21 +50,6 @@ class Checkpoint:
         Raises UserError when the file that is there is of another run, or cannot be read.
         """
         return _mapper_of(self.path, self._run, config) if self.path.exists() else None
-
-    def save_when_due(self, mapper: Mapper, messages: int) -> None:
-        """Write the mapper, which has taken ``messages``, if it is time and the mapper can be saved.
-
-        Where it cannot be written, the run goes on without one.
-        """
-        start = time.monotonic()
-        if start < self._due or not mapper.can_be_saved:
-            return
-        try:
-            self.save(mapper.to_arrays(), messages)
-        except (UserError, OSError) as error:
-            _log.warning("No checkpoint was written: %s", error)
-        now = time.monotonic()
-        self._due = now + max(EVERY_SECONDS, _LEAST_WORK * (now - start))
 
     def save(self, arrays: Arrays, messages: int, besides: Arrays | None = None) -> None:
         """Write the arrays of a mapper that has taken ``messages``, and what else is to be kept. Raises
@@ -121,17 +94,3 @@ def _mapper_of(path: Path, run: str, config: MappingConfig) -> MappingStart:
         raise
     except Exception as error:  # of what is damaged, the parts of a mapper raise whatever they trip over
         raise UserError(f"{path} is damaged.") from error
-
-
-def describe_run(reader: BagReader, config: MappingConfig) -> dict[str, Any]:
-    """What makes a run the same run: the bag's files, how they are read, and the settings."""
-    bag = reader.path
-    files = sorted(path for path in bag.rglob("*") if path.is_file()) if bag.is_dir() else [bag]
-    return {
-        "files": [[path.name, path.stat().st_size, path.stat().st_mtime_ns] for path in files],
-        "part": asdict(reader.part),
-        "scan_topics": reader.scan_topics,
-        "odometry": reader.odometry_source,
-        "base_from_laser": reader.base_from_laser.tolist(),
-        "settings": config.model_dump(),
-    }

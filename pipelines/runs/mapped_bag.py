@@ -1,7 +1,7 @@
 """A bag becomes a map in one call: ``racecar.map_bag`` of Python, and the command ``racecar map``."""
 
 import signal
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +18,6 @@ from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import Inputs
 from racecar.pipelines.runs.calibration_run import calibrate
-from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
 from racecar.pipelines.runs.edited_folders import edits_of_new_map
 from racecar.pipelines.runs.mapping_run import Watch, build_map, nobody_watches, save_mapping
 from racecar.pipelines.runs.opened_bag import opened_bag
@@ -145,16 +144,13 @@ def map_reader(
     initial_pose: Sequence[float] | None,
     seed: int,
     quiet: bool,
-    checkpoint_beside: Path | None = None,
-    announce: Callable[[str], None] = lambda sentence: None,
     watch: Watch = nobody_watches,
     stop_signals: Collection[signal.Signals] = (),
 ) -> MappedBag:
     """Build a map of an open bag; figures and warnings go into the report.
 
-    With ``checkpoint_beside`` an output folder, a run that is killed goes on from the last checkpoint when it
-    is repeated, which is announced. Whoever wants to ``watch`` sees every scan that is read. The first of the
-    ``stop_signals`` ends the reading and what was read becomes the map. Raises UserError.
+    Whoever wants to ``watch`` sees every scan that is read. The first of the ``stop_signals`` ends the
+    reading and what was read becomes the map. Raises UserError.
     """
     report.add("inputs", {"seed": seed, "settings": config.mapping.model_dump()})
     earlier = None
@@ -172,17 +168,12 @@ def map_reader(
         )
     with report.stage("self-calibration"):
         calibrate(reader, quiet=quiet)
-    checkpoint = None
-    if checkpoint_beside is not None:
-        checkpoint = Checkpoint(checkpoint_beside, describe_run(reader, config.mapping))
     result = build_map(
         reader,
         config.mapping,
         report,
         quiet=quiet,
         earlier=earlier,
-        checkpoint=checkpoint,
-        announce=announce,
         watch=watch,
         stop_signals=stop_signals,
     )

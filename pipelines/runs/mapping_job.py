@@ -4,7 +4,7 @@ with what was done before."""
 import hashlib
 import json
 import signal
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -71,20 +71,17 @@ def carry_out(
     report: Report,
     *,
     quiet: bool,
-    announce: Callable[[str], None] = lambda sentence: None,
     watch: "Watch | None" = None,
     stop_signals: Collection[signal.Signals] = (),
 ) -> "MappedBag":
     """Build the map and write its folder; figures and warnings go into the report.
 
-    A run that was killed goes on from its last checkpoint, which is announced. Whoever wants to ``watch``
-    sees every scan that is read. The first of the ``stop_signals`` ends the reading and what was read becomes
-    the map. Raises UserError.
+    Whoever wants to ``watch`` sees every scan that is read. The first of the ``stop_signals`` ends the
+    reading and what was read becomes the map. Raises UserError.
     """
     report.add("inputs", {"bag": job.bag, "config": job.config_file})
     with output_folder(job.out) as folder, job.reading.open(job.bag) as reader:
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
-            from racecar.pipelines.runs.checkpoint import checkpoint_file
             from racecar.pipelines.runs.edited_folders import edits_of_new_map
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.mapped_bag import map_reader
@@ -101,8 +98,6 @@ def carry_out(
             initial_pose=job.initial_pose,
             seed=job.seed,
             quiet=quiet,
-            checkpoint_beside=job.out,
-            announce=announce,
             watch=watch or nobody_watches,
             stop_signals=stop_signals,
         )
@@ -110,7 +105,6 @@ def carry_out(
             with report.stage("recording"):
                 record_mapping(reader, mapped.result, folder)
         mapped.write(folder, edits, job.requested)
-    checkpoint_file(job.out).unlink(missing_ok=True)
     return mapped
 
 

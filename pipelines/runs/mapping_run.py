@@ -22,7 +22,6 @@ from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.checkpoint import Checkpoint, MappingStart
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_moving_along, cautions_of_resolution
 from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
@@ -52,26 +51,21 @@ def build_map(
     *,
     quiet: bool,
     earlier: EarlierMap | None = None,
-    checkpoint: Checkpoint | None = None,
-    announce: Callable[[str], None] = lambda sentence: None,
     watch: Watch = nobody_watches,
     stop_signals: Collection[signal.Signals] = (),
 ) -> MappingResult:
     """Feed a bag through the mapper; figures and warnings go into the report.
 
-    With an ``earlier`` map that is carried on. With a ``checkpoint`` the run goes on from it, which
-    is announced, and writes new ones on the way. Whoever wants to ``watch`` the map grow sees every scan of
-    the reading, the first ones once more by another mapper where the run begins anew. The first of the
+    With an ``earlier`` map that is carried on. Whoever wants to ``watch`` the map grow sees every scan of the
+    reading, the first ones once more by another mapper where the run begins anew. The first of the
     ``stop_signals`` ends the reading and what was read becomes the map; a second Ctrl-C raises
     KeyboardInterrupt. Raises UserError when the bag holds no usable scan, and when the drive is not
     recognized on the earlier map.
     """
-    start = _resumed(config, checkpoint, announce)
     with stop_request(*stop_signals) as stop, stop.looked_for():
-        if start is None:
-            start = _begin(reader, config, report, stop, watch, quiet=quiet)
+        mapper, taken = _begin(reader, config, report, stop, watch, quiet=quiet)
         moving_along = MovingAlong()
-        scans = _feed(start, reader, moving_along, report, checkpoint, stop, watch, quiet=quiet)
+        scans = _feed(mapper, taken, reader, moving_along, report, stop, watch, quiet=quiet)
     if not scans:
         raise UserError(
             f"There is no usable scan on {reader.scan_topic}; `racecar check` shows what the bag holds."
@@ -79,15 +73,11 @@ def build_map(
     with report.stage("optimizing"), progress_bar(OPTIMIZING, quiet=quiet) as advance_to:
         try:
             reader.require_returns()
-            result = start.mapper.finish(advance_to, earlier)
-        except NotRecognizedError as error:  # the checkpoint stays, for what the remedy names goes on from it
+            result = mapper.finish(advance_to, earlier)
+        except NotRecognizedError as error:
             if earlier is None:
                 raise
             raise UserError(f"{error}; {_remedy(earlier)}") from error
-        except UserError:
-            if checkpoint is not None:
-                checkpoint.remove()  # to go on from it would end the same way
-            raise
     report.add("inputs", reader.inputs)
     report.add("counts", {**result.counts, "messages": reader.counts})
     report.add("result", _describe_result(result))
@@ -95,7 +85,7 @@ def build_map(
     report.add("consistency", _residuals(result))
     report.add("quality", result.quality.as_dict())
     if reader.imu_topic is not None:
-        report.add("gyroscope", start.mapper.turn_model.figures)
+        report.add("gyroscope", mapper.turn_model.figures)
     left_out = moving_along.left_out
     if left_out.returns:
         report.add("moving_along", left_out.as_dict())
@@ -168,19 +158,6 @@ def _remedy(earlier: EarlierMap) -> str:
     )
 
 
-def _resumed(
-    config: MappingConfig, checkpoint: Checkpoint | None, announce: Callable[[str], None]
-) -> MappingStart | None:
-    try:
-        resumed = checkpoint.resume(config) if checkpoint else None
-    except UserError as error:
-        announce(f"The checkpoint is not used and the run starts from scratch: {error}")
-        return None
-    if checkpoint is not None and resumed is not None:
-        announce(f"An earlier run was cut short: this one goes on from {checkpoint.path}.")
-    return resumed
-
-
 def _begin(
     reader: BagReader,
     config: MappingConfig,
@@ -189,11 +166,11 @@ def _begin(
     watch: Watch,
     *,
     quiet: bool,
-) -> MappingStart:
-    """The first messages, mapped with the odometry's lag that the first turns show.
+) -> tuple[Mapper, int]:
+    """A mapper of the first messages, with the odometry's lag that the first turns show; how many it took.
 
     The mapper learns it by itself, but has placed skewed scans until then, which lead to a little less than
-    all of it; so it begins again until it learns what it knew. That takes seconds: no checkpoint is written.
+    all of it; so it begins again until it learns what it knew.
     """
     lag = 0
     for _ in range(_ROUNDS if reader.odom_topic else 0):
@@ -206,32 +183,30 @@ def _begin(
                 if mapper.odometry_lag.is_settled:
                     break
         if mapper.odometry_lag.nanoseconds == lag or stop.is_made:
-            return MappingStart(mapper, taken)
+            return mapper, taken
         lag = mapper.odometry_lag.nanoseconds
-    return MappingStart(Mapper(config, lag))
+    return Mapper(config, lag), 0
 
 
 def _feed(
-    start: MappingStart,
+    mapper: Mapper,
+    taken: int,
     reader: BagReader,
     moving_along: MovingAlong,
     report: Report,
-    checkpoint: Checkpoint | None,
     stop: StopRequest,
     watch: Watch,
     *,
     quiet: bool,
 ) -> int:
-    """Hand every message after those that the mapper has taken to it; the number of scans, these included."""
+    """Hand every message after those ``taken`` to the mapper; the number of scans, these included."""
     scans = 0
     with progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to:
-        messages = _timed(_until(stop, reader, start.messages), moving_along, report)
+        messages = _timed(_until(stop, reader, taken), moving_along, report)
         for number, message in enumerate(messages, start=1):
             scans += isinstance(message, Scan)
-            if number > start.messages:
-                _hand_on(message, start.mapper, report, watch)
-                if checkpoint is not None:
-                    checkpoint.save_when_due(start.mapper, number)
+            if number > taken:
+                _hand_on(message, mapper, report, watch)
             advance_to(reader.messages_read)
     if stop.is_made:
         report.add("counts", {"interrupted": True})

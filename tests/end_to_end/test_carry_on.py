@@ -1,8 +1,6 @@
-"""A second drive carries on the map of a first; a killed run goes on where it was."""
+"""A second drive carries on the map of a first."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,43 +10,10 @@ from racecar.maps.geometry.se2 import between
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from tests.end_to_end.commands import Racecar
 from tests.maps.shipped_plans import shipped_plan
-
-FIRST_TURNS, CHECKPOINT_INTERVAL = 200, 10
-DIES = """
-import os, signal
-from pathlib import Path
-from racecar.mapping import schedule
-from racecar.pipelines.runs import checkpoint
-from racecar.pipelines import cli
-from racecar.pipelines.runs import mapping_run
-
-save, written = checkpoint.save_arrays, []
-
-def save_and_die(*arguments):
-    save(*arguments)
-    written.append(True)
-    if len(written) == {checkpoints}:
-        os.kill(os.getpid(), signal.SIGKILL)
-
-checkpoint.save_arrays = save_and_die
-checkpoint.EVERY_SECONDS = checkpoint._LEAST_WORK = 0.0  # at once, however long the one before took to write
-mapping_run._FIRST_TURNS = {first_turns}
-schedule.CHECKPOINT_INTERVAL = {interval}
-cli.main()
-"""
-"""``racecar``, that learns how the clocks disagree from few messages, is saved whenever it can be,
-which is often, and dies as soon as it was saved so often."""
-
-
-def mortal(checkpoints: int, *arguments: object) -> "subprocess.CompletedProcess[str]":
-    script = DIES.format(checkpoints=checkpoints, first_turns=FIRST_TURNS, interval=CHECKPOINT_INTERVAL)
-    command = [sys.executable, "-c", script, *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
 
 
 def simulate(bag: Path, plan: str, config: SimulationConfig) -> Trajectory:
@@ -93,7 +58,6 @@ def test_a_second_drive_carries_on_the_map(racecar: Racecar, tmp_path: Path) -> 
     assert "not recognized on the earlier map" in done.stderr
     assert done.stderr.strip().count("\n") == 0
     assert not out.exists()
-    assert not (tmp_path / "neither.checkpoint.npz").exists()
 
 
 @pytest.mark.slow
@@ -127,33 +91,3 @@ def test_nothing_to_carry_on(racecar: Racecar, drive: Path, tmp_path: Path) -> N
     assert "no session.npz" in done.stderr
     assert done.stderr.strip().count("\n") == 0
     assert not (tmp_path / "out").exists()
-
-
-def test_a_killed_run_goes_on_to_the_same_bytes(
-    racecar: Racecar, drive: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    arguments = ("map", drive / "drive.bag", "--out", tmp_path / "killed")
-    died = mortal(4, *arguments)
-    assert died.returncode == -9
-    assert (tmp_path / "killed.checkpoint.npz").exists()
-    assert not (tmp_path / "killed").exists()
-
-    monkeypatch.setattr("racecar.pipelines.runs.mapping_run._FIRST_TURNS", FIRST_TURNS)
-    monkeypatch.setattr("racecar.mapping.schedule.CHECKPOINT_INTERVAL", CHECKPOINT_INTERVAL)
-    resumed = racecar(*arguments)
-    assert resumed.returncode == 0, resumed.stderr
-    assert "goes on from" in resumed.stderr
-    assert not (tmp_path / "killed.checkpoint.npz").exists()
-    uninterrupted = racecar("map", drive / "drive.bag", "--out", tmp_path / "whole", "--quiet")
-    assert uninterrupted.returncode == 0, uninterrupted.stderr
-    assert uninterrupted.stderr == ""
-    for name in set(MAP_FILES) - {"report.json"}:
-        assert (tmp_path / "killed" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
-
-
-def test_a_damaged_checkpoint_is_left_aside(racecar: Racecar, drive: Path, tmp_path: Path) -> None:
-    (tmp_path / "out.checkpoint.npz").write_bytes(b"PK\x03\x04 cut")
-    done = racecar("map", drive / "drive.bag", "--out", tmp_path / "out")
-    assert done.returncode == 0, done.stderr
-    assert "starts from scratch" in done.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["out"]

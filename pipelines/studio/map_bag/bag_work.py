@@ -17,7 +17,7 @@ from racecar.pipelines.runs.mapping_job import MappingJob, carry_out
 from racecar.pipelines.runs.other_process import leave_terminal_alone
 from racecar.pipelines.runs.progress import progress_heard_by
 from racecar.pipelines.runs.run_lock import run_lock
-from racecar.pipelines.studio.map_bag.news import Progress, Remark
+from racecar.pipelines.studio.map_bag.news import Progress
 from racecar.pipelines.studio.map_bag.sketcher import Sketcher, finished_sketch
 
 _TELL_EVERY = 0.2
@@ -53,7 +53,6 @@ def map_and_tell(job: MappingJob, told: Connection) -> Mapped:
                 job,
                 report,
                 quiet=True,
-                announce=lambda sentence: told.send(Remark(sentence)),
                 watch=sketcher.watch,
                 stop_signals=(signal.SIGTERM,),
             )

@@ -26,7 +26,7 @@ from racecar.pipelines.runs.other_process import FreshProcess, ProcessDiedError
 from racecar.pipelines.runs.output_places import check_places
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.map_bag.bag_work import STOPPED, Mapped, check_and_tell, map_and_tell
-from racecar.pipelines.studio.map_bag.news import News, Progress, Remark, Sketch
+from racecar.pipelines.studio.map_bag.news import News, Sketch
 from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline
 from racecar.pipelines.studio.page import Page
@@ -118,7 +118,7 @@ class MapBagRoom:
         """A drag moves the map."""
 
     def close(self) -> None:
-        """End the process; mapping the same bag again goes on from its last checkpoint."""
+        """End the process."""
         if self._process is not None:
             self._process.kill()
         self._process = None
@@ -205,9 +205,7 @@ class MapBagRoom:
             if news.grid is not None:
                 self.grid = news.grid
                 self._page.view.keep_whole(known_extent(news.grid))
-        elif isinstance(news, Remark):
-            self._remarks.content += f"\n\n{literal(news.sentence)}"
-        elif isinstance(news, Progress):
+        else:
             self._bar.value = 100.0 * news.share
             if news.what == OPTIMIZING:
                 self._stop.visible = False
@@ -263,5 +261,5 @@ def _explained(death: ProcessDiedError) -> str:
         return STOPPED
     return (
         "The process that read the bag was ended from outside, as the system does when memory runs out. Map "
-        "the bag again to go on from the last checkpoint, or a part of it with `racecar map --duration`."
+        "the bag again while less else is running, or a part of it with `racecar map --duration`."
     )

@@ -18,13 +18,6 @@ class Progress:
     """0 to 1."""
 
 
-@dataclass(frozen=True)
-class Remark:
-    """A sentence for the user."""
-
-    sentence: str
-
-
 @dataclass(frozen=True, eq=False)
 class Sketch:
     """The car on the map so far."""
@@ -41,4 +34,4 @@ class Sketch:
     """(L, 2, 2) places (2,) between which loops were closed."""
 
 
-News = Progress | Remark | Sketch
+News = Progress | Sketch

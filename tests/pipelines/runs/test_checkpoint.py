@@ -1,8 +1,6 @@
 """What is gone on from, and what is left aside."""
 
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -11,16 +9,14 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.errors import UserError
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.part import BagPart
-from racecar.pipelines.runs import checkpoint as checkpoint_module
-from racecar.pipelines.runs.checkpoint import Checkpoint, describe_run
+from racecar.pipelines.runs.checkpoint import Checkpoint
 
 BEARINGS = np.deg2rad(np.arange(-135.0, 135.0))
 RUN = {"bag": "drive.bag", "settings": {"resolution": 0.05}}
 
 
 def mapper(scans: int) -> Mapper:
-    """Which has driven 5 cm a scan through a room, and can be saved."""
+    """Which has driven 5 cm a scan through a room."""
     mapper = Mapper(MappingConfig())
     for k in range(scans):
         ends = np.where(np.cos(BEARINGS) > 0, 6.0 - 0.05 * k, -4.0 - 0.05 * k) / np.cos(BEARINGS)
@@ -31,20 +27,13 @@ def mapper(scans: int) -> Mapper:
     return mapper
 
 
-@pytest.fixture
-def at_once(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(checkpoint_module, "EVERY_SECONDS", 0.0)
-    monkeypatch.setattr(Mapper, "can_be_saved", property(lambda self: True))
-
-
 def test_there_is_nothing_to_begin_with(tmp_path: Path) -> None:
     assert Checkpoint(tmp_path / "out", RUN).resume(MappingConfig()) is None
 
 
-@pytest.mark.usefixtures("at_once")
 def test_goes_on_with_the_same_run(tmp_path: Path) -> None:
     checkpoint = Checkpoint(tmp_path / "out", RUN)
-    checkpoint.save_when_due(mapper(20), 33)
+    checkpoint.save(mapper(20).to_arrays(), 33)
     assert [path.name for path in tmp_path.iterdir()] == ["out.checkpoint.npz"]
     resumed = Checkpoint(tmp_path / "out", RUN).resume(MappingConfig())
     assert resumed is not None
@@ -63,52 +52,12 @@ def test_what_the_run_keeps_besides_the_mapper_comes_back(tmp_path: Path) -> Non
     np.testing.assert_array_equal(resumed.besides["place"], [0.27, 0.0, 0.1])
 
 
-@pytest.mark.usefixtures("at_once")
 def test_other_runs_and_damaged_files_are_told(tmp_path: Path) -> None:
     checkpoint = Checkpoint(tmp_path / "out", RUN)
-    checkpoint.save_when_due(mapper(2), 2)
+    checkpoint.save(mapper(2).to_arrays(), 2)
     other = Checkpoint(tmp_path / "out", {**RUN, "settings": {"resolution": 0.1}})
     with pytest.raises(UserError, match="of another bag or of other settings"):
         other.resume(MappingConfig())
     checkpoint.path.write_bytes(checkpoint.path.read_bytes()[:1000])
     with pytest.raises(UserError, match="damaged"):
         checkpoint.resume(MappingConfig())
-
-
-def test_is_written_neither_before_its_time_nor_where_it_would_tell_too_little(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    Checkpoint(tmp_path / "out", RUN).save_when_due(mapper(2), 2)
-    monkeypatch.setattr(checkpoint_module, "EVERY_SECONDS", 0.0)
-    Checkpoint(tmp_path / "out", RUN).save_when_due(mapper(2), 2)
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.usefixtures("at_once")
-def test_the_run_goes_on_where_none_can_be_written(tmp_path: Path) -> None:
-    checkpoint = Checkpoint(tmp_path / "out", RUN)
-    checkpoint.path.mkdir()
-    checkpoint.save_when_due(mapper(2), 2)
-    assert list(checkpoint.path.iterdir()) == []
-
-
-def test_a_run_is_told_by_its_bag_and_how_it_is_read(tmp_path: Path) -> None:
-    bag = tmp_path / "drive.bag"
-    bag.write_bytes(b"1")
-    reader: Any = SimpleNamespace(
-        path=bag, scan_topics=["/scan"], odometry_source="none", base_from_laser=np.zeros(3), part=BagPart()
-    )
-    before = describe_run(reader, MappingConfig())
-    assert describe_run(reader, MappingConfig()) == before
-    assert describe_run(reader, MappingConfig(resolution=0.1)) != before
-    reader.odometry_source = "/odom"
-    assert describe_run(reader, MappingConfig()) != before
-    reader.odometry_source = "none"
-    reader.scan_topics = ["/scan", "/rear"]
-    assert describe_run(reader, MappingConfig()) != before
-    reader.scan_topics = ["/scan"]
-    reader.part = BagPart(start=5.0)
-    assert describe_run(reader, MappingConfig()) != before
-    reader.part = BagPart()
-    bag.write_bytes(b"12")
-    assert describe_run(reader, MappingConfig()) != before

@@ -9,10 +9,6 @@ import numpy as np
 import pytest
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.mapper import Mapper
-from racecar.mapping.session.merging import EarlierMap
-from racecar.mapping.session.session import Session
-from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.maps.errors import UserError
 from racecar.maps.map_files import load_map
 from racecar.maps.sensing.odometry import Odometry
@@ -22,7 +18,6 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.runs.checkpoint import Checkpoint
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.mapping_run import build_map, save_mapping
@@ -193,31 +188,3 @@ def test_a_coarse_map_is_told(resolution: float, is_told: bool) -> None:
     report = Report("racecar map")
     build_map(cast(Any, RoomReader(5)), MappingConfig(resolution=resolution), report, quiet=True)
     assert any("cells are 1 m wide" in sentence for sentence in report.warnings) == is_told
-
-
-@pytest.mark.parametrize(
-    ("error", "is_kept"),
-    [(NotRecognizedError("It fits nowhere"), True), (UserError("There is no map."), False)],
-)
-def test_a_drive_that_is_not_recognized_need_not_be_read_again(
-    error: UserError, is_kept: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_: object) -> None:
-        raise error
-
-    def write(checkpoint: Checkpoint, *_: object) -> None:
-        checkpoint.path.touch()
-
-    monkeypatch.setattr(Mapper, "finish", refuse)
-    monkeypatch.setattr(Checkpoint, "save_when_due", write)
-    checkpoint, earlier = Checkpoint(tmp_path / "out", {}), EarlierMap(cast(Session, None), lambda _: [])
-    with pytest.raises(UserError, match=str(error)):
-        build_map(
-            cast(Any, RoomReader(5)),
-            MappingConfig(),
-            Report("test"),
-            quiet=True,
-            earlier=earlier,
-            checkpoint=checkpoint,
-        )
-    assert checkpoint.path.exists() == is_kept
