@@ -13,8 +13,9 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.clock import ClockShifts, StampClock, keeps_pace
-from racecar.pipelines.bags.clock_rate import ClockRate, drift_finding
+from racecar.pipelines.bags.clocks.clock_rate import ClockRate, drift_finding
+from racecar.pipelines.bags.clocks.recorded_stamps import RecordedStamps
+from racecar.pipelines.bags.clocks.topic_clock import SteadyClock
 from racecar.pipelines.bags.converters.framed_scans import FramedScanConverter
 from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
@@ -432,23 +433,19 @@ class BagReader:
         )
         return SCAN_CONVERTERS[samples.topic.message_type](setup, self._counter)
 
-    def _clocks(self) -> dict[str, StampClock[tuple[str, Any]]]:
+    def _clocks(self) -> dict[str, RecordedStamps[tuple[str, Any]]]:
         """A clock per chosen topic; a topic without stamps of its own keeps to the other's clock."""
         chosen = [*self._scans, *(each for each in (self._motion.imu, self._motion.odometry) if each)]
         known = [samples.clock_offset for samples in chosen if samples.clock_offset is not None]
-        common = known[0] if known else 0
-        clocks: dict[str, StampClock[tuple[str, Any]]] = {}
-        shifts = ClockShifts()
-        for samples in chosen:
-            own = samples.clock_offset
-            offset = common if own is None else own
-            pace = keeps_pace(samples.times)
-            clocks[samples.topic.name] = StampClock(
-                offset, own is not None, self._counter, keeps_pace=pace, shifts=shifts
+        shared = SteadyClock(offset=known[0] if known else 0)
+        clocks: dict[str, RecordedStamps[tuple[str, Any]]] = {
+            samples.topic.name: RecordedStamps(
+                shared, self._counter, trusts_headers=samples.clock_offset is not None
             )
+            for samples in chosen
+        }
         for name in self._streams():
-            if name not in clocks:
-                clocks[name] = clocks[chosen[-1].topic.name]
+            clocks.setdefault(name, clocks[chosen[-1].topic.name])
         return clocks
 
 

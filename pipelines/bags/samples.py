@@ -5,7 +5,8 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from racecar.pipelines.bags.clock import clock_offset, typical_gap
+import numpy as np
+
 from racecar.pipelines.bags.converters.registry import Converter, stamp_of
 from racecar.pipelines.bags.messages import POINT_CLOUD, decode, frame_name
 from racecar.pipelines.bags.storage.chunks import BagTopic
@@ -28,13 +29,16 @@ class Samples:
     messages: list[Any]
 
     @property
-    def times(self) -> list[tuple[int, int]]:
-        """By the header and by the recorder, of each message."""
-        return list(zip(self.headers, self.recorded, strict=True))
-
-    @property
     def clock_offset(self) -> int | None:
-        return clock_offset(self.times)
+        """Nanoseconds that headers are ahead of when they were recorded; None where they hold no time."""
+        if len(set(self.headers)) < min(len(self.headers), 2) or not any(self.headers):
+            return None
+        offsets = sorted(
+            header - recorded
+            for header, recorded in zip(self.headers, self.recorded, strict=True)
+            if header > 0
+        )
+        return offsets[len(offsets) // 2] if offsets else None
 
     @property
     def frames(self) -> list[str]:
@@ -44,7 +48,8 @@ class Samples:
         """Seconds between the scans of one frame, or of all where it is not among them."""
         stamps = self.headers if self.clock_offset else self.recorded
         of_frame = [stamp for stamp, each in zip(stamps, self.frames, strict=True) if each == frame]
-        return typical_gap(of_frame if len(of_frame) > 1 else stamps)
+        steps = np.diff(sorted(of_frame if len(of_frame) > 1 else stamps))
+        return float(np.median(steps)) * 1e-9 if len(steps) else float("inf")
 
 
 def first_samples(store: BagStore, topic: BagTopic, converter: Converter[Any] | None = None) -> Samples:

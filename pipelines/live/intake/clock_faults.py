@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 
+from racecar.pipelines.bags.clocks.topic_clock import ClockReports
 from racecar.pipelines.live.monitoring.faults import Faults
 
 
-class ClockFaults:
+class ClockFaults(ClockReports):
     """Reports what a `TopicClock` finds."""
 
     def __init__(self, what: str, faults: Faults, other: str = "scans") -> None:
@@ -66,19 +67,3 @@ class OdometryClockFaults(ClockFaults):
             self._of_scans.disagreed(-seconds)
         else:
             super().disagreed(seconds)
-
-
-class NoReports:
-    """Of clocks that are only tried out."""
-
-    def jumped(self, seconds: float) -> None:
-        """Unsaid, as all the others."""
-
-    def went_astray(self) -> None:
-        """Unsaid."""
-
-    def stood_still(self, is_still: bool) -> None:
-        """Unsaid."""
-
-    def disagreed(self, seconds: float) -> None:
-        """Unsaid."""

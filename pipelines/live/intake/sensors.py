@@ -11,6 +11,7 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.pipelines.bags.clocks.topic_clock import ClockReports, SteadyClock, TopicClock
 from racecar.pipelines.bags.converters.framed_scans import of_laser
 from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.laser_scans import RANGE_LIMIT
@@ -37,11 +38,10 @@ from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.bags.sensor_place import in_words
 from racecar.pipelines.live.intake.car_frames import CarFrames, Placed
-from racecar.pipelines.live.intake.clock_faults import ClockFaults, NoReports, OdometryClockFaults
+from racecar.pipelines.live.intake.clock_faults import ClockFaults, OdometryClockFaults
 from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.intake.scan_readings import ScanReadings
-from racecar.pipelines.live.intake.steady_clock import SteadyClock, TopicClock
 from racecar.pipelines.live.monitoring.faults import Faults
 
 _ASSUMED = "assumed identity"
@@ -187,7 +187,7 @@ class Sensors:
     def compare_clocks(self, messages: Iterable[Arrived]) -> bool:
         """Find out from the first messages how the clocks of scans and odometry disagree, so that all of them
         are corrected by that; False while it is in doubt."""
-        shared, silent = SteadyClock(), NoReports()
+        shared, silent = SteadyClock(), ClockReports()
         scans, odometry = TopicClock(shared, silent, is_reference=True), TopicClock(shared, silent)
         first_frame: str | None = None
         for is_scan, message, arrival in messages:

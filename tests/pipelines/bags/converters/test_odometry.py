@@ -1,16 +1,13 @@
 """Odometry messages, also where only their twist tells anything."""
 
-from collections import Counter
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from racecar.maps.sensing.odometry import Odometry
-from racecar.pipelines.bags.clock import StampClock, clock_offset
 from racecar.pipelines.bags.messages import ODOMETRY
-from tests.pipelines.bag_samples import START, STEP, bag_of, odometry, read, write_scan
+from tests.pipelines.bag_samples import STEP, bag_of, odometry, read, write_scan
 
 
 def test_poses_without_a_rotation_are_dropped_and_counted(tmp_path):
@@ -82,22 +79,6 @@ def test_a_pose_survives_the_message(yaw, x, scale):
     rotation = Some(x=0.0, y=0.0, z=scale * np.sin(yaw / 2), w=scale * np.cos(yaw / 2))
     sent = Some(pose=Some(pose=Some(position=Some(x=x, y=1.0), orientation=rotation)))
     np.testing.assert_allclose(planar_pose(sent), [x, 1.0, yaw], atol=1e-9)
-
-
-def test_a_stamp_that_jumps_by_hours_is_replaced():
-    counts = Counter()
-    clock = StampClock(100, True, counts)
-    assert [*clock.stamped(0, START + 100, START)] == [(0, START + 100)]
-    assert [*clock.stamped(1, 5_000, START + STEP)] == [(1, START + STEP + 100)]
-    assert [*clock.stamped(2, START + 2 * STEP + 150, START + 2 * STEP)] == [(2, START + 2 * STEP + 150)]
-    assert counts["stamps_from_recording_time"] == 1
-
-
-def test_the_offset_between_the_clocks_is_the_usual_one():
-    assert clock_offset([(10, 3), (20, 13), (99, 23)]) == 7
-    assert clock_offset([(0, 3), (0, 13)]) is None
-    assert clock_offset([(5, 3), (5, 13)]) is None
-    assert clock_offset([]) is None
 
 
 def test_samples_are_values(tmp_path):

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from racecar.pipelines.bags.clock_rate import ClockRate, drift_finding
+from racecar.pipelines.bags.clocks.clock_rate import ClockRate, drift_finding
 
 SECOND = 10**9
 

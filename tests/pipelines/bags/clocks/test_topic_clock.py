@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from racecar.pipelines.live.intake.steady_clock import SteadyClock, TopicClock
+from racecar.pipelines.bags.clocks.topic_clock import SteadyClock, TopicClock
 
 PERIOD = 25_000_000
 SECOND = 1_000_000_000

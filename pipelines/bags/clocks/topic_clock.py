@@ -1,17 +1,17 @@
 """One time line for all sensors, also when somebody sets a clock while the car drives.
 
 The headers of messages jump when a clock is set, for instance by the network after start-up; they stand still
-when a driver hangs; and each sensor may have a clock of its own. Messages arrive in time all the same. The
-algorithms see stamps that go on steadily; what is published bears the stamps of the headers.
+when a driver hangs; and each sensor may have a clock of its own. Messages arrive, or are recorded, in time
+all the same. The algorithms see stamps that go on steadily; what is published live bears the stamps of the
+headers.
 """
 
 from collections import deque
 from dataclasses import dataclass
 from threading import Lock
-from typing import Protocol
 
-from racecar.pipelines.live.intake.clock_offset import ClockOffset
-from racecar.pipelines.live.intake.stamp_pace import StampPace
+from racecar.pipelines.bags.clocks.clock_offset import ClockOffset
+from racecar.pipelines.bags.clocks.stamp_pace import StampPace
 
 _AHEAD = 2_000_000_000
 """Nanoseconds by which a stamp may be ahead of what the arrivals say; what is behind may just have waited."""
@@ -37,8 +37,8 @@ _USUAL_OF = 60
 those of a drive, as delays seem to grow where a bag is played slowly. By judgement."""
 
 
-class ClockReports(Protocol):
-    """Is told what is wrong with the stamps of a topic."""
+class ClockReports:
+    """Is told what is wrong with the stamps of a topic; this one keeps it to itself."""
 
     def jumped(self, seconds: float) -> None:
         """The headers were set by so much; the steady stamps go on."""
@@ -115,19 +115,24 @@ class SteadyClock:
 class TopicClock:
     """Steady stamps of one sensor's messages."""
 
-    def __init__(self, shared: SteadyClock, reports: ClockReports, *, is_reference: bool = False) -> None:
-        """``is_reference``: its stamps are those of the scans, with which others are made to agree."""
+    def __init__(
+        self, shared: SteadyClock, reports: ClockReports, *, is_reference: bool = False, decided_by: int = 2
+    ) -> None:
+        """``is_reference``: its stamps are those of the scans, with which others are made to agree;
+        ``decided_by`` so many messages in a row it is that a clock was set."""
         self._shared = shared
         self._reports = reports
         self._offset = None if is_reference else ClockOffset()
+        self._decided_by = decided_by
         self._references_taken = 0
         self._shift = self._correction = 0
         self._last: _Seen | None = None
-        self._suspected: _Seen | None = None
+        self._suspected: list[_Seen] = []
         self._before: _Seen | None = None
         self._moved_at = 0
         self._repeats = self._moves = 0
-        self._is_still = False
+        self.is_still = False
+        """Whether the arrivals count, as the headers show no time."""
         self._usual: deque[int] = deque(maxlen=_USUAL_OF)
         self._pace = StampPace()
 
@@ -158,18 +163,38 @@ class TopicClock:
         ``sweep``: nanoseconds from the moment that the stamp means to the last reading in the message.
         None for a message whose stamp is far from those before: it is to be left out, as it may be alone.
         """
-        seen = _Seen(header, arrival)
-        if not self._shows_time(seen):
-            steady = self._by_arrival(arrival, sweep)
-        else:
-            by_header = self._by_header(seen)
-            if by_header is None:
-                return None
-            steady = by_header
-            if not self._repeats:
-                self._usual.append(steady - arrival)
+        self.follow(header, arrival)
+        if self._suspected:
+            return None
+        steady = self.stamp(header, arrival, sweep)
         self._compare(arrival, steady + sweep - arrival)
         return steady
+
+    def follow(self, header: int, arrival: int) -> int:
+        """Take in the next message; how many of the latest are in doubt, so that those after them may change
+        what `stamp` says of them."""
+        seen = _Seen(header, arrival)
+        is_repeated = self._before is not None and header == self._before.header
+        if not self._shows_time(seen):
+            self._suspected = []
+            return 0
+        if not self._is_believed(seen):
+            return len(self._suspected)
+        if not self._repeats:
+            self._usual.append(header - self._shift + self._correction - arrival)
+        return self._repeats if is_repeated else 0
+
+    def stamp(self, header: int, arrival: int, sweep: int = 0) -> int:
+        """The steady stamp of a message, by what is known of the clock now."""
+        if self.is_still:
+            return self.by_arrival(arrival, sweep)
+        return header - self._shift + self._correction
+
+    def by_arrival(self, arrival: int, sweep: int = 0) -> int:
+        """As long after its stamp as usual; a sensor that never bore stamps says its last reading at once."""
+        if self._usual:
+            return arrival + max(self._usual)
+        return self._shared.without_stamp(arrival) - sweep
 
     def _shows_time(self, seen: "_Seen") -> bool:
         """Whether the headers move on with time."""
@@ -183,47 +208,42 @@ class TopicClock:
             self._repeats, self._moves = self._repeats + 1, 0
             if self._repeats >= _STILL_MESSAGES and seen.arrival - self._moved_at > _STILL_AFTER:
                 self._set_still(True)
-        if self._is_still and self._moves >= _MOVES_AGAIN:
+        if self.is_still and self._moves >= _MOVES_AGAIN:
             self._go_on_from_arrivals(seen)
             self._set_still(False)
-        return not self._is_still
+        return not self.is_still
 
     def _set_still(self, is_still: bool) -> None:
-        if is_still != self._is_still:
-            self._is_still = is_still
+        if is_still != self.is_still:
+            self.is_still = is_still
             self._reports.stood_still(is_still)
-
-    def _by_arrival(self, arrival: int, sweep: int) -> int:
-        """As long after its stamp as usual; a sensor that never bore stamps says its last reading at once."""
-        if self._usual:
-            return arrival + max(self._usual)
-        return self._shared.without_stamp(arrival) - sweep
 
     def _go_on_from_arrivals(self, seen: "_Seen") -> None:
         """The headers count again, where they would have been by now or from where they are."""
-        expected = self._by_arrival(seen.arrival, 0)
+        expected = self.by_arrival(seen.arrival)
         shift = self._shift
         if self._last is None or abs(seen.header + self._correction - shift - expected) >= _SAME:
             shift = self._shared.nearest_shift(seen.header + self._correction - expected)
         if shift != self._shift and self._last is not None:
             self._reports.jumped((shift - self._shift) * 1e-9)
-        self._shift, self._last, self._suspected = shift, seen, None
+        self._shift, self._last, self._suspected = shift, seen, []
 
-    def _by_header(self, seen: "_Seen") -> int | None:
-        suspected, self._suspected = self._suspected, None
-        is_confirmed = suspected is not None and seen.follows(suspected, self._pace.real_time_factor)
-        if suspected is not None and not is_confirmed:
+    def _is_believed(self, seen: "_Seen") -> bool:
+        suspected, self._suspected = self._suspected, []
+        if suspected and not seen.follows(suspected[-1], self._pace.real_time_factor):
             self._reports.went_astray()
+            suspected = []
         if self._last is None:
             self._shift = self._shared.first_shift(seen.header, seen.arrival)
         elif not self._goes_on(seen, self._last):
-            if suspected is None or not is_confirmed:
-                self._suspected = seen
-                return None
-            self._follow_jump(suspected, self._last)
+            suspected.append(seen)
+            if len(suspected) < self._decided_by:
+                self._suspected = suspected
+                return False
+            self._follow_jump(suspected[0], self._last)
         self._last = seen
         self._pace.follow(seen.header - self._shift, seen.arrival)
-        return seen.header - self._shift + self._correction
+        return True
 
     def _goes_on(self, seen: "_Seen", last: "_Seen") -> bool:
         """Whether no clock was set, though messages in between were lost and the last one had waited."""

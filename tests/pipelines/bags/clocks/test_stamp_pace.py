@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from racecar.pipelines.live.intake.stamp_pace import StampPace
+from racecar.pipelines.bags.clocks.stamp_pace import StampPace
 
 SECOND = 1_000_000_000
 PERIOD = SECOND // 40

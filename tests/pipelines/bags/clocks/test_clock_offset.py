@@ -2,7 +2,7 @@
 
 import pytest
 
-from racecar.pipelines.live.intake.clock_offset import ClockOffset
+from racecar.pipelines.bags.clocks.clock_offset import ClockOffset
 
 SECOND = 1_000_000_000
 PERIOD = SECOND // 50

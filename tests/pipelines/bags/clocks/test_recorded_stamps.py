@@ -5,7 +5,10 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from racecar.pipelines.bags.clock import StampClock, clock_offset, keeps_pace
+from racecar.pipelines.bags.clocks.recorded_stamps import RecordedStamps
+from racecar.pipelines.bags.clocks.topic_clock import SteadyClock
+from racecar.pipelines.bags.samples import Samples
+from racecar.pipelines.bags.storage.chunks import BagTopic
 from tests.pipelines.bag_samples import PLACE, START, STEP, bag_of, odometry, read, write_scan
 
 SECOND = 1_000_000_000
@@ -14,18 +17,38 @@ TRUE = [START + index * STEP for index in range(COUNT)]
 
 
 def stamped(headers, recorded, **options):
-    """The stamps of messages, in the order in which they were sent, and the counts."""
+    """The stamps of messages, in the order in which they were sent, and the counts that are not zero."""
     counts = Counter()
-    clock = StampClock(headers[0] - recorded[0], True, counts, **{"keeps_pace": True, **options})
+    clock = RecordedStamps(SteadyClock(offset=headers[0] - recorded[0]), counts, **options)
     stamps = {}
     for number, (header, at) in enumerate(zip(headers, recorded, strict=True)):
         stamps.update(clock.stamped(number, header, at))
     stamps.update(clock.rest())
-    return [stamps[number] for number in range(len(headers))], counts
+    return [stamps[number] for number in range(len(headers))], +counts
 
 
-def test_headers_before_all_time_show_no_clock():
-    assert clock_offset([(-5, 3), (-6, 4)]) is None
+@pytest.mark.parametrize(
+    ("times", "offset"),
+    [
+        ([(10, 3), (20, 13), (99, 23)], 7),
+        ([(0, 3), (0, 13)], None),
+        ([(5, 3), (5, 13)], None),
+        ([(-5, 3), (-6, 4)], None),
+        ([], None),
+    ],
+)
+def test_headers_are_ahead_of_the_recorder_by_the_usual_offset(times, offset):
+    topic = BagTopic("/scan", "", "cdr", len(times))
+    headers, recorded = [header for header, _ in times], [each for _, each in times]
+    assert Samples(topic, recorded, headers, []).clock_offset == offset
+
+
+@pytest.mark.parametrize("header", [0, 5_000])
+def test_a_stamp_that_is_empty_or_absurd_is_that_of_recording(header):
+    headers = [header if index == 50 else stamp + 100 for index, stamp in enumerate(TRUE)]
+    stamps, counts = stamped(headers, TRUE)
+    assert stamps == [stamp + 100 for stamp in TRUE]
+    assert counts == {"stamps_from_recording_time": 1}
 
 
 def test_what_is_right_stays_to_the_nanosecond_however_late_it_was_recorded():
@@ -86,10 +109,7 @@ def test_what_is_sent_twice_bears_its_stamp_twice():
 
 def test_a_pause_in_a_bag_that_was_recorded_from_a_faster_one_stays():
     headers = [stamp + (20 * SECOND if index >= 100 else 0) for index, stamp in enumerate(TRUE)]
-    recorded = [START + (header - START) // 10 for header in headers]
-    assert not keeps_pace(list(zip(headers, recorded, strict=True))[:25])
-    assert keeps_pace([(header, header + 5) for header in headers[:25]])
-    stamps, counts = stamped(headers, recorded, keeps_pace=False)
+    stamps, counts = stamped(headers, [START + (header - START) // 10 for header in headers])
     assert (stamps, counts) == (headers, {})
 
 

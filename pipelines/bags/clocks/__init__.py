@@ -1,0 +1,1 @@
+"""Clocks of sensors: one time line, also where stamps jump, stand still or disagree."""
