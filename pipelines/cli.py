@@ -12,7 +12,6 @@ import typer
 from typer.models import CommandInfo
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.commands.benchmark import benchmark
 from racecar.pipelines.commands.check import check
 from racecar.pipelines.commands.config import config
 from racecar.pipelines.commands.demo import demo
@@ -66,12 +65,11 @@ def _describe(
 for _command in (map, merge, render, track, localize, evaluate, simulate, check, config, studio, demo):
     app.command()(_command)
 app.command(cls=RosCommand)(play)
-app.add_typer(benchmark, name="benchmark")
 app.add_typer(experiment, name="experiment")
 app.add_typer(live, name="live")
 
 
-def commands_of(group: typer.Typer, title: str = "racecar") -> Iterator[tuple[str, CommandInfo]]:
+def commands_of(group: typer.Typer, title: str) -> Iterator[tuple[str, CommandInfo]]:
     """All commands, by what is typed to run them."""
     for command in group.registered_commands:
         assert command.callback is not None
@@ -87,29 +85,34 @@ def _unwrap_help(command: CommandInfo) -> None:
     command.help = "\n\n".join(" ".join(paragraph.split()) for paragraph in text.split("\n\n"))
 
 
-for _title, _info in commands_of(app):
-    _unwrap_help(_info)
-    assert _info.callback is not None
-    _info.callback = checked(_info.callback, _title)
+def complete(group: typer.Typer, title: str) -> None:
+    """Give all commands what they have in common: helps that wrap, and a check of where they write."""
+    for name, command in commands_of(group, title):
+        _unwrap_help(command)
+        assert command.callback is not None
+        command.callback = checked(command.callback, name)
 
 
-def main() -> None:
+complete(app, "racecar")
+
+
+def main(group: typer.Typer = app, title: str = "racecar") -> None:
     """Run a command and leave with its exit code: 0, 1 for a fault of ours, 2 for one of the user's."""
     prepare_terminal()
     end_like_ctrl_c()
-    code = run(sys.argv[1:])
+    code = run(sys.argv[1:], group, title)
     leave_terminal()
     sys.exit(code)
 
 
-def run(arguments: list[str]) -> int:
-    """Run a command and return its exit code; errors become one sentence on stderr."""
+def run(arguments: list[str], group: typer.Typer = app, title: str = "racecar") -> int:
+    """Run a command of a group and return its exit code; errors become one sentence on stderr."""
     log = logging.getLogger("racecar")
     level = log.level  # which --quiet changes
     try:
         _refuse_empty(arguments)
         arguments = join_laser_pose(arguments) or ["--help"]
-        code = int(app(arguments, prog_name="racecar", standalone_mode=False) or 0)
+        code = int(group(arguments, prog_name=title, standalone_mode=False) or 0)
         sys.stdout.flush()
         return code
     except KeyboardInterrupt:

@@ -14,7 +14,7 @@ USUAL_FIT = 0.8
 date, of which 0.7 of the end points lie on walls."""
 _WRONG_SHARE = 0.65
 """Of the usual fit, that as many scans reach at wrong places as at the right one stay below. Measured: see
-`racecar benchmark accuracy`, where a kidnapped car is noticed within a second and a tracked one not called
+`python -m benchmarks accuracy`, where a kidnapped car is noticed within a second and a tracked one not called
 lost."""
 _LOG_ODDS_PER_SECOND = 30.0
 """For each unit of fit above or below that. Measured likewise."""

@@ -12,11 +12,11 @@ from racecar.localization.sensor.end_points import EndPoints
 _KNOWN_WITHIN = 0.25
 """Metres of standard deviation within which the place counts as known: points that the map does not explain
 may be left out, the scan is laid on the walls, the fewest particles will do, and the place is held against
-the odometry. Measured: bounds of 0.5, 0.25 and 0.1 m for these did no better (`racecar benchmark accuracy
---ablation`)."""
+the odometry. Measured: bounds of 0.5, 0.25 and 0.1 m for these did no better (`python -m benchmarks
+accuracy --ablation`)."""
 _TRIAL = 1_000_000_000
 """Nanoseconds that a hypothesis has before it may fail: as long as a lost car takes to be noticed
-(`racecar benchmark accuracy`)."""
+(`python -m benchmarks accuracy`)."""
 
 _SURELY_HERE = 0.05
 """Probability of being lost below which scans tell where the surfaces of walls lie: by judgement, 20 to 1."""

@@ -20,7 +20,7 @@ judgement: some sensors send one scan a second."""
 _PATIENCE, _PATIENCE_SHARE = 10.0, 0.1
 """Seconds of scans, and a share of those in which the place was known, for which a car may be lost on a map
 that seems wrong, before the search stops. By judgement, since a car that was carried elsewhere is found
-within a second or two (`racecar benchmark accuracy`), and some ten searches of the map fit into it."""
+within a second or two (`python -m benchmarks accuracy`), and some ten searches of the map fit into it."""
 
 
 class DriveJudge:

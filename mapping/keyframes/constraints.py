@@ -18,8 +18,8 @@ _MIN_OVERLAP = 0.06
 """Share of points with a partner that a match must have to count. What few points tell is in its information:
 measured on a simulated campus, where a third of the keyframes share less than 0.15, such matches err by as
 many of their standard deviations as the others, and down to 0.03 take the mean error from 0.086 to 0.024 m
-(racecar benchmark worlds). Where a race car's wheels know no turns, 0.05 and less once led 4 degrees astray
-(test_gyroscope)."""
+(python -m benchmarks worlds). Where a race car's wheels know no turns, 0.05 and less once led 4 degrees
+astray (test_gyroscope)."""
 _MAX_RESIDUAL = 0.04
 """Metres, weighted root mean square distance to the lines that a match may have to count. By judgement: as
 much as a straight surface may be off straight."""

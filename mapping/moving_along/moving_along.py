@@ -40,7 +40,7 @@ below 0.08; floors and carriers have up to 0.4."""
 _MIN_SHARE_AGAIN = 0.01
 """The same once there was such a block: a tilted laser stays tilted, though the floor comes into view and
 goes. By judgement: about the most of clean logs. Measured: without it four in five of the floor's returns
-stay (racecar benchmark worlds --world 'tilted short')."""
+stay (python -m benchmarks worlds --world 'tilted short')."""
 
 
 @dataclass(eq=False)

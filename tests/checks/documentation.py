@@ -1,4 +1,4 @@
-"""What README and docs claim that can be checked: links, paths, and commands of ``racecar``."""
+"""What README and docs claim that can be checked: links, paths, and commands of the project."""
 
 import logging
 import re
@@ -10,6 +10,8 @@ from typing import Any
 
 import typer
 
+from benchmarks.commands import TITLE
+from benchmarks.commands import app as benchmarks
 from racecar.pipelines.cli import app
 from racecar.pipelines.commands.options import join_laser_pose
 
@@ -23,9 +25,12 @@ PAGES = (
 _FENCE = re.compile(r"^```(\w*)[^\n]*\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 _SPAN = re.compile(r"`([^`]+)`")
-_SOURCE = re.compile(r"(?:mapping|localization|maps|pipelines|tests|racecar)/[\w./]+")
+_SOURCE = re.compile(r"(?:mapping|localization|maps|pipelines|benchmarks|tests|racecar)/[\w./]+")
 _ACTING = {"--help", "-h", "--version", "--install-completion", "--show-completion"}
 """Flags that act as soon as they are parsed: one of them writes into the settings of the shell."""
+COMMANDS = {"racecar": app, TITLE: benchmarks}
+"""By the words that they begin with."""
+_BEGINNINGS = tuple(f"{name} " for name in COMMANDS)
 _SUBSHELL = re.compile(r"\$\((racecar [^)]*)\)")
 
 
@@ -74,13 +79,13 @@ def missing_sources(page: Path) -> list[str]:
 
 
 def shown_commands(page: Path) -> Iterator[str]:
-    """The lines of a page's shell blocks, and commands of XML blocks, that begin with ``racecar``."""
+    """The lines of a page's shell blocks, and commands of XML blocks, that are ours."""
     for block in blocks(page):
         if block.language == "sh":
             lines = [line.split(" && ") for line in block.text.replace("\\\n", " ").splitlines()]
             for command in (part.strip() for line in lines for part in line):
                 yield from _SUBSHELL.findall(command)
-                if command.removeprefix(".venv/bin/").startswith("racecar "):
+                if command.removeprefix(".venv/bin/").startswith(_BEGINNINGS):
                     yield command.removeprefix(".venv/bin/")
         elif block.language == "xml":
             for command in re.findall(r'cmd="(racecar [^"]*)"', block.text):
@@ -89,16 +94,17 @@ def shown_commands(page: Path) -> Iterator[str]:
 
 def mentioned_commands(page: Path) -> Iterator[str]:
     """Commands within a page's sentences, which may be cut short."""
-    return (span for span in _SPAN.findall(prose(page)) if span.startswith("racecar "))
+    return (span for span in _SPAN.findall(prose(page)) if span.startswith(_BEGINNINGS))
 
 
 def complaint_about(command: str, *, is_whole: bool = True) -> str | None:
     """Why the command line would refuse a command; one that is not whole may lack arguments."""
-    words = join_laser_pose(shlex.split(command.partition(" > ")[0], comments=True))[1:]
+    name = next(name for name in COMMANDS if command.startswith(name))
+    words = shlex.split(command.removeprefix(name).partition(" > ")[0], comments=True)
     log = logging.getLogger("racecar")
     level = log.level  # which --quiet changes as soon as it is parsed
     try:
-        _parse(typer.main.get_command(app), words, is_whole)
+        _parse(typer.main.get_command(COMMANDS[name]), join_laser_pose(words), is_whole)
     except Exception as error:  # typer's usage errors, whose class moved between its releases
         if not hasattr(error, "format_message"):
             raise

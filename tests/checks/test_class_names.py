@@ -2,18 +2,15 @@
 
 import ast
 from collections import Counter
-from pathlib import Path
 
-import racecar
-
-ROOT = Path(racecar.__file__).parent
+from tests.checks.english import REPOSITORY, ROOMS
 
 
 def test_public_class_names_are_unique() -> None:
     names = Counter(
         node.name
-        for room in ("maps", "mapping", "localization", "pipelines")
-        for path in (ROOT / room).rglob("*.py")
+        for room in ROOMS
+        for path in (REPOSITORY / room).rglob("*.py")
         for node in ast.parse(path.read_text(encoding="utf-8")).body
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     )

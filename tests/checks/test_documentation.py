@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 import typer
 
-from racecar.pipelines.cli import app
 from tests.checks.documentation import (
+    COMMANDS,
     OF_THE_SITE,
     PAGES,
     REPOSITORY,
@@ -24,7 +24,7 @@ ROS_PACKAGE = REPOSITORY / "ros" / "racecar_slam"
 every_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(REPOSITORY)))
 
 
-def helps(command: Any, name: str = "racecar") -> dict[str, str]:
+def helps(command: Any, name: str) -> dict[str, str]:
     """What each command says of itself."""
     children = getattr(command, "commands", {})
     if not children:
@@ -57,10 +57,13 @@ def test_python_that_is_shown_compiles(page: Path) -> None:
             compile(block.text, str(page), "exec")
 
 
-@pytest.mark.parametrize(("name", "text"), helps(typer.main.get_command(app)).items())
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [each for name, app in COMMANDS.items() for each in helps(typer.main.get_command(app), name).items()],
+)
 def test_the_examples_of_a_command_are_understood(name: str, text: str) -> None:
     sentences = [line.partition(": ")[2].strip() for line in text.splitlines()]
-    examples = [part for each in sentences for part in each.split(" && ") if part.startswith("racecar ")]
+    examples = [part for each in sentences for part in each.split(" && ") if part.startswith(tuple(COMMANDS))]
     assert any(f"{example} ".startswith(f"{name} ") for example in examples) or name == "racecar live files"
     assert {example: said for example in examples if (said := complaint_about(example))} == {}
 

@@ -8,13 +8,11 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-import racecar
+from tests.checks.english import REPOSITORY, ROOMS
 
-ROOT = Path(racecar.__file__).parent
-ROOMS = ("maps", "mapping", "localization", "pipelines")
 SHARED = ("racecar.maps.geometry",)
 """Poses, with which every room reckons."""
-EXCEPTIONS = {"pipelines/benchmarks/ablation/mechanisms.py"}
+EXCEPTIONS = {"benchmarks/ablation/mechanisms.py"}
 """It replaces what it turns off."""
 
 
@@ -29,18 +27,19 @@ def imports_of(path: Path) -> Iterator[str]:
 
 
 def package_of(path: Path) -> str:
-    return ".".join(("racecar", *path.relative_to(ROOT).parent.parts))
+    parts = path.relative_to(REPOSITORY).parent.parts
+    return ".".join(parts if parts[0] == "benchmarks" else ("racecar", *parts))
 
 
 def test_kernels_are_imported_by_their_own_package_only() -> None:
     strangers, imported = [], 0
-    for path in sorted(path for room in ROOMS for path in (ROOT / room).rglob("*.py")):
-        if path.stem.endswith("_kernels") or str(path.relative_to(ROOT)) in EXCEPTIONS:
+    for path in sorted(path for room in ROOMS for path in (REPOSITORY / room).rglob("*.py")):
+        if path.stem.endswith("_kernels") or str(path.relative_to(REPOSITORY)) in EXCEPTIONS:
             continue
         for module in sorted({name for name in imports_of(path) if name.endswith("_kernels")}):
             imported += 1
             package = module.rpartition(".")[0]
             if package not in (*SHARED, package_of(path)):
-                strangers.append(f"{path.relative_to(ROOT)} imports {module}")
+                strangers.append(f"{path.relative_to(REPOSITORY)} imports {module}")
     assert imported > 20
     assert strangers == []

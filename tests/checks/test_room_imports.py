@@ -18,6 +18,7 @@ def test_tests_of_a_room_import_no_room_above_it() -> None:
         ("def test():\n    from racecar.pipelines import cli", True),
         ("from tests.simulated.mapped_drives import map_drive", True),
         ("from tests.pipelines import bag_samples", True),
+        ("from benchmarks.replacements import replaced", True),
         ("from racecar.maps.geometry import se2", False),
         ("from tests.maps.drives import drive", False),
         ("from tests.ros_domains import next_domain", False),

@@ -16,7 +16,7 @@ COMMANDS = {
     *(command.name or command.callback.__name__ for command in app.registered_commands if command.callback),
     *(group.name for group in app.registered_groups),
 }
-MEASURING = {"benchmark", "experiment"}
+MEASURING = {"experiment"}
 
 
 def texts(path: Path) -> list[tuple[int, str]]:
@@ -31,7 +31,7 @@ def texts(path: Path) -> list[tuple[int, str]]:
 
 @pytest.mark.parametrize("room", ["maps", "mapping", "localization"])
 def test_a_room_of_algorithms_names_no_command(room: str) -> None:
-    assert {"map", "localize", "benchmark", "experiment", "live"} <= COMMANDS
+    assert {"map", "localize", "experiment", "live"} <= COMMANDS
     named = [
         f"{path.relative_to(ROOT)}:{line}: {command}"
         for path in sorted((ROOT / room).rglob("*.py"))

@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 REASON = re.compile(
-    r"\b(because|since|so that|therefore|[Mm]easured|by definition|equation|Eq\.|racecar benchmark|pytest)"
+    r"\b(because|since|so that|therefore|[Mm]easured|by definition|equation|Eq\.|python -m benchmarks|pytest)"
     r"|\b[Bb]y judgement[:,;]? \w|\(\d{4}\)|, \d{4}\b"
 )
 

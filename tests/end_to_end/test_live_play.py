@@ -258,16 +258,3 @@ def test_a_node_soaks_on_busy_cores(
         assert len(load_tum(tmp_path / "out" / "trajectory.tum").stamps) == scans
     half = len(sizes) // 2
     assert max(sizes[half:]) < max(sizes[:half]) + 20.0 * minutes / 10.0, sizes
-
-
-@pytest.mark.slow  # what the nodes make of a played bag, the tests above show
-def test_the_benchmark_plays_to_both_nodes(racecar_command: Racecar, tmp_path: Path) -> None:
-    told = tmp_path / "live.json"
-    done = racecar_command("benchmark", "live", "--seconds", "5", "--no-recorded", "--quiet", "--json", told)
-    assert done.returncode == 0, done.stderr
-    nodes = json.loads(told.read_text())["live"]
-    assert set(nodes) == {"localizer simulated", "mapper simulated"}
-    for figures in nodes.values():
-        assert figures["posed"] == figures["received"] == figures["scans"] == 200
-        assert figures["error_live_m"] < 0.05
-        assert figures["peak_memory_mb"] >= max(figures["memory_mb_by_tenth"]) > 100.0

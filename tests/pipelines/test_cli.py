@@ -30,7 +30,7 @@ def test_its_version(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out == f"racecar {racecar.__version__}\n"
 
 
-@pytest.mark.parametrize("command", [[], ["map"], ["live", "localize"], ["benchmark"]])
+@pytest.mark.parametrize("command", [[], ["map"], ["live", "localize"], ["experiment"]])
 def test_help_has_a_short_name(command: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     assert cli.run([*command, "-h"]) == 0
     short = capsys.readouterr().out
@@ -133,9 +133,8 @@ def test_exit_codes(
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr(cli, "app", fail)
     monkeypatch.delenv("RACECAR_DEBUG", raising=False)
-    assert cli.run(["demo"]) == code
+    assert cli.run(["demo"], fail) == code
     shown = capsys.readouterr().err
     assert complaint in shown
     assert shown.count("\n") == 1
@@ -145,10 +144,9 @@ def test_debugging_shows_the_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object, **__: object) -> None:
         raise UserError("bad")
 
-    monkeypatch.setattr(cli, "app", fail)
     monkeypatch.setenv("RACECAR_DEBUG", "1")
     with pytest.raises(UserError):
-        cli.run(["demo"])
+        cli.run(["demo"], fail)
 
 
 def test_figures_of_an_evaluation(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -185,14 +183,11 @@ def test_an_empty_argument_is_no_path(
     assert complaint in capsys.readouterr().err
 
 
-def test_too_little_memory_is_no_fault_of_ours(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_too_little_memory_is_no_fault_of_ours(capsys: pytest.CaptureFixture[str]) -> None:
     def fail(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(cli, "app", fail)
-    assert cli.run(["demo"]) == 2
+    assert cli.run(["demo"], fail) == 2
     assert "There is not enough memory for this" in capsys.readouterr().err
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import cKDTree
 
+from benchmarks.quality.input_faults import fewer_beams
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.mapper import Mapper
@@ -14,7 +15,6 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.benchmarks.quality.input_faults import fewer_beams
 from racecar.pipelines.simulation.plans.catalogue import load_or_draw
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig

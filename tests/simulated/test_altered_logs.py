@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.slam.logs import find_logs
+from benchmarks.slam.published import PUBLISHED
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.benchmarks.slam.logs import find_logs
-from racecar.pipelines.benchmarks.slam.published import PUBLISHED
 from racecar.pipelines.evaluation.relations import Relations, load_relations, relation_errors
 
 pytestmark = pytest.mark.slow

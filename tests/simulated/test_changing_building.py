@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from benchmarks.accuracy.furniture import move_furniture
 from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
@@ -20,7 +21,6 @@ from racecar.maps.map_files import load_map
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.shipped import shipped_map
-from racecar.pipelines.benchmarks.accuracy.furniture import move_furniture
 from racecar.pipelines.runs.place_finding import LocalizerSearch
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel, SimulationConfig

@@ -1,10 +1,10 @@
-"""Worlds with the faults of recordings are mapped as well as `racecar benchmark worlds` says."""
+"""Worlds with the faults of recordings are mapped as well as `python -m benchmarks worlds` says."""
 
 import pytest
 
+from benchmarks.worlds.world_benchmark import measure_world
+from benchmarks.worlds.worlds import WORLDS
 from racecar.mapping.config import MappingConfig
-from racecar.pipelines.benchmarks.worlds.world_benchmark import measure_world
-from racecar.pipelines.benchmarks.worlds.worlds import WORLDS
 
 pytestmark = pytest.mark.slow
 

@@ -54,7 +54,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
             "has more 'localization.fewest_particles' (200) than 'localization.particles' (100), "
             "which are the most; swap them.",
         ),
-        ("benchmark quality --drives 0", "There is nothing to judge: ask for --drives, or name recordings"),
     ],
 )
 def test_a_mistake_is_explained(command: str, sentence: str, capfd: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,182 @@
+"""The mechanisms of the localizer, and what turns each off: a setting, number or function that is replaced.
+
+Not listed is what only saves time (the rough stage of the place search, a second thread), or only
+refuses bad input (messages out of order, clocks set back, maps without walls).
+"""
+
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, field
+from math import inf, pi
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.replacements import Replacement, nothing, replaced
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.filter import clusters, particle_filter
+from racecar.localization.filter.particle_filter import ParticleFilter
+from racecar.localization.floor import free_space
+from racecar.localization.odometry import motion_samples, motion_source, segments, slip
+from racecar.localization.odometry.calibration import OdometryCalibration
+from racecar.localization.odometry.slip import changed_slips
+from racecar.localization.odometry.speed_memory import SpeedMemory
+from racecar.localization.odometry.trust import OdometryTrust
+from racecar.localization.recovery import hung_odometry, hypotheses, perception, place_judge, pose_hypothesis
+from racecar.localization.recovery.lookout import Lookout
+from racecar.localization.recovery.perception import Perception
+from racecar.localization.refinement import refinement
+from racecar.localization.sensor import end_points, likelihood_field
+from racecar.localization.sensor.end_points import EndPoints
+from racecar.localization.sensor.likelihood_field import DEPENDENCE, log_table
+from racecar.maps.geometry.se2 import Pose
+from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation
+from racecar.maps.sensing.turn_fusion import TurnFusion
+
+_TAKE = SpeedMemory.take
+"""As it is."""
+_NONE = 1e-9
+"""As good as 0 where a setting must be above it, since all that it is compared with is far larger."""
+
+
+@dataclass(frozen=True)
+class Variant:
+    """The localizer with something off."""
+
+    changes: Mapping[str, Any] = field(default_factory=dict)
+    """Of `LocalizationConfig`, nested as that is."""
+    replacements: tuple[Replacement, ...] = ()
+
+    def configured(self, settings: LocalizationConfig) -> LocalizationConfig:
+        """The settings with the changes."""
+        return LocalizationConfig.model_validate(_over(settings.model_dump(), self.changes))
+
+    def replaced(self) -> AbstractContextManager[None]:
+        """They are replaced within the block."""
+        return replaced(self.replacements)
+
+    def __or__(self, other: "Variant") -> "Variant":
+        """Both off together."""
+        changes = _over(self.changes, other.changes)
+        return Variant(changes, self.replacements + other.replacements)
+
+
+def _over(values: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Nested values with the changes in their places."""
+    changed = dict(values)
+    for name, change in changes.items():
+        before = values.get(name)
+        if isinstance(change, Mapping) and isinstance(before, Mapping):
+            changed[name] = _over(before, change)
+        else:
+            changed[name] = change
+    return changed
+
+
+def _settings(**changes: Any) -> Variant:
+    return Variant(changes)
+
+
+def _replaced(owner: object, **by: object) -> Variant:
+    return Variant(replacements=tuple((owner, name, new) for name, new in by.items()))
+
+
+def _unpushed(
+    slips: NDArray[np.float64], seconds: float, effort: NDArray[np.float64], *rest: Any
+) -> NDArray[np.float64]:
+    """In place of `changed_slips`, of tyres that nothing pushes."""
+    return changed_slips(slips, seconds, np.zeros_like(effort), *rest)
+
+
+def _slides_nowhere(
+    memory: SpeedMemory, step: Pose, seconds: float
+) -> tuple[Pose, NDArray[np.float64], Pose]:
+    """In place of `SpeedMemory.take`, of a car that stops at once."""
+    _, effort, behind = _TAKE(memory, step, seconds)
+    return np.abs(step), effort, behind
+
+
+def _unaligned(map_from_base: Pose, *_: object) -> Pose:
+    """In place of a pose that is laid on the walls."""
+    return map_from_base
+
+
+def _all_points(_perception: object, _cloud: object, _covariance: object, points: EndPoints) -> EndPoints:
+    """In place of those that most of the cloud explains."""
+    return points
+
+
+def _independent(deviation: float, surface: float) -> NDArray[np.float32]:
+    """In place of what an end point adds to the log-likelihood, of points that each count as one."""
+    return np.float32(DEPENDENCE) * log_table(deviation, surface)
+
+
+_SURVEYED_ANEW = _replaced(perception, find_free_space=free_space.find_free_space)
+"""In place of a free space that is remembered, as the benchmark does, though it would now be another."""
+
+MECHANISMS: Mapping[str, Mapping[str, Variant]] = {
+    "odometry": {
+        "calibration": _replaced(OdometryCalibration, learn=nothing),
+        "trust": _replaced(OdometryTrust, learn=nothing),
+        "segments": _replaced(segments, _SHORTEST=inf),
+        "slip": _settings(slip=0.0),
+        "usual slip": _replaced(slip, _USUAL_SHARE=0.0),
+        "pushed slip": _replaced(particle_filter, changed_slips=_unpushed),
+        "lasting slip": _replaced(slip, _LASTING=(_NONE, _NONE, 30.0), _PUSHED_SECONDS=_NONE),
+        "lag": _replaced(slip, _LAG_DEVIATION=0.0),
+        "sliding on": _replaced(SpeedMemory, take=_slides_nowhere),
+        "extrapolation": _replaced(motion_samples, _EXTRAPOLATION=Extrapolation(0, 0, STALE_AFTER)),
+        "carrying on": _replaced(motion_source, _LONGEST_CARRY=_NONE),
+        "gyroscope": _replaced(TurnFusion, follow=nothing),
+    },
+    "evidence": {
+        "dependent points": _replaced(likelihood_field, log_table=_independent),
+        "news threshold": _replaced(hypotheses, _NEWS_AFTER=0.0),
+        "looking again": _replaced(hypotheses, _LOOK_AGAIN_AFTER=inf),
+        "dependent scans": _replaced(particle_filter, _INDEPENDENT_AFTER=_NONE),
+        "evidence cap": _replaced(particle_filter, _MOST_EVIDENCE=inf),
+        "first scan share": _replaced(hypotheses, _FIRST_SCAN_SHARE=1.0),
+        "rival discount": _replaced(hung_odometry, _SCANS_PER_SECOND=40.0, _LARGEST_RATE=1000.0),
+    },
+    "explanation": {
+        "known place": _replaced(pose_hypothesis, _KNOWN_WITHIN=100.0),
+        "explained points": _replaced(Perception, explained=_all_points),
+        "proposals": _replaced(ParticleFilter, propose=nothing),
+        "alignment": _replaced(refinement, align_to_walls=_unaligned),
+    },
+    "recovery": {
+        "particle injection": _replaced(ParticleFilter, inject=nothing),
+        "moving rival": _replaced(hung_odometry, _SCANS_PER_SECOND=0.0),
+        "lost detection": _replaced(hypotheses, _SEARCH_FROM=1.0),
+        "confirmation": _replaced(hypotheses, CONFIRMED_BELOW=0.5),
+        "hypothesis trial": _replaced(pose_hypothesis, _TRIAL=0),
+        "restart after gaps": _replaced(motion_source, _GAP_SECONDS=1000.0),
+        "learned fit": _replaced(place_judge, _SURE=inf),
+        "lookout": _replaced(Lookout, look=nothing),
+    },
+    "cloud": {
+        "fewer particles where sure": _settings(fewest_particles=LocalizationConfig().particles),
+        "clusters": _replaced(clusters, _RADIUS=100.0, _HALF_ANGLE=pi),
+        "resampling threshold": _replaced(particle_filter, _RESAMPLE_BELOW=1.0),
+    },
+    "sensor": {
+        "deskewing": _replaced(end_points, _LONGEST_SWEEP=0.0),
+        "movable furniture": _SURVEYED_ANEW | _replaced(free_space, _LARGEST_MOVABLE=0.0),
+        "unknown floor": _SURVEYED_ANEW | _replaced(free_space, _UNKNOWN_REACH=0.0),
+    },
+}
+"""By group, by name: what turns each off; values are bounds, or so far beyond the usual ones that nothing is
+compared with them any more."""
+
+
+def variants() -> dict[str, Variant]:
+    """Every mechanism off alone, and each group off together, by name."""
+    every: dict[str, Variant] = {}
+    for group, mechanisms in MECHANISMS.items():
+        every |= mechanisms
+        together = Variant()
+        for off in mechanisms.values():
+            together = together | off
+        every[f"all {group}"] = together
+    return every

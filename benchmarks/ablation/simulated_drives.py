@@ -1,0 +1,112 @@
+"""The simulated drives of the ablation: what most mechanisms are for, and what some were added for alone."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache, partial
+
+from benchmarks.ablation.ablation_drive import AblationDrive
+from benchmarks.accuracy.accuracy_benchmark import MAPS
+from benchmarks.accuracy.drives import (
+    changed_map_drive,
+    kidnapped_drive,
+    racing_drive,
+    tracking_drive,
+)
+from racecar.maps.geometry.se2 import IDENTITY, between, compose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
+from racecar.maps.sensing.measurement import Measurement
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.shipped import shipped_map
+from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
+from racecar.pipelines.simulation.simulator_config import NoiseLevel
+
+Simulate = Callable[[OccupancyGrid, int, float], SimulatedDrive]
+"""A drive through a world by its seed and its seconds."""
+
+DRIVE_SECONDS = 30.0
+"""Unless asked for otherwise, since those of `python -m benchmarks accuracy` are as long."""
+_GAP = 3_000_000_000
+"""Nanoseconds, since after two seconds without a scan a car may have been carried anywhere."""
+_HANGS = (0.3, 0.6)
+"""Shares of the drive between which the odometry hangs: long enough that it is noticed meanwhile, and that
+the car goes on with odometry for as long. By judgement, so that both count."""
+_HALVES, _HALVED_FOR = (0.25, 0.5, 0.75), 1_000_000_000
+"""Shares of the drive from which on the odometry tells half of the motion, and for how many nanoseconds: a
+chain skips or a wheel lifts, after the odometry has proven right."""
+
+
+def simulated_drives(seconds: float) -> dict[str, Callable[[int], AblationDrive]]:
+    """By name, each by its seed."""
+    return {
+        f"{kind}, {name}": partial(_simulated, simulate, name, seconds)
+        for kind, simulate in _KINDS.items()
+        for name in MAPS
+    }
+
+
+def _simulated(simulate: Simulate, map_name: str, seconds: float, seed: int) -> AblationDrive:
+    grid = _map(map_name)
+    drive = simulate(grid, seed, seconds)
+    return AblationDrive(grid, drive.messages, drive.truth, drive.truth.map_from_base[0])
+
+
+@cache
+def _map(name: str) -> OccupancyGrid:
+    """One object for each, so that what is derived from it is derived once."""
+    return load_map(shipped_map(name))
+
+
+def _without_odometry(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
+    drive = tracking_drive(grid, seed, seconds, NoiseLevel.SLIGHT)
+    return replace(drive, messages=[each for each in drive.messages if not isinstance(each, Odometry)])
+
+
+def _with_hung_odometry(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
+    drive = tracking_drive(grid, seed, seconds, NoiseLevel.SLIGHT)
+    first, last = drive.messages[0].stamp, drive.messages[-1].stamp
+    begin, end = (first + round(share * (last - first)) for share in _HANGS)
+    messages: list[Measurement] = []
+    hung: Odometry | None = None
+    for message in drive.messages:
+        if isinstance(message, Odometry) and begin <= message.stamp < end:
+            hung = message if hung is None else replace(hung, stamp=message.stamp)
+            messages.append(hung)
+        else:
+            messages.append(message)
+    return replace(drive, messages=messages)
+
+
+def _with_halved_odometry(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
+    drive = tracking_drive(grid, seed, seconds, NoiseLevel.SLIGHT)
+    first, last = drive.messages[0].stamp, drive.messages[-1].stamp
+    begins = [first + round(share * (last - first)) for share in _HALVES]
+    messages: list[Measurement] = []
+    before: Odometry | None = None
+    pose = IDENTITY
+    for message in drive.messages:
+        if not isinstance(message, Odometry):
+            messages.append(message)
+            continue
+        if before is None:
+            pose = message.odom_from_base
+        else:
+            step = between(before.odom_from_base, message.odom_from_base)
+            is_halved = any(begin <= message.stamp < begin + _HALVED_FOR for begin in begins)
+            pose = compose(pose, 0.5 * step if is_halved else step)
+        messages.append(replace(message, odom_from_base=pose))
+        before = message
+    return replace(drive, messages=messages)
+
+
+_KINDS: Mapping[str, Simulate] = {
+    "noise": partial(tracking_drive, noise=NoiseLevel.FULL),
+    "racing": racing_drive,
+    "changed map": changed_map_drive,
+    "kidnapped": kidnapped_drive,
+    "carried in a gap": partial(kidnapped_drive, pause=_GAP),
+    "no odometry": _without_odometry,
+    "hung odometry": _with_hung_odometry,
+    "halved odometry": _with_halved_odometry,
+    "gyroscope": partial(tracking_drive, noise=NoiseLevel.FULL, imu_rate=100.0),
+}

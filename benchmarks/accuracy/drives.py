@@ -1,0 +1,81 @@
+"""The simulated drives that the localizer is measured on: each kind by its map, its seed and its length."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from benchmarks.accuracy.crowd import among_people
+from benchmarks.accuracy.furniture import move_furniture
+from benchmarks.accuracy.kidnapping import BETWEEN_SCANS, join_as_kidnappings
+from racecar.maps.grid.distance_field import distance_to_occupied
+from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
+from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulate_drive
+from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
+
+TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
+"""m/s, m/s and a share."""
+BETWEEN_KIDNAPPINGS = 6.0
+"""Seconds; twice what the car has to be found again in."""
+FAR = 2.0
+"""Metres that a kidnapped car is carried at least."""
+_CROWD = 0.15
+"""Share of the beams that people stop."""
+_TRIES = 20
+"""Drives for each part of one with kidnappings, since of the next place one in some is too near."""
+_ROOM = 0.5
+"""Metres of free floor about the pose at which a drive starts."""
+
+
+def tracking_drive(
+    grid: OccupancyGrid, seed: int, seconds: float, noise: NoiseLevel, **settings: object
+) -> SimulatedDrive:
+    """At up to 3 m/s, with other settings of `SimulationConfig`."""
+    speed = {"max_speed": TRACKING_SPEED, **settings}
+    return _drive(grid, np.random.default_rng([seed, 5]), seed=seed, duration=seconds, noise=noise, **speed)
+
+
+def racing_drive(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
+    """At up to 7 m/s, with wheels that slip."""
+    return tracking_drive(grid, seed, seconds, NoiseLevel.SLIGHT, max_speed=_RACING_SPEED, slip=_RACING_SLIP)
+
+
+def changed_map_drive(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
+    """Furniture was moved since the map was made, and people stand around."""
+    rng = np.random.default_rng([seed, 11])
+    world = move_furniture(grid, rng)
+    slight = NoiseLevel.SLIGHT
+    drive = _drive(world, rng, seed=seed, duration=seconds, noise=slight, max_speed=TRACKING_SPEED)
+    people = np.random.default_rng([seed, 7])
+    return replace(drive, messages=list(among_people(drive.messages, _CROWD, people)))
+
+
+def kidnapped_drive(
+    grid: OccupancyGrid, seed: int, seconds: float, pause: int = BETWEEN_SCANS
+) -> SimulatedDrive:
+    """Carried elsewhere every 6 seconds, at least once, within a pause (nanoseconds) of all messages."""
+    parts = max(2, round(seconds / BETWEEN_KIDNAPPINGS))
+    seeds = np.random.default_rng([seed, 13]).integers(2**31, size=_TRIES * parts).tolist()
+    drives: list[SimulatedDrive] = []
+    for own_seed in seeds:
+        drive = tracking_drive(grid, own_seed, seconds / parts, NoiseLevel.SLIGHT)
+        if not drives or _distance(drives[-1], drive) >= FAR:
+            drives.append(drive)
+        if len(drives) == parts:
+            break
+    return join_as_kidnappings(drives, pause)[0]
+
+
+def _distance(drive: SimulatedDrive, following: SimulatedDrive) -> float:
+    """Metres from where one ends to where the next begins."""
+    return float(np.hypot(*(following.truth.map_from_base[0] - drive.truth.map_from_base[-1])[:2]))
+
+
+def _drive(grid: OccupancyGrid, rng: np.random.Generator, **settings: object) -> SimulatedDrive:
+    return simulate_drive(grid, SimulationConfig(start=_random_start(grid, rng), **settings))
+
+
+def _random_start(grid: OccupancyGrid, rng: np.random.Generator) -> tuple[float, float, float]:
+    """A pose with room about it."""
+    is_roomy = (grid.cells == FREE) & (distance_to_occupied(grid) > _ROOM)
+    x, y = grid.center_of(rng.choice(np.argwhere(is_roomy), size=1))[0]
+    return float(x), float(y), float(rng.uniform(-np.pi, np.pi))

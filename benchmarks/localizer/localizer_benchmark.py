@@ -1,0 +1,135 @@
+"""How fast the localizer is, beside the memory loads it cannot do without and a filter written plainly.
+
+All in one process and, but for the checks of threads and cores, in one thread, warmed up. What is compared
+takes turns, so that other work on the machine slows both; times are medians of this thread's time of the
+processor, and ratios of times medians of those within a round.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from benchmarks.localizer.interleaved_timing import PARTS, InterleavedTiming
+from benchmarks.localizer.measured_drive import MeasuredDrive
+from benchmarks.localizer.other_thread import pace_of_other_thread
+from benchmarks.localizer.second_core import time_second_core
+from benchmarks.localizer.stopwatch import Stopwatch
+from benchmarks.recordings_folder import recordings_folder
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.recovery.perception import Perception
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
+from racecar.maps.shipped import shipped_map
+
+
+@dataclass(frozen=True)
+class Workload:
+    """How much is measured."""
+
+    particles: int = 4000
+    beams: int = 100
+    spread_particles: int = 100_000
+    rounds: int = 30
+    """In each, everything takes its turn."""
+    steps: int = 10
+    """Of the drive in each round."""
+    warm_up_steps: int = 40
+    surveys: int = 3
+    searches: int = 10
+    pace_rounds: int = 20
+    pace_steps: int = 20
+
+    @property
+    def steps_in_all(self) -> int:
+        """Once the cloud is narrow."""
+        return self.steps * (self.rounds + 1) + self.pace_steps * self.pace_rounds
+
+
+FULL = Workload()
+
+
+@dataclass(frozen=True)
+class LocalizerFigures:
+    """The figures on one map."""
+
+    step_ms: float
+    """Motion, sensor, resampling and estimate of one scan, and taking in the odometry before it."""
+    step_parts_ms: dict[str, float]
+    """Each measured alone on the cloud of the moment; the rest is motion, weights and Python."""
+    resampled: float
+    """Share of the steps that did."""
+    loads_ms: float
+    """Bare loads of those codes of the likelihood field that the cloud's sensor needs."""
+    plain_step_ms: float
+    error_m: float
+    """Mean distance to the truth: it is filters at work that were measured."""
+    plain_error_m: float
+    cloud_ns_per_particle: float
+    spread_ns_per_particle: float
+    survey_seconds: float
+    """By the clock, of the map."""
+    search_gain: float
+    """The time that the search of the whole map for a scan takes on one core over that on both."""
+    other_thread_pace: float
+    """Of a Python loop in another thread during updates, as a share of its pace while this thread spins."""
+    step_beside_thread_ms: float
+    """Whenever a kernel ends, Python lets that loop run on for some milliseconds before the step goes on."""
+    loads_ratio: float
+    """The full step over the bare loads."""
+    plain_ratio: float
+    """The filter written plainly over the full step."""
+    spread_ratio: float
+    """Time per particle spread over the whole map over that in a narrow cloud."""
+
+
+def benchmark_maps() -> dict[str, OccupancyGrid]:
+    """The shipped building and, where there are recordings, the basement's map, by name."""
+    maps = {"building": load_map(shipped_map("building"))}
+    basement = recordings_folder() / "racecar" / "maps" / "stata_basement.yaml"
+    if basement.exists():
+        maps[basement.stem] = load_map(basement)
+    return maps
+
+
+def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> LocalizerFigures:
+    """Measure on a simulated drive through a map.
+
+    Raises UserError when the car finds no room in it.
+    """
+    config = LocalizationConfig(
+        particles=workload.particles, fewest_particles=workload.particles, beams=workload.beams
+    )
+    watch = Stopwatch()
+    perception = Perception(grid)
+    surveying = time_second_core(lambda: Perception(grid), workload.surveys)
+    drive = MeasuredDrive(grid, config, workload.steps_in_all, workload.warm_up_steps, seed)
+    rng = np.random.default_rng([seed, 1])
+    places, points = perception.places, drive.points
+    searching = time_second_core(lambda: places.find(points, config.particles, rng), workload.searches)
+    turns = InterleavedTiming(drive, perception, workload.spread_particles, rng)
+    turns.take(workload.steps, Stopwatch())  # compiles what is compared
+    for _ in range(workload.rounds):
+        watch.begin_round()
+        turns.take(workload.steps, watch)
+    step_ms = watch.milliseconds("step")
+    pace, beside_ms = pace_of_other_thread(drive, workload.pace_rounds, workload.pace_steps, 1e-3 * step_ms)
+    parts = {name: watch.milliseconds(name) for name in PARTS}
+    share = workload.particles / workload.spread_particles
+    return LocalizerFigures(
+        step_ms=step_ms,
+        step_parts_ms={**parts, "rest": step_ms - sum(parts.values())},
+        resampled=float(np.mean(turns.resampled)),
+        loads_ms=watch.milliseconds("loads"),
+        plain_step_ms=watch.milliseconds("plain step"),
+        error_m=float(np.mean(turns.errors)),
+        plain_error_m=float(np.mean(turns.plain_errors)),
+        cloud_ns_per_particle=1e6 * watch.milliseconds("sensor") / workload.particles,
+        spread_ns_per_particle=1e6 * watch.milliseconds("spread sensor") / workload.spread_particles,
+        survey_seconds=surveying.seconds,
+        search_gain=searching.gain,
+        other_thread_pace=pace,
+        step_beside_thread_ms=beside_ms,
+        loads_ratio=watch.ratio("step", to="loads"),
+        plain_ratio=watch.ratio("plain step", to="step"),
+        spread_ratio=share * watch.ratio("spread sensor", to="sensor"),
+    )

@@ -1,0 +1,94 @@
+"""The parts of mapping that an ablation leaves out, by name: what is put in place of each.
+
+Not listed is what only saves time or memory, and what corrects a recording before it is mapped.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.replacements import (
+    LOOPS_NOT_SEEN_THROUGH,
+    LOOPS_NOT_SUPPORTED,
+    Replacement,
+    nothing,
+)
+from racecar.mapping import mapper, schedule
+from racecar.mapping.graph import pose_graph
+from racecar.mapping.graph.constraint import Constraint
+from racecar.mapping.keyframes import final_optimization
+from racecar.mapping.keyframes.misled_matches import MatchesAlongPath
+from racecar.mapping.keyframes.placement import KeyframePlacer
+from racecar.mapping.odometry import dead_reckoning
+from racecar.mapping.odometry.dead_reckoning import DeadReckoning
+from racecar.mapping.odometry.lag import OdometryLag
+from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
+from racecar.mapping.odometry.velocity_filter import VelocityFilter
+from racecar.mapping.state.mapper_state import MapperState
+from racecar.maps.geometry.se2 import Pose
+
+_GUESSES = DeadReckoning.guesses
+"""As they are."""
+
+
+def _no(*_: object, **__: object) -> bool:
+    """In place of a question."""
+    return False
+
+
+def _none(*_: object) -> list[object]:
+    """In place of what finds something."""
+    return []
+
+
+def _no_step(matches: MatchesAlongPath) -> NDArray[np.bool_]:
+    """In place of the steps in which scans mislead."""
+    return np.zeros(len(matches.steps), dtype=np.bool_)
+
+
+def _no_pairs(*_: object) -> NDArray[np.int64]:
+    """In place of pairs of keyframes."""
+    return np.zeros((0, 2), dtype=np.int64)
+
+
+def _as_predicted(_last: object, _points: object, motion: Pose) -> Pose:
+    """In place of the search for a turn."""
+    return motion
+
+
+def _as_it_is(constraint: Constraint, _: Pose) -> Constraint:
+    """In place of a constraint that is loosened."""
+    return constraint
+
+
+def _without_scan_odometry(reckoning: DeadReckoning) -> MotionGuesses:
+    """In place of the guesses, where wheels or the filter make one."""
+    guesses = _GUESSES(reckoning)
+    has_other = GuessSource.WHEELS_OR_FILTER in guesses.by
+    return guesses.without(GuessSource.SCAN_ODOMETRY) if has_other else guesses
+
+
+def _without_steady_velocity(reckoning: DeadReckoning) -> MotionGuesses:
+    """In place of the guesses."""
+    return _GUESSES(reckoning).without(GuessSource.STEADY_VELOCITY)
+
+
+PARTS: Mapping[str, tuple[Replacement, ...]] = {
+    "calibration of the wheels": ((MapperState, "calibrate", nothing),),
+    "lag of the wheels": ((OdometryLag, "learn", _no),),
+    "wheels that hang": ((DeadReckoning, "_freeze", nothing),),
+    "guess by scan odometry": ((DeadReckoning, "guesses", _without_scan_odometry),),
+    "guess by steady velocity": ((DeadReckoning, "guesses", _without_steady_velocity),),
+    "velocity filter": ((VelocityFilter, "advance", _no),),
+    "search for turns": ((dead_reckoning, "with_turn_seen", _as_predicted),),
+    "search for lost keyframes": ((KeyframePlacer, "_search", _none),),
+    "see-through test of loops": (LOOPS_NOT_SEEN_THROUGH,),
+    "support of loops": (LOOPS_NOT_SUPPORTED,),
+    "loops that were missed": ((mapper, "missed_loops", _none),),
+    "ties to the first pass": ((final_optimization, "pairs_with_first_pass", _no_pairs),),
+    "matches that are misled": ((MatchesAlongPath, "misled_steps", _no_step),),
+    "loose wheels where refuted": ((Constraint, "loosened", _as_it_is),),
+    "annealed matches": ((pose_graph, "_WIDEST_MATCH_LOSS", pose_graph._LOSS_WIDTHS[-1]),),
+    "rounds at the end but one": ((schedule, "FINAL_ROUNDS", 1),),
+}

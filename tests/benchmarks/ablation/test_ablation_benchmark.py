@@ -1,0 +1,165 @@
+"""``python -m benchmarks accuracy --ablation``."""
+
+import json
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.ablation import ablation_benchmark
+from benchmarks.ablation.ablation_benchmark import Effect, difference, measure_kind
+from benchmarks.ablation.ablation_drive import AblationDrive, DriveFigures
+from benchmarks.ablation.mechanisms import Variant, variants
+from benchmarks.ablation.recorded_drives import recorded_drives
+from benchmarks.ablation.simulated_drives import simulated_drives
+from benchmarks.commands import run
+from racecar.localization.config import LocalizationConfig
+from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.simulation.path_smoothing import lengths_along
+from racecar.pipelines.simulation.simulated_drive import simulate_drive
+from racecar.pipelines.simulation.simulator import Simulation, write_bag
+from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
+
+
+def quiet(sentence: str) -> None:
+    """Announce nothing."""
+
+
+def figures(*errors: float) -> list[DriveFigures]:
+    return [DriveFigures(error, 0.0, 1) for error in errors]
+
+
+def room() -> OccupancyGrid:
+    cells = np.full((60, 90), OCCUPIED, dtype=np.int8)
+    cells[2:58, 2:88] = FREE
+    cells[30:40, 20:30] = cells[10:16, 60:75] = OCCUPIED
+    return OccupancyGrid(cells, 0.1, np.array([0.0, 0.0, 0.0]))
+
+
+def in_a_room(grid: OccupancyGrid) -> Callable[[int], AblationDrive]:
+    def drive_of(seed: int) -> AblationDrive:
+        settings = SimulationConfig(duration=1.0, seed=seed, noise=NoiseLevel.FULL, start=(4.0, 2.0, 0.3))
+        drive = simulate_drive(grid, settings)
+        return AblationDrive(grid, drive.messages, drive.truth, drive.truth.map_from_base[0])
+
+    return drive_of
+
+
+@pytest.mark.parametrize(
+    ("without", "effect"),
+    [
+        ((0.0100, 0.0201, 0.0300, 0.0401), Effect.EQUAL),
+        ((0.0150, 0.0252, 0.0350, 0.0448), Effect.PAYS),
+        ((0.0050, 0.0152, 0.0250, 0.0348), Effect.COSTS),
+        ((0.0100, 0.0201, 0.0300, 0.5000), Effect.OPEN),
+    ],
+)
+def test_the_drives_in_pairs_tell_what_a_mechanism_does(without: tuple[float, ...], effect: Effect) -> None:
+    found = difference(figures(0.01, 0.02, 0.03, 0.04), figures(*without))
+    assert found.effect is effect
+    assert found.mean_m == pytest.approx(np.mean(without) - 0.025)
+
+
+def test_the_standard_error_is_that_of_the_mean_difference() -> None:
+    found = difference(figures(0.1, 0.2, 0.3), figures(0.2, 0.3, 0.7))
+    assert found.standard_error_m == pytest.approx(np.std([0.1, 0.1, 0.4], ddof=1) / np.sqrt(3))
+
+
+def test_of_one_drive_nothing_is_said() -> None:
+    assert difference(figures(0.1), figures(0.9)).effect is Effect.OPEN
+
+
+def test_variants_are_measured_on_the_same_drives() -> None:
+    tried = {"nothing": Variant(), "all sensor": variants()["all sensor"]}
+    kind = measure_kind(in_a_room(room()), tried, LocalizationConfig(), 2, quiet)
+    assert kind.without["nothing"] == kind.default
+    assert kind.default[0] != kind.default[1]
+    assert kind.differences()["nothing"].effect is Effect.IDLE
+    assert abs(kind.differences()["all sensor"].mean_m) > 0.005
+    assert all(0.0 < each.error_m < 0.05 and each.share_lost == 0.0 for each in kind.default)
+
+
+def test_a_lost_car_counts_as_a_metre_off() -> None:
+    grid = room()
+    drive = in_a_room(grid)(0)
+    elsewhere = drive.truth.map_from_base + np.array([30.0, 0.0, 0.0])
+    moved = type(drive.truth)(drive.truth.stamps, elsewhere)
+    kind = measure_kind(
+        lambda seed: AblationDrive(grid, drive.messages, moved, drive.start),
+        {},
+        LocalizationConfig(),
+        1,
+        quiet,
+    )
+    assert kind.default == [DriveFigures(1.0, 1.0, 1)]
+
+
+def test_what_some_drives_are_for_is_in_them() -> None:
+    drives = simulated_drives(2.0)
+    without = drives["no odometry, track"](0)
+    assert not any(isinstance(each, Odometry) for each in without.messages)
+    hung = [each for each in drives["hung odometry, track"](0).messages if isinstance(each, Odometry)]
+    repeats = [np.array_equal(a.odom_from_base, b.odom_from_base) for a, b in pairwise(hung)]
+    assert 0.2 < np.mean(repeats) < 0.5
+    halved = drives["halved odometry, track"](0)
+    told = [each.odom_from_base[:2] for each in halved.messages if isinstance(each, Odometry)]
+    driven = halved.truth.map_from_base[:, :2]
+    assert 0.4 < lengths_along(np.array(told))[-1] / lengths_along(driven)[-1] < 0.9
+    carried = drives["carried in a gap, track"](0)
+    stamps = np.array([each.stamp for each in carried.messages if isinstance(each, Scan)])
+    gap = int(np.argmax(np.diff(stamps)))
+    assert stamps[gap + 1] - stamps[gap] > 2_500_000_000
+    poses = carried.truth.map_from_base
+    assert np.hypot(*(poses[gap + 1] - poses[gap])[:2]) > 1.9
+    assert len(poses) == len(stamps)
+
+
+def test_a_recording_is_localized_on_the_map_made_of_it(tmp_path: Path) -> None:
+    settings = SimulationConfig(duration=4.0, start=(4.0, 2.0, 0.3))
+    write_bag(Simulation(room(), settings), tmp_path / "tiny.bag", lambda share: None)
+    (tmp_path / "tiny.relations").touch()
+    drives = recorded_drives(tmp_path, Config(), seconds=2.0)
+    assert list(drives) == ["tiny on our own map"]
+    drive = drives["tiny on our own map"](0)
+    assert drives["tiny on our own map"](1) is drive
+    assert 70 <= len(drive.truth) <= 80
+    kind = measure_kind(drives["tiny on our own map"], {}, LocalizationConfig(), 1, quiet)
+    assert kind.default[0].error_m < 0.05
+
+
+def test_the_command_tells_each_kind_and_all_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def measured(drive_of: object, tried: dict[str, Variant], *_: object) -> ablation_benchmark.KindFigures:
+        without = {name: figures(0.02, 0.021, 0.02) for name in tried}
+        return ablation_benchmark.KindFigures(figures(0.01, 0.011, 0.01), without)
+
+    monkeypatch.setattr(ablation_benchmark, "measure_kind", measured)
+    path = tmp_path / "ablation.json"
+    command = ["accuracy", "--ablation", "--data", str(tmp_path), "--json", str(path)]
+    assert run([*command, "--only", "trust", "--only", "racing, track", "--only", "noise, track"]) == 0
+    page = capsys.readouterr().out
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines() if "|" in line]
+    assert rows.count(["trust", "0.0103", "0.0203", "+0.0100 ± 0.0000", "0.0%", "pays"]) == 2
+    assert ["trust", "noise, track +0.0100; racing, track +0.0100", "", "0", "0", "0"] in rows
+    written = json.loads(path.read_text())["ablation"]
+    assert list(written) == ["noise, track", "racing, track"]
+    assert written["racing, track"]["without"]["trust"]["effect"] == "pays"
+    assert written["racing, track"]["without"]["trust"]["drives"] == 3
+    assert written["racing, track"]["without"]["trust"]["figures"][1]["error_m"] == 0.021
+    assert written["racing, track"]["default"][1]["error_m"] == 0.011
+
+
+def test_a_mechanism_that_there_is_not_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["accuracy", "--ablation", "--data", str(tmp_path), "--only", "magic"]) == 2
+    assert "no mechanism or drive 'magic'" in capsys.readouterr().err
+
+
+def test_a_part_of_no_ablation_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["accuracy", "--only", "trust"]) == 2
+    assert "--ablation" in capsys.readouterr().err

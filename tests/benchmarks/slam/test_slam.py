@@ -1,0 +1,114 @@
+"""The command ``python -m benchmarks slam``."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.commands import run
+from benchmarks.slam.parts import PARTS
+from racecar.maps.geometry.se2 import IDENTITY
+from racecar.maps.sensing.odometry import Odometry
+from racecar.pipelines.bags.writer import BagWriter
+
+SCANS = 60
+STEP = 0.05
+PERIOD = 50_000_000
+BEARINGS = np.deg2rad(np.arange(-135.0, 135.0))
+STAGES = {"reading", "scan matching", "optimization", "rest"}
+
+
+def write_log(folder: Path) -> None:
+    """A car that drives 5 cm a scan along x, in a room of 10 × 6 m; relations over 10 scans, one too late."""
+    with BagWriter(folder / "room.bag") as writer:
+        writer.write_static_transform(IDENTITY)
+        for index in range(SCANS):
+            x = STEP * index
+            with np.errstate(divide="ignore"):
+                to_ends = np.where(np.cos(BEARINGS) > 0, 6.0 - x, -4.0 - x) / np.cos(BEARINGS)
+                to_sides = 3.0 / np.abs(np.sin(BEARINGS))
+            ranges = np.minimum(to_ends, to_sides).astype(np.float32)
+            writer.write_odometry(Odometry(index * PERIOD, np.array([x, 0.0, 0.0]), IDENTITY))
+            writer.write_scan(index * PERIOD, ranges, BEARINGS[0], np.deg2rad(1.0), 0.0, 0.05, 0.1, 30.0)
+    starts = [*range(0, SCANS - 10, 5), SCANS]
+    lines = [f"{i * PERIOD * 1e-9:.6f} {(i + 10) * PERIOD * 1e-9:.6f} {10 * STEP} 0 0 0 0 0" for i in starts]
+    (folder / "room.relations").write_text("\n".join(lines) + "\n")
+
+
+def test_every_table_and_the_figures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("racecar.pipelines.warm_up.warm_up", dict)  # its kernels are compiled by other tests
+    write_log(tmp_path)
+    (tmp_path / "settings.yaml").write_text("mapping:\n  resolution: 0.1\n")
+    arguments = ["--ablation", "--false-loops", "--config", tmp_path / "settings.yaml", "--data", tmp_path]
+    assert run(["slam", *map(str, arguments), "--json", str(tmp_path / "figures.json")]) == 0
+
+    shown = capsys.readouterr()
+    assert shown.out.count("| room ") == 3
+    assert "Mapping room" in shown.err
+    figures = json.loads((tmp_path / "figures.json").read_text())
+    assert figures["inputs"]["settings"]["resolution"] == 0.1
+    assert figures["published"] == {}
+
+    log = figures["logs"]["room"]
+    assert log["accuracy"]["translation_mean_m"] < 0.02
+    assert log["accuracy"]["relations"] == 11
+    assert log["accuracy"]["lost"] == 1
+    assert log["report"]["counts"]["scans"] == SCANS
+    assert set(log["seconds"]) >= STAGES
+    assert sum(log["seconds"].values()) == pytest.approx(log["wall_seconds"])
+    assert log["peak_memory_mb"] > 0
+
+    ablation = figures["ablation"]
+    assert ablation["default"]["room"] == log["accuracy"]
+    assert set(ablation) == {
+        "default",
+        "without wheel odometry",
+        "without refinement",
+        "without loop closure",
+        *(f"without {part}" for part in PARTS),
+    }
+    assert ablation["without wheel odometry"]["room"] != log["accuracy"]
+    assert all(name in shown.out for name in ablation)
+    assert figures["false_loops"]["room"]["wrong_loops"] <= figures["false_loops"]["room"]["true_loops"]
+
+
+def test_mistakes_are_told_before_any_work(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["slam", "--data", str(tmp_path)]) == 2
+    shown = capsys.readouterr()
+    assert "no benchmark log" in shown.err
+    assert shown.err.count("\n") == 1
+    assert shown.out == ""
+
+
+def test_an_example_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["slam", "--help"]) == 0
+    assert "Example: python -m benchmarks slam" in capsys.readouterr().out
+
+
+def test_a_log_at_fault_is_one_sentence(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("racecar.pipelines.warm_up.warm_up", dict)
+    (tmp_path / "room.bag").write_bytes(b"no bag")
+    (tmp_path / "room.relations").write_text("1 2 0 0 0 0 0\n")
+    assert run(["slam", "--data", str(tmp_path), "--quiet"]) == 2
+    shown = capsys.readouterr()
+    assert "line 1 of" in shown.err
+    assert shown.err.count("\n") == 1
+    assert shown.out == ""
+
+
+@pytest.mark.slow
+def test_real_logs(recordings: Path, tmp_path: Path) -> None:
+    path = tmp_path / "figures.json"
+    assert run(["slam", "--data", str(recordings), "--json", str(path), "--quiet"]) == 0
+    figures = json.loads(path.read_text())
+    assert {"aces", "fr079", "intel"} <= set(figures["logs"])
+    for log in ("aces", "fr079", "intel"):
+        accuracy = figures["logs"][log]["accuracy"]
+        assert accuracy["lost"] == 0
+        assert accuracy["translation_mean_m"] <= 0.06
+        assert figures["published"][log]["cartographer_seconds"] > 0
