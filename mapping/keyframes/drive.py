@@ -106,13 +106,12 @@ class Drive:
         """The reference in the map (M, 3) at some scans, from where it was at the keyframes (K, 3) and the
         motion since each."""
         latest = np.array([guesses.best for guesses in self._guesses]).reshape(-1, 3)
-        stamps, keyframe_scans = np.array(self.stamps), np.array(self.keyframe_scans)
         return guess_scans(
-            stamps[scans],
+            np.array(self.stamps),
+            scans,
             np.concatenate([_in_place(self._decided), latest])[scans],
-            self.keyframe_of(scans),
+            np.array(self.keyframe_scans),
             _in_place(self._keyframe_from_next),
-            stamps[keyframe_scans],
             map_from_keyframe,
         )
 

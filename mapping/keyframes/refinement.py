@@ -53,26 +53,30 @@ _WORKERS = 2
 
 def guess_scans(
     stamps: NDArray[np.int64],
+    scans: NDArray[np.int64],
     keyframe_from_scan: Pose,
-    after_keyframe: NDArray[np.int64],
+    keyframe_scans: NDArray[np.int64],
     keyframe_from_next: Pose,
-    keyframe_stamps: NDArray[np.int64],
     map_from_keyframe: Pose,
 ) -> Pose:
-    """Poses (M, 3) of scans from the motion (M, 3) since the keyframe each follows, by dead reckoning.
+    """Poses (M, 3) of some scans (M,) from the motion (M, 3) since the keyframe each follows, by dead
+    reckoning; all scans of the drive were taken at stamps (N,), nanoseconds, and K of them, (K,), are the
+    keyframes.
 
-    The motion (K - 1, 3) from one keyframe to the next was measured in the same way; what it missed by is
-    spread over the time between the two: most of it over a pause, in which nothing was measured. Stamps (M,)
-    and those of the keyframes (K,) are in nanoseconds.
+    The motion (K - 1, 3) from one keyframe to the next was measured in the same way. What it missed by is
+    spread over the time between the two as the variance is of a velocity that was not measured, which is
+    independent from scan to scan: most of it goes to a pause.
     """
-    guesses = compose(map_from_keyframe[after_keyframe], keyframe_from_scan)
-    has_next = after_keyframe < len(keyframe_stamps) - 1
-    before = after_keyframe[has_next]
+    after = np.searchsorted(keyframe_scans, scans, side="right") - 1
+    guesses = compose(map_from_keyframe[after], keyframe_from_scan)
+    has_next = after < len(keyframe_scans) - 1
+    before = after[has_next]
     missed = between(
         compose(map_from_keyframe[before], keyframe_from_next[before]), map_from_keyframe[before + 1]
     )
-    since = stamps[has_next] - keyframe_stamps[before]
-    share = since / np.maximum(keyframe_stamps[before + 1] - keyframe_stamps[before], 1)
+    variance = np.append(0.0, np.cumsum((np.diff(stamps) * 1e-9) ** 2))
+    begin, end = variance[keyframe_scans[before]], variance[keyframe_scans[before + 1]]
+    share = (variance[scans[has_next]] - begin) / np.where(end > begin, end - begin, 1.0)
     guesses[has_next] = compose(guesses[has_next], share[:, None] * missed)
     return guesses
 

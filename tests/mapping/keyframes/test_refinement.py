@@ -26,10 +26,10 @@ def guessed(true: Pose, measured: Pose, stamps: np.ndarray = STAMPS) -> Pose:
     """From a path (N, 3) as dead reckoning ``measured`` it and keyframes where they are in truth."""
     return guess_scans(
         stamps,
+        np.arange(SCANS),
         between(measured[KEYFRAME_SCANS][AFTER_KEYFRAME], measured),
-        AFTER_KEYFRAME,
+        KEYFRAME_SCANS,
         between(measured[KEYFRAME_SCANS[:-1]], measured[KEYFRAME_SCANS[1:]]),
-        stamps[KEYFRAME_SCANS],
         true[KEYFRAME_SCANS],
     )
 
@@ -67,6 +67,17 @@ def test_what_was_missed_over_a_pause_does_not_move_the_scans_before_it() -> Non
     stamps = STAMPS.copy()
     stamps[first_after:] += 80_000_000_000
     assert_same(guessed(true, measured, stamps), true, 0.01, 1e-9)
+
+
+def test_a_car_that_stood_before_a_pause_stays_where_it_stood() -> None:
+    """It stood for longer than the pause took, in which it was carried on."""
+    stamps = 100_000_000 * np.arange(101)
+    stamps[100:] += 3_000_000_000
+    still, keyframe_scans = np.zeros((101, 3)), np.array([0, 100])
+    found = guess_scans(
+        stamps, np.arange(101), still, keyframe_scans, still[:1], np.array([still[0], [1.0, 0.6, 0.0]])
+    )
+    assert_same(found[:100], still[:100], 0.12, 1e-9)
 
 
 @settings(max_examples=8)
