@@ -17,7 +17,11 @@ from racecar.maps.geometry.se2 import Pose, between, chained, wrap_angle
 from racecar.maps.sensing.odometry_faults import OdometryFaults, forward
 
 _ITERATIONS = 20
-"""Of reweighted least squares: more than enough, because the weights change little after the first few."""
+"""Of reweighted least squares, at most. Measured: with 8 a simulated campus was off by 0.15 m instead of
+0.07 m."""
+_SETTLED = 1e-4
+"""Share of its usual size by which an iteration changes what is found, below which the fit is settled. By
+judgement: far less than a fault is known to."""
 SIGMA_PER_MEDIAN = 1.4826
 """Standard deviation of a Gaussian over the median of its absolute deviations, by definition of its
 quantiles."""
@@ -236,18 +240,21 @@ def _fit(
     deviation per step. The variance of a residual is what the match tells of itself, (M,), what all matches
     err by, and what a step does, as often as a span is long. Since each step takes part in many spans, its
     errors are told as often, and count once."""
-    solution = np.zeros(len(spread))
+    found = np.full(len(spread) + 1, np.inf)
     of_spans = np.unique(lengths)
     groups = [np.flatnonzero(lengths == length) for length in of_spans]
     weight, shared = np.ones(len(missed)), _INITIAL_SIGMA**2 * lengths
     for _ in range(_ITERATIONS):
         scaled = weight / (told + shared * _SPANS_PER_STEP + _SMALLEST**2)
         normal = design.T @ (scaled[:, None] * design) + np.diag(spread**-2.0)
-        solution[:] = np.linalg.solve(normal, design.T @ (scaled * missed))
+        solution = np.linalg.solve(normal, design.T @ (scaled * missed))
         residual, variance = missed - design @ solution, told + shared + _SMALLEST**2
         weight = 1.0 / (1.0 + residual**2 / (variance * _LOSS_WIDTH**2))
         of_match, per_step = _variances(residual, told, of_spans, groups, variance**-2.0)
         shared = of_match + per_step * lengths
+        before, found = found, np.append(solution / spread, np.sqrt(per_step) / _INITIAL_SIGMA)
+        if np.abs(found - before).max() < _SETTLED:
+            break
     return solution.tolist(), float(np.sqrt(per_step))
 
 
