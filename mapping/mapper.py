@@ -402,7 +402,7 @@ class Mapper:
             return
         state.forget_frozen_wheels()
         are_misled = np.zeros(len(state.keyframes) - 1, dtype=np.bool_)
-        for _ in range(schedule.FINAL_ROUNDS):
+        for nth in range(schedule.FINAL_ROUNDS):
             state.calibrate(0)
             known, before = are_misled, state.map_from_keyframe
             state.graph, poses, are_misled = matched_again(
@@ -414,9 +414,9 @@ class Mapper:
                 state.keyframes,
                 with_first_pass=config.close_loops,
             )
-            state.map_from_keyframe = state.graph.optimize_finally(poses)
-            bent_by = mean_bend(before, state.map_from_keyframe, max(TIED_TO))
-            if np.array_equal(are_misled, known) and bent_by < schedule.SETTLED_BEND:
+            is_known = np.array_equal(are_misled, known)
+            state.map_from_keyframe = state.graph.optimize_finally(poses, are_near=is_known and nth > 0)
+            if is_known and mean_bend(before, state.map_from_keyframe, max(TIED_TO)) < schedule.SETTLED_BEND:
                 break
 
     def _judge(self, session: Session) -> MapQuality:

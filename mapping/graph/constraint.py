@@ -50,7 +50,12 @@ class ConstraintList:
         return len(self._kinds)
 
     def __iter__(self) -> Iterator[Constraint]:
-        return (self[k] for k in range(len(self)))
+        arrays = self.to_arrays()
+        ends, kinds = arrays["keyframes"].tolist(), arrays["kinds"].tolist()
+        for (first, second), pose, information, kind in zip(
+            ends, arrays["poses"], arrays["information"], kinds, strict=True
+        ):
+            yield Constraint(first, second, pose, information, KINDS[kind])
 
     def __getitem__(self, k: int) -> Constraint:
         pose, information = self._poses[3 * k : 3 * k + 3], self._information[6 * k : 6 * k + 6]

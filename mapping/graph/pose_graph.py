@@ -103,8 +103,9 @@ class PoseGraph:
             poses = groups.carry(poses, middles)
         return self.optimize_roughly(poses, first)
 
-    def optimize_since(self, poses: Pose, first: int) -> Pose:
-        """`optimize` for the keyframes from ``first`` on; those before stay where they are.
+    def optimize_since(self, poses: Pose, first: int = 0) -> Pose:
+        """`optimize` for the keyframes from ``first`` on, where nothing needs to be annealed any more; those
+        before stay where they are.
 
         The poses may be those of the first keyframes only.
         """
@@ -145,25 +146,25 @@ class PoseGraph:
 
     def _among(self, first: int, end: int) -> list[Constraint]:
         """The constraints of keyframes from ``first`` on and before ``end``, the latest first."""
-        start = self._start_of(first)
-        latest = self.constraints.ends[start:, 1]
-        among = start + np.flatnonzero((first <= latest) & (latest < end))
-        return [self.constraints[k] for k in among[::-1].tolist()]
+        later = self.since(first)
+        latest = later.ends[:, 1]
+        return list(later.chosen(np.flatnonzero((first <= latest) & (latest < end))[::-1]))
 
     def _start_of(self, first: int) -> int:
         """Where the constraints of keyframes from ``first`` on begin."""
         are_before = (self.constraints.ends[:, 1] < first) & ~self.constraints.are("loop_closure")
         return int(np.max(np.flatnonzero(are_before), initial=-1)) + 1
 
-    def optimize_finally(self, poses: Pose) -> Pose:
-        """Optimize, and once more without the loop closures that the solution refutes."""
-        poses = self.optimize(poses)
+    def optimize_finally(self, poses: Pose, *, are_near: bool = False) -> Pose:
+        """Optimize, and once more without the loop closures that the solution refutes. Poses (K, 3) that
+        ``are_near`` the solution need no annealing."""
+        poses = self.optimize_since(poses) if are_near else self.optimize(poses)
         loops = np.flatnonzero(self.constraints.are("loop_closure")).tolist()
         refuted = [k for k in loops if _is_contradicted(self.constraints[k], poses, _REFUTED)]
         if not refuted:
             return poses
         self.constraints = self.constraints.chosen(np.delete(np.arange(len(self.constraints)), refuted))
-        return self.optimize(poses)
+        return self.optimize_finally(poses, are_near=True)
 
     def close(self, closures: Sequence[Constraint], poses: Pose, groups: Groups, tied_until: int = 0) -> Pose:
         """Take loop closures into the graph; where they strain the poses (K, 3), optimize these roughly.
