@@ -52,6 +52,10 @@ _SMALL_STEP = 1e-4
 _NO_WEIGHT = 1e-9
 """Sum of weights that stands for none, so that a match without a point has a residual of zero."""
 
+_ANY_ORDER = {"reassoc", "arcp", "contract", "nsz"}
+"""Sums may be worked out in any order, which takes a tenth off the time; infinities and NaN stay what they
+are (LLVM's flags)."""
+
 _FloatArray = NDArray[np.float32]
 _Normals = NDArray[np.int16]
 _Matrix = NDArray[np.float64]
@@ -141,7 +145,7 @@ class _NormalEquations(NamedTuple):
     """That could have had a term."""
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def fill_bearing_table(points: _FloatArray, table: NDArray[np.int16]) -> None:
     """For each bearing bin the index of the first point (N, 2), sorted by bearing, that is not before it."""
     index = 0
@@ -152,14 +156,14 @@ def fill_bearing_table(points: _FloatArray, table: NDArray[np.int16]) -> None:
         table[bin_] = index
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def first_by_bearing(x: float, y: float, table: NDArray[np.int16]) -> int:
     """Index of a point near the bearing of (x, y), by the look-up table."""
     bin_ = int((np.arctan2(y, x) + np.pi) * (TABLE_SIZE / (2.0 * np.pi)))
     return int(table[min(max(bin_, 0), TABLE_SIZE)])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def nearest_from(
     start: int, x: float, y: float, points: _FloatArray, count: int, max_distance: float
 ) -> tuple[int, float]:
@@ -187,7 +191,7 @@ def nearest_from(
     return best, best_squared
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def _is_alone(x: float, y: float, alone: _FloatArray, max_distance: float) -> bool:
     """Is (x, y) still so near to where it was ``alone`` (3,) that no point lies within ``max_distance``?"""
     spare = alone[2] - max_distance
@@ -195,7 +199,7 @@ def _is_alone(x: float, y: float, alone: _FloatArray, max_distance: float) -> bo
     return bool(spare > 0.0 and dx * dx + dy * dy < spare * spare)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def _with_terms(
     sums: _NormalEquations,
     partners: _Partners,
@@ -267,7 +271,7 @@ def _with_terms(
     )  # fmt: skip
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
     """Take the direction along which the surfaces let the scan slide out of the normal equations.
 
@@ -295,12 +299,12 @@ def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
     hessian[0, 2], hessian[1, 2] = hessian[2, 0], hessian[2, 1]
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def _scan_of(scans: PackedScans, row: int) -> _PolarScan:
     return _PolarScan(scans.points[row], scans.normals[row], scans.counts[row], scans.tables[row])
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def match_group(
     pose: _Matrix,
     pairs: PairedRows,
@@ -377,7 +381,7 @@ def match_group(
     quality[2] = sums.weight
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def match_groups(
     poses: _Matrix,
     starts: NDArray[np.int64],
