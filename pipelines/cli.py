@@ -100,6 +100,8 @@ def main(group: typer.Typer = app, title: str = "racecar") -> None:
     """Run a command and leave with its exit code: 0, 1 for a fault of ours, 2 for one of the user's."""
     prepare_terminal()
     end_like_ctrl_c()
+    # Our matrices are too small for threads of the linear algebra, which wait by turning in circles.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     code = run(sys.argv[1:], group, title)
     leave_terminal()
     sys.exit(code)
