@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from racecar.mapping.self_calibration.bearing_scale import BearingScale, bearing_scale
-from racecar.mapping.self_calibration.mount import LEAST_PATH, MIN_YAW_ERROR, MotionReading, read_motion
+from racecar.mapping.self_calibration.mount import LEAST_PATH, MotionReading, read_motion
 from racecar.mapping.self_calibration.odometry_fault import OdometryFault, odometry_fault
 from racecar.mapping.self_calibration.scan_track import ScanTrack, ScanTracker, track_of
 from racecar.mapping.self_calibration.sweep_order import SweepOrder, has_sweep_times, in_sweep_order
@@ -15,7 +15,6 @@ from racecar.mapping.self_calibration.turn_agreement import (
 )
 from racecar.mapping.self_calibration.wall_straightness import wall_straightness
 from racecar.mapping.self_calibration.wheel_track import WheelTrack, motion_pairs
-from racecar.maps.geometry.se2 import wrap_angle
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scaled_bearings import with_bearings_scaled
 from racecar.maps.sensing.scan import Scan
@@ -108,8 +107,8 @@ class SelfCalibrator:
             return False
         if reading is None or self._first is None:
             return False
-        yaw = float(wrap_angle(reading.mount.base_from_laser[2] - self._first.base_from_laser[2]))
-        return abs(yaw) < MIN_YAW_ERROR and reading.mount.path_ratio >= LEAST_PATH
+        is_told = reading.mount.yaw_error(self._first.base_from_laser) == 0.0
+        return is_told and reading.mount.path_ratio >= LEAST_PATH
 
     def estimate(self, expected_lag: int = 0) -> SelfCalibration:
         """What they prove. ``expected_lag`` in nanoseconds is how much later than scans the wheels are

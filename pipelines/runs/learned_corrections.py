@@ -6,13 +6,13 @@ from typing import Any
 import numpy as np
 
 from racecar.mapping.self_calibration.bearing_scale import BearingScale
-from racecar.mapping.self_calibration.mount import MIN_YAW_ERROR, MotionReading, MountEstimate
+from racecar.mapping.self_calibration.mount import MotionReading, MountEstimate
 from racecar.mapping.self_calibration.odometry_fault import OdometryFault
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.sweep_order import SweepOrder
 from racecar.mapping.self_calibration.turn_agreement import RIGHT_FACTOR, USUAL_LAG, TurnAgreement
 from racecar.mapping.self_calibration.wheel_track import WheelSigns
-from racecar.maps.geometry.se2 import Pose, wrap_angle
+from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.turn_fusion import MAX_SCALE_ERROR
 from racecar.pipelines.bags.corrections import Corrections
 from racecar.pipelines.bags.findings import BY_SCANS_ALONE, ONE_CLOCK, Finding
@@ -276,10 +276,21 @@ class _Made:
 
     def _check_yaw(self, mount: MountEstimate) -> None:
         known = self._known
-        error = float(wrap_angle(mount.base_from_laser[2] - known.base_from_laser[2]))
-        if abs(error) < MIN_YAW_ERROR:
+        error = mount.yaw_error(known.base_from_laser)
+        if error == 0.0:
             return
         place = mount.as_mounted()
+        is_transform = known.is_place_told and known.place_source != "flag"
+        if is_transform and mount.drives_ahead and abs(error) < 0.5 * np.pi:
+            place = np.append(known.base_from_laser[:2], mount.base_from_laser[2])
+            self.changes["base_from_laser"] = place
+            self._find(
+                f"The laser looks {_degrees(known.base_from_laser)} to the left by its transform "
+                f"({known.place_source}), but {_degrees(place)} by the scans, since the odometry drives along "
+                "the axis of the robot: so it is read.",
+                f"Correct the transform, or give --laser-pose {_as_flag(place)}.",
+            )
+            return
         if known.is_place_told:
             self._leave_out(
                 f"The laser looks {_degrees(known.base_from_laser)} to the left by its place "

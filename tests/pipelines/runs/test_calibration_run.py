@@ -138,6 +138,15 @@ def test_a_place_that_is_told_is_believed_and_not_the_wheels(tmp_path: Path) -> 
     assert not any(isinstance(item, Odometry) for item in reader_items(tmp_path, corrections))
 
 
+def test_a_transform_that_is_turned_yields_to_wheels_that_drive_along_their_axis(tmp_path: Path) -> None:
+    recording = Recording()
+    recording.told = np.array([0.1, 0.0, np.radians(14.0)])
+    corrections, reader = corrections_of(recording, tmp_path)
+    assert corrections.base_from_laser == pytest.approx([0.1, 0.0, 0.0], abs=0.02)
+    assert reader.odom_topic is not None
+    assert "14° to the left by its transform" in only_finding(corrections)
+
+
 def reader_items(folder: Path, corrections: Corrections) -> list[Scan | Odometry]:
     with BagReader(folder / "bag") as reader:
         reader.correct(corrections)
