@@ -286,8 +286,8 @@ class _Made:
             self.changes["base_from_laser"] = place
             self._find(
                 f"The laser looks {_degrees(known.base_from_laser)} to the left by its transform "
-                f"({known.place_source}), but {_degrees(place)} by the scans, since the odometry drives along "
-                "the axis of the robot: so it is read.",
+                f"({known.place_source}), but {_degrees(place)} by the scans, since the odometry drives "
+                "along the axis of the robot: so it is read.",
                 f"Correct the transform, or give --laser-pose {_as_flag(place)}.",
             )
             return
