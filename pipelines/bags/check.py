@@ -40,7 +40,7 @@ class BagCheck:
             ],
             **self.facts,
             "counts": self.counts,
-            "findings": [asdict(finding) for finding in self.findings],
+            "findings": [finding.as_dict() for finding in self.findings],
         }
 
 

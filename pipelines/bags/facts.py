@@ -145,42 +145,23 @@ class ScanFacts:
             return []
         findings = []
         if np.isfinite(self.beam_spacing) and self.beam_spacing > FARTHEST_APART:
-            apart = np.degrees(self.beam_spacing)
             findings.append(
                 Finding(
-                    f"The scans have only {self.most_beams} beams, {apart:.0f}° apart: no wall is recognized "
-                    "from one scan to the next, and the map is no better than the wheels.",
-                    "Make the driver publish all that the sensor measures, at least one beam per "
-                    f"{np.degrees(FARTHEST_APART):.0f}°.",
+                    "beams_too_few",
                     spoils_map=True,
+                    beams=self.most_beams,
+                    apart=np.degrees(self.beam_spacing),
+                    enough=np.degrees(FARTHEST_APART),
                 )
             )
         if self.longest_blank > _LONG_BLANK and self.farthest > 0.0:
             findings.append(
-                Finding(
-                    f"In {self.blank} of {self.count} scans no beam met anything, for up to "
-                    f"{self.longest_blank:.1f} s at a time: only wheels can show the motion there.",
-                    "Make sure that nothing covers the laser and that it keeps running.",
-                )
+                Finding("scans_blank", count=self.blank, scans=self.count, seconds=self.longest_blank)
             )
         if self.invalid > _INVALID_SHARE * self.beams:
-            findings.append(
-                Finding(
-                    f"{self.invalid / self.beams:.0%} of the beams hold no reading "
-                    "(NaN, zero or below range_min).",
-                    "Clean the sensor's window, make sure that the car does not cover it, and look at "
-                    "range_min.",
-                )
-            )
+            findings.append(Finding("beams_without_reading", share=self.invalid / self.beams))
         if self.farthest == 0.0:
-            findings.append(
-                Finding(
-                    "Not one beam met anything.",
-                    "Make sure that nothing covers the laser, that it works, and that range_min and "
-                    "range_max are right.",
-                    spoils_map=True,
-                )
-            )
+            findings.append(Finding("nothing_seen", spoils_map=True))
         return findings
 
 
@@ -229,20 +210,10 @@ class OdometryFacts:
             return []
         findings = []
         if self.jumps:
-            findings.append(
-                Finding(
-                    f"The odometry jumps {times(self.jumps)}, faster than any car.",
-                    "Make sure that only one node publishes it and that it is not reset while driving.",
-                )
-            )
+            findings.append(Finding("odometry_jumps", times=times(self.jumps)))
         rate = self.spacing.rate
         if rate < _OFTEN and self.top_speed > _LONGEST_STEP * rate:
-            findings.append(
-                Finding(
-                    f"The odometry comes {rate:.1f} times a second, at up to {self.top_speed:.1f} m/s.",
-                    "Publish it at 20 Hz or more, so that the motion within a sweep is known.",
-                )
-            )
+            findings.append(Finding("odometry_rare", rate=rate, speed=self.top_speed))
         return findings
 
 
@@ -254,27 +225,18 @@ def findings_of_rare_scans(scans: ScanFacts, odometry: OdometryFacts) -> list[Fi
     speed = odometry.path_length / odometry.driven_seconds if odometry.spacing.count else _WALKING
     if seconds * speed < _FAR_APART:
         return []
-    followed = (
-        f"in which the car usually drives {seconds * speed:.1f} m: they share little, so that most depends "
-        "on the wheels"
-    )
-    unfollowed = "and no odometry follows the car in between: where it turns or drives far, its way is lost"
-    told = followed if odometry.spacing.count else unfollowed
-    what = f"The scans come every {seconds:.2g} s, {told}."
-    return [Finding(what, _remedy_of_rare_scans(scans, seconds))]
-
-
-def _remedy_of_rare_scans(scans: ScanFacts, seconds: float) -> str:
-    """For scans that usually come after so many seconds, by whose pace that is."""
-    slow_enough, shortest = f"below {_FAR_APART / seconds:.2g} m/s", scans.spacing.shortest
-    if seconds > _UNEVEN * shortest:
-        return (
-            f"Some come {shortest:.2g} s apart, so others got lost: find out why (a slow disk, a full queue, "
-            f"a weak network), or drive {slow_enough}."
+    shortest = scans.spacing.shortest
+    return [
+        Finding(
+            "scans_rare",
+            seconds=seconds,
+            metres=seconds * speed if odometry.spacing.count else None,
+            speed=_FAR_APART / seconds,
+            shortest=shortest,
+            are_some_lost=seconds > _UNEVEN * shortest,
+            are_all=seconds < _SWEEPS * scans.longest_sweep,
         )
-    if seconds < _SWEEPS * scans.longest_sweep:
-        return f"Drive {slow_enough}; the laser takes no more scans than these."
-    return f"Drive {slow_enough}, or record all scans if the laser takes more than these."
+    ]
 
 
 @dataclass
@@ -303,17 +265,5 @@ class YawRateFacts:
         """What a person should know of."""
         if self.spacing.count < _FEW_SAMPLES or self.slowest != self.fastest:
             return []
-        if self.turns_elsewhere > _FEW_SAMPLES:
-            return [
-                Finding(
-                    f"The yaw rate of the IMU is always {self.slowest:g}, while it turns about another axis: "
-                    "it is mounted on its side, and not used.",
-                    "Publish on /tf_static how it is mounted.",
-                )
-            ]
-        return [
-            Finding(
-                f"The yaw rate of the IMU is always {self.slowest:g}: its gyroscope is dead and not used.",
-                "Make sure that its driver starts the gyroscope.",
-            )
-        ]
+        is_on_its_side = self.turns_elsewhere > _FEW_SAMPLES
+        return [Finding("gyroscope_on_its_side" if is_on_its_side else "gyroscope_dead", rate=self.slowest)]

@@ -1,97 +1,63 @@
-"""What can be wrong with a bag, and what to do about it."""
+"""What can be wrong with a bag, by name and numbers; `sentences` tells people of it."""
 
 from collections import Counter
 from dataclasses import dataclass
+from typing import Any
+
+from racecar.pipelines.bags.sentences import COUNTED, SENTENCES
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, init=False)
 class Finding:
     """Something wrong with a bag."""
 
-    what: str
-    remedy: str
-    spoils_map: bool = False
+    name: str
+    spoils_map: bool
     """A map made of the bag as it is would be wrong, or not be made at all."""
+    numbers: dict[str, Any]
+    """That its sentence names."""
+
+    def __init__(self, name: str, *, spoils_map: bool = False, **numbers: Any) -> None:
+        for field, value in (("name", name), ("spoils_map", spoils_map), ("numbers", numbers)):
+            object.__setattr__(self, field, value)
+
+    @property
+    def what(self) -> str:
+        """What is wrong."""
+        return self._words[0]
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it."""
+        return self._words[1]
 
     @property
     def sentence(self) -> str:
         """What is wrong and what to do about it."""
-        return f"{self.what} {self.remedy}"
+        return " ".join(self._words)
 
+    def as_dict(self) -> dict[str, Any]:
+        """For a JSON file."""
+        return {
+            "name": self.name,
+            "what": self.what,
+            "remedy": self.remedy,
+            "spoils_map": self.spoils_map,
+        }
 
-ONE_CLOCK = "Stamp all messages by one clock (chrony, or drivers on one computer)."
-"""The remedy for clocks that differ."""
-
-BY_SCANS_ALONE = (
-    "the motion is estimated from the scans alone, which fails along bare corridors and in fast turns"
-)
-"""What comes of odometry that is missing, or not used."""
+    @property
+    def _words(self) -> tuple[str, str]:
+        sentences = SENTENCES[self.name]
+        if callable(sentences):
+            return sentences(**self.numbers)
+        what, remedy = sentences
+        return what.format(**self.numbers), remedy.format(**self.numbers)
 
 
 def times(count: int) -> str:
     """Such as "once", "twice" and "3 times"."""
     return {1: "once", 2: "twice"}.get(count, f"{count} times")
 
-
-_COUNTED = {
-    "dropped_out_of_order": (
-        "Messages dropped because their stamps are over a second out of order",
-        "Stamp all messages by one clock (chrony, or use_sim_time everywhere).",
-    ),
-    "dropped_duplicates": (
-        "Messages dropped because another of their topic has the same stamp",
-        "Make sure that only one driver publishes the topic; if so, nothing is lost.",
-    ),
-    "stamps_from_recording_time": (
-        "Stamps that were zero or absurd, replaced by the time of recording",
-        "Make the driver stamp its messages; until then expect some jitter.",
-    ),
-    "stamps_that_stood_still": (
-        "Stamps that stood still while messages came, replaced by the time of recording",
-        "Restart the driver, or make it stamp each message when it is measured.",
-    ),
-    "clock_jumps": (
-        "Jumps of the stamps of a topic, because a clock was set; they are taken to go on as before",
-        "Set the clock before the drive (chrony), and do not restart drivers while recording.",
-    ),
-    "empty_scans": (
-        "Scans dropped because they hold no usable beams",
-        "Look at the driver's log for the times when the sensor failed.",
-    ),
-    "scans_beyond_one_turn": (
-        "Scans dropped because their beams go round more than once",
-        "Make the driver send each turn as a scan of its own, with the angle_increment of that turn.",
-    ),
-    "undecodable_messages": (
-        "Messages dropped because their bytes are damaged",
-        "Copy the bag again from where it was recorded.",
-    ),
-    "oversized_messages": (
-        "Messages dropped because they are larger than any sensor's",
-        "Copy the bag again from where it was recorded, and look at what the driver publishes.",
-    ),
-    "invalid_odometry": (
-        "Odometry messages dropped because they hold no valid pose",
-        "Make the odometry node set the pose's quaternion (w = 1 for no rotation).",
-    ),
-    "messages_without_pose": (
-        "Messages dropped because they hold no valid pose",
-        "Make the node that publishes them set the pose's quaternion (w = 1 for no rotation).",
-    ),
-    "time_increments_ignored": (
-        "Scans with a time_increment too long to be true, which is taken as zero",
-        "Correct it in the driver, so that scans can be corrected for the motion during a sweep.",
-    ),
-    "point_times_ignored": (
-        "Clouds that time their points over a second away from their stamp, which is ignored",
-        "Make the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
-    ),
-    "changed_beam_counts": ("Changes of the number of beams", "No action is needed."),
-    "scans_without_range_max": (
-        "Scans that do not state the sensor's range, for which 60 m is assumed",
-        "Set range_max in the driver, so that misses are not taken for walls.",
-    ),
-}
 
 _LOST = (
     "dropped_out_of_order",
@@ -110,17 +76,11 @@ def counted_findings(counts: Counter[str]) -> list[Finding]:
     lost = sum(counts[name] for name in _LOST)
     is_much = lost > _MUCH_LOST * (lost + counts["scans"] + counts["odometry"])
     findings = [
-        Finding(f"{what}: {counts[name]}.", remedy, is_much and name in _LOST)
-        for name, (what, remedy) in _COUNTED.items()
+        Finding(name, spoils_map=is_much and name in _LOST, count=counts[name])
+        for name in COUNTED
         if counts[name]
     ]
     lacking = counts["scans_without_odometry"]
     if lacking > 0.01 * counts["scans"] + 2:
-        findings.append(
-            Finding(
-                f"{lacking} of {counts['scans']} scans were taken while there was no odometry.",
-                "Make sure that the odometry runs all the time and is stamped by the same clock as the "
-                "scans.",
-            )
-        )
+        findings.append(Finding("scans_without_odometry", count=lacking, scans=counts["scans"]))
     return findings

@@ -12,7 +12,7 @@ from racecar.pipelines.bags.converters.registry import (
     OdometrySetup,
 )
 from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
-from racecar.pipelines.bags.findings import BY_SCANS_ALONE, Finding
+from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.frames import look_at_links, transform_topics
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.samples import Samples, decoded, first_samples
@@ -98,16 +98,9 @@ class MotionSources:
         source = pose_source(message for _, _, message in decoded(self._store, [topic.name]))
         self._integrate_twist = source == PoseSource.TWIST
         if self._integrate_twist:
-            name, are_poses = (
-                samples.topic.name,
-                any(planar_pose(each) is not None for each in samples.messages),
-            )
-            what = f"The poses of {name} stand still while its speeds do not"
-            remedy = "No action is needed."
-            if not are_poses:
-                what = f"The orientation in {name} is not a number, or zero"
-                remedy = "Make its node set the pose's quaternion (w = 1 for no rotation)."
-            self._findings.append(Finding(f"{what}: the pose is integrated from the speeds.", remedy))
+            are_poses = any(planar_pose(each) is not None for each in samples.messages)
+            name = "odometry_by_speeds" if are_poses else "odometry_without_orientation"
+            self._findings.append(Finding(name, topic=samples.topic.name))
         return PoseSource.POSE if odom_topic is not None and source == PoseSource.STANDING else source
 
     def _open_imu(self, imu_topic: str | None, use_imu: bool) -> None:
@@ -135,10 +128,10 @@ class MotionSources:
             self.tells_of_no_odometry = True
             self._findings.append(
                 Finding(
-                    f"Two programs publish the link {' -> '.join(found.driving)} on {found.driving_topic}, "
-                    f"each another motion: it is not taken for odometry, and {BY_SCANS_ALONE}.",
-                    "Record with one of them only, such as the driver or a filter, not both.",
+                    "odometry_link_contested",
                     spoils_map=True,
+                    link=" -> ".join(found.driving),
+                    topic=found.driving_topic,
                 )
             )
             return
@@ -146,9 +139,10 @@ class MotionSources:
             if source == PoseSource.STANDING and self.odometry is not None:
                 self._findings.append(
                     Finding(
-                        f"The poses of {self.odometry.topic.name} never change, while {found} on "
-                        f"{', '.join(found.topics)} moves: the latter is the odometry.",
-                        "Find out why the topic stands still.",
+                        "odometry_topic_stands",
+                        topic=self.odometry.topic.name,
+                        link=str(found),
+                        link_topics=", ".join(found.topics),
                     )
                 )
             self.odometry_links = found
@@ -158,9 +152,10 @@ class MotionSources:
             )
             self._findings += [
                 Finding(
-                    f"The link {link} on {link.topic} never changes though the car moves: the motion is read "
-                    f"from {' -> '.join(found.driving)}.",
-                    "Find out why the odometry stands still, if it should not.",
+                    "odometry_link_stands",
+                    link=str(link),
+                    topic=link.topic,
+                    moving=" -> ".join(found.driving),
                 )
                 for link in links.standing_odometry(found)
             ]
@@ -172,13 +167,11 @@ class MotionSources:
         if source == PoseSource.STANDING:
             return
         self.tells_of_no_odometry = True
-        without = f"There is no odometry: {BY_SCANS_ALONE}."
         if found is not None:
-            without = (
-                f"The link {found} on {', '.join(found.topics)} never changes: it is not taken for odometry, "
-                f"and {BY_SCANS_ALONE}."
+            self._findings.append(
+                Finding("no_odometry_link_moves", link=str(found), topics=", ".join(found.topics))
             )
-        elif solution := links.solution():
-            without += f" The link {solution} is another program's solution and not used."
-        remedy = "Record the odometry topic too, or drive slowly and where there is much to see."
-        self._findings.append(Finding(without, remedy))
+        else:
+            moving = links.solution()
+            used = "" if moving is None else f" The link {moving} is another program's solution and not used."
+            self._findings.append(Finding("no_odometry", solution=used))

@@ -45,13 +45,8 @@ class OdometrySpikes:
         if self.count > _SECOND_PUBLISHER * (self.count + self._accepted):
             if self._of_second < 0.5 * self.count:
                 return []  # no track at all: whoever follows the motion says that it is none
-            what = (
-                f"The odometry alternates between two tracks, {times(self.count)}: two programs publish it, "
-                "of which the first is followed."
-            )
-            return [Finding(what, "Let only one node publish it, such as the driver or a filter.")]
-        what = f"The odometry jumps away for a single sample, {times(self.count)}: these are left out."
-        return [Finding(what, "See what disturbs its node, and that only one publishes it.")]
+            return [Finding("odometry_of_two_programs", times=times(self.count))]
+        return [Finding("odometry_spikes", times=times(self.count))]
 
 
 def _jumps(before: Odometry, after: Odometry) -> bool:

@@ -266,13 +266,9 @@ class BagReader:
     @property
     def findings(self) -> list[Finding]:
         """What is wrong with the bag; complete after iterating."""
-        losses = [
-            Finding(loss, "Copy the bag again from where it was recorded.") for loss in self._store.losses
-        ]
-        notes = [Finding(what, remedy) for what, remedy in self._store.notes]
         return [
-            *losses,
-            *notes,
+            *(Finding("bag_damaged", loss=loss) for loss in self._store.losses),
+            *self._store.notes,
             *self._findings,
             *(self._place_findings if self._corrections.base_from_laser is None else ()),
             *self._corrections.findings,

@@ -106,14 +106,15 @@ class RepeatedScans:
         """All repeats in one sentence, where they are many."""
         if self._first is None or self._listed is None:
             return []
-        what = (
-            f"{self.count} scans repeat the one before to the last bit while the odometry moves, the first "
-            f"at {self._listed:.1f} s and for up to {self._longest:.1f} s at a time: they are left out, as "
-            "they show nothing new."
-        )
-        remedy = "Find out why the laser's driver, or whatever relays its scans, repeats itself."
-        is_most = self._stuck_seconds > _MOST * (self._last - self._first) * 1e-9
-        return [Finding(what, remedy, spoils_map=is_most)]
+        return [
+            Finding(
+                "scans_repeated",
+                spoils_map=self._stuck_seconds > _MOST * (self._last - self._first) * 1e-9,
+                count=self.count,
+                first=self._listed,
+                longest=self._longest,
+            )
+        ]
 
     def _note(self, run: _Run, before: float) -> None:
         """A run goes on that lasted so many seconds ``before``."""

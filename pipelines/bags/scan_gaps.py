@@ -79,13 +79,14 @@ class ScanGaps:
         """All gaps in one sentence, if there are any."""
         if not self._listed:
             return []
-        more = self.count - len(self._listed)
-        what = f"There is {'; '.join(map(str, self._listed))}{f'; and {more} more' if more else ''}."
-        remedy = "find out what stopped the laser or the recorder."
-        if self._was_driven:
-            return [Finding(what, f"Look whether the map breaks there, and {remedy}")]
-        stood = "No action is needed if the car stood still meanwhile; otherwise look whether the map breaks"
-        return [Finding(what, f"{stood} there, and {remedy}")]
+        return [
+            Finding(
+                "scan_gaps",
+                gaps="; ".join(map(str, self._listed)),
+                more=self.count - len(self._listed),
+                was_driven=self._was_driven,
+            )
+        ]
 
     def _is_gap(self, seconds: float) -> bool:
         if seconds > _LONG:

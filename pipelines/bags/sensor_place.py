@@ -59,17 +59,18 @@ class SensorPlaces:
         if self.given is not None:
             return SensorPlace.from_pose(self.given, "flag"), base or BASE_FRAMES[0]
         if base is None:
-            self.findings.append(_unknown(sensor_frame))
+            self.findings.append(Finding("place_unknown", sensor=sensor_frame or "the sensor"))
             return SensorPlace.from_pose(IDENTITY, "assumed identity"), ""
         if base == sensor_frame:
             return SensorPlace.from_pose(IDENTITY, "base frame"), base
         matrix = tree.around(base)[sensor_frame]
         place = SensorPlace(matrix, self._source(sensor_frame, base))
         if last_name(base) not in BASE_FRAMES and base != self.odometry_child:
-            self.findings.append(_unconfirmed(sensor_frame, base))
+            self.findings.append(Finding("place_by_another_frame", sensor=sensor_frame, base=base))
         self._check_contradiction(sensor_frame, base, place)
         self._check_circles(sensor_frame, base, place)
-        _check_tilt(place, self.findings)
+        if place.tilt > _LARGEST_TILT:
+            self.findings.append(Finding("sensor_tilted", spoils_map=True, degrees=np.degrees(place.tilt)))
         return place, base
 
     def _source(self, sensor_frame: str, base: str) -> str:
@@ -88,9 +89,10 @@ class SensorPlaces:
         if matrix is not None and _are_two_places(place.base_from_sensor, matrix):
             self.findings.append(
                 Finding(
-                    f"/tf and /tf_static disagree about where {sensor_frame} sits on the car: "
-                    f"{in_words(seen_from_above(matrix))} and {in_words(place.pose)}. The latter is taken.",
-                    "Publish it once only; until then give the right one with --laser-pose X Y YAW.",
+                    "place_told_twice",
+                    sensor=sensor_frame,
+                    other=in_words(seen_from_above(matrix)),
+                    place=in_words(place.pose),
                 )
             )
 
@@ -99,11 +101,11 @@ class SensorPlaces:
             if _are_two_places(place.base_from_sensor, matrix):
                 self.findings.append(
                     Finding(
-                        f"The transforms go in a circle: by {link} {sensor_frame} sits at "
-                        f"{in_words(seen_from_above(matrix))}, by the others at {in_words(place.pose)}. The "
-                        "latter is taken.",
-                        "Publish one way from the car to the sensor only; until then give its place with "
-                        "--laser-pose X Y YAW.",
+                        "transforms_in_a_circle",
+                        link=str(link),
+                        sensor=sensor_frame,
+                        other=in_words(seen_from_above(matrix)),
+                        place=in_words(place.pose),
                     )
                 )
 
@@ -147,33 +149,6 @@ def base_frame_of(tree: TransformTree, sensor_frame: str, odometry_child: str) -
         return standard[0]
     top = tree.top(sensor_frame)
     return None if top == sensor_frame else top
-
-
-def _unknown(sensor_frame: str) -> Finding:
-    return Finding(
-        f"The bag does not say where {sensor_frame or 'the sensor'} sits on the car (no transform from "
-        "base_link on /tf_static or /tf): it is taken to be at base_link.",
-        "Give it with --laser-pose X Y YAW, or record /tf_static.",
-    )
-
-
-def _unconfirmed(sensor_frame: str, base: str) -> Finding:
-    return Finding(
-        f"No frame is called base_link: {sensor_frame} is taken to sit on the car as it does on {base}, from "
-        "which its transforms lead.",
-        "If the car is another frame, give the place with --laser-pose X Y YAW.",
-    )
-
-
-def _check_tilt(place: SensorPlace, findings: list[Finding]) -> None:
-    if place.tilt > _LARGEST_TILT:
-        findings.append(
-            Finding(
-                f"The sensor is tilted by {np.degrees(place.tilt):.0f}°: it is taken as level.",
-                "Mount it level; else walls appear too far and the floor as a wall.",
-                spoils_map=True,
-            )
-        )
 
 
 def in_words(pose: Pose) -> str:

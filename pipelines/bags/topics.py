@@ -68,8 +68,7 @@ def choose_odometry(
     found.sort(key=lambda topic: (_is_named(topic, _NOT_BY_WHEELS), -topic.message_count, topic.name))
     if len(found) > 1:
         others = ", ".join(topic.name for topic in found[1:])
-        what = f"Odometry messages are taken from {found[0].name}, not from {others}."
-        findings.append(Finding(what, "Choose another with --odom-topic, if this is not the one."))
+        findings.append(Finding("odometry_topic_of_several", taken=found[0].name, others=others))
     return found[0] if found else None
 
 
@@ -172,8 +171,7 @@ def choose_scans(
         elif len(found) > 1:
             found.sort(key=lambda topic: (-topic.message_count, topic.name))
             others = ", ".join(topic.name for topic in found[1:])
-            what = f"Scans are taken from {found[0].name}, not from {others}."
-            findings.append(Finding(what, "Choose another with --scan-topic, if this is not the one."))
+            findings.append(Finding("scan_topic_of_several", taken=found[0].name, others=others))
         if found:
             return found[:1]
     return []
@@ -190,9 +188,7 @@ def _by_view(
     views = [ScanView.of(topic, first_messages(topic), fullest) for topic in ordered]
     views.sort(key=lambda view: view.preference, reverse=True)
     best, *others = views
-    what = f"Scans are taken from {best}, not from {', '.join(map(str, others))}."
-    remedy = "Choose another with --scan-topic, or give it once for each laser if several are to be used."
-    findings.append(Finding(what, remedy))
+    findings.append(Finding("laser_of_several", taken=str(best), others=", ".join(map(str, others))))
     return [view.topic for view in views]
 
 

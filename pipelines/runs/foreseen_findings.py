@@ -5,7 +5,7 @@ from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG
 from racecar.maps.sensing.turn_fusion import MAX_SCALE_ERROR, TurnModel
 from racecar.pipelines.bags.corrections import Corrections
-from racecar.pipelines.bags.findings import ONE_CLOCK, Finding
+from racecar.pipelines.bags.findings import Finding
 
 
 def foreseen_findings(learned: SelfCalibration, made: Corrections) -> list[Finding]:
@@ -17,14 +17,8 @@ def _of_lag(learned: SelfCalibration, made: Corrections) -> list[Finding]:
     lag = 0 if learned.turns is None or not made.uses_odometry else learned.turns.lag
     if not NOTICEABLE <= abs(lag) <= USUAL_LAG:
         return []
-    where = "behind" if lag > 0 else "ahead of"
-    what = f"By its stamps the odometry is {abs(lag) / 1e6:.0f} ms {where} the scans"
-    return [
-        Finding(
-            f"{what}, as the turns show: this is corrected.",
-            f"No action is needed; to remedy it all the same: {ONE_CLOCK[0].lower()}{ONE_CLOCK[1:]}",
-        )
-    ]
+    side = "behind" if lag > 0 else "ahead of"
+    return [Finding("odometry_lags", milliseconds=abs(lag) / 1e6, side=side)]
 
 
 def _of_gyro(learned: SelfCalibration, made: Corrections) -> list[Finding]:
@@ -40,4 +34,5 @@ def _of_gyro(learned: SelfCalibration, made: Corrections) -> list[Finding]:
     are_alike = wheels is not None and abs(wheels.ratio / turns.ratio - 1.0) < MAX_SCALE_ERROR
     model = TurnModel(is_contradicted=True, scale=scale, agrees_with_wheels=are_alike)
     assert model.contradiction is not None
-    return [Finding(model.contradiction.replace("was not used", "is not used"), model.remedy)]
+    contradiction = model.contradiction.replace("was not used", "is not used")
+    return [Finding("gyroscope_contradicts", contradiction=contradiction, remedy=model.remedy)]

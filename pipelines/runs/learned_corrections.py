@@ -15,7 +15,8 @@ from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.turn_fusion import MAX_SCALE_ERROR
 from racecar.pipelines.bags.corrections import Corrections
-from racecar.pipelines.bags.findings import BY_SCANS_ALONE, ONE_CLOCK, Finding
+from racecar.pipelines.bags.findings import Finding
+from racecar.pipelines.bags.sensor_place import in_words
 
 _FAR_CLOCKS = 1_000_000_000
 """Nanoseconds between the stamps of scans and odometry that were recorded together, from which their clocks
@@ -31,16 +32,6 @@ _OF_A_FOOT = 0.02
 """Share by which a ratio may miss it, since wheels of a known radius are right to 2 %; by judgement."""
 _NOT_TOLD = ("assumed identity", "base frame")
 """Sources of a laser's place that are no more than an assumption."""
-
-_REMEDIES = {
-    OdometryFault.STUCK: "If the robot was carried, no action is needed; otherwise find out why its driver "
-    "sends no motion, or name another topic with --odom-topic.",
-    OdometryFault.WITHOUT_DISTANCE: "If the robot was carried, no action is needed; otherwise make its node "
-    "integrate the speed of the wheels too, in metres.",
-    OdometryFault.WITHOUT_TURNS: "Make its node integrate steering angle or gyroscope, or record an IMU.",
-    OdometryFault.IMPOSSIBLE: "Make sure that its node gives metres and radians, and that only one "
-    "publishes it.",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,25 +94,18 @@ class _Made:
 
     def reverse_beams(self) -> None:
         self.changes["beams_are_reversed"] = True
-        self._find(
-            f"The beams of {self._known.scan_topic} were measured in the opposite order of time to the one "
-            "recorded, as the turns show: they are read so.",
-            "No action is needed: drivers of the RPLIDAR kind turn the ranges round and leave time_increment "
-            "positive.",
-        )
+        self._find("beams_reversed", topic=self._known.scan_topic)
 
     def scale_bearings(self, scale: BearingScale) -> None:
         """Read the angles otherwise where walls and turns show both; else say what one of them shows."""
-        topic, factor = self._known.scan_topic, scale.factor
-        what = f"The beams of {topic} lie over {factor:.2f} times the angle that is stated"
-        remedy = (
-            "Correct angle_min, angle_max and angle_increment in the driver: they must span what it sees."
-        )
         if scale.is_certain:
-            self.changes["bearing_factor"] = factor
-            self._find(f"{what}, as straight walls and the turns show: they are read so.", remedy)
-        else:
-            self._find(f"{what}, as far as the scans show: they are read as stated.", remedy, spoils_map=True)
+            self.changes["bearing_factor"] = scale.factor
+        self._find(
+            "bearings_scaled" if scale.is_certain else "bearings_doubtful",
+            spoils_map=not scale.is_certain,
+            topic=self._known.scan_topic,
+            factor=scale.factor,
+        )
 
     def doubt_turns(self, learned: SelfCalibration) -> None:
         """Say so where odometry that is used turns far more or less than the scans."""
@@ -130,11 +114,7 @@ class _Made:
             return
         if turns.is_beyond(RIGHT_FACTOR):
             self._find(
-                f"The scans turn {abs(turns.ratio):.2f} times as far as the odometry on "
-                f"{self._known.odom_topic}: the angles of one of them are wrong.",
-                "Correct angle_increment in the laser's driver, or wheelbase, track or steering gain in the "
-                "odometry's node.",
-                spoils_map=True,
+                "turns_disagree", spoils_map=True, ratio=abs(turns.ratio), topic=self._known.odom_topic
             )
 
     def shift_gyro(self, turns: TurnAgreement | None) -> None:
@@ -143,18 +123,16 @@ class _Made:
         if abs(lag) < _GYRO_LAG:
             return
         self.changes["yaw_rate_shift"] = -lag
-        where = "behind" if lag > 0 else "ahead of"
-        what = f"By its stamps the IMU is {abs(lag) / 1e6:.0f} ms {where} the scans, as the turns show"
-        self._find(f"{what}: they are shifted.", ONE_CLOCK)
+        self._find("imu_lags", milliseconds=abs(lag) / 1e6, side="behind" if lag > 0 else "ahead of")
 
     def leave_out_odometry(self, fault: OdometryFault, gyro: TurnAgreement | None) -> None:
         """Unless only its turns are missing, and a gyroscope has those."""
         has_turns = gyro is not None and not gyro.is_inverted and not gyro.is_beyond(RIGHT_FACTOR)
-        what = f"The odometry on {self._known.odom_topic} {fault.value}"
+        numbers: dict[str, Any] = {"topic": self._known.odom_topic, "fault": fault.value}
         if fault == OdometryFault.WITHOUT_TURNS and has_turns:
-            self._find(f"{what}: turns are taken from the IMU.", "Make the odometry's node turn too.")
-            return
-        self._leave_out(f"{what}: it is not used", _REMEDIES[fault])
+            self._find("odometry_turns_from_imu", **numbers)
+        else:
+            self._leave_out(f"odometry_{fault.name.lower()}", **numbers)
 
     def shift_clock(self, lag: int, evidence: str) -> None:
         """Odometry is stamped ``lag`` nanoseconds later than the scans of the same moment."""
@@ -167,17 +145,17 @@ class _Made:
         else:
             self.changes["odometry_shift"] = -lag
             done = "the odometry's stamps are shifted"
-        topic, other = self._known.odom_topic, self._known.scan_topic
-        ahead = "ahead of" if lag > 0 else "behind"
-        apart = (
-            f"The clock of {topic} is {abs(lag) * 1e-9:.2f} s {ahead} that of {other}"
-            if abs(lag) < _ANOTHER_ORIGIN
-            else f"The clocks of {topic} and {other} count from different origins, such as 1970 and power-on"
-        )
-        self._find(
-            f"{apart}, {evidence}: {done}.",
-            ONE_CLOCK,
-        )
+        numbers: dict[str, Any] = {
+            "topic": self._known.odom_topic,
+            "other": self._known.scan_topic,
+            "evidence": evidence,
+            "done": done,
+        }
+        if abs(lag) < _ANOTHER_ORIGIN:
+            side = "ahead of" if lag > 0 else "behind"
+            self._find("clocks_apart", seconds=abs(lag) * 1e-9, side=side, **numbers)
+        else:
+            self._find("clocks_of_other_origins", **numbers)
 
     def check_straight_motion(self, reading: MotionReading | None) -> None:
         """Of a robot that hardly turned: whether it went where the laser's place, if told, has it look."""
@@ -188,22 +166,12 @@ class _Made:
         """Mend, or name, what makes scans and wheels report different motions."""
         reading = learned.reading
         if reading is not None and reading.wheel_signs == WheelSigns.PATH_MIRRORED:
-            topic = self._known.odom_topic
-            self._leave_out(
-                f"The odometry on {topic} does not go where its own yaw looks: it is not used",
-                "Make sure that its node does not exchange x and y, or change the sign of one of them (REP "
-                "103).",
-            )
+            self._leave_out("odometry_mirrored", topic=self._known.odom_topic)
         elif is_inverted and self._hangs_otherwise(learned):
             self._hang_otherwise()
         elif reading is None or not reading.mount.is_certain:
             if is_inverted:
-                self._leave_out(
-                    "The scans turn left where the odometry turns right, and nothing shows which is wrong: "
-                    "the odometry is not used",
-                    "Correct the sign of the odometry's yaw; or, if the laser hangs upside down, give its "
-                    "place: --laser-pose 'X Y YAW 3.1416'.",
-                )
+                self._leave_out("turns_inverted")
         elif reading.wheel_signs == WheelSigns.MIRRORED and not self._known.is_place_told:
             self._hang_upside_down(reading.mount.as_mounted() * [1.0, -1.0, -1.0] + 0.0)
         else:
@@ -219,16 +187,15 @@ class _Made:
         ratio = reading.mount.path_ratio
         x, y, yaw = self.changes.get("odometry_factors", (1.0, 1.0, 1.0))
         self.changes["odometry_factors"] = (x / ratio, y / ratio, yaw)
-        scans = self._known.scan_topic
         are_feet = abs(ratio / _FOOT - 1.0) < _OF_A_FOOT
-        likely = ", as they would be in feet," if are_feet else ","
         self._find(
-            f"The odometry on {self._known.odom_topic} reports {ratio:.0%} of the distance that the scans "
-            f"show: it is corrected to that. If the ranges of {scans} are wrong instead{likely} the map is "
-            f"{1.0 / ratio:.2f} times its true size.",
-            "Measure a wall of the map. If it is right, correct wheel radius, gear or the gain from motor to "
-            f"speed in the odometry's node; if not, the unit of the ranges on {scans}, which are metres.",
+            "distances_disagree",
             spoils_map=are_feet,
+            topic=self._known.odom_topic,
+            scans=self._known.scan_topic,
+            ratio=ratio,
+            in_feet=", as they would be in feet," if are_feet else ",",
+            size=1.0 / ratio,
         )
 
     def _change_signs(self, signs: WheelSigns) -> None:
@@ -236,11 +203,7 @@ class _Made:
         what, why = "y and yaw are", f"since the laser's place is known ({self._known.place_source})"
         if signs == WheelSigns.YAW_INVERTED:
             what, why = "yaw is", "since its own path shows it too"
-        self._find(
-            f"The odometry on {self._known.odom_topic} turns right where the scans turn left: its {what} "
-            f"read with the other sign, {why}.",
-            "Correct the sign in the odometry's node: counter-clockwise is positive (REP 103).",
-        )
+        self._find("signs_changed", topic=self._known.odom_topic, what=what, why=why)
 
     def _hangs_otherwise(self, learned: SelfCalibration) -> bool:
         """Whether a gyroscope, too, turns against the scans, which speaks against a transform that tells
@@ -258,20 +221,21 @@ class _Made:
         told, right = ("upside down", "upright") if known.is_upside_down else ("upright", "upside down")
         roll = 0.0 if known.is_upside_down else np.pi
         self._find(
-            "Odometry and gyroscope turn left where the scans turn right: the laser is read as hanging "
-            f"{right}, although its transform ({known.place_source}) has it {told}. If both turn the wrong "
-            "way, as wheels that take their turns from the gyroscope do, the map is its mirror image.",
-            f"Correct the roll in the laser's transform, or give {_as_option(known.base_from_laser, roll)}; "
-            f"if the transform is right, {_as_option(known.base_from_laser, np.pi - roll)}.",
+            "laser_hangs_otherwise",
+            right=right,
+            source=known.place_source,
+            told=told,
+            read=_as_flag(known.base_from_laser, roll),
+            as_told=_as_flag(known.base_from_laser, np.pi - roll),
         )
 
     def _hang_upside_down(self, place: Pose) -> None:
         self.changes |= {"is_upside_down": True, "base_from_laser": place}
         self._find(
-            "The scans turn left where the odometry turns right: the laser is taken to hang upside down, at "
-            f"{_in_words(place)}. If the odometry's sign is wrong instead, the map is its mirror image.",
-            f"Give the laser's place, which decides it: --laser-pose {_as_flag(place, np.pi)} if it hangs "
-            f"upside down, --laser-pose {_as_flag(place * [1.0, -1.0, -1.0])} if not.",
+            "laser_upside_down",
+            place=in_words(place),
+            hanging=_as_flag(place, np.pi),
+            upright=_as_flag(place * [1.0, -1.0, -1.0]),
         )
 
     def _check_yaw(self, mount: MountEstimate) -> None:
@@ -293,37 +257,22 @@ class _Made:
             return
         if known.is_place_told:
             self._leave_out(
-                f"The laser looks {_degrees(known.base_from_laser)} to the left by its place "
-                f"({known.place_source}), but {_degrees(place)} by the directions of travel of scans and "
-                "odometry: the place is believed, the odometry is not used",
-                f"Correct the one that is wrong; if it is the place, give --laser-pose {_as_flag(place)}.",
+                "place_contradicted",
+                told=np.degrees(known.base_from_laser[2]),
+                source=known.place_source,
+                shown=np.degrees(place[2]),
+                place=_as_flag(place),
             )
             return
         self.changes["base_from_laser"] = place
-        self._find(
-            f"Nothing says where the laser of {known.scan_topic} sits on the car: it is taken to be at "
-            f"{_in_words(place)}, as scans and odometry show.",
-            f"Measure it and give it with --laser-pose, as {_as_flag(place)}, or record /tf_static.",
-        )
+        self._find("place_learned", topic=known.scan_topic, place=in_words(place), given=_as_flag(place))
 
-    def _leave_out(self, what: str, remedy: str) -> None:
+    def _leave_out(self, name: str, **numbers: Any) -> None:
         self.changes["uses_odometry"] = False
-        self._find(f"{what}, and {BY_SCANS_ALONE}.", remedy)
+        self._find(name, **numbers)
 
-    def _find(self, what: str, remedy: str, *, spoils_map: bool = False) -> None:
-        self.findings.append(Finding(what, remedy, spoils_map))
-
-
-def _in_words(place: Pose) -> str:
-    return f"x {place[0]:.2f} m, y {place[1]:.2f} m, yaw {_degrees(place)}"
-
-
-def _degrees(place: Pose) -> str:
-    return f"{np.degrees(place[2]):.0f}°"
-
-
-def _as_option(place: Pose, roll: float) -> str:
-    return f"--laser-pose {_as_flag(place, roll)}"
+    def _find(self, name: str, *, spoils_map: bool = False, **numbers: Any) -> None:
+        self.findings.append(Finding(name, spoils_map=spoils_map, **numbers))
 
 
 def _as_flag(place: Pose, roll: float = 0.0) -> str:

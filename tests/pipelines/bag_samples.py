@@ -136,3 +136,10 @@ def bags_of_all_formats(folder: Path, count: int) -> dict[str, Path]:
 def file_of(bag: Path) -> Path:
     """The file of a bag that is one, or that has one in its folder."""
     return bag if bag.is_file() else next(file for file in bag.iterdir() if file.suffix in (".mcap", ".db3"))
+
+
+def numbers_of(name, reader):
+    """The numbers of the one finding of a bag with this name, which has some."""
+    (finding,) = [finding for finding in reader.findings if finding.name == name]
+    assert finding.numbers
+    return finding.numbers

@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from racecar.pipelines.bags.findings import ONE_CLOCK, Finding
+from racecar.pipelines.bags.findings import Finding
 
 _BLOCKS = 10
 """Of a recording, of each of which the least delay counts, because buses and disks only ever add to it."""
@@ -64,8 +64,10 @@ def drift_finding(topic: str, rate: ClockRate, other_topic: str, other: ClockRat
         return []
     return [
         Finding(
-            f"The clock of {topic} {'gains' if apart > 0.0 else 'loses'} {abs(apart) * 1e3:.0f} ms a second "
-            f"on that of {other_topic}: by their stamps the two fit together less and less.",
-            ONE_CLOCK,
+            "clock_drifts",
+            topic=topic,
+            gains="gains" if apart > 0.0 else "loses",
+            milliseconds=abs(apart) * 1e3,
+            other=other_topic,
         )
     ]

@@ -142,24 +142,30 @@ def _learn_angles(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[Angl
         is_new = all(abs(step - other) > 0.02 * abs(other) for other in steps.values())
         if is_new and abs(first) <= WIDEST and _NARROWEST <= abs(step) * (count - 1) <= WIDEST:
             steps[angles] = step
-    beams = f"{count} beams from {message.angle_min:g} on, {message.angle_increment:g} apart,"
-    what = (
-        f"The angles of the scans are not radians: {beams} go round more than once"
-        if _end_as_stated(message)
-        else f"The angles of the scans contradict each other: {beams} do not end at {message.angle_max:g}"
-    )
-    remedy = "Correct angle_min, angle_max and angle_increment (radians) in the driver."
+    stated: dict[str, float] = {
+        "beams": count,
+        "first": message.angle_min,
+        "step": message.angle_increment,
+        "last": message.angle_max,
+        "is_beyond_a_turn": _end_as_stated(message),
+    }
     if not steps:
-        return Angles.STATED, [
-            Finding(f"{what}, and nothing else that makes sense.", remedy, spoils_map=True)
-        ]
+        finding = Finding("angles_not_as_stated", spoils_map=True, reading="", evidence="", **stated)
+        return Angles.STATED, [finding]
     best = _straightest(doubtful, steps) if len(steps) > 1 else next(iter(steps))
     chosen = best or next(iter(steps))
-    told = "which makes walls straight" if len(steps) > 1 else "since nothing else makes sense"
+    evidence = "which makes walls straight" if len(steps) > 1 else "since nothing else makes sense"
     if best is None:
-        told = "though the scans do not show whether that is right"
-    what = f"{what}. They are read {chosen.value}, {told}."
-    return chosen, [Finding(what, remedy, spoils_map=best is None)]
+        evidence = "though the scans do not show whether that is right"
+    return chosen, [
+        Finding(
+            "angles_not_as_stated",
+            spoils_map=best is None,
+            reading=chosen.value,
+            evidence=evidence,
+            **stated,
+        )
+    ]
 
 
 def _varying_counts(
@@ -176,11 +182,16 @@ def _varying_counts(
     beyond = counts - 1 - steps
     if beyond.max() < _LEAST_CONTRADICTION or beyond.min() > -_LEAST_CONTRADICTION:
         return None
-    what = (
-        f"The scans have {counts.min()} to {counts.max()} beams, always {increment:g} apart by what they "
-        f"state, but end at {angle_max:g}: they are read {Angles.SPREAD.value}."
-    )
-    return Angles.SPREAD, [Finding(what, "Make the driver state the angle_increment of each scan.")]
+    return Angles.SPREAD, [
+        Finding(
+            "beams_vary",
+            fewest=counts.min(),
+            most=counts.max(),
+            step=increment,
+            last=angle_max,
+            reading=Angles.SPREAD.value,
+        )
+    ]
 
 
 def _agree(message: "sensor_msgs__msg__LaserScan") -> bool:
@@ -240,14 +251,13 @@ def _learn_unit(sample: "Sequence[sensor_msgs__msg__LaserScan]") -> tuple[float,
     ranges = np.concatenate([message.ranges for message in sample])
     ranges = ranges[np.isfinite(ranges) & (ranges > 0.0)]
     median = float(np.median(ranges)) if len(ranges) else 0.0
-    what, remedy = f"Half of the ranges are above {median:g} m", "Make the driver report ranges in metres."
     if _are_centimetres(sample, ranges, median):
-        return 1e-2, [Finding(f"{what}, which is impossible: they are read as centimetres.", remedy)]
+        return 1e-2, [Finding("ranges_in_another_unit", median=median, unit="centimetres")]
     if median <= _ABSURD_RANGE:
         return 1.0, []
     if median > _FARTHEST:
-        return 1.0, [Finding(f"{what}: they cannot be metres.", remedy, spoils_map=True)]
-    return 1e-3, [Finding(f"{what}, which is impossible: they are read as millimetres.", remedy)]
+        return 1.0, [Finding("ranges_absurd", spoils_map=True, median=median)]
+    return 1e-3, [Finding("ranges_in_another_unit", median=median, unit="millimetres")]
 
 
 def _are_centimetres(
@@ -302,11 +312,7 @@ def _learn_nearest_miss(
     if bearings < max(_BEARINGS * beams, 5) or scans < _SCANS_WITH:
         return np.inf, []
     return float(value), [
-        Finding(
-            f"{counts[spike] / len(ranges):.0%} of the ranges are exactly {value:g} m, "
-            f"at {bearings} bearings: they are taken for misses.",
-            "Make the driver report inf, or set range_max to that, so that nobody takes misses for walls.",
-        )
+        Finding("misses_as_a_range", share=counts[spike] / len(ranges), metres=value, bearings=bearings)
     ]
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.maps.whole_folders import finish_replacing
+from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.storage.chunks import BagFile, BagTopic, Damage, RawMessage
 from racecar.pipelines.bags.storage.compression import (
     ZSTD_MAGIC,
@@ -69,30 +70,25 @@ class BagStore:
         return describe_losses(damages, read - self.unreadable_messages, expected)
 
     @property
-    def notes(self) -> list[tuple[str, str]]:
-        """What is told of the bag's files although nothing is lost; each with what to do about it."""
+    def notes(self) -> list[Finding]:
+        """What is told of the bag's files although nothing is lost."""
         notes = []
-        if self._folder.unnamed:
-            names = ", ".join(file.name for file in self._folder.unnamed)
-            notes.append(
-                (
-                    f"Parts of the recording that {METADATA} does not name are read too: {names}.",
-                    "`ros2 bag reindex` repairs it for other programs.",
-                )
-            )
-        if self._folder.others:
-            names = ", ".join(file.name for file in self._folder.others)
-            notes.append(
-                (f"{METADATA} does not name {names}: it is not read.", "Give the file itself if it is meant.")
-            )
+        for name, files in (
+            ("parts_not_named", self._folder.unnamed),
+            ("files_not_named", self._folder.others),
+        ):
+            if files:
+                notes.append(Finding(name, metadata=METADATA, names=", ".join(file.name for file in files)))
         for topic in self._all_topics:
             main = self.topics[topic.name]
             if topic.message_count and not main.takes(topic):
                 notes.append(
-                    (
-                        f"{topic.name} holds {main.message_type}, and {topic.message_count} messages of "
-                        f"{topic.message_type}, which are not read.",
-                        "Make sure that only one node publishes the topic.",
+                    Finding(
+                        "topic_of_two_types",
+                        topic=topic.name,
+                        read=main.message_type,
+                        messages=topic.message_count,
+                        left_out=topic.message_type,
                     )
                 )
         return notes

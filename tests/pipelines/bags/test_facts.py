@@ -34,8 +34,8 @@ def facts(
 @pytest.mark.parametrize("standing", [0, 120])
 def test_scans_that_are_rare_for_the_speed_are_told(every: float, speed: float, standing: int) -> None:
     (finding,) = findings_of_rare_scans(*facts(every, speed, standing))
-    assert f"every {every:.2g} s" in finding.what
-    assert "1.0 m" in finding.what
+    assert finding.numbers["seconds"] == pytest.approx(every)
+    assert finding.numbers["metres"] == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.parametrize(("every", "speed"), [(2.0, 0.1), (0.025, 7.0), (0.2, 1.0)])
@@ -50,14 +50,14 @@ def test_blank_scans_are_counted_among_those_of_all_lasers() -> None:
         ranges = np.full(50, np.inf if 10 <= k < 50 else 2.0)
         facts.add(Scan(k * SECOND // 10, bearings, ranges, np.zeros(50), IDENTITY, 10.0, laser=k % 2))
     (finding,) = facts.findings
-    assert finding.what.startswith("In 40 of 60 scans no beam met anything")
+    assert (finding.name, finding.numbers["count"], finding.numbers["scans"]) == ("scans_blank", 40, 60)
 
 
 @pytest.mark.parametrize(("every", "is_told"), [(0.2, False), (0.9, True)])
 def test_rare_scans_that_no_odometry_follows_are_told(every: float, is_told: bool) -> None:
     told = findings_of_rare_scans(facts(every, 0.3)[0], OdometryFacts())
     assert len(told) == is_told
-    assert all(finding.what.startswith("The scans come every 0.9 s, and no odometry") for finding in told)
+    assert all(finding.numbers["metres"] is None for finding in told)
 
 
 def test_nothing_is_told_without_scans() -> None:

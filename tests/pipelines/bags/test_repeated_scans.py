@@ -29,7 +29,7 @@ def bag(path: Path, seen: list[int], driven: list[float]) -> Path:
 def kept_and_findings(path: Path) -> tuple[int, list]:
     with BagReader(path) as reader:
         kept = sum(isinstance(item, Scan) for item in reader)
-        findings = [each for each in reader.findings if "repeat" in each.what]
+        findings = [each for each in reader.findings if each.name == "scans_repeated"]
     return kept, findings
 
 
@@ -39,7 +39,8 @@ def test_scans_that_stand_still_while_the_car_moves_are_left_out(tmp_path, froze
     kept, findings = kept_and_findings(bag(tmp_path, seen, [0.025 * index for index in range(220)]))
     assert kept == 220 - (frozen - 1)
     (finding,) = findings
-    assert f"{frozen - 1} scans repeat" in finding.what and "at 0.5 s" in finding.what
+    assert finding.numbers["count"] == frozen - 1
+    assert finding.numbers["first"] == pytest.approx(0.5, abs=0.05)
     assert finding.spoils_map is spoils
 
 

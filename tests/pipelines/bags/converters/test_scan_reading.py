@@ -56,15 +56,14 @@ def test_contradicting_angles_are_read_so_that_walls_are_straight(changes, angle
     bearings, reading, (finding,) = bearings_of(drive(**changes))
     assert reading.angles == angles
     np.testing.assert_allclose(bearings, np.linspace(-SPAN / 2, SPAN / 2, BEAMS), atol=1e-6)
-    assert "The angles of the scans" in finding.what and finding.remedy
-    assert not finding.spoils_map
+    assert (finding.name, finding.spoils_map) == ("angles_not_as_stated", False)
 
 
 def test_angles_of_two_turns_are_those_of_one():
     doubled = {"angle_min": -np.pi, "angle_max": 3 * np.pi, "angle_increment": 4 * np.pi / BEAMS}
     _, reading, (finding,) = bearings_of(drive(**doubled))
     assert reading.angles == Angles.TURN
-    assert "more than once" in finding.what
+    assert finding.numbers["is_beyond_a_turn"]
 
 
 def test_a_turned_increment_keeps_its_sign():
@@ -105,7 +104,7 @@ def test_misses_written_as_a_number_below_range_max():
     messages = drive(with_misses)
     reading, (finding,) = learn_reading(messages)
     assert reading == ScanReading(nearest_miss=12.0)
-    assert "exactly 12 m" in finding.what
+    assert (finding.name, finding.numbers["metres"]) == ("misses_as_a_range", 12.0)
     scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
     assert scan.max_range == 12.0
     np.testing.assert_array_equal(np.isposinf(scan.ranges), messages[0].ranges == 12.0)
@@ -130,7 +129,7 @@ def test_a_wall_is_no_miss_however_coarse_the_ranges_are(step):
 def test_millimetres(limits):
     messages = drive(lambda ranges: 1000.0 * ranges, range_min=limits[0], range_max=limits[1])
     reading, (finding,) = learn_reading(messages)
-    assert "millimetres" in finding.what
+    assert finding.numbers["unit"] == "millimetres"
     scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
     np.testing.assert_allclose(scan.ranges, messages[0].ranges / 1000.0, rtol=1e-6)
     assert scan.max_range == pytest.approx(30.0)
@@ -142,7 +141,7 @@ def test_centimetres(limits, factor):
     """Also in a room so small that they might be metres."""
     messages = drive(lambda ranges: factor * ranges, range_min=limits[0], range_max=limits[1])
     reading, (finding,) = learn_reading(messages)
-    assert "centimetres" in finding.what and not finding.spoils_map
+    assert finding.numbers["unit"] == "centimetres" and not finding.spoils_map
     scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
     np.testing.assert_allclose(scan.ranges, messages[0].ranges / 100.0, rtol=1e-6)
     assert scan.max_range == pytest.approx(30.0)

@@ -1,0 +1,416 @@
+"""What is said of each finding, by its name: what is wrong, and what to do about it."""
+
+from collections.abc import Callable, Mapping
+from typing import TypeAlias
+
+Sentences: TypeAlias = tuple[str, str]
+"""What is wrong, and the remedy; in braces stand the numbers of the finding."""
+
+ONE_CLOCK = "Stamp all messages by one clock (chrony, or drivers on one computer)."
+"""The remedy for clocks that differ."""
+
+_BY_SCANS_ALONE = (
+    "the motion is estimated from the scans alone, which fails along bare corridors and in fast turns"
+)
+"""What comes of odometry that is missing, or not used."""
+_COPY_AGAIN = "Copy the bag again from where it was recorded."
+_SET_QUATERNION = "set the pose's quaternion (w = 1 for no rotation)."
+_SET_ANGLES = "Correct angle_min, angle_max and angle_increment"
+_RANGES_IN_METRES = "Make the driver report ranges in metres."
+_NOT_USED = f"it is not used, and {_BY_SCANS_ALONE}."
+_FAULTY_ODOMETRY = f"The odometry on {{topic}} {{fault}}: {_NOT_USED}"
+_CARRIED = "If the robot was carried, no action is needed; otherwise"
+
+COUNTED: Mapping[str, Sentences] = {
+    "dropped_out_of_order": (
+        "Messages dropped because their stamps are over a second out of order: {count}.",
+        "Stamp all messages by one clock (chrony, or use_sim_time everywhere).",
+    ),
+    "dropped_duplicates": (
+        "Messages dropped because another of their topic has the same stamp: {count}.",
+        "Make sure that only one driver publishes the topic; if so, nothing is lost.",
+    ),
+    "stamps_from_recording_time": (
+        "Stamps that were zero or absurd, replaced by the time of recording: {count}.",
+        "Make the driver stamp its messages; until then expect some jitter.",
+    ),
+    "stamps_that_stood_still": (
+        "Stamps that stood still while messages came, replaced by the time of recording: {count}.",
+        "Restart the driver, or make it stamp each message when it is measured.",
+    ),
+    "clock_jumps": (
+        "Jumps of the stamps of a topic, because a clock was set; they are taken to go on as before: "
+        "{count}.",
+        "Set the clock before the drive (chrony), and do not restart drivers while recording.",
+    ),
+    "empty_scans": (
+        "Scans dropped because they hold no usable beams: {count}.",
+        "Look at the driver's log for the times when the sensor failed.",
+    ),
+    "scans_beyond_one_turn": (
+        "Scans dropped because their beams go round more than once: {count}.",
+        "Make the driver send each turn as a scan of its own, with the angle_increment of that turn.",
+    ),
+    "undecodable_messages": ("Messages dropped because their bytes are damaged: {count}.", _COPY_AGAIN),
+    "oversized_messages": (
+        "Messages dropped because they are larger than any sensor's: {count}.",
+        f"{_COPY_AGAIN[:-1]}, and look at what the driver publishes.",
+    ),
+    "invalid_odometry": (
+        "Odometry messages dropped because they hold no valid pose: {count}.",
+        f"Make the odometry node {_SET_QUATERNION}",
+    ),
+    "messages_without_pose": (
+        "Messages dropped because they hold no valid pose: {count}.",
+        f"Make the node that publishes them {_SET_QUATERNION}",
+    ),
+    "time_increments_ignored": (
+        "Scans with a time_increment too long to be true, which is taken as zero: {count}.",
+        "Correct it in the driver, so that scans can be corrected for the motion during a sweep.",
+    ),
+    "point_times_ignored": (
+        "Clouds that time their points over a second away from their stamp, which is ignored: {count}.",
+        "Make the driver stamp clouds and points by the same clock, so that the motion can be corrected for.",
+    ),
+    "changed_beam_counts": ("Changes of the number of beams: {count}.", "No action is needed."),
+    "scans_without_range_max": (
+        "Scans that do not state the sensor's range, for which 60 m is assumed: {count}.",
+        "Set range_max in the driver, so that misses are not taken for walls.",
+    ),
+}
+"""Of what was mended or dropped while reading, and counted under these names."""
+
+_BAG: Mapping[str, Sentences] = {
+    "bag_damaged": ("{loss}", _COPY_AGAIN),
+    "parts_not_named": (
+        "Parts of the recording that {metadata} does not name are read too: {names}.",
+        "`ros2 bag reindex` repairs it for other programs.",
+    ),
+    "files_not_named": (
+        "{metadata} does not name {names}: it is not read.",
+        "Give the file itself if it is meant.",
+    ),
+    "topic_of_two_types": (
+        "{topic} holds {read}, and {messages} messages of {left_out}, which are not read.",
+        "Make sure that only one node publishes the topic.",
+    ),
+    "scan_topic_of_several": (
+        "Scans are taken from {taken}, not from {others}.",
+        "Choose another with --scan-topic, if this is not the one.",
+    ),
+    "laser_of_several": (
+        "Scans are taken from {taken}, not from {others}.",
+        "Choose another with --scan-topic, or give it once for each laser if several are to be used.",
+    ),
+    "odometry_topic_of_several": (
+        "Odometry messages are taken from {taken}, not from {others}.",
+        "Choose another with --odom-topic, if this is not the one.",
+    ),
+}
+
+
+def _scan_gaps(*, gaps: str, more: int, was_driven: bool) -> Sentences:
+    remedy = "find out what stopped the laser or the recorder."
+    stood = "No action is needed if the car stood still meanwhile; otherwise look whether the map breaks"
+    return (
+        f"There is {gaps}{f'; and {more} more' if more else ''}.",
+        f"Look whether the map breaks there, and {remedy}" if was_driven else f"{stood} there, and {remedy}",
+    )
+
+
+def _scans_rare(
+    *, seconds: float, metres: float | None, speed: float, shortest: float, are_some_lost: bool, are_all: bool
+) -> Sentences:
+    told = (
+        "and no odometry follows the car in between: where it turns or drives far, its way is lost"
+        if metres is None
+        else f"in which the car usually drives {metres:.1f} m: they share little, so that most depends on "
+        "the wheels"
+    )
+    what, slow_enough = f"The scans come every {seconds:.2g} s, {told}.", f"below {speed:.2g} m/s"
+    if are_some_lost:
+        return what, (
+            f"Some come {shortest:.2g} s apart, so others got lost: find out why (a slow disk, a full queue, "
+            f"a weak network), or drive {slow_enough}."
+        )
+    if are_all:
+        return what, f"Drive {slow_enough}; the laser takes no more scans than these."
+    return what, f"Drive {slow_enough}, or record all scans if the laser takes more than these."
+
+
+def _angles_not_as_stated(
+    *, beams: int, first: float, step: float, last: float, is_beyond_a_turn: bool, reading: str, evidence: str
+) -> Sentences:
+    stated = f"{beams} beams from {first:g} on, {step:g} apart,"
+    what = (
+        f"The angles of the scans are not radians: {stated} go round more than once"
+        if is_beyond_a_turn
+        else f"The angles of the scans contradict each other: {stated} do not end at {last:g}"
+    )
+    ending = f". They are read {reading}, {evidence}." if reading else ", and nothing else that makes sense."
+    return f"{what}{ending}", f"{_SET_ANGLES} (radians) in the driver."
+
+
+_SCANS: Mapping[str, Sentences | Callable[..., Sentences]] = {
+    "scan_gaps": _scan_gaps,
+    "scans_rare": _scans_rare,
+    "scans_repeated": (
+        "{count} scans repeat the one before to the last bit while the odometry moves, the first at "
+        "{first:.1f} s and for up to {longest:.1f} s at a time: they are left out, as they show nothing new.",
+        "Find out why the laser's driver, or whatever relays its scans, repeats itself.",
+    ),
+    "scans_without_odometry": (
+        "{count} of {scans} scans were taken while there was no odometry.",
+        "Make sure that the odometry runs all the time and is stamped by the same clock as the scans.",
+    ),
+    "beams_too_few": (
+        "The scans have only {beams} beams, {apart:.0f}° apart: no wall is recognized from one scan to the "
+        "next, and the map is no better than the wheels.",
+        "Make the driver publish all that the sensor measures, at least one beam per {enough:.0f}°.",
+    ),
+    "scans_blank": (
+        "In {count} of {scans} scans no beam met anything, for up to {seconds:.1f} s at a time: only wheels "
+        "can show the motion there.",
+        "Make sure that nothing covers the laser and that it keeps running.",
+    ),
+    "beams_without_reading": (
+        "{share:.0%} of the beams hold no reading (NaN, zero or below range_min).",
+        "Clean the sensor's window, make sure that the car does not cover it, and look at range_min.",
+    ),
+    "nothing_seen": (
+        "Not one beam met anything.",
+        "Make sure that nothing covers the laser, that it works, and that range_min and range_max are right.",
+    ),
+    "angles_not_as_stated": _angles_not_as_stated,
+    "beams_vary": (
+        "The scans have {fewest} to {most} beams, always {step:g} apart by what they state, but end at "
+        "{last:g}: they are read {reading}.",
+        "Make the driver state the angle_increment of each scan.",
+    ),
+    "ranges_in_another_unit": (
+        "Half of the ranges are above {median:g} m, which is impossible: they are read as {unit}.",
+        _RANGES_IN_METRES,
+    ),
+    "ranges_absurd": ("Half of the ranges are above {median:g} m: they cannot be metres.", _RANGES_IN_METRES),
+    "misses_as_a_range": (
+        "{share:.0%} of the ranges are exactly {metres:g} m, at {bearings} bearings: they are taken for "
+        "misses.",
+        "Make the driver report inf, or set range_max to that, so that nobody takes misses for walls.",
+    ),
+    "beams_reversed": (
+        "The beams of {topic} were measured in the opposite order of time to the one recorded, as the turns "
+        "show: they are read so.",
+        "No action is needed: drivers of the RPLIDAR kind turn the ranges round and leave time_increment "
+        "positive.",
+    ),
+    "bearings_scaled": (
+        "The beams of {topic} lie over {factor:.2f} times the angle that is stated, as straight walls and "
+        "the turns show: they are read so.",
+        f"{_SET_ANGLES} in the driver: they must span what it sees.",
+    ),
+    "bearings_doubtful": (
+        "The beams of {topic} lie over {factor:.2f} times the angle that is stated, as far as the scans "
+        "show: they are read as stated.",
+        f"{_SET_ANGLES} in the driver: they must span what it sees.",
+    ),
+}
+
+_ODOMETRY: Mapping[str, Sentences] = {
+    "odometry_jumps": (
+        "The odometry jumps {times}, faster than any car.",
+        "Make sure that only one node publishes it and that it is not reset while driving.",
+    ),
+    "odometry_rare": (
+        "The odometry comes {rate:.1f} times a second, at up to {speed:.1f} m/s.",
+        "Publish it at 20 Hz or more, so that the motion within a sweep is known.",
+    ),
+    "odometry_of_two_programs": (
+        "The odometry alternates between two tracks, {times}: two programs publish it, of which the first is "
+        "followed.",
+        "Let only one node publish it, such as the driver or a filter.",
+    ),
+    "odometry_spikes": (
+        "The odometry jumps away for a single sample, {times}: these are left out.",
+        "See what disturbs its node, and that only one publishes it.",
+    ),
+    "odometry_by_speeds": (
+        "The poses of {topic} stand still while its speeds do not: the pose is integrated from the speeds.",
+        "No action is needed.",
+    ),
+    "odometry_without_orientation": (
+        "The orientation in {topic} is not a number, or zero: the pose is integrated from the speeds.",
+        f"Make its node {_SET_QUATERNION}",
+    ),
+    "odometry_link_contested": (
+        "Two programs publish the link {link} on {topic}, each another motion: it is not taken for odometry, "
+        f"and {_BY_SCANS_ALONE}.",
+        "Record with one of them only, such as the driver or a filter, not both.",
+    ),
+    "odometry_topic_stands": (
+        "The poses of {topic} never change, while {link} on {link_topics} moves: the latter is the odometry.",
+        "Find out why the topic stands still.",
+    ),
+    "odometry_link_stands": (
+        "The link {link} on {topic} never changes though the car moves: the motion is read from {moving}.",
+        "Find out why the odometry stands still, if it should not.",
+    ),
+    "no_odometry": (
+        f"There is no odometry: {_BY_SCANS_ALONE}.{{solution}}",
+        "Record the odometry topic too, or drive slowly and where there is much to see.",
+    ),
+    "no_odometry_link_moves": (
+        "The link {link} on {topics} never changes: it is not taken for odometry, and "
+        f"{_BY_SCANS_ALONE}.",
+        "Record the odometry topic too, or drive slowly and where there is much to see.",
+    ),
+    "odometry_stuck": (
+        _FAULTY_ODOMETRY,
+        f"{_CARRIED} find out why its driver sends no motion, or name another topic with --odom-topic.",
+    ),
+    "odometry_without_distance": (
+        _FAULTY_ODOMETRY,
+        f"{_CARRIED} make its node integrate the speed of the wheels too, in metres.",
+    ),
+    "odometry_without_turns": (
+        _FAULTY_ODOMETRY,
+        "Make its node integrate steering angle or gyroscope, or record an IMU.",
+    ),
+    "odometry_impossible": (
+        _FAULTY_ODOMETRY,
+        "Make sure that its node gives metres and radians, and that only one publishes it.",
+    ),
+    "odometry_turns_from_imu": (
+        "The odometry on {topic} {fault}: turns are taken from the IMU.",
+        "Make the odometry's node turn too.",
+    ),
+    "odometry_mirrored": (
+        f"The odometry on {{topic}} does not go where its own yaw looks: {_NOT_USED}",
+        "Make sure that its node does not exchange x and y, or change the sign of one of them (REP 103).",
+    ),
+    "turns_inverted": (
+        "The scans turn left where the odometry turns right, and nothing shows which is wrong: the odometry "
+        f"is not used, and {_BY_SCANS_ALONE}.",
+        "Correct the sign of the odometry's yaw; or, if the laser hangs upside down, give its place: "
+        "--laser-pose 'X Y YAW 3.1416'.",
+    ),
+    "turns_disagree": (
+        "The scans turn {ratio:.2f} times as far as the odometry on {topic}: the angles of one of them are "
+        "wrong.",
+        "Correct angle_increment in the laser's driver, or wheelbase, track or steering gain in the "
+        "odometry's node.",
+    ),
+    "distances_disagree": (
+        "The odometry on {topic} reports {ratio:.0%} of the distance that the scans show: it is corrected to "
+        "that. If the ranges of {scans} are wrong instead{in_feet} the map is {size:.2f} times its true "
+        "size.",
+        "Measure a wall of the map. If it is right, correct wheel radius, gear or the gain from motor to "
+        "speed in the odometry's node; if not, the unit of the ranges on {scans}, which are metres.",
+    ),
+    "signs_changed": (
+        "The odometry on {topic} turns right where the scans turn left: its {what} read with the other sign, "
+        "{why}.",
+        "Correct the sign in the odometry's node: counter-clockwise is positive (REP 103).",
+    ),
+}
+
+_CLOCKS: Mapping[str, Sentences] = {
+    "clock_drifts": (
+        "The clock of {topic} {gains} {milliseconds:.0f} ms a second on that of {other}: by their stamps the "
+        "two fit together less and less.",
+        ONE_CLOCK,
+    ),
+    "clocks_apart": (
+        "The clock of {topic} is {seconds:.2f} s {side} that of {other}, {evidence}: {done}.",
+        ONE_CLOCK,
+    ),
+    "clocks_of_other_origins": (
+        "The clocks of {topic} and {other} count from different origins, such as 1970 and power-on, "
+        "{evidence}: {done}.",
+        ONE_CLOCK,
+    ),
+    "odometry_lags": (
+        "By its stamps the odometry is {milliseconds:.0f} ms {side} the scans, as the turns show: this is "
+        "corrected.",
+        f"No action is needed; to remedy it all the same: {ONE_CLOCK[0].lower()}{ONE_CLOCK[1:]}",
+    ),
+    "imu_lags": (
+        "By its stamps the IMU is {milliseconds:.0f} ms {side} the scans, as the turns show: they are "
+        "shifted.",
+        ONE_CLOCK,
+    ),
+}
+
+_IMU: Mapping[str, Sentences] = {
+    "gyroscope_on_its_side": (
+        "The yaw rate of the IMU is always {rate:g}, while it turns about another axis: it is mounted on its "
+        "side, and not used.",
+        "Publish on /tf_static how it is mounted.",
+    ),
+    "gyroscope_dead": (
+        "The yaw rate of the IMU is always {rate:g}: its gyroscope is dead and not used.",
+        "Make sure that its driver starts the gyroscope.",
+    ),
+    "gyroscope_contradicts": ("{contradiction}", "{remedy}"),
+}
+
+_PLACE: Mapping[str, Sentences] = {
+    "place_unknown": (
+        "The bag does not say where {sensor} sits on the car (no transform from base_link on /tf_static or "
+        "/tf): it is taken to be at base_link.",
+        "Give it with --laser-pose X Y YAW, or record /tf_static.",
+    ),
+    "place_by_another_frame": (
+        "No frame is called base_link: {sensor} is taken to sit on the car as it does on {base}, from which "
+        "its transforms lead.",
+        "If the car is another frame, give the place with --laser-pose X Y YAW.",
+    ),
+    "place_told_twice": (
+        "/tf and /tf_static disagree about where {sensor} sits on the car: {other} and {place}. The latter "
+        "is taken.",
+        "Publish it once only; until then give the right one with --laser-pose X Y YAW.",
+    ),
+    "transforms_in_a_circle": (
+        "The transforms go in a circle: by {link} {sensor} sits at {other}, by the others at {place}. The "
+        "latter is taken.",
+        "Publish one way from the car to the sensor only; until then give its place with --laser-pose X Y "
+        "YAW.",
+    ),
+    "sensor_tilted": (
+        "The sensor is tilted by {degrees:.0f}°: it is taken as level.",
+        "Mount it level; else walls appear too far and the floor as a wall.",
+    ),
+    "laser_hangs_otherwise": (
+        "Odometry and gyroscope turn left where the scans turn right: the laser is read as hanging {right}, "
+        "although its transform ({source}) has it {told}. If both turn the wrong way, as wheels that take "
+        "their turns from the gyroscope do, the map is its mirror image.",
+        "Correct the roll in the laser's transform, or give --laser-pose {read}; if the transform is right, "
+        "--laser-pose {as_told}.",
+    ),
+    "laser_upside_down": (
+        "The scans turn left where the odometry turns right: the laser is taken to hang upside down, at "
+        "{place}. If the odometry's sign is wrong instead, the map is its mirror image.",
+        "Give the laser's place, which decides it: --laser-pose {hanging} if it hangs upside down, "
+        "--laser-pose {upright} if not.",
+    ),
+    "place_contradicted": (
+        "The laser looks {told:.0f}° to the left by its place ({source}), but {shown:.0f}° by the directions "
+        f"of travel of scans and odometry: the place is believed, the odometry is not used, and "
+        f"{_BY_SCANS_ALONE}.",
+        "Correct the one that is wrong; if it is the place, give --laser-pose {place}.",
+    ),
+    "place_learned": (
+        "Nothing says where the laser of {topic} sits on the car: it is taken to be at {place}, as scans and "
+        "odometry show.",
+        "Measure it and give it with --laser-pose, as {given}, or record /tf_static.",
+    ),
+}
+
+SENTENCES: Mapping[str, Sentences | Callable[..., Sentences]] = {
+    **COUNTED,
+    **_BAG,
+    **_SCANS,
+    **_ODOMETRY,
+    **_CLOCKS,
+    **_IMU,
+    **_PLACE,
+}
