@@ -398,6 +398,11 @@ _PLACE: Mapping[str, Sentences] = {
         f"{_BY_SCANS_ALONE}.",
         "Correct the one that is wrong; if it is the place, give --laser-pose {place}.",
     ),
+    "place_turned": (
+        "The laser looks {told:.0f}° to the left by its transform ({source}), but {shown:.0f}° by the scans, "
+        "since the odometry drives along the axis of the robot: so it is read.",
+        "Correct the transform, or give --laser-pose {place}.",
+    ),
     "place_learned": (
         "Nothing says where the laser of {topic} sits on the car: it is taken to be at {place}, as scans and "
         "odometry show.",

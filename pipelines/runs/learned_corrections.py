@@ -244,25 +244,21 @@ class _Made:
         if error == 0.0:
             return
         place = mount.as_mounted()
+        turned: dict[str, Any] = {
+            "told": np.degrees(known.base_from_laser[2]),
+            "source": known.place_source,
+            "shown": np.degrees(place[2]),
+            "place": _as_flag(place),
+        }
         is_transform = known.is_place_told and known.place_source != "flag"
         if is_transform and mount.drives_ahead and abs(error) < 0.5 * np.pi:
             place = np.append(known.base_from_laser[:2], mount.base_from_laser[2])
             self.changes["base_from_laser"] = place
-            self._find(
-                f"The laser looks {_degrees(known.base_from_laser)} to the left by its transform "
-                f"({known.place_source}), but {_degrees(place)} by the scans, since the odometry drives "
-                "along the axis of the robot: so it is read.",
-                f"Correct the transform, or give --laser-pose {_as_flag(place)}.",
-            )
+            turned |= {"shown": np.degrees(place[2]), "place": _as_flag(place)}
+            self._find("place_turned", **turned)
             return
         if known.is_place_told:
-            self._leave_out(
-                "place_contradicted",
-                told=np.degrees(known.base_from_laser[2]),
-                source=known.place_source,
-                shown=np.degrees(place[2]),
-                place=_as_flag(place),
-            )
+            self._leave_out("place_contradicted", **turned)
             return
         self.changes["base_from_laser"] = place
         self._find("place_learned", topic=known.scan_topic, place=in_words(place), given=_as_flag(place))
