@@ -34,7 +34,7 @@ class Finding:
     @property
     def sentence(self) -> str:
         """What is wrong and what to do about it."""
-        return " ".join(self._words)
+        return " ".join(self._words).rstrip()
 
     def as_dict(self) -> dict[str, Any]:
         """For a JSON file."""

@@ -17,6 +17,8 @@ _COPY_AGAIN = "Copy the bag again from where it was recorded."
 _SET_QUATERNION = "set the pose's quaternion (w = 1 for no rotation)."
 _SET_ANGLES = "Correct angle_min, angle_max and angle_increment"
 _RANGES_IN_METRES = "Make the driver report ranges in metres."
+_REPEATED_BY = "Find out why the laser's driver, or whatever relays its scans, repeats itself."
+_GOES_ON = "The drive goes on."
 _NOT_USED = f"it is not used, and {_BY_SCANS_ALONE}."
 _FAULTY_ODOMETRY = f"The odometry on {{topic}} {{fault}}: {_NOT_USED}"
 _CARRIED = "If the robot was carried, no action is needed; otherwise"
@@ -45,7 +47,8 @@ COUNTED: Mapping[str, Sentences] = {
     ),
     "empty_scans": (
         "Scans dropped because they hold no usable beams: {count}.",
-        "Look at the driver's log for the times when the sensor failed.",
+        "Look at angle_min, angle_max and angle_increment, and at the driver's log for the times when the "
+        "sensor failed.",
     ),
     "scans_beyond_one_turn": (
         "Scans dropped because their beams go round more than once: {count}.",
@@ -157,7 +160,7 @@ _SCANS: Mapping[str, Sentences | Callable[..., Sentences]] = {
     "scans_repeated": (
         "{count} scans repeat the one before to the last bit while the odometry moves, the first at "
         "{first:.1f} s and for up to {longest:.1f} s at a time: they are left out, as they show nothing new.",
-        "Find out why the laser's driver, or whatever relays its scans, repeats itself.",
+        _REPEATED_BY,
     ),
     "scans_without_odometry": (
         "{count} of {scans} scans were taken while there was no odometry.",
@@ -410,6 +413,71 @@ _PLACE: Mapping[str, Sentences] = {
     ),
 }
 
+_LIVE: Mapping[str, Sentences] = {
+    "clock_set": ("The stamps of the {what} jumped by {seconds:+.1f} s: a clock was set.", _GOES_ON),
+    "clock_set_back": (
+        "The stamps of the {what} jumped by {seconds:+.1f} s: a clock was set back, or a bag starts again.",
+        _GOES_ON,
+    ),
+    "lone_stamp": ("A stamp of the {what} was far from those before; the message was left out.", ""),
+    "stamps_show_no_time": (
+        "The stamps of the {what} show no time: the messages are taken as measured when they arrive.",
+        "Restart the driver, or make it stamp its messages.",
+    ),
+    "clocks_disagree": (
+        "The stamps of the {what} were {seconds:.1f} s {side} those of the {other}: that is corrected.",
+        "Synchronize the clocks of the computers and sensors.",
+    ),
+    "beams_changed": ("The scans' number of beams changed to {beams}; the scans are used all the same.", ""),
+    "scans_without_readings": (
+        "The scans hold no readings (NaN, zero or below range_min): the laser is covered or broken.",
+        "",
+    ),
+    "scans_see_nothing": (
+        "The scans see nothing within {metres:.0f} m: the laser is covered or broken, or no wall is in its "
+        "reach.",
+        "",
+    ),
+    "scans_repeat": (
+        "The scans repeat themselves to the last bit while the odometry moves: they are left out.",
+        _REPEATED_BY,
+    ),
+    "poses_not_numbers": ("The odometry holds poses that are not numbers; they are left out.", ""),
+    "samples_jump_away": (
+        "The odometry jumps away for single samples, which are left out; make sure that only one node "
+        "publishes it.",
+        "",
+    ),
+    "poses_stand": (
+        "The odometry's poses stand still while its speeds do not; set the parameter odometry to twist.",
+        "",
+    ),
+    "invalid_yaw_rates": (
+        "Messages of the IMU hold no turn rates, by their covariance or as these are no numbers: they are "
+        "left out.",
+        "",
+    ),
+    "laser_moved": (
+        "The transform of {laser} was changed: from now on it is taken to sit at {place} on {base} instead "
+        "of {before}.",
+        "",
+    ),
+    "place_stays": (
+        "The map in progress keeps the old place of its laser: start a new one (--anew) with that.",
+        "",
+    ),
+    "no_transform": (
+        "No transform says where {laser} sits on {base}: it is taken to be there; publish the transform, or "
+        "set the parameter laser_pose.",
+        "",
+    ),
+    "no_transform_yet": (
+        "No transform says yet where {laser} sits on {base}: it is taken to be where it was in the last run.",
+        "",
+    ),
+}
+"""Of what nodes hear while the car drives."""
+
 SENTENCES: Mapping[str, Sentences | Callable[..., Sentences]] = {
     **COUNTED,
     **_BAG,
@@ -418,4 +486,5 @@ SENTENCES: Mapping[str, Sentences | Callable[..., Sentences]] = {
     **_CLOCKS,
     **_IMU,
     **_PLACE,
+    **_LIVE,
 }

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from racecar.pipelines.bags.clocks.topic_clock import ClockReports
+from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.live.monitoring.faults import Faults
 
 
@@ -15,42 +16,27 @@ class ClockFaults(ClockReports):
 
     def jumped(self, seconds: float) -> None:
         """A clock was set."""
-        cause = "a clock was set" if seconds > 0.0 else "a clock was set back, or a bag starts again"
-        self._faults.report(
-            f"{self._what}_clock",
-            f"The stamps of the {self._what} jumped by {seconds:+.1f} s: {cause}. The drive goes on.",
-            lasting=False,
-        )
+        name = "clock_set" if seconds > 0.0 else "clock_set_back"
+        finding = Finding(name, what=self._what, seconds=seconds)
+        self._faults.find(finding, key=f"{self._what}_clock", lasting=False)
 
     def went_astray(self) -> None:
         """One message is left out."""
-        self._faults.report(
-            "lone_stamp",
-            f"A stamp of the {self._what} was far from those before; the message was left out.",
-            lasting=False,
-        )
+        self._faults.find(Finding("lone_stamp", what=self._what), lasting=False)
 
     def stood_still(self, is_still: bool) -> None:
         """The driver does not stamp its messages, or has stopped doing so."""
-        name = f"{self._what}_stamps"
+        key = f"{self._what}_stamps"
         if is_still:
-            self._faults.report(
-                name,
-                f"The stamps of the {self._what} show no time: the messages are taken as measured when they "
-                "arrive. Restart the driver, or make it stamp its messages.",
-            )
+            self._faults.find(Finding("stamps_show_no_time", what=self._what), key=key)
         else:
-            self._faults.end(name, f"The stamps of the {self._what} show the time again.")
+            self._faults.end(key, f"The stamps of the {self._what} show the time again.")
 
     def disagreed(self, seconds: float) -> None:
         """The clock is another than that of the others."""
-        side = "behind" if seconds > 0 else "ahead of"
-        self._faults.report(
-            f"{self._what}_offset",
-            f"The stamps of the {self._what} were {abs(seconds):.1f} s {side} those of the {self._other}: "
-            "that is corrected. Synchronize the clocks of the computers and sensors.",
-            lasting=False,
-        )
+        side, apart = "behind" if seconds > 0 else "ahead of", abs(seconds)
+        finding = Finding("clocks_disagree", what=self._what, seconds=apart, side=side, other=self._other)
+        self._faults.find(finding, key=f"{self._what}_offset", lasting=False)
 
 
 class OdometryClockFaults(ClockFaults):

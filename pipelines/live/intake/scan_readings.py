@@ -61,7 +61,6 @@ class ScanReadings:
             self.version += 1
         name = f"reading of {frame}"
         if findings:
-            words = " ".join(finding.sentence for finding in findings)
-            self._faults.report(name, words)
+            self._faults.find(*findings, key=name)
         else:
             self._faults.end(name, f"The scans of {frame} are read as they stand.")

@@ -11,6 +11,7 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrector
+from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
@@ -19,8 +20,6 @@ _BATCH = 100
 """Scans and samples that are handed on at once, about a second of them, since handing on takes time too."""
 _MOST = 20_000
 """Scans and samples after which what is known must do, as of bags."""
-
-_STAYS = " The map in progress keeps the old place of its laser: start a new one (--anew) with that."
 
 
 class SensorLearning:
@@ -96,13 +95,11 @@ class SensorLearning:
         self._is_over = True
         self._calibrator = SelfCalibrator(max_lag=USUAL_LAG)  # the old one holds thousands of scans
         corrections = learned_corrections(learned, self._known())
-        stays = ""
+        stays: list[Finding] = []
         is_moved = corrections.base_from_laser is not None or corrections.is_upside_down
         if is_moved and not self._moves_laser:
             corrections = replace(corrections, base_from_laser=None, is_upside_down=False)
-            stays = _STAYS
+            stays = [Finding("place_stays")]
         self._corrections, self._corrector = corrections, Corrector(corrections)
         for number, finding in enumerate(corrections.findings):
-            words = finding.sentence.replace("--laser-pose", "the parameter laser_pose")
-            words += stays
-            self._faults.report(f"learned {number}", words, lasting=False)
+            self._faults.find(finding, *stays, key=f"learned {number}", lasting=False)

@@ -14,7 +14,6 @@ from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.clocks.topic_clock import ClockReports, SteadyClock, TopicClock
 from racecar.pipelines.bags.converters.framed_scans import of_laser
 from racecar.pipelines.bags.converters.imu import ImuSetup
-from racecar.pipelines.bags.converters.laser_scans import RANGE_LIMIT
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
@@ -27,6 +26,7 @@ from racecar.pipelines.bags.converters.registry import (
     ScanSetup,
 )
 from racecar.pipelines.bags.converters.transforms import SensorPlace
+from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.messages import (
     TRANSFORMS,
     frame_name,
@@ -59,18 +59,14 @@ computer, it is the scans' that is wrong. By judgement, since messages take time
 _LATE_TRANSFORM = 1.0
 """Seconds for which a transform may come later than the first scan, as DDS finds publishers one after the
 other, before that is reported: by judgement."""
-_MENDED = {
-    "empty_scans": "Scans are left out whose angles, or number of beams, cannot be: look at angle_min, "
-    "angle_max and angle_increment.",
-    "scans_beyond_one_turn": "Scans are left out whose beams go round more than once: make the driver send "
-    "each turn as a scan of its own.",
-    "scans_without_range_max": f"Scans state no range_max that can be: {RANGE_LIMIT:.0f} m is taken for it.",
-    "time_increments_ignored": f"By their time_increment scans take over {_LONGEST_SWEEP} s: all beams are "
-    "taken to be of one moment.",
-    "invalid_yaw_rates": "Messages of the IMU hold no turn rates, by their covariance or as these are no "
-    "numbers: they are left out.",
-}
-"""What converters count, in words."""
+_MENDED = (
+    "empty_scans",
+    "scans_beyond_one_turn",
+    "scans_without_range_max",
+    "time_increments_ignored",
+    "invalid_yaw_rates",
+)
+"""Of what converters count, that which is told."""
 _NO_TRANSFORMS = bytes([0, 1, 0, 0, 0, 0, 0, 0])
 """A serialized message without any."""
 
@@ -232,22 +228,11 @@ class Sensors:
             self._report_unplaced()
         self._report_mended(self._scan_counts)
         if scan is not None and self._scan_counts["changed_beam_counts"] > beams_changed:
-            self._faults.report(
-                "beams",
-                f"The scans' number of beams changed to {len(scan.ranges)}; the scans are used all the same.",
-                lasting=False,
-            )
+            self._faults.find(Finding("beams_changed", beams=len(scan.ranges)), lasting=False)
         if scan is None or np.isnan(scan.ranges).all():
-            self._faults.report(
-                "blind",
-                "The scans hold no readings (NaN, zero or below range_min): the laser is covered or broken.",
-            )
+            self._faults.find(Finding("scans_without_readings"), key="blind")
         elif not scan.is_return.any():
-            self._faults.report(
-                "blind",
-                f"The scans see nothing within {scan.max_range:.0f} m: the laser is covered or broken, or no "
-                "wall is in its reach.",
-            )
+            self._faults.find(Finding("scans_see_nothing", metres=scan.max_range), key="blind")
         else:
             self._faults.end("blind", "The scans hold readings again.")
         return None if scan is None or self._is_repeat(scan) else scan
@@ -261,18 +246,11 @@ class Sensors:
             return None
         sample = self._odometry_converter(message).convert(message, stamp)
         if sample is None:
-            self._faults.report(
-                "odometry_invalid", "The odometry holds poses that are not numbers; they are left out."
-            )
+            self._faults.find(Finding("poses_not_numbers"))
             return None
-        self._faults.end("odometry_invalid", "The odometry holds poses again.")
+        self._faults.end("poses_not_numbers", "The odometry holds poses again.")
         if self._spikes.is_spike(sample):
-            self._faults.report(
-                "odometry_spikes",
-                "The odometry jumps away for single samples, which are left out; make sure that only one "
-                "node publishes it.",
-                lasting=False,
-            )
+            self._faults.find(Finding("samples_jump_away"), lasting=False)
             return None
         self._repeats.add_odometry(sample)
         if not self._integrate_twist:
@@ -288,21 +266,17 @@ class Sensors:
 
     def _report_mended(self, counts: Counter[str]) -> None:
         """Name once what of the messages is left out or replaced."""
-        for name in _MENDED.keys() - self._mended:
-            if counts[name]:
+        for name in _MENDED:
+            if name not in self._mended and counts[name]:
                 self._mended.add(name)
-                self._faults.report(name, _MENDED[name], lasting=False)
+                self._faults.find(Finding(name, count=counts[name]), lasting=False)
 
     def _is_repeat(self, scan: Scan) -> bool:
         is_repeat = self._repeats.is_repeat(scan)
         if self._repeats.is_stuck:
-            self._faults.report(
-                "repeats",
-                "The scans repeat themselves to the last bit while the odometry moves: they are left out. "
-                "Find out why the laser's driver, or whatever relays its scans, repeats itself.",
-            )
+            self._faults.find(Finding("scans_repeat"))
         else:
-            self._faults.end("repeats", "The scans show something new again.")
+            self._faults.end("scans_repeat", "The scans show something new again.")
         return is_repeat
 
     def _imu_converter(self, message: Any) -> Converter[YawRate]:
@@ -352,11 +326,15 @@ class Sensors:
         if before is None or placed is None or not before.is_sure or before.base_frame != placed.base_frame:
             return
         if not np.array_equal(before.place.base_from_sensor, placed.place.base_from_sensor):
-            self._faults.report(
-                f"{frame} moved",
-                f"The transform of {frame} was changed: from now on it is taken to sit at "
-                f"{in_words(placed.place.pose)} on {placed.base_frame} instead of "
-                f"{in_words(before.place.pose)}.",
+            self._faults.find(
+                Finding(
+                    "laser_moved",
+                    laser=frame,
+                    place=in_words(placed.place.pose),
+                    base=placed.base_frame,
+                    before=in_words(before.place.pose),
+                ),
+                key=f"{frame} moved",
                 lasting=False,
             )
 
@@ -401,21 +379,14 @@ class Sensors:
     def _report_place(self, frame: str) -> None:
         placed, name = self._lasers[frame], f"place of {frame}"
         if placed is None:
-            self._faults.report(
-                name,
-                f"No transform says where {frame or 'the laser'} sits on {self._base_frame}: it is taken to "
-                "be there; publish the transform, or set the parameter laser_pose.",
-            )
+            told = [Finding("no_transform", laser=frame or "the laser", base=self._base_frame)]
         elif placed.place.source == _REMEMBERED:
-            self._faults.report(
-                name,
-                f"No transform says yet where {frame} sits on {placed.base_frame}: it is taken to be where "
-                "it was in the last run.",
-            )
-        elif placed.findings:
-            doubts = " ".join(finding.sentence for finding in placed.findings)
-            self._faults.report(name, doubts.replace("--laser-pose X Y YAW", "the parameter laser_pose"))
+            told = [Finding("no_transform_yet", laser=frame, base=placed.base_frame)]
         else:
+            told = list(placed.findings)
+        if told:
+            self._faults.find(*told, key=name)
+        elif placed is not None:
             self._faults.end(name, f"The place of {frame} is known now, from {placed.place.source}.")
 
     def _watch_poses(self, message: Any) -> None:
@@ -425,15 +396,11 @@ class Sensors:
             return
         if self._standing is None or not np.array_equal(pose, self._standing):
             self._standing, self._moving_messages = pose, 0
-            self._faults.end("odometry_stands", "The odometry's poses move again.")
+            self._faults.end("poses_stand", "The odometry's poses move again.")
         elif np.abs(planar_twist(message)).max() > _MOVING_SPEED:
             self._moving_messages += 1
             if self._moving_messages == _MOVING_MESSAGES:
-                self._faults.report(
-                    "odometry_stands",
-                    "The odometry's poses stand still while its speeds do not; set the parameter odometry "
-                    "to twist.",
-                )
+                self._faults.find(Finding("poses_stand"))
 
     def _scan_clock(self, frame: str) -> TopicClock:
         """Of a laser, which may have a clock of its own; the first one's is that of the drive."""
@@ -461,7 +428,7 @@ def _is_same(placed: Placed | None, before: Placed | None) -> bool:
         return placed is before
     return (
         (placed.base_frame, placed.place.source) == (before.base_frame, before.place.source)
-        and [finding.what for finding in placed.findings] == [finding.what for finding in before.findings]
+        and placed.findings == before.findings
         and np.array_equal(placed.place.base_from_sensor, before.place.base_from_sensor)
     )
 

@@ -9,6 +9,8 @@ from pathlib import Path
 from threading import Lock
 from traceback import extract_tb
 
+from racecar.pipelines.bags.findings import Finding
+
 _log = logging.getLogger(__name__)
 
 EVENT_SECONDS = 5.0
@@ -17,6 +19,7 @@ _LOGGED_EVERY = 0.2
 """Seconds between two lines of the log about the same fault, so that bad messages do not flood it."""
 
 
+_PLACE = "the parameter laser_pose"
 _LONGEST_WORD = 200
 """Characters of a name in a sentence: more than any frame or path that a person chose, by judgement."""
 
@@ -59,6 +62,13 @@ class Faults:
                 self._counts[name] = self._counts.get(name, 0) + 1
         if is_new:
             self._warn(sentence)
+
+    def find(self, *findings: Finding, key: str = "", lasting: bool = True) -> None:
+        """The same of findings, under a ``key`` or the name of the first; what a flag gives offline, live a
+        parameter does."""
+        words = " ".join(finding.sentence for finding in findings)
+        words = words.replace("--laser-pose X Y YAW", _PLACE).replace("--laser-pose", _PLACE)
+        self.report(key or findings[0].name, words, lasting=lasting)
 
     def report_failure(self, error: Exception) -> None:
         """A callback or a piece of work has failed, and the node goes on; logged once for each place in the
