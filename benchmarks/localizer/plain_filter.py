@@ -7,12 +7,12 @@ sensor table, ``random.choice``, the mean of the particles.
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.localizer.beam_table import beam_probabilities
 from benchmarks.localizer.reference_kernels import march_rays
 from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import Pose, between, compose, mean_angle
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.pipelines.evaluation.course_filter import sensor_table
 
 _NOISE = 0.02
 """Metres and radians, added by every step."""
@@ -30,7 +30,7 @@ class PlainFilter:
         self._map_from_grid, self._resolution = grid.map_from_grid, grid.resolution
         self._distances = (distance_to_occupied(grid) / grid.resolution).astype(np.float32)
         self._reach = round(max_range / grid.resolution)
-        self._log_table = np.log(beam_probabilities(self._reach))
+        self._log_table = np.log(sensor_table(self._reach))
         self._particles = map_from_base
         self._rng = rng
 

@@ -11,7 +11,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import (
     COURSE_NAME,
     MAP_OF_NUMBERS,

@@ -9,7 +9,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.experiments.course_filter import CourseFilter, CourseSettings
+from racecar.pipelines.evaluation.course_filter import CourseFilter, CourseSettings
 from racecar.pipelines.experiments.figure_style import COURSE, COURSE_NAME, OURS, OURS_NAME
 from racecar.pipelines.experiments.tracking import Filter
 

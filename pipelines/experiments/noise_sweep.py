@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import (
     COURSE_NAME,
     OURS_NAME,

@@ -9,7 +9,7 @@ from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from racecar.pipelines.experiments.course_filter import TABLE_WIDTH, mixture_parts, sensor_table
+from racecar.pipelines.evaluation.course_filter import Z_MAX, mixture_parts, sensor_table
 from racecar.pipelines.experiments.figure_style import (
     BLUE,
     GREEN,
@@ -51,9 +51,9 @@ class SensorModelResult:
 
     def tables(self) -> list[FigureTable]:
         rows = []
-        for expected in (20, _SLICE, 180, TABLE_WIDTH - 1):
+        for expected in (20, _SLICE, 180, Z_MAX):
             column = self.table[:, expected]
-            readings = np.arange(TABLE_WIDTH)
+            readings = np.arange(Z_MAX + 1)
             near = np.abs(readings - expected) <= 16
             rows.append(
                 (
@@ -80,7 +80,7 @@ class SensorModelResult:
         with drawing(85) as figure:
             axes = figure.add_subplot(projection="3d", computed_zorder=False)
             assert isinstance(axes, Axes3D)
-            pixels = np.arange(TABLE_WIDTH)
+            pixels = np.arange(Z_MAX + 1)
             expected, measured = np.meshgrid(pixels, pixels)
             axes.plot_surface(
                 expected,

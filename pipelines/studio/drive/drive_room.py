@@ -11,7 +11,7 @@ from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.drive.discovery import Discovery

@@ -14,7 +14,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.experiments.course_filter import CourseFilter, CourseSettings
+from racecar.pipelines.evaluation.course_filter import CourseFilter, CourseSettings
 
 _SHOWN_PARTICLES = 500
 """Of each filter: a browser draws so many arrows in passing, and more would only cover each other."""

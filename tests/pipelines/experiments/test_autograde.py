@@ -7,8 +7,8 @@ from racecar.localization.config import LocalizationConfig
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.autograde import Autograde, GradedDrive, grade_drive
-from racecar.pipelines.experiments.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 

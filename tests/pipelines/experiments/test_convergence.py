@@ -10,8 +10,8 @@ import pytest
 from racecar.localization.config import LocalizationConfig
 from racecar.maps.errors import UserError
 from racecar.pipelines.cli import run
+from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.convergence import Convergence, converge, seconds_until_small
-from racecar.pipelines.experiments.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.recording import BagRecording, StandIn, first_seconds, known_start
 from racecar.pipelines.experiments.start_search import found_start

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.experiments.course_filter import CourseSettings
+from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.filters import with_motion_noise
 from racecar.pipelines.experiments.noise_sweep import (

@@ -5,7 +5,7 @@ import pytest
 
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.sensing.odometry import Odometry
-from racecar.pipelines.experiments.course_filter import (
+from racecar.pipelines.evaluation.course_filter import (
     CourseFilter,
     CourseSettings,
     mixture_parts,
@@ -20,6 +20,20 @@ def test_every_column_of_the_table_is_a_distribution() -> None:
     assert table.shape == (201, 201)
     assert np.all(table > 0)
     np.testing.assert_allclose(table.sum(axis=0), 1.0)
+
+
+def by_the_formulas(z: int, d: int) -> float:
+    """The course's unnormalized mixture, term by term."""
+    gaussian = [np.exp(-((k - d) ** 2) / (2 * 8.0**2)) / np.sqrt(2 * np.pi * 8.0**2) for k in range(201)]
+    hit = gaussian[z] / sum(gaussian)
+    short = 2 / d * (1 - z / d) if d != 0 and 0 <= z <= d else 0.0
+    return 0.74 * hit + 0.07 * short + 0.07 * (z == 200) + 0.12 / 200
+
+
+@pytest.mark.parametrize("d", [0, 1, 7, 100, 199, 200])
+def test_columns_follow_the_course(d: int) -> None:
+    column = np.array([by_the_formulas(z, d) for z in range(201)])
+    np.testing.assert_allclose(sensor_table()[:, d], column / column.sum(), rtol=1e-12)
 
 
 def test_parts_of_the_table_are_as_specified() -> None:

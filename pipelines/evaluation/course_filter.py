@@ -17,9 +17,8 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.yaw_rate import YawRate
 
-TABLE_WIDTH = 201
-"""Distances 0 to 200, in pixels of the map."""
-_Z_MAX = TABLE_WIDTH - 1
+Z_MAX = 200
+"""The longest distance, in pixels of the map."""
 _SIGMA_HIT = 8.0
 """Pixels."""
 _ALPHA_HIT, _ALPHA_SHORT, _ALPHA_MAX, _ALPHA_RAND = 0.74, 0.07, 0.07, 0.12
@@ -101,28 +100,25 @@ class CourseFilter:
         return normalized
 
     def _pixels(self, ranges: NDArray[np.float64]) -> NDArray[np.int64]:
-        return np.clip(np.rint(ranges / self._grid.resolution), 0, _Z_MAX).astype(np.int64)
+        return np.clip(np.rint(ranges / self._grid.resolution), 0, Z_MAX).astype(np.int64)
 
 
-def sensor_table() -> NDArray[np.float64]:
-    """(201, 201) probability of measuring z (row) where the map says d (column), both in pixels."""
-    table = np.zeros((TABLE_WIDTH, TABLE_WIDTH))
-    for d in range(TABLE_WIDTH):
-        column = sum(mixture_parts(d).values(), np.zeros(TABLE_WIDTH))
-        table[:, d] = column / column.sum()
-    return table
+def sensor_table(z_max: int = Z_MAX) -> NDArray[np.float64]:
+    """(z_max + 1, z_max + 1) probability of measuring z (row) where the map says d (column), in pixels."""
+    columns = [sum(mixture_parts(d, z_max).values(), np.zeros(z_max + 1)) for d in range(z_max + 1)]
+    return np.column_stack([column / column.sum() for column in columns])
 
 
-def mixture_parts(d: int) -> dict[str, NDArray[np.float64]]:
-    """The four parts (201,) of the probability of each z where the map says d pixels, with their shares."""
-    z = np.arange(TABLE_WIDTH)
+def mixture_parts(d: int, z_max: int = Z_MAX) -> dict[str, NDArray[np.float64]]:
+    """The four parts (z_max + 1,) of the probability of each z where the map says d, with their shares."""
+    z = np.arange(z_max + 1)
     hit = np.exp(-((z - d) ** 2) / (2.0 * _SIGMA_HIT**2))
-    short = np.zeros(TABLE_WIDTH)
+    short = np.zeros(z_max + 1)
     if d != 0:
         short[: d + 1] = 2.0 / d * (1.0 - z[: d + 1] / d)
     return {
         "hit": _ALPHA_HIT * hit / hit.sum(),
         "short": _ALPHA_SHORT * short,
-        "maximum": _ALPHA_MAX * (z == _Z_MAX),
-        "random": np.full(TABLE_WIDTH, _ALPHA_RAND / _Z_MAX),
+        "maximum": _ALPHA_MAX * (z == z_max),
+        "random": np.full(z_max + 1, _ALPHA_RAND / z_max),
     }
