@@ -1,4 +1,5 @@
-from benchmarks.commands import TITLE, app
+from benchmarks.commands import app
+from benchmarks.harness.command import TITLE
 from racecar.pipelines.cli import main
 
 if __name__ == "__main__":

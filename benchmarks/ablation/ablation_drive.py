@@ -2,10 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.accuracy.localized_drive import LOST
+from benchmarks.harness.table import Column
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose
@@ -14,8 +17,6 @@ from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.replay import replay
 
-_LOST = 0.5
-"""Metres off from which on the car counts as lost, as in `python -m benchmarks accuracy`."""
 _WORST = 1.0
 """Metres that an error counts as at most, since a car that is lost is lost however far off: one such drive
 would drown what all others show. A pose that is said to be lost is of no more use, and counts as much."""
@@ -27,12 +28,12 @@ _SAID_LOST = 0.9
 class DriveFigures:
     """How well a drive was localized."""
 
-    error_m: float
+    error_m: Annotated[float, Column("error (m)", ".4f")]
     """Mean over the scans whose true pose is known, none of which counts as more than a metre; those count as
     that at which the car was said to be lost."""
-    share_lost: float
+    share_lost: Annotated[float, Column("lost", ".1%")]
     """Of these scans, with an error of half a metre or more, or said to be lost."""
-    starts: int
+    starts: Annotated[int, Column("starts")]
     """How often the place was searched for."""
 
 
@@ -55,7 +56,7 @@ class AblationDrive:
         metres = self._errors(estimates)
         return DriveFigures(
             error_m=float(metres.mean()),
-            share_lost=float(np.mean(metres >= _LOST)),
+            share_lost=float(np.mean(metres >= LOST)),
             starts=sum(estimate.is_start for estimate in estimates),
         )
 

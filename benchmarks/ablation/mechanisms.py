@@ -5,7 +5,6 @@ refuses bad input (messages out of order, clocks set back, maps without walls).
 """
 
 from collections.abc import Mapping
-from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from math import inf, pi
 from typing import Any
@@ -13,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.replacements import Replacement, nothing, replaced
+from benchmarks.harness.replaced import Replacement, nothing
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter import clusters, particle_filter
 from racecar.localization.filter.particle_filter import ParticleFilter
@@ -51,10 +50,6 @@ class Variant:
     def configured(self, settings: LocalizationConfig) -> LocalizationConfig:
         """The settings with the changes."""
         return LocalizationConfig.model_validate(_over(settings.model_dump(), self.changes))
-
-    def replaced(self) -> AbstractContextManager[None]:
-        """They are replaced within the block."""
-        return replaced(self.replacements)
 
     def __or__(self, other: "Variant") -> "Variant":
         """Both off together."""

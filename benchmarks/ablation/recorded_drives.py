@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.ablation.ablation_drive import AblationDrive
 from benchmarks.recordings.exhaustive_matcher import ExhaustiveMatcher
 from benchmarks.recordings.localized_scans import localize
-from benchmarks.recordings.recordings_benchmark import (
+from benchmarks.recordings.recordings import (
     EVERY,
     RecordedDrive,
     as_read,

@@ -2,27 +2,24 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 
 from benchmarks.ablation.ablation_drive import AblationDrive
-from benchmarks.accuracy.accuracy_benchmark import MAPS
 from benchmarks.accuracy.drives import (
+    Simulate,
     changed_map_drive,
+    grid_of,
     kidnapped_drive,
     racing_drive,
     tracking_drive,
 )
 from racecar.maps.geometry.se2 import IDENTITY, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.map_files import load_map
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.shipped import shipped_map
+from racecar.maps.shipped import shipped_names
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
-
-Simulate = Callable[[OccupancyGrid, int, float], SimulatedDrive]
-"""A drive through a world by its seed and its seconds."""
 
 DRIVE_SECONDS = 30.0
 """Unless asked for otherwise, since those of `python -m benchmarks accuracy` are as long."""
@@ -41,20 +38,14 @@ def simulated_drives(seconds: float) -> dict[str, Callable[[int], AblationDrive]
     return {
         f"{kind}, {name}": partial(_simulated, simulate, name, seconds)
         for kind, simulate in _KINDS.items()
-        for name in MAPS
+        for name in shipped_names()
     }
 
 
 def _simulated(simulate: Simulate, map_name: str, seconds: float, seed: int) -> AblationDrive:
-    grid = _map(map_name)
+    grid = grid_of(map_name)
     drive = simulate(grid, seed, seconds)
     return AblationDrive(grid, drive.messages, drive.truth, drive.truth.map_from_base[0])
-
-
-@cache
-def _map(name: str) -> OccupancyGrid:
-    """One object for each, so that what is derived from it is derived once."""
-    return load_map(shipped_map(name))
 
 
 def _without_odometry(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:

@@ -1,6 +1,9 @@
 """The simulated drives that the localizer is measured on: each kind by its map, its seed and its length."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
+from typing import TypeAlias
 
 import numpy as np
 
@@ -9,10 +12,15 @@ from benchmarks.accuracy.furniture import move_furniture
 from benchmarks.accuracy.kidnapping import BETWEEN_SCANS, join_as_kidnappings
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
+from racecar.maps.map_files import load_map
+from racecar.maps.shipped import shipped_map
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulate_drive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
-TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
+Simulate: TypeAlias = Callable[[OccupancyGrid, int, float], SimulatedDrive]
+"""A drive through a world by its seed and its seconds."""
+
+_TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
 """m/s, m/s and a share."""
 BETWEEN_KIDNAPPINGS = 6.0
 """Seconds; twice what the car has to be found again in."""
@@ -22,15 +30,23 @@ _CROWD = 0.15
 """Share of the beams that people stop."""
 _TRIES = 20
 """Drives for each part of one with kidnappings, since of the next place one in some is too near."""
+_PLACES_SECONDS = 600.0
+"""By judgement: long enough to come by most places of the shipped maps."""
 _ROOM = 0.5
 """Metres of free floor about the pose at which a drive starts."""
+
+
+@cache
+def grid_of(map_name: str) -> OccupancyGrid:
+    """A shipped map, one object for each, so that what is derived from it is derived once."""
+    return load_map(shipped_map(map_name))
 
 
 def tracking_drive(
     grid: OccupancyGrid, seed: int, seconds: float, noise: NoiseLevel, **settings: object
 ) -> SimulatedDrive:
     """At up to 3 m/s, with other settings of `SimulationConfig`."""
-    speed = {"max_speed": TRACKING_SPEED, **settings}
+    speed = {"max_speed": _TRACKING_SPEED, **settings}
     return _drive(grid, np.random.default_rng([seed, 5]), seed=seed, duration=seconds, noise=noise, **speed)
 
 
@@ -44,9 +60,23 @@ def changed_map_drive(grid: OccupancyGrid, seed: int, seconds: float) -> Simulat
     rng = np.random.default_rng([seed, 11])
     world = move_furniture(grid, rng)
     slight = NoiseLevel.SLIGHT
-    drive = _drive(world, rng, seed=seed, duration=seconds, noise=slight, max_speed=TRACKING_SPEED)
+    drive = _drive(world, rng, seed=seed, duration=seconds, noise=slight, max_speed=_TRACKING_SPEED)
     people = np.random.default_rng([seed, 7])
     return replace(drive, messages=list(among_people(drive.messages, _CROWD, people)))
+
+
+def long_drive(grid: OccupancyGrid, seed: int, seconds: float) -> SimulatedDrive:
+    """For false alarms."""
+    slight = NoiseLevel.SLIGHT
+    settings = SimulationConfig(noise=slight, seed=99 + seed, max_speed=_TRACKING_SPEED, duration=seconds)
+    return simulate_drive(grid, settings)
+
+
+def places_drive(grid: OccupancyGrid) -> SimulatedDrive:
+    """From which places to be found are drawn."""
+    slight = NoiseLevel.SLIGHT
+    settings = SimulationConfig(noise=slight, max_speed=_TRACKING_SPEED, duration=_PLACES_SECONDS)
+    return simulate_drive(grid, settings)
 
 
 def kidnapped_drive(

@@ -11,6 +11,8 @@ from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 
+LOST = 0.5
+"""Metres off, or probability of being lost, from which on the car counts as lost."""
 _CHI_SQUARE_95_OF_3 = 7.814728
 """The 95 % quantile of the chi-square distribution with 3 degrees of freedom, as the squared Mahalanobis
 distance of a Gaussian error of x, y and yaw has it."""

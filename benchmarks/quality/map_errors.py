@@ -1,11 +1,13 @@
 """How far a map is off, as the verdict states it: between places near each other, and as a whole."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from benchmarks.harness.table import Column
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.evaluation.relations import missed_relations
 from racecar.pipelines.simulation.path_smoothing import lengths_along
@@ -26,12 +28,12 @@ nor a gap decides alone."""
 class MapErrors:
     """Of K keyframes."""
 
-    path_m: float
+    path_m: Annotated[float, Column("path (m)", ".0f")]
     """True length."""
-    local_m: float
+    local_m: Annotated[float, Column("m per 10 m", ".2f")]
     """Mean error of a keyframe's place seen from the keyframe some metres of path before, or seen from those
     near it of other passes, whichever is worse; metres."""
-    whole_m: float
+    whole_m: Annotated[float, Column("of all (m)", ".2f")]
     """Mean error of a keyframe's place seen from any other, metres."""
     worst_m: float
     """The largest error over these metres of path."""

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.quality import input_faults as faults
-from benchmarks.replacements import (
+from benchmarks.harness.replaced import (
     LOOPS_NOT_SEEN_THROUGH,
     LOOPS_NOT_SUPPORTED,
     Replacement,
 )
+from benchmarks.quality import input_faults as faults
 from racecar.mapping import mapper
 from racecar.mapping.keyframes import constraints, placement
 from racecar.mapping.loops import candidate_search, submap_matching, submap_search

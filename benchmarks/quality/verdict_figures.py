@@ -1,16 +1,20 @@
 """How often verdicts were right, counted."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from benchmarks.quality.quality_benchmark import NEAR, JudgedMap
+from benchmarks.harness.table import Column
+from benchmarks.quality.map_errors import MapErrors
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.map_quality import Verdict
 
 TRUE_KINDS = ("good", "between", "wrong")
+NEAR = 10.0
+"""Metres between a place that was named and the worst error, within which it was found; by judgement: it is
+in view."""
 _WRONG_FACTOR = 3.0
 """By what factor the error of a map exceeds that of a good one when it is wrong beyond dispute: three times,
 by definition of the figures."""
@@ -20,74 +24,81 @@ first, and a map that errs by the second, ten times what a good one may, is usel
 
 
 @dataclass(frozen=True)
-class VerdictFigures:
-    """Of some maps; shares are NaN where there is nothing to take them of."""
+class JudgedMap:
+    """A map, its errors and the verdict on it."""
 
-    counts: dict[str, dict[str, int]]
-    """By what the map is (`TRUE_KINDS`), then by what the verdict says."""
-    wrong_called_good: float
-    """Share of the wrong maps."""
-    good_called_wrong: float
-    """Share of the good ones."""
-    doubtful: float
-    """Share of all."""
-    local_within_2: float
-    """Share of all maps whose error per 10 m is within a factor of two of what was expected."""
-    local_within_2_by_constant: float
-    """The same where one error is expected of all maps, the best one."""
-    whole_within_2: float
-    """Share of all maps whose error over all of the map is within a factor of two of what was expected."""
-    whole_within_2_by_constant: float
-    """The same where one error is expected of all maps, the best one."""
-    place_found: float
-    """Share of the wrong maps, called as they may be, in which a place was named near the worst error."""
-    place_found_by_chance: float
-    """Share of all places in the wrong maps that lie as near one that was named."""
+    kind: Annotated[str, Column("is")]
+    """What it truly is, one of `TRUE_KINDS`."""
+    verdict: Annotated[str, Column("called")]
+    errors: MapErrors
+    expected_local_m: Annotated[float, Column("expected (m per 10 m)", ".2f")]
+    expected_whole_m: Annotated[float, Column("expected of all (m)", ".2f")]
+    place_off_m: float | None
+    """From the worst error to the nearest segment that was named; None where none was."""
+    near_share: float
+    """Share of all keyframes that lie within `NEAR` of a segment that was named."""
     judging_seconds: float
-    """The longest."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """For a JSON file."""
-        return asdict(self)
+    statistics: dict[str, float]
 
 
-def kind_of(judged: JudgedMap, config: QualityConfig) -> str:
+@dataclass(frozen=True)
+class VerdictShare:
+    """NaN where there is nothing to take it of."""
+
+    measured: Annotated[float, Column("measured", ".1%")]
+    by_chance: Annotated[float | None, Column("by chance", ".1%")] = None
+    """Where one error is expected of all maps, the best one; of places, the share of all that are near one
+    that was named."""
+
+
+def kind_of(errors: MapErrors, config: QualityConfig) -> str:
     """What a map truly is."""
-    excess = max(judged.errors.local_m / config.good_local, judged.errors.whole_m / config.good_whole)
+    excess = max(errors.local_m / config.good_local, errors.whole_m / config.good_whole)
     return TRUE_KINDS[int(excess > 1.0) + int(excess > _WRONG_FACTOR)]
 
 
-def verdict_figures(maps: Sequence[JudgedMap], config: QualityConfig) -> VerdictFigures:
-    """Count maps, at least one."""
+def verdict_counts(maps: Sequence[JudgedMap]) -> dict[str, dict[str, int]]:
+    """How many maps there are of each kind, by the verdict on them."""
     counts = {kind: {verdict.value: 0 for verdict in Verdict} for kind in TRUE_KINDS}
     for judged in maps:
-        counts[kind_of(judged, config)][judged.verdict] += 1
-    wrong = [judged for judged in maps if kind_of(judged, config) == "wrong"]
-    true_local, true_whole = [m.errors.local_m for m in maps], [m.errors.whole_m for m in maps]
-    return VerdictFigures(
-        counts=counts,
-        wrong_called_good=_share([judged.verdict == "good" for judged in wrong]),
-        good_called_wrong=_share([m.verdict == "wrong" for m in maps if kind_of(m, config) == "good"]),
-        doubtful=_share([judged.verdict == "doubtful" for judged in maps]),
-        local_within_2=_within_2(true_local, [m.expected_local_m for m in maps], _LOCAL),
-        local_within_2_by_constant=_within_2_by_constant(true_local, _LOCAL),
-        whole_within_2=_within_2(true_whole, [m.expected_whole_m for m in maps], _WHOLE),
-        whole_within_2_by_constant=_within_2_by_constant(true_whole, _WHOLE),
-        place_found=_share([m.place_off_m is not None and m.place_off_m < NEAR for m in wrong]),
-        place_found_by_chance=_share([m.near_share for m in wrong]),
-        judging_seconds=max(judged.judging_seconds for judged in maps),
-    )
+        counts[judged.kind][judged.verdict] += 1
+    return counts
 
 
-def _within_2(true: Sequence[float], expected: Sequence[float], bounds: tuple[float, float]) -> float:
-    """Share of the true errors that are within a factor of two of what is expected."""
-    ratios = np.clip(true, *bounds) / np.clip(expected, *bounds)
-    return float(np.mean((ratios >= 0.5) & (ratios <= 2.0)))
+def verdict_shares(maps: Sequence[JudgedMap]) -> dict[str, VerdictShare]:
+    """What the verdicts on maps, at least one, are worth."""
+    wrong = [judged for judged in maps if judged.kind == "wrong"]
+    return {
+        "wrong maps called good": VerdictShare(_share([each.verdict == "good" for each in wrong])),
+        "good maps called wrong": VerdictShare(
+            _share([each.verdict == "wrong" for each in maps if each.kind == "good"])
+        ),
+        "maps called doubtful": VerdictShare(_share([each.verdict == "doubtful" for each in maps])),
+        "error per 10 m expected within a factor of 2": _within_2(
+            [each.errors.local_m for each in maps], [each.expected_local_m for each in maps], _LOCAL
+        ),
+        "error over all of the map, likewise": _within_2(
+            [each.errors.whole_m for each in maps], [each.expected_whole_m for each in maps], _WHOLE
+        ),
+        f"wrong maps with a place named within {NEAR:g} m of the worst error": VerdictShare(
+            _share([each.place_off_m is not None and each.place_off_m < NEAR for each in wrong]),
+            _share([each.near_share for each in wrong]),
+        ),
+    }
 
 
-def _within_2_by_constant(true: Sequence[float], bounds: tuple[float, float]) -> float:
-    """The same where one error is expected of all: the best is twice one of them."""
-    return max(_within_2(true, [2.0 * each] * len(true), bounds) for each in np.clip(true, *bounds))
+def _within_2(true: Sequence[float], expected: Sequence[float], bounds: tuple[float, float]) -> VerdictShare:
+    """Of the true errors that are within a factor of two of what is expected.
+
+    Of one error that is expected of all, the best is twice one of them.
+    """
+    errors = np.clip(true, *bounds)
+
+    def share(guesses: Sequence[float] | float) -> float:
+        ratios = errors / np.clip(guesses, *bounds)
+        return float(np.mean((ratios >= 0.5) & (ratios <= 2.0)))
+
+    return VerdictShare(share(expected), max(share(2.0 * error) for error in errors))
 
 
 def _share(are: Sequence[float]) -> float:

@@ -1,10 +1,12 @@
 """How far wrong loop closures bend a map: as many as there are true ones, put into its finished graph."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
+from benchmarks.harness.table import Column
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.state.result import MappingResult
@@ -22,27 +24,14 @@ _DRAWS_PER_LOOP = 100
 class FalseLoopFigures:
     """Mean errors over the relations when the graph is solved again, without and with wrong loops."""
 
-    true_loops: int
-    wrong_loops: int
-    translation_before_m: float
-    translation_after_m: float
-    rotation_before_deg: float
-    rotation_after_deg: float
-
-    @property
-    def translation_ratio(self) -> float:
-        """After to before."""
-        return self.translation_after_m / self.translation_before_m
-
-    @property
-    def rotation_ratio(self) -> float:
-        """After to before."""
-        return self.rotation_after_deg / self.rotation_before_deg
-
-    def as_dict(self) -> dict[str, float]:
-        """For a JSON file."""
-        ratios = {"translation_ratio": self.translation_ratio, "rotation_ratio": self.rotation_ratio}
-        return {**asdict(self), **ratios}
+    true_loops: Annotated[int, Column("true loops")]
+    wrong_loops: Annotated[int, Column("wrong loops")]
+    translation_before_m: Annotated[float, Column("before (m)", ".4f")]
+    translation_after_m: Annotated[float, Column("after (m)", ".4f")]
+    translation_ratio: Annotated[float, Column("after / before (m)", ".3f")]
+    rotation_before_deg: Annotated[float, Column("before (°)", ".3f")]
+    rotation_after_deg: Annotated[float, Column("after (°)", ".3f")]
+    rotation_ratio: Annotated[float, Column("after / before (°)", ".3f")]
 
 
 def with_false_loops(
@@ -52,15 +41,17 @@ def with_false_loops(
     keyframes = result.trajectory.map_from_base[result.keyframe_indices]
     true = [constraint for constraint in result.constraints if constraint.kind == "loop_closure"]
     wrong = wrong_loops(keyframes, true, rng)
-    before = _error(result, _solve(keyframes, result.constraints), relations)
-    after = _error(result, _solve(keyframes, [*result.constraints, *wrong]), relations)
+    metres_before, degrees_before = _errors(result, _solve(keyframes, result.constraints), relations)
+    metres, degrees = _errors(result, _solve(keyframes, [*result.constraints, *wrong]), relations)
     return FalseLoopFigures(
         true_loops=len(true),
         wrong_loops=len(wrong),
-        translation_before_m=before["translation_mean_m"],
-        translation_after_m=after["translation_mean_m"],
-        rotation_before_deg=before["rotation_mean_deg"],
-        rotation_after_deg=after["rotation_mean_deg"],
+        translation_before_m=metres_before,
+        translation_after_m=metres,
+        translation_ratio=metres / metres_before,
+        rotation_before_deg=degrees_before,
+        rotation_after_deg=degrees,
+        rotation_ratio=degrees / degrees_before,
     )
 
 
@@ -92,9 +83,10 @@ def _solve(map_from_keyframe: Pose, constraints: Sequence[Constraint]) -> Pose:
     return PoseGraph(constraints).optimize(map_from_keyframe)
 
 
-def _error(result: MappingResult, map_from_keyframe: Pose, relations: Relations) -> dict[str, float]:
-    """The figures when every scan moves rigidly with the last keyframe at or before it."""
+def _errors(result: MappingResult, map_from_keyframe: Pose, relations: Relations) -> tuple[float, float]:
+    """Mean errors, metres and degrees, if every scan moves rigidly with the last keyframe at or before it."""
     old, starts = result.trajectory.map_from_base, result.keyframe_indices
     keyframe = np.searchsorted(starts, np.arange(len(old)), side="right") - 1
     moved = compose(map_from_keyframe[keyframe], between(old[starts[keyframe]], old))
-    return relation_errors(Trajectory(result.trajectory.stamps, moved), relations).summary()
+    found = relation_errors(Trajectory(result.trajectory.stamps, moved), relations).summary()
+    return found["translation_mean_m"], found["rotation_mean_deg"]

@@ -5,10 +5,14 @@ from collections.abc import Generator, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import islice
+from typing import Annotated
 
 import numpy as np
+import typer
 from numpy.typing import NDArray
 
+from benchmarks.harness.bench import Bench
+from benchmarks.harness.table import Column
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.map_files import load_map
@@ -16,7 +20,6 @@ from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.files.report import resident_memory_mb
-from racecar.pipelines.runs.other_process import in_fresh_process
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 from racecar.pipelines.simulation.simulated_drive import every_nth_scan
@@ -32,38 +35,52 @@ _EARLY_EVERY = 4
 
 
 @dataclass(frozen=True)
+class TenthFigures:
+    """The cost of a tenth of the drive."""
+
+    milliseconds_per_scan: Annotated[float, Column("ms per scan", ".2f")]
+    """Mean processor time."""
+    early_milliseconds_per_scan: Annotated[float, Column("of the first tenth, mapped again (ms)", ".2f")]
+    """The same in the first tenth of the drive, mapped again by a mapper that has just begun: its scans take
+    turns with those of each tenth, so that other work on the machine slows both."""
+    megabytes: Annotated[float, Column("memory added by then (MB)", ".0f")]
+    """By how much the resident memory had risen at its end; nan where there is no /proc."""
+
+
+@dataclass(frozen=True)
 class GrowthFigures:
     """The cost of a long drive."""
 
-    path_metres: float
-    scans: int
-    keyframes: int
-    keyframes_kept: int
+    path_metres: Annotated[float, Column("path (m)", ".0f")]
+    scans: Annotated[int, Column("scans")]
+    keyframes: Annotated[int, Column("keyframes")]
+    keyframes_kept: Annotated[int, Column("kept")]
     """Those whose scans were kept."""
-    milliseconds_per_scan: list[float]
-    """Mean processor time of one scan in each tenth of the drive."""
-    early_milliseconds_per_scan: list[float]
-    """The same in the first tenth of the drive, mapped again by a mapper that has just begun: its scans take
-    turns with those of each tenth, so that other work on the machine slows both."""
-    megabytes: list[float]
-    """By how much the resident memory had risen at the end of each tenth; nan where there is no /proc."""
-    finish_seconds: float
+    ratio: Annotated[float, Column("last / first tenth", ".2f")]
+    """Time per scan in the last tenth over that of scans of the first."""
+    megabytes_per_keyframe: Annotated[float, Column("MB per keyframe kept", ".3f")]
+    """Memory at the end, by the keyframes whose scans were kept."""
+    finish_seconds: Annotated[float, Column("finish (s)", ".1f")]
     """Wall time."""
-
-    @property
-    def megabytes_per_keyframe(self) -> float:
-        """Memory at the end, by the keyframes whose scans were kept."""
-        return self.megabytes[-1] / self.keyframes_kept
-
-    @property
-    def ratio(self) -> float:
-        """Time per scan in the last tenth over that of scans of the first."""
-        return self.milliseconds_per_scan[-1] / self.early_milliseconds_per_scan[-1]
+    tenths: list[TenthFigures]
 
 
-def measure_growth(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool) -> GrowthFigures:
-    """Map a simulated drive of some minutes in a fresh process, whose memory is its own."""
-    return in_fresh_process(partial(_drive_on, minutes, settings, seed, quiet=quiet))
+def growth(
+    bench: Bench,
+    minutes: Annotated[
+        float, typer.Option("--minutes", min=0.1, metavar="MINUTES", help="Length of the simulated drive.")
+    ] = 120.0,
+) -> None:
+    """Map a long simulated drive through the building and report whether a scan costs more towards its end.
+
+    Example: python -m benchmarks growth --minutes 20
+    """
+    drive_on = partial(_drive_on, settings=bench.settings.mapping, seed=bench.seed, quiet=bench.quiet)
+    drives = bench.each("growth", {f"{minutes:g} minutes": minutes}, drive_on, in_fresh_processes=True)
+    bench.table("A long drive", drives)
+    for drive in drives.values():
+        tenths = {f"{number}. tenth": tenth for number, tenth in enumerate(drive.tenths, start=1)}
+        bench.table("Processor time per scan", tenths)
 
 
 def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool) -> GrowthFigures:
@@ -90,16 +107,16 @@ def _drive_on(minutes: float, settings: MappingConfig, seed: int, *, quiet: bool
     started = time.perf_counter()
     with progress_bar("Optimizing", quiet=quiet) as advance_to:
         result = mapper.finish(advance_to)
-    finish_seconds = time.perf_counter() - started
+    tenths = list(map(TenthFigures, _by_part(times), _by_part(early_times), megabytes))
     return GrowthFigures(
         path_metres=float(lengths_along(simulation.ground_truth.map_from_base[:, :2])[-1]),
         scans=scans,
         keyframes=len(result.keyframe_indices),
         keyframes_kept=result.counts["keyframes_kept"],
-        milliseconds_per_scan=_by_part(times),
-        early_milliseconds_per_scan=_by_part(early_times),
-        megabytes=megabytes,
-        finish_seconds=finish_seconds,
+        ratio=tenths[-1].milliseconds_per_scan / tenths[-1].early_milliseconds_per_scan,
+        megabytes_per_keyframe=megabytes[-1] / result.counts["keyframes_kept"],
+        finish_seconds=time.perf_counter() - started,
+        tenths=tenths,
     )
 
 

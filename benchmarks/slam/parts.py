@@ -8,7 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.replacements import (
+from benchmarks.harness.replaced import (
     LOOPS_NOT_SEEN_THROUGH,
     LOOPS_NOT_SUPPORTED,
     Replacement,

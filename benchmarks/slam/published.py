@@ -1,17 +1,20 @@
 """What others published on the logs of the SLAM benchmark."""
 
 from dataclasses import dataclass
+from typing import Annotated
+
+from benchmarks.harness.table import Column
 
 
 @dataclass(frozen=True)
 class Published:
-    """Mean errors over the relations, metres and degrees, and wall time in seconds."""
+    """Mean errors over the relations, and wall time."""
 
-    cartographer_translation_m: float
-    cartographer_rotation_deg: float
-    cartographer_seconds: float
-    graph_mapping_translation_m: float
-    gmapping_translation_m: float
+    cartographer_translation_m: Annotated[float | None, Column("Cartographer (m)", ".4f")] = None
+    cartographer_rotation_deg: Annotated[float | None, Column("Cartographer (°)", ".3f")] = None
+    cartographer_seconds: Annotated[float | None, Column("Cartographer (s)", ".0f")] = None
+    graph_mapping_translation_m: Annotated[float | None, Column("graph mapping (m)", ".3f")] = None
+    gmapping_translation_m: Annotated[float | None, Column("GMapping (m)", ".3f")] = None
 
 
 SOURCES = (
@@ -25,3 +28,4 @@ PUBLISHED = {
     "fr079": Published(0.0452, 0.538, 62.0, 0.056, 0.061),
 }
 """By name of the log."""
+UNPUBLISHED = Published()

@@ -1,11 +1,13 @@
 """How far a mapped drive is from the truth, over short distances, over long ones, and as a whole."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
+from benchmarks.harness.table import Column
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.evaluation.relations import missed_relations
 from racecar.pipelines.simulation.path_smoothing import lengths_along
@@ -21,21 +23,16 @@ _DRIFT_PATH = 100.0
 class DriveErrors:
     """Metres and degrees."""
 
-    path_m: float
+    path_m: Annotated[float, Column("path (m)", ".0f")]
     """True length of the drive."""
-    relation_m: float
+    relation_m: Annotated[float, Column("relations (m)", ".3f")]
     """Mean error of a pose seen from another one that is up to 10 m away, be it of the same pass or not."""
-    relation_max_m: float
-    heading_deg: float
+    relation_max_m: Annotated[float, Column("worst relation (m)", ".2f")]
+    heading_deg: Annotated[float, Column("heading (°)", ".2f")]
     """Mean error of a pose's heading seen from the one 100 m of path before it, or from the first one where
     the drive is shorter."""
-    far_m: float
+    far_m: Annotated[float, Column("farthest (m)", ".2f")]
     """Largest error of a position seen from the first pose."""
-
-    @property
-    def far_share(self) -> float:
-        """Of the path."""
-        return self.far_m / max(self.path_m, 1e-9)
 
 
 def drive_errors(found: Pose, true: Pose, generator: np.random.Generator) -> DriveErrors:

@@ -13,7 +13,7 @@ _KNOWN_WITHIN = 0.25
 """Metres of standard deviation within which the place counts as known: points that the map does not explain
 may be left out, the scan is laid on the walls, the fewest particles will do, and the place is held against
 the odometry. Measured: bounds of 0.5, 0.25 and 0.1 m for these did no better (`python -m benchmarks
-accuracy --ablation`)."""
+ablation`)."""
 _TRIAL = 1_000_000_000
 """Nanoseconds that a hypothesis has before it may fail: as long as a lost car takes to be noticed
 (`python -m benchmarks accuracy`)."""

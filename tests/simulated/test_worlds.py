@@ -2,8 +2,8 @@
 
 import pytest
 
-from benchmarks.worlds.world_benchmark import measure_world
-from benchmarks.worlds.worlds import WORLDS
+from benchmarks.worlds.catalogue import WORLDS
+from benchmarks.worlds.worlds import map_drive
 from racecar.mapping.config import MappingConfig
 
 pytestmark = pytest.mark.slow
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.slow
     ],
 )
 def test_a_world_is_mapped_to_centimetres(world: str, metres: float) -> None:
-    (drive,) = measure_world(WORLDS[world], [0], MappingConfig(), quiet=True)
+    drive = map_drive(WORLDS[world], 0, MappingConfig())
     assert drive.placed == drive.scans
     assert drive.errors.relation_m <= metres
     assert drive.errors.heading_deg <= 0.5

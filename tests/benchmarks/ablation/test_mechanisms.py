@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 from benchmarks.ablation.mechanisms import MECHANISMS, Variant, variants
-from benchmarks.ablation.selection import selected
+from benchmarks.harness.replaced import replaced
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.filter.particle_filter import ParticleFilter
-from racecar.maps.errors import UserError
 
 
 @pytest.mark.parametrize("name", variants())
@@ -18,7 +17,7 @@ def test_every_variant_is_another_localizer_and_leaves_no_trace(name: str) -> No
     variant, default = variants()[name], LocalizationConfig()
     before = [getattr(owner, what) for owner, what, _ in variant.replacements]
     assert variant.replacements or variant.configured(default) != default
-    with variant.replaced():
+    with replaced(variant.replacements):
         last = {(owner, what): by for owner, what, by in variant.replacements}
         for (owner, what), by in last.items():
             assert getattr(owner, what) is by
@@ -43,20 +42,11 @@ def test_a_group_is_off_with_all_that_is_in_it() -> None:
 
 def test_nothing_is_injected_without_injection() -> None:
     cloud = ParticleFilter(np.zeros((100, 3)), np.random.default_rng(0))
-    with variants()["particle injection"].replaced():
+    with replaced(variants()["particle injection"].replacements):
         cloud.inject(np.ones(3))
     assert not cloud.map_from_base.any()
     cloud.inject(np.ones(3))
     assert cloud.map_from_base.any()
-
-
-def test_parts_of_the_ablation_are_chosen_by_name() -> None:
-    drives, every = {"racing": 1, "noise": 2}, {"trust": 3, "lag": 4}
-    assert selected(drives, every, []) == (drives, every)
-    assert selected(drives, every, ["lag"]) == (drives, {"lag": 4})
-    assert selected(drives, every, ["noise", "lag", "trust"]) == ({"noise": 2}, every)
-    with pytest.raises(UserError, match="no mechanism or drive 'lags'; there are: trust, lag, racing, noise"):
-        selected(drives, every, ["lag", "lags"])
 
 
 def test_each_name_is_explained_under_its_group() -> None:

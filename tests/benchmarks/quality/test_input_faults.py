@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from benchmarks.harness.replaced import replaced
 from benchmarks.quality import input_faults as faults
 from benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED
-from benchmarks.replacements import replaced
 from racecar.mapping.config import MappingConfig
 from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.sensing.measurement import Measurement

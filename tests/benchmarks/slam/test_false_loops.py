@@ -79,7 +79,7 @@ def test_errors_before_and_after() -> None:
     assert 0.0 < figures.rotation_before_deg < 1.0
     assert figures.translation_after_m != figures.translation_before_m
     assert figures.translation_ratio == figures.translation_after_m / figures.translation_before_m
-    assert figures.as_dict()["rotation_ratio"] == figures.rotation_ratio
+    assert figures.rotation_ratio == figures.rotation_after_deg / figures.rotation_before_deg
 
 
 def test_scans_move_rigidly_with_the_keyframe_before_them() -> None:

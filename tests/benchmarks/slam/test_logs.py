@@ -2,7 +2,6 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.recordings_folder import recordings_folder
 from benchmarks.slam.logs import find_logs
 from racecar.maps.errors import UserError
 
@@ -43,10 +42,3 @@ def test_no_log_at_all(tmp_path: Path) -> None:
         find_logs(tmp_path)
     with pytest.raises(UserError, match="no benchmark log"):
         find_logs(tmp_path / "nowhere")
-
-
-def test_the_environment_names_the_recordings(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("RACECAR_DATA", str(tmp_path))
-    assert recordings_folder() == tmp_path
-    monkeypatch.delenv("RACECAR_DATA")
-    assert recordings_folder() == Path(__file__).parents[4] / "shared" / "data"

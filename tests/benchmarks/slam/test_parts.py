@@ -1,6 +1,6 @@
 import pytest
 
-from benchmarks.replacements import replaced
+from benchmarks.harness.replaced import replaced
 from benchmarks.slam.parts import PARTS
 
 

@@ -25,7 +25,7 @@ def test_a_scale_shows_in_relations_and_not_in_headings() -> None:
     assert errors.relation_m == pytest.approx(0.1, rel=0.1)  # pairs are 5 m apart on average
     assert errors.relation_max_m == pytest.approx(0.2, rel=0.02)
     assert errors.heading_deg == pytest.approx(0.0, abs=1e-9)
-    assert errors.far_share == pytest.approx(0.02)
+    assert errors.far_m == pytest.approx(0.02 * errors.path_m)
 
 
 @pytest.mark.parametrize(("metres", "expected"), [(300.0, 1.0), (50.0, 0.5)])
@@ -46,7 +46,7 @@ def test_relations_join_passes_that_are_far_apart_in_time() -> None:
 
 def test_a_car_that_never_moved_has_errors_too() -> None:
     true = np.zeros((5, 3))
-    assert errors_of(true, true).far_share == 0.0
+    assert errors_of(true, true).far_m == 0.0
     found = true.copy()
     found[1:, 0] = 0.1
     assert errors_of(found, true).far_m == pytest.approx(0.1)

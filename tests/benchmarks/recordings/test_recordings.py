@@ -9,11 +9,11 @@ import pytest
 from benchmarks.recordings.exhaustive_matcher import ExhaustiveMatcher, ScanSegment
 from benchmarks.recordings.exhaustive_matcher_kernels import mean_fits
 from benchmarks.recordings.localized_scans import LocalizedScans, localize
-from benchmarks.recordings.recordings_benchmark import (
-    Comparison,
+from benchmarks.recordings.recordings import (
+    ScanComparison,
     compare_scans,
     find_recordings,
-    measure_recording,
+    match_recording,
     recording_figures,
 )
 from racecar.localization.config import LocalizationConfig
@@ -207,12 +207,16 @@ def test_a_stretch_lies_as_the_scans_were_taken(drive: SimulatedDrive) -> None:
 
 
 def test_scans_are_sorted_by_how_far_the_matches_are() -> None:
-    agreeing, beyond = [Comparison(50, 0.02, 0.0), Comparison(100, 0.1, 0.3)], Comparison(150, 0.2, 0.05)
+    agreeing, beyond = (
+        [ScanComparison(50, 0.02, 0.0), ScanComparison(100, 0.1, 0.3)],
+        ScanComparison(150, 0.2, 0.05),
+    )
     figures = recording_figures([*agreeing, beyond], searches=2)
     assert figures.scans_compared == 3
     assert figures.mean_m == pytest.approx(0.06)
     assert figures.largest_m == 0.1
     assert figures.beyond == [beyond]
+    assert figures.scans_beyond == 1
     assert np.isnan(recording_figures([beyond], searches=1).mean_m)
 
 
@@ -231,7 +235,7 @@ def test_a_recorded_drive_is_found_on_the_basement_map(recordings: Path) -> None
     found = find_recordings(recordings)
     if "localization_bag1 on stata_basement" not in found:
         pytest.skip(f"no localization_bag1 in {recordings}")
-    figures = measure_recording(found["localization_bag1 on stata_basement"], Config(), seed=0)
+    figures = match_recording(found["localization_bag1 on stata_basement"], Config(), seed=0)
     assert figures.scans_compared == 5
     assert figures.searches == 1
     assert all(each.metres < 0.3 for each in figures.beyond)

@@ -5,16 +5,21 @@ takes turns, so that other work on the machine slows both; times are medians of 
 processor, and ratios of times medians of those within a round.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
+from typing import Annotated
 
 import numpy as np
 
+from benchmarks.harness.bench import Bench
+from benchmarks.harness.inputs import recordings_folder
+from benchmarks.harness.table import Column, cells, transposed
 from benchmarks.localizer.interleaved_timing import PARTS, InterleavedTiming
 from benchmarks.localizer.measured_drive import MeasuredDrive
 from benchmarks.localizer.other_thread import pace_of_other_thread
 from benchmarks.localizer.second_core import time_second_core
 from benchmarks.localizer.stopwatch import Stopwatch
-from benchmarks.recordings_folder import recordings_folder
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.recovery.perception import Perception
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -52,34 +57,85 @@ FULL = Workload()
 class LocalizerFigures:
     """The figures on one map."""
 
-    step_ms: float
+    step_ms: Annotated[float, Column("full step (ms)", ".3f")]
     """Motion, sensor, resampling and estimate of one scan, and taking in the odometry before it."""
+    loads_ms: Annotated[float, Column("bare loads (ms)", ".3f")]
+    """Bare loads of those codes of the likelihood field that the cloud's sensor needs."""
+    plain_step_ms: Annotated[float, Column("plain filter's step (ms)", ".3f")]
+    step_beside_thread_ms: Annotated[float, Column("step beside a busy Python thread (ms)", ".3f")]
+    """Whenever a kernel ends, Python lets that loop run on for some milliseconds before the step goes on."""
+    error_m: Annotated[float, Column("mean error, this filter (m)", ".3f")]
+    """Mean distance to the truth: it is filters at work that were measured."""
+    plain_error_m: Annotated[float, Column("mean error, plain filter (m)", ".3f")]
+    resampled: Annotated[float, Column("steps that resampled", ".0%")]
     step_parts_ms: dict[str, float]
     """Each measured alone on the cloud of the moment; the rest is motion, weights and Python."""
-    resampled: float
-    """Share of the steps that did."""
-    loads_ms: float
-    """Bare loads of those codes of the likelihood field that the cloud's sensor needs."""
-    plain_step_ms: float
-    error_m: float
-    """Mean distance to the truth: it is filters at work that were measured."""
-    plain_error_m: float
     cloud_ns_per_particle: float
     spread_ns_per_particle: float
-    survey_seconds: float
-    """By the clock, of the map."""
-    search_gain: float
-    """The time that the search of the whole map for a scan takes on one core over that on both."""
-    other_thread_pace: float
-    """Of a Python loop in another thread during updates, as a share of its pace while this thread spins."""
-    step_beside_thread_ms: float
-    """Whenever a kernel ends, Python lets that loop run on for some milliseconds before the step goes on."""
     loads_ratio: float
     """The full step over the bare loads."""
     plain_ratio: float
     """The filter written plainly over the full step."""
     spread_ratio: float
     """Time per particle spread over the whole map over that in a narrow cloud."""
+    survey_seconds: float
+    """By the clock, of the map."""
+    search_gain: float
+    """The time that the search of the whole map for a scan takes on one core over that on both."""
+    other_thread_pace: float
+    """Of a Python loop in another thread during updates, as a share of its pace while this thread spins."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A figure that has to reach a bar."""
+
+    figure: str
+    """Of `LocalizerFigures`."""
+    bar: float
+    is_upper: bool
+    shape: str = ".2f"
+
+    def holds(self, figures: LocalizerFigures) -> bool:
+        """Whether it does."""
+        value = getattr(figures, self.figure)
+        return bool(value <= self.bar if self.is_upper else value >= self.bar)
+
+    def cells(self, maps: Mapping[str, LocalizerFigures]) -> dict[str, str]:
+        """Its value on each map."""
+        missed = [name for name, figures in maps.items() if not self.holds(figures)]
+        return {
+            "bar": f"{'≤' if self.is_upper else '≥'} {self.bar:g}",
+            **{name: f"{getattr(figures, self.figure):{self.shape}}" for name, figures in maps.items()},
+            "holds": f"no: {', '.join(missed)}" if missed else "yes",
+        }
+
+
+CHECKS = {
+    "full step / bare loads": Check("loads_ratio", 2.5, True),
+    "plain filter / full step": Check("plain_ratio", 40.0, False, ".1f"),
+    "a spread particle / one of a cloud": Check("spread_ratio", 3.0, True),
+    "survey of the map (s)": Check("survey_seconds", 2.0, True),
+    "search of the map, one core / both": Check("search_gain", 1.6, False),
+    "pace of another thread": Check("other_thread_pace", 0.8, False),
+}
+
+
+def localizer(bench: Bench) -> None:
+    """Time the localizer with 4000 particles and 100 beams, beside plain memory loads and a plain filter.
+
+    On the shipped building and, where there are recordings, the basement's map.
+
+    Example: python -m benchmarks localizer --json localizer.json
+    """
+    measure = partial(time_localizer, workload=FULL, settings=bench.settings.localization, seed=bench.seed)
+    maps = bench.each("maps", benchmark_maps(), measure)
+    bench.table("Speed of the localizer", {name: check.cells(maps) for name, check in CHECKS.items()})
+    parts = {
+        name: {f"of the step: {part} (ms)": f"{ms:.3f}" for part, ms in figures.step_parts_ms.items()}
+        for name, figures in maps.items()
+    }
+    bench.table("Behind it", transposed({name: {**cells(maps[name]), **parts[name]} for name in maps}))
 
 
 def benchmark_maps() -> dict[str, OccupancyGrid]:
@@ -91,14 +147,15 @@ def benchmark_maps() -> dict[str, OccupancyGrid]:
     return maps
 
 
-def measure_localizer(grid: OccupancyGrid, workload: Workload, seed: int) -> LocalizerFigures:
+def time_localizer(
+    grid: OccupancyGrid, workload: Workload, settings: LocalizationConfig, seed: int
+) -> LocalizerFigures:
     """Measure on a simulated drive through a map.
 
     Raises UserError when the car finds no room in it.
     """
-    config = LocalizationConfig(
-        particles=workload.particles, fewest_particles=workload.particles, beams=workload.beams
-    )
+    counts = {"particles": workload.particles, "fewest_particles": workload.particles}
+    config = settings.model_copy(update={**counts, "beams": workload.beams})
     watch = Stopwatch()
     perception = Perception(grid)
     surveying = time_second_core(lambda: Perception(grid), workload.surveys)

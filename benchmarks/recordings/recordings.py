@@ -8,12 +8,13 @@ near the localizer's pose: of a localizer that is lost it shows that it is wrong
 """
 
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 
+from benchmarks.harness.table import Column
 from benchmarks.recordings.exhaustive_matcher import ExhaustiveMatcher
 from benchmarks.recordings.localized_scans import LocalizedScans, localize
 from racecar.localization.localizer import Localizer
@@ -44,7 +45,7 @@ class RecordedDrive:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ScanComparison:
     """One scan, by the localizer and by an exhaustive match."""
 
     scan: int
@@ -64,15 +65,16 @@ class Comparison:
 class RecordingFigures:
     """How far the localizer was from where its scans fit best."""
 
-    scans_compared: int
-    mean_m: float
+    scans_compared: Annotated[int, Column("scans compared")]
+    mean_m: Annotated[float, Column("mean (m)", ".3f")]
     """Over the scans that agree to 0.15 m; nan when none does."""
-    largest_m: float
+    largest_m: Annotated[float, Column("largest (m)", ".3f")]
     """Over the same."""
-    beyond: list[Comparison]
-    """The scans that fit best more than 0.15 m away."""
-    searches: int
+    scans_beyond: Annotated[int, Column("beyond 0.15 m")]
+    searches: Annotated[int, Column("searches")]
     """How often the place was searched for: at the start, after gaps and when the car seemed lost."""
+    beyond: list[ScanComparison]
+    """The scans that fit best more than 0.15 m away."""
 
 
 def find_recordings(folder: Path) -> dict[str, RecordedDrive]:
@@ -91,18 +93,7 @@ def find_recordings(folder: Path) -> dict[str, RecordedDrive]:
     }
 
 
-def measure_recordings(
-    folder: Path, settings: Config, announce: Callable[[str], None]
-) -> dict[str, RecordingFigures]:
-    """All the recordings there are in a folder, by name."""
-    figures = {}
-    for name, recording in find_recordings(folder).items():
-        announce(f"Recording: {name}")
-        figures[name] = measure_recording(recording, settings, seed=0)
-    return figures
-
-
-def measure_recording(recording: RecordedDrive, settings: Config, seed: int) -> RecordingFigures:
+def match_recording(recording: RecordedDrive, settings: Config, seed: int = 0) -> RecordingFigures:
     """Localize a recording from anywhere on the map, and match every 50th scan."""
     with BagReader(recording.bag) as reader:
         own = build_map(reader, settings.mapping, Report("racecar map"), quiet=True)
@@ -116,13 +107,13 @@ def measure_recording(recording: RecordedDrive, settings: Config, seed: int) -> 
 
 def compare_scans(
     localized: LocalizedScans, own_trajectory: Trajectory, matcher: ExhaustiveMatcher, every: int = EVERY
-) -> list[Comparison]:
+) -> list[ScanComparison]:
     """One scan in ``every`` by the localizer and by an exhaustive match, alone and with its neighbours."""
     comparisons = []
     for index in range(every - 1, len(localized.scans), every):
         best, gain = best_match(localized, index, own_trajectory, matcher)
         off = best - localized.map_from_base[index]
-        comparisons.append(Comparison(index + 1, float(np.hypot(*off[:2])), gain))
+        comparisons.append(ScanComparison(index + 1, float(np.hypot(*off[:2])), gain))
     return comparisons
 
 
@@ -152,13 +143,15 @@ def as_read(grid: OccupancyGrid) -> OccupancyGrid:
         return load_map(Path(folder))
 
 
-def recording_figures(comparisons: list[Comparison], searches: int) -> RecordingFigures:
+def recording_figures(comparisons: list[ScanComparison], searches: int) -> RecordingFigures:
     """Sort the scans into those that agree and those that do not."""
     agreeing = np.array([each.metres for each in comparisons if each.agrees] or [np.nan])
+    beyond = [each for each in comparisons if not each.agrees]
     return RecordingFigures(
         scans_compared=len(comparisons),
         mean_m=float(agreeing.mean()),
         largest_m=float(agreeing.max()),
-        beyond=[each for each in comparisons if not each.agrees],
+        scans_beyond=len(beyond),
         searches=searches,
+        beyond=beyond,
     )

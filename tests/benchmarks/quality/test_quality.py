@@ -9,8 +9,14 @@ import pytest
 from benchmarks.commands import run
 from benchmarks.quality.known_drives import KnownDrive, recorded_drives
 from benchmarks.quality.map_errors import MapErrors, map_errors
-from benchmarks.quality.quality_benchmark import JudgedMap, judged_maps
-from benchmarks.quality.verdict_figures import kind_of, verdict_figures
+from benchmarks.quality.quality import drawn_spoilings, judged_map
+from benchmarks.quality.verdict_figures import (
+    JudgedMap,
+    VerdictShare,
+    kind_of,
+    verdict_counts,
+    verdict_shares,
+)
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.quality.config import QualityConfig
 from racecar.maps.errors import UserError
@@ -60,7 +66,7 @@ def test_passes_that_lie_beside_each_other_are_a_local_error() -> None:
 
 def judged(local: float, whole: float, verdict: str, place_off: float | None = None) -> JudgedMap:
     errors = MapErrors(40.0, local, whole, 2 * local, (3, 9))
-    return JudgedMap("track 0", "as it is", errors, verdict, 0.05, 0.2, place_off, 0.25, 0.1, {})
+    return JudgedMap(kind_of(errors, QualityConfig()), verdict, errors, 0.05, 0.2, place_off, 0.25, 0.1, {})
 
 
 def test_verdicts_are_counted_by_what_the_map_is() -> None:
@@ -71,16 +77,16 @@ def test_verdicts_are_counted_by_what_the_map_is() -> None:
         judged(0.05, 2.0, "wrong", 3.0),
         judged(0.4, 0.1, "good"),
     ]
-    assert [kind_of(each, QualityConfig()) for each in maps] == ["good", "good", "between", "wrong", "wrong"]
-    figures = verdict_figures(maps, QualityConfig())
-    assert figures.counts["wrong"] == {"good": 1, "doubtful": 0, "wrong": 1}
-    assert (figures.wrong_called_good, figures.good_called_wrong, figures.doubtful) == (0.5, 0.5, 0.2)
-    assert figures.place_found == 0.5
-    assert figures.local_within_2 == pytest.approx(3 / 5)  # 3 cm and less are the same
-    assert figures.whole_within_2 == pytest.approx(4 / 5)
-    assert figures.local_within_2_by_constant == pytest.approx(3 / 5)  # 10 cm
-    assert figures.whole_within_2_by_constant == pytest.approx(4 / 5)
-    assert figures.place_found_by_chance == 0.25
+    assert [each.kind for each in maps] == ["good", "good", "between", "wrong", "wrong"]
+    assert verdict_counts(maps)["wrong"] == {"good": 1, "doubtful": 0, "wrong": 1}
+    assert list(verdict_shares(maps).values()) == [
+        VerdictShare(0.5),
+        VerdictShare(0.5),
+        VerdictShare(0.2),
+        VerdictShare(3 / 5, 3 / 5),  # 3 cm and less are the same; 10 cm
+        VerdictShare(4 / 5, 4 / 5),
+        VerdictShare(0.5, 0.25),
+    ]
 
 
 def test_where_the_reference_has_a_hole_the_car_is_not_known() -> None:
@@ -109,7 +115,9 @@ def test_a_right_map_is_called_good() -> None:
     drive = simulate_drive(load_or_draw(Path("track")), settings)
     mount = next(message.base_from_laser for message in drive.messages if isinstance(message, Scan))
     known = KnownDrive("track 1", drive.messages, drive.truth, mount)
-    (right,) = judged_maps(known, 0, MappingConfig())
+    (as_it_is,) = drawn_spoilings(known, 0).values()
+    right = judged_map(known, as_it_is, MappingConfig())
+    assert right is not None
     assert right.verdict == "good"
     assert right.errors.local_m < 0.05
     assert right.place_off_m is None
@@ -125,9 +133,10 @@ def test_the_command_prints_the_table_and_writes_every_map(
     assert run(["quality", *arguments]) == 0
     shown = capsys.readouterr()
     assert "wrong maps called good" in shown.out
-    assert "track 0, as it is" in shown.err.replace("\n", " ")
+    assert "maps: track 0" in shown.err
+    assert "as it is: is good" in shown.err
     report = json.loads((tmp_path / "quality.json").read_text())
-    assert len(report["maps"]) == 2
+    assert len(report["maps"]["track 0"]) == 2
     assert sum(sum(counts.values()) for counts in report["figures"]["counts"].values()) == 2
 
 

@@ -1,4 +1,4 @@
-"""``python -m benchmarks accuracy --ablation``."""
+"""The command ``python -m benchmarks ablation``."""
 
 import json
 from collections.abc import Callable
@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.ablation import ablation_benchmark
-from benchmarks.ablation.ablation_benchmark import Effect, difference, measure_kind
+from benchmarks.ablation import ablation
+from benchmarks.ablation.ablation import differences, localized
 from benchmarks.ablation.ablation_drive import AblationDrive, DriveFigures
+from benchmarks.ablation.effects import Effect, difference
 from benchmarks.ablation.mechanisms import Variant, variants
 from benchmarks.ablation.recorded_drives import recorded_drives
 from benchmarks.ablation.simulated_drives import simulated_drives
@@ -19,15 +20,14 @@ from racecar.localization.config import LocalizationConfig
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 from racecar.pipelines.simulation.simulated_drive import simulate_drive
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
-
-def quiet(sentence: str) -> None:
-    """Announce nothing."""
+DRIVES = ("racing, building", "noise, track", "racing, track")
 
 
 def figures(*errors: float) -> list[DriveFigures]:
@@ -61,42 +61,40 @@ def in_a_room(grid: OccupancyGrid) -> Callable[[int], AblationDrive]:
 )
 def test_the_drives_in_pairs_tell_what_a_mechanism_does(without: tuple[float, ...], effect: Effect) -> None:
     found = difference(figures(0.01, 0.02, 0.03, 0.04), figures(*without))
-    assert found.effect is effect
-    assert found.mean_m == pytest.approx(np.mean(without) - 0.025)
+    assert found.effect == effect.value
+    assert found.difference_m[0] == pytest.approx(np.mean(without) - 0.025)
 
 
 def test_the_standard_error_is_that_of_the_mean_difference() -> None:
     found = difference(figures(0.1, 0.2, 0.3), figures(0.2, 0.3, 0.7))
-    assert found.standard_error_m == pytest.approx(np.std([0.1, 0.1, 0.4], ddof=1) / np.sqrt(3))
+    assert found.difference_m[1] == pytest.approx(np.std([0.1, 0.1, 0.4], ddof=1) / np.sqrt(3))
 
 
 def test_of_one_drive_nothing_is_said() -> None:
-    assert difference(figures(0.1), figures(0.9)).effect is Effect.OPEN
+    assert difference(figures(0.1), figures(0.9)).effect == Effect.OPEN.value
 
 
 def test_variants_are_measured_on_the_same_drives() -> None:
-    tried = {"nothing": Variant(), "all sensor": variants()["all sensor"]}
-    kind = measure_kind(in_a_room(room()), tried, LocalizationConfig(), 2, quiet)
-    assert kind.without["nothing"] == kind.default
-    assert kind.default[0] != kind.default[1]
-    assert kind.differences()["nothing"].effect is Effect.IDLE
-    assert abs(kind.differences()["all sensor"].mean_m) > 0.005
-    assert all(0.0 < each.error_m < 0.05 and each.share_lost == 0.0 for each in kind.default)
+    drive_of, settings = in_a_room(room()), LocalizationConfig()
+    tried = {"default": Variant(), "nothing": Variant(), "all sensor": variants()["all sensor"]}
+    rows = {
+        str(seed): {name: localized((drive_of(seed), seed), each, settings) for name, each in tried.items()}
+        for seed in range(2)
+    }
+    default = [by_variant["default"] for by_variant in rows.values()]
+    assert default[0] != default[1]
+    assert all(0.0 < each.error_m < 0.05 and each.share_lost == 0.0 for each in default)
+    found = differences(rows)
+    assert found["nothing"].effect == Effect.IDLE.value
+    assert abs(found["all sensor"].difference_m[0]) > 0.005
 
 
 def test_a_lost_car_counts_as_a_metre_off() -> None:
     grid = room()
     drive = in_a_room(grid)(0)
     elsewhere = drive.truth.map_from_base + np.array([30.0, 0.0, 0.0])
-    moved = type(drive.truth)(drive.truth.stamps, elsewhere)
-    kind = measure_kind(
-        lambda seed: AblationDrive(grid, drive.messages, moved, drive.start),
-        {},
-        LocalizationConfig(),
-        1,
-        quiet,
-    )
-    assert kind.default == [DriveFigures(1.0, 1.0, 1)]
+    moved = AblationDrive(grid, drive.messages, Trajectory(drive.truth.stamps, elsewhere), drive.start)
+    assert localized((moved, 0), Variant(), LocalizationConfig()) == DriveFigures(1.0, 1.0, 1)
 
 
 def test_what_some_drives_are_for_is_in_them() -> None:
@@ -128,38 +126,33 @@ def test_a_recording_is_localized_on_the_map_made_of_it(tmp_path: Path) -> None:
     drive = drives["tiny on our own map"](0)
     assert drives["tiny on our own map"](1) is drive
     assert 70 <= len(drive.truth) <= 80
-    kind = measure_kind(drives["tiny on our own map"], {}, LocalizationConfig(), 1, quiet)
-    assert kind.default[0].error_m < 0.05
+    assert localized((drive, 0), Variant(), LocalizationConfig()).error_m < 0.05
 
 
 def test_the_command_tells_each_kind_and_all_together(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    def measured(drive_of: object, tried: dict[str, Variant], *_: object) -> ablation_benchmark.KindFigures:
-        without = {name: figures(0.02, 0.021, 0.02) for name in tried}
-        return ablation_benchmark.KindFigures(figures(0.01, 0.011, 0.01), without)
+    def told(drive_and_seed: object, variant: Variant, settings: object) -> DriveFigures:
+        _, seed = drive_and_seed  # type: ignore[misc]
+        return DriveFigures((0.02 if variant.replacements else 0.01) + (seed == 1) * 0.001, 0.0, 1)
 
-    monkeypatch.setattr(ablation_benchmark, "measure_kind", measured)
+    monkeypatch.setattr(ablation, "localized", told)
+    monkeypatch.setattr(ablation, "simulated_drives", lambda _: dict.fromkeys(DRIVES, lambda seed: None))
     path = tmp_path / "ablation.json"
-    command = ["accuracy", "--ablation", "--data", str(tmp_path), "--json", str(path)]
+    command = ["ablation", "--data", str(tmp_path), "--seeds", "3", "--json", str(path)]
     assert run([*command, "--only", "trust", "--only", "racing, track", "--only", "noise, track"]) == 0
     page = capsys.readouterr().out
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines() if "|" in line]
     assert rows.count(["trust", "0.0103", "0.0203", "+0.0100 ± 0.0000", "0.0%", "pays"]) == 2
     assert ["trust", "noise, track +0.0100; racing, track +0.0100", "", "0", "0", "0"] in rows
-    written = json.loads(path.read_text())["ablation"]
-    assert list(written) == ["noise, track", "racing, track"]
-    assert written["racing, track"]["without"]["trust"]["effect"] == "pays"
-    assert written["racing, track"]["without"]["trust"]["drives"] == 3
-    assert written["racing, track"]["without"]["trust"]["figures"][1]["error_m"] == 0.021
-    assert written["racing, track"]["default"][1]["error_m"] == 0.011
+    written = json.loads(path.read_text())
+    assert list(written["effects"]) == ["noise, track", "racing, track"]
+    assert written["effects"]["racing, track"]["trust"]["effect"] == "pays"
+    assert written["effects"]["racing, track"]["trust"]["drives"] == 3
+    assert written["racing, track"]["1"]["trust"]["error_m"] == 0.021
+    assert written["racing, track"]["1"]["default"]["error_m"] == 0.011
 
 
 def test_a_mechanism_that_there_is_not_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["accuracy", "--ablation", "--data", str(tmp_path), "--only", "magic"]) == 2
+    assert run(["ablation", "--data", str(tmp_path), "--only", "magic"]) == 2
     assert "no mechanism or drive 'magic'" in capsys.readouterr().err
-
-
-def test_a_part_of_no_ablation_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
-    assert run(["accuracy", "--only", "trust"]) == 2
-    assert "--ablation" in capsys.readouterr().err

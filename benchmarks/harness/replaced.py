@@ -1,24 +1,28 @@
 """What a benchmark puts in place of a constant or a function, to measure what that is good for."""
 
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack, contextmanager
-from typing import TypeAlias
-from unittest.mock import patch
+from contextlib import contextmanager
+from typing import Any, TypeAlias
 
 from racecar.mapping.loops import loop_closure, submap_matching
 from racecar.mapping.matching.see_through import SeeThrough
 
-Replacement: TypeAlias = tuple[object, str, object]
-"""A class or module, the name of something in it, and what that is replaced by."""
+Replacement: TypeAlias = tuple[Any, str, object]
+"""A class or module, the name of something that it defines, and what that is replaced by."""
 
 
 @contextmanager
 def replaced(replacements: Iterable[Replacement]) -> Iterator[None]:
     """All are in place within the block, in this process."""
-    with ExitStack() as stack:
+    before: list[Replacement] = []
+    try:
         for owner, name, by in replacements:
-            stack.enter_context(patch.object(owner, name, by))
+            before.append((owner, name, vars(owner)[name]))
+            setattr(owner, name, by)
         yield
+    finally:
+        for owner, name, as_it_was in reversed(before):
+            setattr(owner, name, as_it_was)
 
 
 def nothing(*_: object, **__: object) -> None:

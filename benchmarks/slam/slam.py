@@ -1,0 +1,166 @@
+"""The logs of the SLAM benchmark: mapped as a user maps them, measured against their true relations."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Annotated, Any
+
+import numpy as np
+import typer
+
+from benchmarks.harness.bench import Bench
+from benchmarks.harness.inputs import DataOption, recordings_folder
+from benchmarks.harness.replaced import Replacement, replaced
+from benchmarks.harness.table import Column, cells
+from benchmarks.slam.false_loops import FalseLoopFigures, with_false_loops
+from benchmarks.slam.logs import BenchmarkLog, find_logs
+from benchmarks.slam.parts import PARTS
+from benchmarks.slam.published import PUBLISHED, SOURCES, UNPUBLISHED
+from racecar.mapping.config import MappingConfig
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.commands.printed_warnings import print_warnings
+from racecar.pipelines.evaluation.relations import load_relations, relation_errors
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.mapping_run import build_map
+
+
+@dataclass(frozen=True)
+class LogVariant:
+    """The mapper with something left out."""
+
+    settings: MappingConfig
+    use_odometry: bool = True
+    replacements: tuple[Replacement, ...] = ()
+    false_loops_seed: int | None = None
+    """With one, false loops are put into the graph, too."""
+
+
+@dataclass(frozen=True, eq=False)
+class LogFigures:
+    """The accuracy and the cost of mapping one log."""
+
+    translation_m: Annotated[tuple[float, float], Column("translation (m)", ".4f")]
+    rotation_deg: Annotated[tuple[float, float], Column("rotation (°)", ".3f")]
+    """Each mean and standard deviation over the relations."""
+    relations: Annotated[int, Column("relations")]
+    lost: Annotated[int, Column("lost")]
+    wall_seconds: Annotated[float, Column("wall (s)", ".1f")]
+    """From opening the bag to the finished map."""
+    peak_memory_mb: Annotated[float, Column("peak (MB)", ".0f")]
+    """Of the process that made the map."""
+    seconds: dict[str, float]
+    """Wall time split by stage; what no stage accounts for is the rest."""
+    false_loops: FalseLoopFigures | None
+    report: dict[str, Any] = field(repr=False)
+    """As report.json has it, taken when the map was done."""
+
+
+WHOLE = "default"
+
+
+def slam(
+    bench: Bench,
+    data: DataOption = None,
+    logs: Annotated[
+        list[str] | None,
+        typer.Option("--logs", metavar="NAME", help="Only this log; may be repeated.", show_default=False),
+    ] = None,
+    ablation: Annotated[bool, typer.Option("--ablation", help="Also map with one part left out.")] = False,
+    false_loops: Annotated[
+        bool, typer.Option("--false-loops", help="Also put as many wrong loops as true ones into the graphs.")
+    ] = False,
+) -> None:
+    """Map the logs of the SLAM benchmark, each in a fresh process, and compare with the published figures.
+
+    A log is a bag with a .relations file of the same name, in the folder of the recordings or its folder
+    slam_benchmark.
+
+    Example: python -m benchmarks slam --json slam.json
+    """
+    settings = bench.settings.mapping
+    variants = {WHOLE: LogVariant(settings, false_loops_seed=bench.seed if false_loops else None)}
+    if ablation:
+        variants |= _with_one_thing_left_out(settings)
+    found = [(log.name, log) for log in find_logs(recordings_folder(data), logs or ())]
+    rows = bench.cross("logs", found, variants, map_log, in_fresh_processes=True)
+    runs = {log: by_variant[WHOLE] for log, by_variant in rows.items()}
+    bench.report.add("published", {log: asdict(PUBLISHED[log]) for log in runs if log in PUBLISHED})
+    show(bench, runs)
+    if ablation:
+        bench.table("Mean error with one thing left out (m / °)", left_out(rows))
+    if not bench.quiet:
+        print_warnings(f"{log}: {each}" for log, run in runs.items() for each in run.report["warnings"])
+
+
+def show(bench: Bench, runs: Mapping[str, LogFigures]) -> None:
+    """The tables of the mapper as it is."""
+    bench.table(
+        "Mean error over the relations ± standard deviation, and what others published",
+        {log: {**cells(run), **cells(PUBLISHED.get(log, UNPUBLISHED))} for log, run in runs.items()},
+        SOURCES,
+    )
+    second = Column("", ".1f")
+    bench.table(
+        "Wall time by stage (s)",
+        {
+            log: {
+                stage: second.cell(seconds)
+                for stage, seconds in {**run.seconds, "total": run.wall_seconds}.items()
+            }
+            for log, run in runs.items()
+        },
+    )
+    if bent := {log: run.false_loops for log, run in runs.items() if run.false_loops is not None}:
+        bench.table("Mean error when wrong loop closures are put into the finished graph", bent)
+
+
+def left_out(rows: Mapping[str, Mapping[str, LogFigures]]) -> dict[str, dict[str, str]]:
+    """Both mean errors, a row for each variant and a column for each log."""
+    variants = dict.fromkeys(variant for by_variant in rows.values() for variant in by_variant)
+    return {
+        variant: {log: _both_errors(by_variant[variant]) for log, by_variant in rows.items()}
+        for variant in variants
+    }
+
+
+def map_log(log: BenchmarkLog, variant: LogVariant) -> LogFigures:
+    """Map a log and measure it. Raises UserError when the bag or the relations cannot be read."""
+    relations = load_relations(log.relations)
+    report = Report("python -m benchmarks slam")
+    with (
+        replaced(variant.replacements),
+        BagReader(log.bag, use_odometry=variant.use_odometry) as reader,
+    ):
+        result = build_map(reader, variant.settings, report, quiet=True)
+    told = report.as_dict()
+    accuracy = relation_errors(result.trajectory, relations).summary()
+    false_loops = None
+    if variant.false_loops_seed is not None:
+        generator = np.random.default_rng(variant.false_loops_seed)
+        false_loops = with_false_loops(result, relations, generator)
+    wall_seconds = told["stages"]["total"]["wall_seconds"]
+    seconds = {"reading": told["stages"]["reading"]["wall_seconds"], **told["mapping_seconds"]}
+    return LogFigures(
+        translation_m=(accuracy["translation_mean_m"], accuracy["translation_std_m"]),
+        rotation_deg=(accuracy["rotation_mean_deg"], accuracy["rotation_std_deg"]),
+        relations=int(accuracy["relations"]),
+        lost=int(accuracy["lost"]),
+        wall_seconds=wall_seconds,
+        peak_memory_mb=told["peak_memory_mb"],
+        seconds={**seconds, "rest": wall_seconds - sum(seconds.values())},
+        false_loops=false_loops,
+        report=told,
+    )
+
+
+def _with_one_thing_left_out(settings: MappingConfig) -> dict[str, LogVariant]:
+    return {
+        "without wheel odometry": LogVariant(settings, use_odometry=False),
+        "without refinement": LogVariant(settings.model_copy(update={"refine": False})),
+        "without loop closure": LogVariant(settings.model_copy(update={"close_loops": False})),
+        **{f"without {name}": LogVariant(settings, replacements=by) for name, by in PARTS.items()},
+    }
+
+
+def _both_errors(run: LogFigures) -> str:
+    errors = f"{run.translation_m[0]:.4f} / {run.rotation_deg[0]:.3f}"
+    return f"{errors} ({run.lost} lost)" if run.lost else errors
