@@ -9,7 +9,7 @@ import typer
 
 from benchmarks.harness.bench import Bench
 from benchmarks.harness.inputs import DataOption, recordings_folder
-from benchmarks.harness.replaced import Replacement, replaced
+from benchmarks.harness.replaced import replaced
 from benchmarks.harness.table import Column, cells
 from benchmarks.slam.false_loops import FalseLoopFigures, with_false_loops
 from benchmarks.slam.logs import BenchmarkLog, find_logs
@@ -25,11 +25,12 @@ from racecar.pipelines.runs.mapping_run import build_map
 
 @dataclass(frozen=True)
 class LogVariant:
-    """The mapper with something left out."""
+    """The mapper with something left out, as it is sent to another process."""
 
     settings: MappingConfig
     use_odometry: bool = True
-    replacements: tuple[Replacement, ...] = ()
+    left_out: str | None = None
+    """One of the `PARTS`."""
     false_loops_seed: int | None = None
     """With one, false loops are put into the graph, too."""
 
@@ -127,7 +128,7 @@ def map_log(log: BenchmarkLog, variant: LogVariant) -> LogFigures:
     relations = load_relations(log.relations)
     report = Report("python -m benchmarks slam")
     with (
-        replaced(variant.replacements),
+        replaced(PARTS[variant.left_out] if variant.left_out else ()),
         BagReader(log.bag, use_odometry=variant.use_odometry) as reader,
     ):
         result = build_map(reader, variant.settings, report, quiet=True)
@@ -157,7 +158,7 @@ def _with_one_thing_left_out(settings: MappingConfig) -> dict[str, LogVariant]:
         "without wheel odometry": LogVariant(settings, use_odometry=False),
         "without refinement": LogVariant(settings.model_copy(update={"refine": False})),
         "without loop closure": LogVariant(settings.model_copy(update={"close_loops": False})),
-        **{f"without {name}": LogVariant(settings, replacements=by) for name, by in PARTS.items()},
+        **{f"without {name}": LogVariant(settings, left_out=name) for name in PARTS},
     }
 
 

@@ -168,7 +168,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
 
     from racecar.maps.whole_files import write_atomically
     from racecar.pipelines.experiments.html_report import html_report
-    from racecar.pipelines.experiments.result import ExperimentSettings, Finished
+    from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
     from racecar.pipelines.experiments.result_files import as_rich, save_result
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
@@ -188,16 +188,15 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
         report.add("inputs", {"initial_pose": recording.initial_pose})
     announce = Console(stderr=True, quiet=flags.quiet, highlight=False)
     page = Console(quiet=flags.quiet, highlight=False, width=None if sys.stdout.isatty() else PAGE_WIDTH)
-    done: dict[str, Finished] = {}
+    done: dict[str, ExperimentResult] = {}
     with output_folder(flags.out) as folder:
         for number, entry in enumerate(entries, start=1):
             announce.print(f"{number}/{len(entries)} {entry.name}", markup=False)
             with report.stage(entry.name):
-                result = entry.load()(settings, parallel)
-                done[entry.name] = Finished(result, result.pictures())
-                save_result(entry.name, done[entry.name], folder)
-            report.add(entry.name, result.figures())
-            for table in result.tables():
+                result = done[entry.name] = entry.load()(settings, parallel)
+                save_result(entry.name, result, folder)
+            report.add(entry.name, result.figures)
+            for table in result.tables:
                 page.print(as_rich(table))
         shown = f"{done[entries[0].name].pictures[0].name}.png"
         if name == "all":

@@ -1,6 +1,6 @@
 """How the figures of the experiments look: as wide as a column of a paper, in colours for everyone."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from io import BytesIO
@@ -18,6 +18,8 @@ BLACK, ORANGE, GREEN, BLUE, VERMILLION, PURPLE = (
 """Okabe and Ito's palette, without its yellow and sky blue, which are light for lines on white."""
 OURS, COURSE, TRUTH = BLUE, VERMILLION, BLACK
 OURS_NAME, COURSE_NAME = "racecar", "course"
+COLORS: Mapping[str, str] = {OURS_NAME: OURS, COURSE_NAME: COURSE}
+"""By name of the filter."""
 MAP_OF_NUMBERS = "cividis"
 _COLUMN_MM, _MM_PER_INCH = 85.0, 25.4
 _AXES_MM = 72.0
@@ -55,13 +57,27 @@ class Picture:
     svg: bytes
 
 
-@contextmanager
-def drawing(height_mm: float, width_mm: float = _COLUMN_MM) -> Iterator[Figure]:
-    """Yield a figure of a column's width in the common style; what is drawn in the block has it too."""
-    with matplotlib.rc_context(_STYLE):
-        figure = Figure(figsize=(width_mm / _MM_PER_INCH, height_mm / _MM_PER_INCH), layout="constrained")
-        FigureCanvasAgg(figure)
-        yield figure
+class Pictures(list[Picture]):
+    """The figures of an experiment, in the order in which they are drawn."""
+
+    @contextmanager
+    def draw(self, name: str, height_mm: float, shows: str, legend_columns: int = 0) -> Iterator[Figure]:
+        """Yield a figure of a column's width in the common style; what is drawn in the block has it too.
+
+        Then it is added, with a legend if that has columns; the same figure gives the same bytes.
+        """
+        with matplotlib.rc_context(_STYLE):
+            figure = Figure(
+                figsize=(_COLUMN_MM / _MM_PER_INCH, height_mm / _MM_PER_INCH), layout="constrained"
+            )
+            FigureCanvasAgg(figure)
+            yield figure
+            if legend_columns:
+                _add_legend_below(figure, legend_columns)
+            png, svg = BytesIO(), BytesIO()
+            figure.savefig(png, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": None})
+            figure.savefig(svg, format="svg", dpi=_DOTS_PER_INCH, metadata={"Date": None, "Creator": None})
+            self.append(Picture(name, shows, png.getvalue(), svg.getvalue()))
 
 
 def height_of_map(low: Sequence[float], high: Sequence[float], around_mm: float) -> float:
@@ -71,7 +87,7 @@ def height_of_map(low: Sequence[float], high: Sequence[float], around_mm: float)
     return min(_AXES_MM * height / width, _COLUMN_MM) + around_mm
 
 
-def legend_below(figure: Figure, columns: int = 2) -> None:
+def _add_legend_below(figure: Figure, columns: int) -> None:
     """One legend for all axes, under them, where it covers nothing; each label once."""
     entries: dict[str, Any] = {}
     for axes in figure.axes:
@@ -85,12 +101,3 @@ def show_plain_ticks(axis: Axis, values: Sequence[float]) -> None:
     axis.set_major_locator(FixedLocator(values))
     axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     axis.set_minor_locator(NullLocator())
-
-
-def finish(figure: Figure, name: str, shows: str) -> Picture:
-    """The figure as files hold it; the same figure gives the same bytes."""
-    png, svg = BytesIO(), BytesIO()
-    with matplotlib.rc_context(_STYLE):
-        figure.savefig(png, format="png", dpi=_DOTS_PER_INCH, metadata={"Software": None})
-        figure.savefig(svg, format="svg", dpi=_DOTS_PER_INCH, metadata={"Date": None, "Creator": None})
-    return Picture(name, shows, png.getvalue(), svg.getvalue())

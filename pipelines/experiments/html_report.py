@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from html import escape
 
 from racecar.pipelines.experiments.figure_style import Picture
-from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable, Finished
+from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
 
 _STYLE = """
 body { font: 16px/1.5 system-ui, sans-serif; color: #1b1f24; max-width: 38rem; margin: 2rem auto;
@@ -24,14 +24,13 @@ nav ol { padding-left: 1.2rem; } a { color: #0072B2; }
 """
 
 
-def html_report(experiments: Mapping[str, Finished], settings: ExperimentSettings) -> str:
+def html_report(experiments: Mapping[str, ExperimentResult], settings: ExperimentSettings) -> str:
     """The page; figures are held in it, so that one file can be handed in."""
     contents = "\n".join(
-        f'<li><a href="#{name}">{escape(finished.result.title)}</a></li>'
-        for name, finished in experiments.items()
+        f'<li><a href="#{name}">{escape(result.title)}</a></li>' for name, result in experiments.items()
     )
     numbers = iter(range(1, 1000))
-    sections = "\n".join(_section(name, finished, numbers) for name, finished in experiments.items())
+    sections = "\n".join(_section(name, result, numbers) for name, result in experiments.items())
     length = (
         "This is a quick run with few repetitions: enough to see that everything works, not to draw "
         "conclusions."
@@ -62,11 +61,10 @@ as MIT's robotics course (RSS, lab 5) teaches it (course), unless their legend s
 """
 
 
-def _section(name: str, finished: Finished, numbers: Iterator[int]) -> str:
-    result = finished.result
-    paragraphs = "\n".join(f"<p>{escape(paragraph)}</p>" for paragraph in result.text())
-    figures = "\n".join(_figure(picture, next(numbers)) for picture in finished.pictures)
-    tables = "\n".join(_table(table) for table in result.tables())
+def _section(name: str, result: ExperimentResult, numbers: Iterator[int]) -> str:
+    paragraphs = "\n".join(f"<p>{escape(paragraph)}</p>" for paragraph in result.text)
+    figures = "\n".join(_figure(picture, next(numbers)) for picture in result.pictures)
+    tables = "\n".join(_table(table) for table in result.tables)
     headline = f"<h2>{escape(result.title)}</h2>"
     return f'<section id="{name}">\n{headline}\n{paragraphs}\n{figures}\n{tables}\n</section>'
 

@@ -1,8 +1,6 @@
 """The motion model in pictures: what a cloud becomes along a path when no scan corrects it."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,19 +11,9 @@ from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.experiments.figure_style import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    TRUTH,
-    VERMILLION,
-    Picture,
-    drawing,
-    finish,
-    legend_below,
-)
+from racecar.pipelines.experiments.figure_style import BLUE, GREEN, ORANGE, TRUTH, VERMILLION, Pictures
 from racecar.pipelines.experiments.filters import with_motion_noise
-from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 _SPEED, _RADIUS, _PERIOD = 2.0, 2.0, 0.05
@@ -39,81 +27,55 @@ _TINY = 1e-9
 """Metres and radians: no noise, to a filter that divides by it."""
 
 
-@dataclass(frozen=True, eq=False)
-class MotionModelResult:
-    """Clouds (N, 3) by what was assumed of the noise, at several places along the path."""
-
-    clouds: Mapping[str, list[Pose]]
-    path: Pose
-    """(T, 3) by dead reckoning."""
-    title: str = "Motion model: what odometry noise does to the particles"
-
-    def text(self) -> list[str]:
-        return [
+def motion_model(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
+    """The same drive without noise and with noise."""
+    config = settings.localization
+    variants = {"without noise": with_motion_noise(config, _TINY), "with noise": config}
+    arguments = [(variant, settings.seed) for variant in variants.values()]
+    driven = parallel.here("Motion model", drive_blindly, arguments)
+    clouds = dict(zip(variants, driven, strict=True))
+    deviations = {name: [_deviation(cloud) for cloud in of_one] for name, of_one in clouds.items()}
+    return ExperimentResult(
+        "Motion model: what odometry noise does to the particles",
+        [
             f"A car drives {_length():.1f} m: straight, a quarter turn to the left of {_RADIUS:g} m radius, "
             f"and straight. {_PARTICLES} particles start in one point and follow its odometry; the scans are "
             "empty, so nothing pulls them together. Without noise they stay in one point, and a filter "
             "could never recover from an error of the odometry. With the noise in use the cloud grows along "
             "the path and bends, because an error in heading becomes one in place later on."
-        ]
-
-    def tables(self) -> list[FigureTable]:
-        columns = ("noise", *(f"after {distance:g} m (m)" for distance in _SHOWN_AFTER))
-        rows = [
-            (name, *(f"{_deviation(cloud):.3f}" for cloud in clouds)) for name, clouds in self.clouds.items()
-        ]
-        return [FigureTable("Standard deviation of the particles' place along the path", columns, rows)]
-
-    def figures(self) -> dict[str, Any]:
-        return {
-            name: {"distance_m": _SHOWN_AFTER, "deviation_m": [_deviation(cloud) for cloud in clouds]}
-            for name, clouds in self.clouds.items()
-        }
-
-    def pictures(self) -> list[Picture]:
-        with drawing(150) as figure:
-            panels = figure.subplots(len(self.clouds), 1, sharex=True, sharey=True)
-            for axes, (name, clouds) in zip(panels, self.clouds.items(), strict=True):
-                axes.plot(*self.path[:, :2].T, color=TRUTH, linewidth=0.8, label="odometry", zorder=4)
-                for cloud, distance, color in zip(
-                    clouds, _SHOWN_AFTER, (TRUTH, BLUE, GREEN, ORANGE, VERMILLION), strict=True
-                ):
-                    is_point = _deviation(cloud) < 0.01
-                    axes.plot(
-                        *cloud[:, :2].T,
-                        ".",
-                        color=color,
-                        markersize=6.0 if is_point else 1.5,
-                        markeredgewidth=0,
-                        rasterized=True,
-                        zorder=5,
-                    )
-                    axes.plot([], [], ".", color=color, markersize=6.0, label=f"{distance:g} m")
-                axes.set(title=name, aspect="equal", ylabel="y (m)")
-            panels[-1].set_xlabel("x (m)")
-            legend_below(figure, columns=3)
-            return [
-                finish(
-                    figure,
-                    "motion-model",
-                    f"{_PARTICLES} particles at the start and after some metres of path, without noise, "
-                    "and with the noise in use.",
-                )
-            ]
-
-
-def motion_model(settings: ExperimentSettings, parallel: ParallelRuns) -> MotionModelResult:
-    """The same drive without noise and with noise."""
-    config = settings.localization
-    variants = {
-        "without noise": with_motion_noise(config, _TINY),
-        "with noise": config,
-    }
-    path = _path()
-    clouds = parallel.here(
-        "Motion model", drive_blindly, [(config, settings.seed) for config in variants.values()]
+        ],
+        [
+            FigureTable(
+                "Standard deviation of the particles' place along the path",
+                ("noise", *(f"after {distance:g} m (m)" for distance in _SHOWN_AFTER)),
+                [(name, *(f"{value:.3f}" for value in values)) for name, values in deviations.items()],
+            )
+        ],
+        {name: {"distance_m": _SHOWN_AFTER, "deviation_m": values} for name, values in deviations.items()},
+        _pictures(clouds),
     )
-    return MotionModelResult(dict(zip(variants, clouds, strict=True)), path)
+
+
+def _pictures(all_clouds: Mapping[str, list[Pose]]) -> Pictures:
+    pictures = Pictures()
+    shows = (
+        f"{_PARTICLES} particles at the start and after some metres of path, without noise, and with the "
+        "noise in use."
+    )
+    with pictures.draw("motion-model", 150, shows, legend_columns=3) as figure:
+        panels = figure.subplots(len(all_clouds), 1, sharex=True, sharey=True)
+        for axes, (name, clouds) in zip(panels, all_clouds.items(), strict=True):
+            axes.plot(*_path()[:, :2].T, color=TRUTH, linewidth=0.8, label="odometry", zorder=4)
+            for cloud, distance, color in zip(
+                clouds, _SHOWN_AFTER, (TRUTH, BLUE, GREEN, ORANGE, VERMILLION), strict=True
+            ):
+                size = 6.0 if _deviation(cloud) < 0.01 else 1.5
+                style = {"color": color, "markersize": size, "markeredgewidth": 0, "rasterized": True}
+                axes.plot(*cloud[:, :2].T, ".", **style, zorder=5)
+                axes.plot([], [], ".", color=color, markersize=6.0, label=f"{distance:g} m")
+            axes.set(title=name, aspect="equal", ylabel="y (m)")
+        panels[-1].set_xlabel("x (m)")
+    return pictures
 
 
 def drive_blindly(settings: LocalizationConfig, seed: int) -> list[Pose]:

@@ -2,26 +2,29 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TypeAlias
 
 import numpy as np
+from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from racecar.localization.config import LocalizationConfig
 from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import (
+    COLORS,
     COURSE_NAME,
     OURS_NAME,
     TRUTH,
-    Picture,
-    drawing,
-    finish,
-    legend_below,
+    Pictures,
     show_plain_ticks,
 )
-from racecar.pipelines.experiments.filters import COLORS, start_filter, with_motion_noise
+from racecar.pipelines.experiments.filters import FilterSettings, start_filter, sweep, with_motion_noise
 from racecar.pipelines.experiments.lab_room import SCAN_PERIOD, CircleDrive, draw_lab_room
-from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.result import (
+    ExperimentResult,
+    ExperimentSettings,
+    FigureTable,
+    plus_minus,
+)
 from racecar.pipelines.experiments.tracking import track
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
@@ -57,28 +60,35 @@ class StepResponse:
     """Metres, mean over all scans after the jump."""
 
 
-@dataclass(frozen=True, eq=False)
-class NoiseSweep:
-    """Step responses of both filters, by the filter's name and the noise."""
+Responses: TypeAlias = Mapping[str, Mapping[float, list[StepResponse]]]
+"""By the filter's name and the noise, one for each seed."""
+_OWNERS = {OURS_NAME: "this library's", COURSE_NAME: "the course's"}
+_FIGURES = ("seconds_to_converge", "spread", "mean_error")
 
-    seconds: NDArray[np.float64]
-    """(S,) from the jump on, negative before it."""
-    responses: Mapping[str, Mapping[float, list[StepResponse]]]
-    title: str = "Motion noise: how fast the estimate follows, and how much it then scatters"
 
-    def best(self, name: str) -> float:
-        """The least noise whose mean error after the jump is the smallest, but for what chance explains."""
-        errors = {noise: _all(runs, "mean_error") for noise, runs in self.responses[name].items()}
-        lowest = min(errors.values(), key=np.mean)
-        chance = 2.0 * lowest.std() / np.sqrt(len(lowest))
-        return next(noise for noise, error in errors.items() if error.mean() <= lowest.mean() + chance)
+def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
+    """Both filters, each noise, 20 seeds (2 when quick)."""
+    cases = {
+        (name, noise): (variant, settings.seed)
+        for noise in NOISES
+        for name, variant in (
+            (OURS_NAME, with_motion_noise(settings.localization, noise)),
+            (COURSE_NAME, replace(CourseSettings(), noise=noise)),
+        )
+    }
+    runs = sweep(parallel, "Noise sweep", step_response, cases, 2 if settings.quick else 20)
+    return swept({name: {noise: runs[name, noise] for noise in NOISES} for name in _OWNERS})
 
-    def text(self) -> list[str]:
-        seeds = len(self.responses[OURS_NAME][NOISES[0]])
-        return [
+
+def swept(responses: Responses) -> ExperimentResult:
+    """Of step responses."""
+    return ExperimentResult(
+        "Motion noise: how fast the estimate follows, and how much it then scatters",
+        [
             f"A car drives circles of 1 m radius in a room of 10 × 8 m. After {_JUMP_AFTER:g} s it is moved "
             "from (0, 0, 0) to (1, 1, 0) of its path, which its odometry does not notice. The estimate has "
-            f"to step after it. Each noise was tried with {seeds} seeds in both filters: this library's, "
+            f"to step after it. Each noise was tried with {len(responses[OURS_NAME][NOISES[0]])} seeds in "
+            "both filters: this library's, "
             "whose noise is per metre or radian of motion (all four noises of its motion model alike, and "
             "no slip beside them), and the course's, whose noise is added by every update, 20 times a "
             "second.",
@@ -86,169 +96,147 @@ class NoiseSweep:
             "the car in x and in y until the end; an estimate that follows at once needs "
             f"{_FASTEST:g} s for that. The spread is the standard deviation of the estimate about the car's "
             "place after that.",
-            *(self._choice(name) for name in self.responses),
-            *self._why_the_course_is_fast(),
-        ]
-
-    def _why_the_course_is_fast(self) -> list[str]:
-        """Where the course's filter converges sooner, what that is owed to, and what it costs."""
-        ours, course = (
-            min(self.responses[name].items(), key=lambda by_noise: _speed(by_noise[1]))
-            for name in (OURS_NAME, COURSE_NAME)
-        )
-        if not _speed(course[1]) < _speed(ours[1]):
-            return []
-        return [
-            f"By the time to converge alone the course's filter wins: {_speed(course[1]):.2f} s at a noise "
-            f"of {course[0]:g} against {_speed(ours[1]):.2f} s at {ours[0]:g}. It adds its noise with every "
-            "update, whether the car moves or not, so that some of its particles are always near the new "
-            "place; this library's filter spreads its particles only as far as the motion allows, and moves "
-            "to another place when several scans in a row speak for it. The price is that the cloud stays "
-            f"wide: the course's estimate then spreads by {100 * _mean(course[1], 'spread'):.1f} cm, this "
-            f"library's by {100 * _mean(ours[1], 'spread'):.1f} cm. The criterion rewards speed after a "
-            "jump, which no car makes by itself; the mean error after the jump counts both.",
-        ]
-
-    def tables(self) -> list[FigureTable]:
-        columns = (
-            *("filter", "noise (m, rad)", "converged", "time to converge (s)"),
-            *("spread afterwards (m)", "mean error after the jump (m)"),
-        )
-        rows = [
-            (
-                name,
-                f"{noise:g}",
-                f"{np.isfinite(_all(runs, 'seconds_to_converge')).mean():.0%}",
-                _plus_minus(_all(runs, "seconds_to_converge"), 2),
-                _plus_minus(_all(runs, "spread"), 4),
-                _plus_minus(_all(runs, "mean_error"), 3),
+            *(_choice(name, by_noise) for name, by_noise in responses.items()),
+            *_why_the_course_is_fast(responses),
+        ],
+        [
+            FigureTable(
+                "Mean ± standard deviation over the seeds",
+                (
+                    *("filter", "noise (m, rad)", "converged", "time to converge (s)"),
+                    *("spread afterwards (m)", "mean error after the jump (m)"),
+                ),
+                [
+                    (
+                        name,
+                        f"{noise:g}",
+                        f"{np.isfinite(_all(runs, 'seconds_to_converge')).mean():.0%}",
+                        *(
+                            plus_minus(_all(runs, key), digits)
+                            for key, digits in zip(_FIGURES, (2, 4, 3), strict=True)
+                        ),
+                    )
+                    for name, by_noise in responses.items()
+                    for noise, runs in by_noise.items()
+                ],
             )
-            for name, by_noise in self.responses.items()
-            for noise, runs in by_noise.items()
-        ]
-        return [FigureTable("Mean ± standard deviation over the seeds", columns, rows)]
-
-    def figures(self) -> dict[str, Any]:
-        return {
-            "best_noise": {name: self.best(name) for name in self.responses},
+        ],
+        {
+            "best_noise": {name: best(by_noise) for name, by_noise in responses.items()},
             "runs": {
                 name: {
-                    f"{noise:g}": {
-                        key: _all(runs, key) for key in ("seconds_to_converge", "spread", "mean_error")
-                    }
+                    f"{noise:g}": {key: _all(runs, key) for key in _FIGURES}
                     for noise, runs in by_noise.items()
                 }
-                for name, by_noise in self.responses.items()
+                for name, by_noise in responses.items()
             },
-        }
+        },
+        _pictures(responses),
+    )
 
-    def pictures(self) -> list[Picture]:
-        return [*(self._traces(name) for name in self.responses), self._against_noise()]
 
-    def _choice(self, name: str) -> str:
-        noise = self.best(name)
-        runs = self.responses[name][noise]
-        means = [_mean(each, "mean_error") for each in self.responses[name].values()]
-        span = f"over the noises it goes from {min(means):.3f} to {max(means):.3f} m"
-        seconds, spread = _mean(runs, "seconds_to_converge"), 100 * _mean(runs, "spread")
-        speed = f"With {noise:g} the filter converges in {seconds:.2f} s and then spreads by {spread:.1f} cm."
-        if max(means) - min(means) < _HARDLY:
-            return (
-                f"For {_OWNERS[name]} filter the choice hardly matters. Its mean error after the jump counts "
-                f"both the approach and the scatter afterwards; {span}. The least noise among the best is "
-                f"{noise:g}. {speed}"
-            )
+def best(by_noise: Mapping[float, list[StepResponse]]) -> float:
+    """The least noise whose mean error after the jump is the smallest, but for what chance explains."""
+    errors = {noise: _all(runs, "mean_error") for noise, runs in by_noise.items()}
+    lowest = min(errors.values(), key=np.mean)
+    chance = 2.0 * lowest.std() / np.sqrt(len(lowest))
+    return next(noise for noise, error in errors.items() if error.mean() <= lowest.mean() + chance)
+
+
+def _choice(name: str, by_noise: Mapping[float, list[StepResponse]]) -> str:
+    noise = best(by_noise)
+    runs = by_noise[noise]
+    means = [_mean(each, "mean_error") for each in by_noise.values()]
+    span = f"over the noises it goes from {min(means):.3f} to {max(means):.3f} m"
+    seconds, spread = _mean(runs, "seconds_to_converge"), 100 * _mean(runs, "spread")
+    speed = f"With {noise:g} the filter converges in {seconds:.2f} s and then spreads by {spread:.1f} cm."
+    if max(means) - min(means) < _HARDLY:
         return (
-            f"For {_OWNERS[name]} filter {noise:g} is the value to pick: the least noise whose mean error "
-            "after the jump, which counts both the approach and the scatter afterwards, is within two "
-            f"standard errors of the smallest. There it is {_mean(runs, 'mean_error'):.3f} m; {span}. {speed}"
+            f"For {_OWNERS[name]} filter the choice hardly matters. Its mean error after the jump counts "
+            f"both the approach and the scatter afterwards; {span}. The least noise among the best is "
+            f"{noise:g}. {speed}"
         )
+    return (
+        f"For {_OWNERS[name]} filter {noise:g} is the value to pick: the least noise whose mean error "
+        "after the jump, which counts both the approach and the scatter afterwards, is within two "
+        f"standard errors of the smallest. There it is {_mean(runs, 'mean_error'):.3f} m; {span}. {speed}"
+    )
 
-    def _traces(self, name: str) -> Picture:
-        with drawing(105) as figure:
+
+def _why_the_course_is_fast(responses: Responses) -> list[str]:
+    """Where the course's filter converges sooner, what that is owed to, and what it costs."""
+    ours, course = (
+        min(responses[name].items(), key=lambda by_noise: _speed(by_noise[1]))
+        for name in (OURS_NAME, COURSE_NAME)
+    )
+    if not _speed(course[1]) < _speed(ours[1]):
+        return []
+    return [
+        f"By the time to converge alone the course's filter wins: {_speed(course[1]):.2f} s at a noise "
+        f"of {course[0]:g} against {_speed(ours[1]):.2f} s at {ours[0]:g}. It adds its noise with every "
+        "update, whether the car moves or not, so that some of its particles are always near the new "
+        "place; this library's filter spreads its particles only as far as the motion allows, and moves "
+        "to another place when several scans in a row speak for it. The price is that the cloud stays "
+        f"wide: the course's estimate then spreads by {100 * _mean(course[1], 'spread'):.1f} cm, this "
+        f"library's by {100 * _mean(ours[1], 'spread'):.1f} cm. The criterion rewards speed after a "
+        "jump, which no car makes by itself; the mean error after the jump counts both.",
+    ]
+
+
+def _pictures(responses: Responses) -> Pictures:
+    pictures = Pictures()
+    for name, by_noise in responses.items():
+        shows = (
+            f"The estimate of {_OWNERS[name]} filter over time, first seed, for each noise: x less where the "
+            f"car would be without the jump, and its running average over {_AVERAGED} scans."
+        )
+        with pictures.draw(f"noise-sweep-traces-{name}", 105, shows, legend_columns=3) as figure:
             panels = figure.subplots(3, 2, sharex=True, sharey=True)
-            for axes, noise in zip(panels.flat, NOISES, strict=True):
-                x = self.responses[name][noise][0].offsets[:, 0]
-                axes.axvline(0.0, color="#9aa3ad", linewidth=0.6)
-                target = np.where(self.seconds > 0, JUMP[0], 0.0)
-                axes.plot(self.seconds, target, "--", color=TRUTH, linewidth=0.8, label="true x")
-                axes.plot(self.seconds, x, color=COLORS[name], alpha=0.45, linewidth=0.6, label="estimated x")
-                averaged = running_mean(x)
-                axes.plot(
-                    self.seconds[_AVERAGED - 1 :], averaged, color=COLORS[name], label=f"mean of {_AVERAGED}"
-                )
+            for axes, (noise, runs) in zip(panels.flat, by_noise.items(), strict=True):
+                _draw_trace(axes, runs[0].offsets[:, 0], COLORS[name])
                 axes.set(title=f"noise {noise:g}", ylim=(-0.6, 2.1))
             for axes in panels[-1]:
                 axes.set_xlabel("time since the jump (s)")
             for axes in panels[:, 0]:
                 axes.set_ylabel("x (m)")
-            legend_below(figure, columns=3)
-            return finish(
-                figure,
-                f"noise-sweep-traces-{name}",
-                f"The estimate of {_OWNERS[name]} filter over time, first seed, for each noise: x less where "
-                f"the car would be without the jump, and its running average over {_AVERAGED} scans.",
-            )
-
-    def _against_noise(self) -> Picture:
-        with drawing(100) as figure:
-            above, below = figure.subplots(2, 1, sharex=True)
-            for shift, (name, by_noise) in zip((0.97, 1.03), self.responses.items(), strict=True):
-                for axes, key, unit in ((above, "seconds_to_converge", 1.0), (below, "spread", 100.0)):
-                    values = unit * np.array([_all(runs, key) for runs in by_noise.values()])
-                    is_whole = np.isfinite(values).all(axis=1)
-                    places = np.array(NOISES)[is_whole] * shift
-                    axes.errorbar(
-                        places,
-                        values[is_whole].mean(axis=1),
-                        values[is_whole].std(axis=1),
-                        color=COLORS[name],
-                        marker="o",
-                        capsize=2,
-                        elinewidth=0.8,
-                        label=f"{name} filter",
-                    )
-            below.set_xscale("log")
-            show_plain_ticks(below.xaxis, NOISES)
-            above.set(ylabel="time to converge (s)", ylim=(0, None))
-            below.set(xlabel="motion noise (m, rad)", ylabel="spread afterwards (cm)", yscale="log")
-            show_plain_ticks(below.yaxis, (1, 2, 5, 10, 20, 50))
-            legend_below(figure)
-            return finish(
-                figure,
-                "noise-sweep",
-                "Time to converge and spread of the estimate afterwards against the noise: mean and "
-                "standard deviation over the seeds. A noise with which some seed did not converge is shown "
-                "without a time.",
-            )
+    shows = (
+        "Time to converge and spread of the estimate afterwards against the noise: mean and standard "
+        "deviation over the seeds. A noise with which some seed did not converge is shown without a time."
+    )
+    with pictures.draw("noise-sweep", 100, shows, legend_columns=2) as figure:
+        above, below = figure.subplots(2, 1, sharex=True)
+        for shift, (name, by_noise) in zip((0.97, 1.03), responses.items(), strict=True):
+            for axes, key, unit in ((above, "seconds_to_converge", 1.0), (below, "spread", 100.0)):
+                values = unit * np.array([_all(runs, key) for runs in by_noise.values()])
+                is_whole = np.isfinite(values).all(axis=1)
+                axes.errorbar(
+                    np.array(NOISES)[is_whole] * shift,
+                    values[is_whole].mean(axis=1),
+                    values[is_whole].std(axis=1),
+                    color=COLORS[name],
+                    marker="o",
+                    capsize=2,
+                    elinewidth=0.8,
+                    label=f"{name} filter",
+                )
+        below.set_xscale("log")
+        show_plain_ticks(below.xaxis, NOISES)
+        above.set(ylabel="time to converge (s)", ylim=(0, None))
+        below.set(xlabel="motion noise (m, rad)", ylabel="spread afterwards (cm)", yscale="log")
+        show_plain_ticks(below.yaxis, (1, 2, 5, 10, 20, 50))
+    return pictures
 
 
-_OWNERS = {OURS_NAME: "this library's", COURSE_NAME: "the course's"}
+def _draw_trace(axes: Axes, x: NDArray[np.float64], color: str) -> None:
+    seconds = _drive().truth.stamps * 1e-9 - _JUMP_AFTER
+    axes.axvline(0.0, color="#9aa3ad", linewidth=0.6)
+    target = np.where(seconds > 0, JUMP[0], 0.0)
+    axes.plot(seconds, target, "--", color=TRUTH, linewidth=0.8, label="true x")
+    axes.plot(seconds, x, color=color, alpha=0.45, linewidth=0.6, label="estimated x")
+    axes.plot(seconds[_AVERAGED - 1 :], running_mean(x), color=color, label=f"mean of {_AVERAGED}")
 
 
-def noise_sweep(settings: ExperimentSettings, parallel: ParallelRuns) -> NoiseSweep:
-    """Both filters, each noise, 20 seeds (2 when quick)."""
-    seeds = range(2 if settings.quick else 20)
-    variants: dict[str, dict[float, LocalizationConfig | CourseSettings]] = {
-        OURS_NAME: {noise: with_motion_noise(settings.localization, noise) for noise in NOISES},
-        COURSE_NAME: {noise: replace(CourseSettings(), noise=noise) for noise in NOISES},
-    }
-    arguments = [
-        (variant, settings.seed, index)
-        for by_noise in variants.values()
-        for variant in by_noise.values()
-        for index in seeds
-    ]
-    done = iter(parallel.run("Noise sweep", step_response, arguments))
-    responses = {
-        name: {noise: [next(done) for _ in seeds] for noise in by_noise}
-        for name, by_noise in variants.items()
-    }
-    stamps = _drive().truth.stamps
-    return NoiseSweep((stamps * 1e-9 - _JUMP_AFTER).astype(np.float64), responses)
-
-
-def step_response(variant: LocalizationConfig | CourseSettings, seed: int, index: int) -> StepResponse:
+def step_response(variant: FilterSettings, seed: int, index: int) -> StepResponse:
     """One drive with a jump; the seeds 0, 1, 2, … of all variants see the same scans."""
     drive = _drive()
     truth = drive.truth
@@ -295,8 +283,3 @@ def _speed(runs: list[StepResponse]) -> float:
     """Seconds until the filter has converged; infinite where it does not with some seed."""
     seconds = _all(runs, "seconds_to_converge")
     return float(seconds.mean()) if np.isfinite(seconds).all() else np.inf
-
-
-def _plus_minus(values: NDArray[np.float64], digits: int) -> str:
-    known = values[np.isfinite(values)]
-    return f"{known.mean():.{digits}f} ± {known.std():.{digits}f}" if len(known) else "–"

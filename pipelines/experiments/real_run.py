@@ -20,15 +20,12 @@ from racecar.pipelines.experiments.figure_style import (
     GREEN,
     PURPLE,
     VERMILLION,
-    Picture,
-    drawing,
-    finish,
+    Pictures,
     height_of_map,
-    legend_below,
     show_plain_ticks,
 )
 from racecar.pipelines.experiments.recording import Recording, StandIn
-from racecar.pipelines.experiments.result import ExperimentSettings, FigureTable
+from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
 from racecar.pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
 from racecar.pipelines.pictures.driven_time import DrivenTime
 from racecar.pipelines.pictures.map_picture import draw_grid
@@ -57,190 +54,23 @@ class SeenMoment:
 
 
 @dataclass(frozen=True, eq=False)
-class RealRun:
+class LocalizedRecording:
     """What the filter did on a recording."""
 
-    recording: str
-    is_real: bool
+    recording: Recording
     grid: OccupancyGrid
     run: Track
     shares_on_wall: NDArray[np.float64]
     """(S,) share of the end points within 10 cm of a wall, nan where a scan has none."""
     moments: Sequence[SeenMoment]
-    end_pose: Pose | None
-    """(3,) as measured with a tape."""
-    end_is_measured_heading: bool
-    title: str = "A run without truth"
-
-    def text(self) -> list[str]:
-        what = (
-            f"The recording is {self.recording}."
-            if self.is_real
-            else f"No recording was given, so {self.recording} stands in for one; its truth is used only for "
-            "the end pose."
-        )
-        share, length = np.nanmean(self.shares_on_wall), self._path_length()
-        sentences = [
-            f"{what} Over {len(self.run.stamps)} scans and {length:.1f} m of path, {share:.0%} of the "
-            f"scans' end points lie within {100 * ON_WALL:.0f} cm of a wall of the map. The rest are people "
-            "and things that the map does not have, and errors of the pose. The effective sample size "
-            "falls when few particles explain a scan; the extent grows while the scans leave the place "
-            "open.",
-        ]
-        if self.end_pose is not None:
-            place, heading = self._end_errors()
-            turned = f" and {np.degrees(heading):.1f}°" if self.end_is_measured_heading else ""
-            sentences.append(
-                f"At the end the filter says ({self._end[0]:.2f}, {self._end[1]:.2f}) m; measured was "
-                f"({self.end_pose[0]:.2f}, {self.end_pose[1]:.2f}) m: {100 * place:.1f} cm{turned} apart."
-            )
-        return sentences
-
-    def tables(self) -> list[FigureTable]:
-        milliseconds = 1e3 * self.run.update_seconds
-        rows = [
-            ("scans", f"{len(self.run.stamps)}"),
-            ("path (m)", f"{self._path_length():.1f}"),
-            ("end points on walls, mean", f"{np.nanmean(self.shares_on_wall):.1%}"),
-            ("end points on walls, worst tenth of scans", f"{np.nanquantile(self.shares_on_wall, 0.1):.1%}"),
-            ("extent of the particles, median (m)", f"{np.median(self.run.extents.max(axis=1)):.2f}"),
-            ("standard deviation of the particles, median (m)", f"{np.median(self.run.deviations):.3f}"),
-            ("effective sample size, median", f"{np.median(self.run.effective_sizes):.0f}"),
-            ("latency, mean (ms)", f"{milliseconds.mean():.2f}"),
-            ("latency, 99% of scans under (ms)", f"{np.quantile(milliseconds, 0.99):.2f}"),
-        ]
-        if self.end_pose is not None:
-            place, heading = self._end_errors()
-            rows.append(("end pose against the tape measure (cm)", f"{100 * place:.1f}"))
-            if self.end_is_measured_heading:
-                rows.append(("end heading against the tape measure (°)", f"{np.degrees(heading):.2f}"))
-        return [FigureTable("The run in figures", ("figure", "value"), rows)]
-
-    def figures(self) -> dict[str, Any]:
-        ends = {}
-        if self.end_pose is not None:
-            place, heading = self._end_errors()
-            ends = {"end_error_m": place, "end_heading_error_deg": np.degrees(heading)}
-        return {
-            "recording": self.recording,
-            "is_real": self.is_real,
-            "scans": len(self.run.stamps),
-            "path_metres": self._path_length(),
-            "seconds": self.run.seconds,
-            "map_from_base": self.run.map_from_base,
-            "shares_on_wall": self.shares_on_wall,
-            "extents_m": self.run.extents,
-            "deviations_m": self.run.deviations,
-            "effective_sample_sizes": self.run.effective_sizes,
-            "end_pose": self._end,
-            **ends,
-            "measured_times": {"update_ms": 1e3 * self.run.update_seconds},
-        }
-
-    def pictures(self) -> list[Picture]:
-        return [self._path(), self._overlays(), self._over_time()]
 
     @property
-    def _end(self) -> Pose:
-        return np.asarray(self.run.map_from_base[-1])
-
-    def _end_errors(self) -> tuple[float, float]:
-        """Metres and radians between the last estimate and the tape measure."""
-        assert self.end_pose is not None
-        pair = self._end[None], self.end_pose[None]
-        return float(place_errors(*pair)[0]), float(heading_errors(*pair)[0])
-
-    def _path_length(self) -> float:
+    def path_length(self) -> float:
+        """Metres."""
         return float(np.sum(np.hypot(*np.diff(self.run.map_from_base[:, :2], axis=0).T)))
 
-    def _path(self) -> Picture:
-        path = self.run.map_from_base[:, :2]
-        middle, reach = (path.max(axis=0) + path.min(axis=0)) / 2, np.ptp(path, axis=0) / 2 + 3.0
-        reach = np.maximum(reach, reach.max() / 2)
-        low, high = middle - reach, middle + reach
-        with drawing(height_of_map(low, high, around_mm=20)) as figure:
-            axes = figure.subplots()
-            draw_grid(axes, self.grid)
-            axes.plot(*path.T, color=BLUE, linewidth=1.0, label="path")
-            axes.plot(*path[0], "o", color=GREEN, linestyle="none", label="start")
-            axes.plot(*path[-1], "s", color=VERMILLION, linestyle="none", label="end")
-            if self.end_pose is not None:
-                axes.plot(*self.end_pose[:2], "x", color=PURPLE, linestyle="none", label="end, measured")
-            for number, moment in enumerate(self.moments, start=1):
-                _write_number(axes, number, moment.map_from_base)
-            axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-            axes.set(xlabel="x (m)", ylabel="y (m)")
-            axes.grid(visible=False)
-            legend_below(figure, columns=4)
-            return finish(
-                figure, "real-run-path", "The path on the map, with the moments of the next figure numbered."
-            )
 
-    def _overlays(self) -> Picture:
-        with drawing(98) as figure:
-            panels = figure.subplots(2, 2)
-            for number, (axes, moment) in enumerate(zip(panels.flat, self.moments, strict=True), start=1):
-                x, y, yaw = moment.map_from_base
-                draw_grid(axes, self.grid)
-                axes.plot(
-                    *moment.points_in_map.T,
-                    ".",
-                    color=VERMILLION,
-                    markersize=1.6,
-                    markeredgewidth=0,
-                    rasterized=True,
-                )
-                axes.quiver(x, y, np.cos(yaw), np.sin(yaw), color=BLUE, scale=8, width=0.02, zorder=5)
-                axes.set(xlim=(x - _VIEW, x + _VIEW), ylim=(y - _VIEW, y + _VIEW), aspect="equal")
-                axes.set_title(
-                    f"{number}: {moment.seconds:.0f} s, {moment.share_on_wall:.0%} on walls", fontsize=7
-                )
-                axes.grid(visible=False)
-            for axes in panels[-1]:
-                axes.set_xlabel("x (m)")
-            for axes in panels[:, 0]:
-                axes.set_ylabel("y (m)")
-            panels[0, 0].plot([], [], ".", color=VERMILLION, label="end points of the scan")
-            panels[0, 0].plot([], [], ">", color=BLUE, linestyle="none", label="car")
-            legend_below(figure)
-            return finish(
-                figure,
-                "real-run-overlay",
-                "The scan laid on the map from where the filter says the car is, at four moments: where "
-                "it covers the walls, the pose is right.",
-            )
-
-    def _over_time(self) -> Picture:
-        run = self.run
-        time = DrivenTime(run.seconds)
-        with drawing(130) as figure:
-            walls, extent, size, latency = panels = figure.subplots(4, 1, sharex=True)
-            for axes, values, color, label in (
-                (walls, 100 * self.shares_on_wall, BLUE, None),
-                (extent, run.extents[:, 0], BLUE, "extent in x"),
-                (extent, run.extents[:, 1], VERMILLION, "extent in y"),
-                (size, run.effective_sizes, BLUE, None),
-                (latency, 1e3 * run.update_seconds, BLUE, None),
-            ):
-                axes.plot(*time.line(run.seconds, values), color=color, linewidth=0.7, label=label)
-            walls.set(ylabel="end points\non walls (%)", ylim=(0, 103))
-            extent.set(ylabel="particles'\nextent (m)", yscale="log")
-            size.set(ylabel="effective\nsample size", yscale="log")
-            latency.set(ylabel="latency (ms)", yscale="log")
-            time.mark(*panels)
-            for axes in panels[1:]:
-                show_plain_ticks(axes.yaxis, _DECADES)
-            figure.align_ylabels()
-            legend_below(figure)
-            return finish(
-                figure,
-                "real-run-time",
-                f"Over time: share of the scan's end points within {100 * ON_WALL:.0f} cm of a wall, "
-                "extent of the particles, effective sample size, and how long an update took.",
-            )
-
-
-def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> RealRun:
+def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
     """Localize over a recording, from where it starts if that is known, else from anywhere.
 
     Where none is given, a simulated drive stands in. Raises UserError when the recording cannot be read.
@@ -248,8 +78,15 @@ def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> RealRun:
     recording = settings.recording or StandIn(
         settings.seed, _QUICK_STAND_IN_SECONDS if settings.quick else _STAND_IN_SECONDS
     )
+    return seen(localized(recording, settings, parallel))
+
+
+def localized(
+    recording: Recording, settings: ExperimentSettings, parallel: ParallelRuns
+) -> LocalizedRecording:
+    """Localize over a recording."""
     warm_up(LocalizationConfig())
-    grid, end = recording.load_map(), recording.end()
+    grid = recording.load_map()
     localizer = Localizer(grid, settings.localization, np.random.default_rng([settings.seed, 7]))
     start = recording.start()
     if start is not None:
@@ -261,16 +98,152 @@ def real_run(settings: ExperimentSettings, parallel: ParallelRuns) -> RealRun:
         shares.append(walls.share(scan, estimate.map_from_base))
 
     run = parallel.here("Real run", track, [(localizer, recording.messages(), watch)])[0]
-    return RealRun(
-        recording.title,
-        recording.is_real,
-        grid,
-        run,
-        np.array(shares),
-        _look_again(recording, run, shares),
-        None if end is None else np.array([*end, 0.0][:3]),
-        end is not None and len(end) == 3,
+    return LocalizedRecording(recording, grid, run, np.array(shares), _look_again(recording, run, shares))
+
+
+def seen(found: LocalizedRecording) -> ExperimentResult:
+    """What a run shows."""
+    run, measured, last = found.run, found.recording.end(), found.run.map_from_base[-1]
+    figures: dict[str, Any] = {
+        "recording": found.recording.title,
+        "is_real": found.recording.is_real,
+        "scans": len(run.stamps),
+        "path_metres": found.path_length,
+        "seconds": run.seconds,
+        "map_from_base": run.map_from_base,
+        "shares_on_wall": found.shares_on_wall,
+        "extents_m": run.extents,
+        "deviations_m": run.deviations,
+        "effective_sample_sizes": run.effective_sizes,
+        "end_pose": last,
+    }
+    text, rows = [_what_was_seen(found)], _rows(found)
+    if measured is not None:
+        end = np.array([*measured, 0.0][:3])
+        place = float(place_errors(last[None], end[None])[0])
+        heading = float(np.degrees(heading_errors(last[None], end[None])[0]))
+        figures |= {"end_error_m": place, "end_heading_error_deg": heading}
+        rows.append(("end pose against the tape measure (cm)", f"{100 * place:.1f}"))
+        turned = ""
+        if len(measured) == 3:
+            rows.append(("end heading against the tape measure (°)", f"{heading:.2f}"))
+            turned = f" and {heading:.1f}°"
+        text.append(
+            f"At the end the filter says ({last[0]:.2f}, {last[1]:.2f}) m; measured was "
+            f"({end[0]:.2f}, {end[1]:.2f}) m: {100 * place:.1f} cm{turned} apart."
+        )
+    figures["measured_times"] = {"update_ms": 1e3 * run.update_seconds}
+    table = FigureTable("The run in figures", ("figure", "value"), rows)
+    pictures = Pictures()
+    _draw_path(pictures, found, measured)
+    _draw_overlays(pictures, found)
+    _draw_over_time(pictures, found)
+    return ExperimentResult("A run without truth", text, [table], figures, pictures)
+
+
+def _what_was_seen(found: LocalizedRecording) -> str:
+    title = found.recording.title
+    what = (
+        f"The recording is {title}."
+        if found.recording.is_real
+        else f"No recording was given, so {title} stands in for one; its truth is used only for the end pose."
     )
+    return (
+        f"{what} Over {len(found.run.stamps)} scans and {found.path_length:.1f} m of path, "
+        f"{np.nanmean(found.shares_on_wall):.0%} of the "
+        f"scans' end points lie within {100 * ON_WALL:.0f} cm of a wall of the map. The rest are people "
+        "and things that the map does not have, and errors of the pose. The effective sample size "
+        "falls when few particles explain a scan; the extent grows while the scans leave the place "
+        "open."
+    )
+
+
+def _rows(found: LocalizedRecording) -> list[tuple[str, str]]:
+    run, shares, milliseconds = found.run, found.shares_on_wall, 1e3 * found.run.update_seconds
+    return [
+        ("scans", f"{len(run.stamps)}"),
+        ("path (m)", f"{found.path_length:.1f}"),
+        ("end points on walls, mean", f"{np.nanmean(shares):.1%}"),
+        ("end points on walls, worst tenth of scans", f"{np.nanquantile(shares, 0.1):.1%}"),
+        ("extent of the particles, median (m)", f"{np.median(run.extents.max(axis=1)):.2f}"),
+        ("standard deviation of the particles, median (m)", f"{np.median(run.deviations):.3f}"),
+        ("effective sample size, median", f"{np.median(run.effective_sizes):.0f}"),
+        ("latency, mean (ms)", f"{milliseconds.mean():.2f}"),
+        ("latency, 99% of scans under (ms)", f"{np.quantile(milliseconds, 0.99):.2f}"),
+    ]
+
+
+def _draw_path(pictures: Pictures, found: LocalizedRecording, end: Sequence[float] | None) -> None:
+    path = found.run.map_from_base[:, :2]
+    middle, reach = (path.max(axis=0) + path.min(axis=0)) / 2, np.ptp(path, axis=0) / 2 + 3.0
+    reach = np.maximum(reach, reach.max() / 2)
+    low, high = middle - reach, middle + reach
+    shows = "The path on the map, with the moments of the next figure numbered."
+    height = height_of_map(low, high, around_mm=20)
+    with pictures.draw("real-run-path", height, shows, legend_columns=4) as figure:
+        axes = figure.subplots()
+        draw_grid(axes, found.grid)
+        axes.plot(*path.T, color=BLUE, linewidth=1.0, label="path")
+        axes.plot(*path[0], "o", color=GREEN, linestyle="none", label="start")
+        axes.plot(*path[-1], "s", color=VERMILLION, linestyle="none", label="end")
+        if end is not None:
+            axes.plot(*end[:2], "x", color=PURPLE, linestyle="none", label="end, measured")
+        for number, moment in enumerate(found.moments, start=1):
+            _write_number(axes, number, moment.map_from_base)
+        axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
+        axes.set(xlabel="x (m)", ylabel="y (m)")
+        axes.grid(visible=False)
+
+
+def _draw_overlays(pictures: Pictures, found: LocalizedRecording) -> None:
+    shows = (
+        "The scan laid on the map from where the filter says the car is, at four moments: where it covers "
+        "the walls, the pose is right."
+    )
+    with pictures.draw("real-run-overlay", 98, shows, legend_columns=2) as figure:
+        panels = figure.subplots(2, 2)
+        for number, (axes, moment) in enumerate(zip(panels.flat, found.moments, strict=True), start=1):
+            x, y, yaw = moment.map_from_base
+            draw_grid(axes, found.grid)
+            style = {"color": VERMILLION, "markersize": 1.6, "markeredgewidth": 0, "rasterized": True}
+            axes.plot(*moment.points_in_map.T, ".", **style)
+            axes.quiver(x, y, np.cos(yaw), np.sin(yaw), color=BLUE, scale=8, width=0.02, zorder=5)
+            axes.set(xlim=(x - _VIEW, x + _VIEW), ylim=(y - _VIEW, y + _VIEW), aspect="equal")
+            title = f"{number}: {moment.seconds:.0f} s, {moment.share_on_wall:.0%} on walls"
+            axes.set_title(title, fontsize=7)
+            axes.grid(visible=False)
+        for axes in panels[-1]:
+            axes.set_xlabel("x (m)")
+        for axes in panels[:, 0]:
+            axes.set_ylabel("y (m)")
+        panels[0, 0].plot([], [], ".", color=VERMILLION, label="end points of the scan")
+        panels[0, 0].plot([], [], ">", color=BLUE, linestyle="none", label="car")
+
+
+def _draw_over_time(pictures: Pictures, found: LocalizedRecording) -> None:
+    run, time = found.run, DrivenTime(found.run.seconds)
+    shows = (
+        f"Over time: share of the scan's end points within {100 * ON_WALL:.0f} cm of a wall, extent of the "
+        "particles, effective sample size, and how long an update took."
+    )
+    with pictures.draw("real-run-time", 130, shows, legend_columns=2) as figure:
+        walls, extent, size, latency = panels = figure.subplots(4, 1, sharex=True)
+        for axes, values, color, label in (
+            (walls, 100 * found.shares_on_wall, BLUE, None),
+            (extent, run.extents[:, 0], BLUE, "extent in x"),
+            (extent, run.extents[:, 1], VERMILLION, "extent in y"),
+            (size, run.effective_sizes, BLUE, None),
+            (latency, 1e3 * run.update_seconds, BLUE, None),
+        ):
+            axes.plot(*time.line(run.seconds, values), color=color, linewidth=0.7, label=label)
+        walls.set(ylabel="end points\non walls (%)", ylim=(0, 103))
+        extent.set(ylabel="particles'\nextent (m)", yscale="log")
+        size.set(ylabel="effective\nsample size", yscale="log")
+        latency.set(ylabel="latency (ms)", yscale="log")
+        time.mark(*panels)
+        for axes in panels[1:]:
+            show_plain_ticks(axes.yaxis, _DECADES)
+        figure.align_ylabels()
 
 
 def _look_again(recording: Recording, run: Track, shares: Sequence[float]) -> list[SeenMoment]:

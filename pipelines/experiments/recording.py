@@ -15,7 +15,7 @@ from racecar.maps.map_files import find_map, load_map
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.experiments.shared_drives import simulated_drive
+from racecar.pipelines.experiments.filters import simulated_drive
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 

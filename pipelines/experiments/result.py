@@ -1,8 +1,11 @@
-"""What an experiment gives: figures for people, for programs and for the report."""
+"""What an experiment is given, and what it gives: figures for people, for programs and for the report."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from racecar.localization.config import LocalizationConfig
 from racecar.pipelines.experiments.figure_style import Picture
@@ -32,32 +35,20 @@ class FigureTable:
     rows: Sequence[Sequence[str]]
 
 
-class ExperimentResult(Protocol):
+@dataclass(frozen=True, eq=False)
+class ExperimentResult:
     """What is known after an experiment."""
 
-    @property
-    def title(self) -> str:
-        """A headline."""
-
-    def text(self) -> list[str]:
-        """Paragraphs: what was done and what came out."""
-
-    def tables(self) -> list[FigureTable]:
-        """The figures for people."""
-
-    def figures(self) -> dict[str, Any]:
-        """All figures, for a JSON file; those under ``measured_times`` differ from run to run."""
-
-    def pictures(self) -> list[Picture]:
-        """The figures to look at."""
-
-
-@dataclass(frozen=True, eq=False)
-class Finished:
-    """A result and its pictures, which take a while to draw."""
-
-    result: ExperimentResult
-    pictures: list[Picture]
+    title: str
+    """A headline."""
+    text: Sequence[str]
+    """Paragraphs: what was done and what came out."""
+    tables: Sequence[FigureTable]
+    """The figures for people."""
+    figures: dict[str, Any]
+    """All figures, for a JSON file; those under ``measured_times`` differ from run to run."""
+    pictures: Sequence[Picture]
+    """The figures to look at."""
 
 
 class Experiment(Protocol):
@@ -65,3 +56,9 @@ class Experiment(Protocol):
 
     def __call__(self, settings: ExperimentSettings, parallel: ParallelRuns) -> ExperimentResult:
         """Do it."""
+
+
+def plus_minus(values: NDArray[np.float64], digits: int) -> str:
+    """Mean and standard deviation of those that are finite."""
+    known = values[np.isfinite(values)]
+    return f"{known.mean():.{digits}f} ± {known.std():.{digits}f}" if len(known) else "–"

@@ -6,14 +6,14 @@ from rich import box
 from rich.table import Table
 
 from racecar.maps.whole_files import write_atomically
-from racecar.pipelines.experiments.result import FigureTable, Finished
+from racecar.pipelines.experiments.result import ExperimentResult, FigureTable
 
 
-def save_result(name: str, finished: Finished, folder: Path) -> None:
+def save_result(name: str, result: ExperimentResult, folder: Path) -> None:
     """Write them into an existing folder. Raises UserError when the place cannot be written to."""
     with write_atomically(folder / f"{name}.md") as partial:
-        partial.write_text(_markdown(finished), encoding="utf-8")
-    for picture in finished.pictures:
+        partial.write_text(_markdown(result), encoding="utf-8")
+    for picture in result.pictures:
         for suffix, contents in ((".png", picture.png), (".svg", picture.svg)):
             with write_atomically(folder / f"{picture.name}{suffix}") as partial:
                 partial.write_bytes(contents)
@@ -29,11 +29,10 @@ def as_rich(table: FigureTable) -> Table:
     return shown
 
 
-def _markdown(finished: Finished) -> str:
-    result = finished.result
-    parts = [f"# {result.title}", *result.text()]
-    for table in result.tables():
+def _markdown(result: ExperimentResult) -> str:
+    parts = [f"# {result.title}", *result.text]
+    for table in result.tables:
         lines = [table.columns, ["---"] * len(table.columns), *table.rows]
         parts += [f"**{table.title}**", "\n".join(f"| {' | '.join(line)} |" for line in lines)]
-    parts += [f"![{picture.shows}]({picture.name}.svg)" for picture in finished.pictures]
+    parts += [f"![{picture.shows}]({picture.name}.svg)" for picture in result.pictures]
     return "\n\n".join(parts) + "\n"

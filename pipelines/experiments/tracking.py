@@ -9,10 +9,8 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
-from racecar.pipelines.bags.replay import replay
+from racecar.pipelines.bags.replay import ScanConsumer, replay
 
 
 class Estimate(Protocol):
@@ -27,17 +25,8 @@ class Estimate(Protocol):
         """How many equally weighted particles the cloud was worth."""
 
 
-class Filter(Protocol):
+class Filter(ScanConsumer[Estimate], Protocol):
     """What `Localizer` and the course's filter have in common."""
-
-    def add_odometry(self, odometry: Odometry) -> None:
-        """Take in a sample."""
-
-    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Take in a sample of a gyroscope."""
-
-    def add_scan(self, scan: Scan) -> Estimate:
-        """The pose at the scan's stamp."""
 
     def particles(self) -> tuple[Pose, NDArray[np.float64]]:
         """Poses (N, 3) and weights (N,)."""

@@ -11,7 +11,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.maps.errors import UserError
 from racecar.pipelines.cli import run
 from racecar.pipelines.evaluation.course_filter import CourseSettings
-from racecar.pipelines.experiments.convergence import Convergence, converge, seconds_until_small
+from racecar.pipelines.experiments.convergence import converge, converged, seconds_until_small
 from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.recording import BagRecording, StandIn, first_seconds, known_start
 from racecar.pipelines.experiments.start_search import found_start
@@ -49,9 +49,9 @@ def test_both_filters_collapse_about_the_car() -> None:
     for tracked in (ours, course):
         assert tracked.extents[0].min() > 1.5
         assert tracked.extents[-1].max() < 0.5
-    result = Convergence({"lab room": {OURS_NAME: [ours], COURSE_NAME: [course]}})
-    assert result.seconds_until_small("lab room", OURS_NAME)[0] < 1.0
-    (picture,) = result.pictures()
+    result = converged({("lab room", OURS_NAME): [ours], ("lab room", COURSE_NAME): [course]})
+    assert result.figures["lab room"][OURS_NAME]["seconds_until_small"][0] < 1.0
+    (picture,) = result.pictures
     assert picture.png.startswith(b"\x89PNG")
     assert picture.svg.lstrip().startswith(b"<?xml")
 
@@ -94,7 +94,7 @@ def test_the_command_searches_for_a_start_that_is_not_given(
     drive: BagRecording, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     given = []
-    result = Convergence({"lab room": {OURS_NAME: [run_of([3, 0.1, 0.1])]}})
+    result = converged({("lab room", OURS_NAME): [run_of([3, 0.1, 0.1])]})
     monkeypatch.setattr(
         "racecar.pipelines.experiments.convergence.convergence",
         lambda settings, parallel: given.append(settings.recording) or result,

@@ -9,11 +9,12 @@ from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.filters import with_motion_noise
 from racecar.pipelines.experiments.noise_sweep import (
     NOISES,
-    NoiseSweep,
     StepResponse,
+    best,
     measure_step,
     running_mean,
     step_response,
+    swept,
 )
 
 PERIOD = 0.05
@@ -52,8 +53,7 @@ def test_the_least_noise_is_picked_among_those_that_are_as_good() -> None:
         noise: [StepResponse(np.zeros((240, 2)), 1.0, 0.01, error) for error in both]
         for noise, both in zip(NOISES, errors, strict=True)
     }
-    sweep = NoiseSweep(np.zeros(240), {OURS_NAME: runs, COURSE_NAME: runs})
-    assert sweep.best(OURS_NAME) == NOISES[1]
+    assert best(runs) == NOISES[1]
 
 
 @pytest.mark.parametrize(("course_seconds", "is_explained"), [(0.8, True), (1.2, False)])
@@ -63,8 +63,8 @@ def test_the_text_says_why_the_course_is_faster_where_it_is(
     def runs(seconds: float, spread: float) -> dict[float, list[StepResponse]]:
         return {noise: [StepResponse(np.zeros((240, 2)), seconds, spread, noise)] * 2 for noise in NOISES}
 
-    sweep = NoiseSweep(np.zeros(240), {OURS_NAME: runs(0.9, 0.01), COURSE_NAME: runs(course_seconds, 0.3)})
-    text = " ".join(sweep.text())
+    result = swept({OURS_NAME: runs(0.9, 0.01), COURSE_NAME: runs(course_seconds, 0.3)})
+    text = " ".join(result.text)
     assert "{" not in text
     assert ("the course's filter wins: 0.80 s" in text) == is_explained
     assert ("spreads by 30.0 cm, this library's by 1.0 cm" in text) == is_explained

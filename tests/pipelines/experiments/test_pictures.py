@@ -8,10 +8,10 @@ import pytest
 from PIL import Image
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.experiments.beams_and_particles import BeamsAndParticles
-from racecar.pipelines.experiments.figure_style import drawing, finish, legend_below
+from racecar.pipelines.experiments.beams_and_particles import PairFigures, weighed_up
+from racecar.pipelines.experiments.figure_style import Pictures
 from racecar.pipelines.experiments.motion_model import motion_model
-from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
+from racecar.pipelines.experiments.result import Experiment, ExperimentResult, ExperimentSettings
 from racecar.pipelines.experiments.sensor_model import sensor_model
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
@@ -19,20 +19,26 @@ SETTINGS, SWEEP = ExperimentSettings(LocalizationConfig(), 0, quick=True), Paral
 MILLIMETRE = 300 / 25.4
 
 
-@pytest.fixture(scope="module", params=["sensor-model", "motion-model", "beams-and-particles"])
-def result(request: pytest.FixtureRequest) -> ExperimentResult:
-    if request.param == "sensor-model":
-        return sensor_model(SETTINGS, SWEEP)
-    if request.param == "motion-model":
-        return motion_model(SETTINGS, SWEEP)
+def pairs_weighed_up(settings: ExperimentSettings, _: ParallelRuns) -> ExperimentResult:
     errors = np.linspace(0.01, 0.03, 2 * 3 * 2).reshape(2, 3, 2)
     leads, scatters = errors[::-1], errors / 2
     times = 1 + 10 * errors[..., 0]
-    return BeamsAndParticles((25, 400), (200, 2000, 20_000), errors, leads, scatters, times, (100, 4000))
+    pairs = PairFigures((25, 400), (200, 2000, 20_000), errors, leads, scatters, times)
+    return weighed_up(pairs, settings.localization)
+
+
+@pytest.fixture(scope="module", params=[sensor_model, motion_model, pairs_weighed_up])
+def experiment(request: pytest.FixtureRequest) -> Experiment:
+    return request.param
+
+
+@pytest.fixture(scope="module")
+def result(experiment: Experiment) -> ExperimentResult:
+    return experiment(SETTINGS, SWEEP)
 
 
 def test_figures_are_as_wide_as_a_column(result: ExperimentResult) -> None:
-    for picture in result.pictures():
+    for picture in result.pictures:
         width, height = Image.open(BytesIO(picture.png)).size
         assert width == pytest.approx(85 * MILLIMETRE, abs=2)
         assert height < 160 * MILLIMETRE
@@ -40,36 +46,36 @@ def test_figures_are_as_wide_as_a_column(result: ExperimentResult) -> None:
         assert len(picture.shows) > 30
 
 
-def test_the_same_figures_are_the_same_bytes(result: ExperimentResult) -> None:
-    for first, second in zip(result.pictures(), result.pictures(), strict=True):
+def test_the_same_figures_are_the_same_bytes(experiment: Experiment, result: ExperimentResult) -> None:
+    for first, second in zip(result.pictures, experiment(SETTINGS, SWEEP).pictures, strict=True):
         assert first.png == second.png
         assert first.svg == second.svg
 
 
 def test_texts_are_whole(result: ExperimentResult) -> None:
-    assert not re.search(r"[{}]", " ".join(result.text()))
+    assert not re.search(r"[{}]", " ".join(result.text))
 
 
 def test_tables_are_whole_and_name_their_units(result: ExperimentResult) -> None:
-    assert all(result.text())
-    for table in result.tables():
+    assert all(result.text)
+    for table in result.tables:
         assert all(len(row) == len(table.columns) for row in table.rows)
         words = f"{table.title} {' '.join(table.columns)}"
         assert re.search(r"\((m|cm|px|ms|s|°)[),]|P\(", words), words
 
 
 def test_a_legend_lies_outside_the_axes() -> None:
-    with drawing(60) as figure:
+    pictures = Pictures()
+    with pictures.draw("name", 60, "shows", legend_columns=2) as figure:
         axes = figure.subplots()
         axes.plot([0, 1], [0, 1], label="a")
-        legend_below(figure)
-        figure.draw_without_rendering()
-        assert figure.legends[0].get_window_extent().y1 <= axes.get_window_extent().y0
-        assert finish(figure, "name", "shows").name == "name"
+    figure.draw_without_rendering()
+    assert figure.legends[0].get_window_extent().y1 <= axes.get_window_extent().y0
+    assert [(picture.name, picture.shows) for picture in pictures] == [("name", "shows")]
 
 
 def test_only_noise_spreads_particles() -> None:
-    figures = motion_model(SETTINGS, SWEEP).figures()
+    figures = motion_model(SETTINGS, SWEEP).figures
     assert max(figures["without noise"]["deviation_m"]) < 1e-3
     spread = figures["with noise"]["deviation_m"]
     assert spread[0] < 1e-3 < 0.02 < spread[1] < spread[-1]

@@ -9,9 +9,9 @@ import pytest
 from racecar.localization.config import LocalizationConfig
 from racecar.pipelines.experiments import real_run as module
 from racecar.pipelines.experiments.html_report import html_report
-from racecar.pipelines.experiments.real_run import RealRun, real_run
-from racecar.pipelines.experiments.recording import StandIn
-from racecar.pipelines.experiments.result import ExperimentSettings, Finished
+from racecar.pipelines.experiments.real_run import LocalizedRecording, localized, seen
+from racecar.pipelines.experiments.recording import BagRecording, StandIn
+from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
 from racecar.pipelines.experiments.result_files import save_result
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
@@ -19,12 +19,12 @@ SETTINGS = ExperimentSettings(LocalizationConfig(particles=1000), 0, quick=True,
 
 
 @pytest.fixture(scope="module")
-def run() -> RealRun:
-    return real_run(SETTINGS, ParallelRuns(quiet=True))
+def run() -> LocalizedRecording:
+    return localized(StandIn(0, 3.0), SETTINGS, ParallelRuns(quiet=True))
 
 
-def test_tells_what_can_be_told(run: RealRun) -> None:
-    figures = run.figures()
+def test_tells_what_can_be_told(run: LocalizedRecording) -> None:
+    figures = seen(run).figures
     assert figures["scans"] == 60
     assert np.mean(figures["shares_on_wall"]) > 0.9
     assert figures["end_error_m"] < 0.2
@@ -34,7 +34,7 @@ def test_tells_what_can_be_told(run: RealRun) -> None:
     ] * 3
 
 
-def test_moments_lie_on_the_walls(run: RealRun) -> None:
+def test_moments_lie_on_the_walls(run: LocalizedRecording) -> None:
     assert len(run.moments) == 4
     assert all(moment.share_on_wall > 0.8 for moment in run.moments)
     assert run.moments[0].seconds < run.moments[-1].seconds
@@ -48,19 +48,24 @@ def test_moments_are_chosen_by_the_distance_driven() -> None:
     assert metres[-1] == pytest.approx(10.0, abs=0.3)
 
 
-def test_the_tape_measure_is_compared_in_place_and_heading_as_far_as_measured(run: RealRun) -> None:
-    end = run.run.map_from_base[-1]
-    measured = replace(run, end_pose=end + np.array([0.3, 0.4, 0.1]))
-    assert measured.figures()["end_error_m"] == pytest.approx(0.5)
-    assert measured.figures()["end_heading_error_deg"] == pytest.approx(np.degrees(0.1))
-    assert "50.0 cm and 5.7°" in measured.text()[-1]
-    assert "°" not in replace(measured, end_is_measured_heading=False).text()[-1]
-    assert "end_error_m" not in replace(run, end_pose=None).figures()
+def test_the_tape_measure_is_compared_in_place_and_heading_as_far_as_measured(
+    run: LocalizedRecording,
+) -> None:
+    def measured(end_pose: tuple[float, ...] | None) -> ExperimentResult:
+        return seen(replace(run, recording=BagRecording(Path("drive.bag"), Path("building"), None, end_pose)))
+
+    end = run.run.map_from_base[-1] + np.array([0.3, 0.4, 0.1])
+    result = measured(tuple(end))
+    assert result.figures["end_error_m"] == pytest.approx(0.5)
+    assert result.figures["end_heading_error_deg"] == pytest.approx(np.degrees(0.1))
+    assert "50.0 cm and 5.7°" in result.text[-1]
+    assert "°" not in measured(tuple(end[:2])).text[-1]
+    assert "end_error_m" not in measured(None).figures
 
 
-def test_files_and_the_page_hold_every_figure(run: RealRun, tmp_path: Path) -> None:
-    finished = Finished(run, run.pictures())
-    save_result("real-run", finished, tmp_path)
+def test_files_and_the_page_hold_every_figure(run: LocalizedRecording, tmp_path: Path) -> None:
+    result = seen(run)
+    save_result("real-run", result, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {
         "real-run.md",
         *(
@@ -69,9 +74,9 @@ def test_files_and_the_page_hold_every_figure(run: RealRun, tmp_path: Path) -> N
             for suffix in (".png", ".svg")
         ),
     }
-    page = html_report({"real-run": finished}, SETTINGS)
+    page = html_report({"real-run": result}, SETTINGS)
     assert page.count("data:image/svg+xml;base64,") == 3
     assert page.count("<figcaption>Figure ") == 3
     assert 'src="http' not in page
     assert "quick run" in page
-    assert run.tables()[0].title in page
+    assert result.tables[0].title in page
