@@ -32,6 +32,15 @@ def recordings() -> Path:
 
 
 @pytest.fixture(scope="session")
+def has_ros() -> None:
+    """Skips where there is no ROS 2: none was sourced, and PyPI has none for this Python or machine."""
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        pytest.skip(f"no ROS 2 here, so no live tests: {error}")
+
+
+@pytest.fixture(scope="session")
 def chromium() -> Iterator[Any]:
     """One browser for all tests: each takes seconds to start, and a process may drive only one."""
     from tests.pipelines.studio.chromium import browser

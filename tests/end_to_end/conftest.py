@@ -4,7 +4,9 @@ from pathlib import Path
 
 import pytest
 
+from racecar.pipelines.live.ros.processes import private_environment
 from tests.end_to_end.commands import Racecar, in_own_process, in_this_process
+from tests.ros_domains import next_domain
 
 
 @pytest.fixture(scope="session")
@@ -17,6 +19,15 @@ def racecar() -> Racecar:
 def racecar_command() -> Racecar:
     """Run it in a process of its own."""
     return in_own_process
+
+
+@pytest.fixture
+def ros(has_ros: None, monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
+    """The environment of processes that talk over ROS."""
+    environment = private_environment(next_domain())
+    for name, value in environment.items():
+        monkeypatch.setenv(name, value)
+    return environment
 
 
 @pytest.fixture(scope="session")

@@ -95,9 +95,8 @@ def test_commands_run_beside_packages_of_the_same_names(
 
 
 def test_a_live_node_runs_beside_packages_of_the_same_names(
-    command: list[str], foreign: Path, tmp_path: Path
+    has_ros: None, command: list[str], foreign: Path, tmp_path: Path
 ) -> None:
-    pytest.importorskip("rclpy", reason="no ROS 2 here, so no live tests")
     ros = Path(
         sys.prefix
     )  # where ROS came from PyPI its libraries are there, and a sourced one is found anyway

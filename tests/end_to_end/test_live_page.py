@@ -12,28 +12,14 @@ import pytest
 
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.map_files import load_map
-from racecar.pipelines.live.ros.processes import private_environment, racecar_process
+from racecar.pipelines.live.ros.processes import racecar_process
 from tests.pipelines.live.simulated_driver import Driver
 from tests.pipelines.studio.chromium import HEIGHT, WIDTH
-from tests.ros_domains import next_domain
 
 START = np.array([2.0, 0.0, 0.0])
 """In a corridor of the building."""
 PATIENCE = 120.0
 """Seconds: a browser without graphics keeps both cores busy."""
-
-
-@pytest.fixture
-def ros(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """The environment of the processes; skips where there is no ROS 2."""
-    try:
-        import rclpy  # noqa: F401
-    except ImportError as error:
-        pytest.skip(f"no ROS 2 here, so no live tests: {error}")
-    environment = private_environment(next_domain())
-    for name, value in environment.items():
-        monkeypatch.setenv(name, value)
-    return environment
 
 
 class Tab:

@@ -17,22 +17,10 @@ from racecar.pipelines.cli import run
 from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.report import resident_memory_mb
 from racecar.pipelines.files.tum import load_tum
-from racecar.pipelines.live.ros.processes import private_environment, racecar_process
+from racecar.pipelines.live.ros.processes import racecar_process
 from tests.end_to_end.commands import Racecar
-from tests.ros_domains import next_domain
 
-
-@pytest.fixture(autouse=True)
-def ros(monkeypatch: pytest.MonkeyPatch) -> dict[str, str]:
-    """The environment of the processes; skips where there is no ROS 2."""
-    try:
-        import rclpy  # noqa: F401
-    except ImportError as error:
-        pytest.skip(f"no ROS 2 here, so no live tests: {error}")
-    environment = private_environment(next_domain())
-    for name, value in environment.items():
-        monkeypatch.setenv(name, value)
-    return environment
+pytestmark = pytest.mark.usefixtures("ros")
 
 
 def wait_until(condition: Callable[[], bool], within: float, log: Path) -> None:

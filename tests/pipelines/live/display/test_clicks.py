@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.live.ros.messages import start_pose
 from racecar.pipelines.studio.pointed import Pointed
 from tests.pipelines.live.live_car import wait_for
 
@@ -39,6 +38,7 @@ def test_who_listens_gets_goals_and_places_and_is_named(node: Any) -> None:
     from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped
 
     from racecar.pipelines.live.display.clicks import ClickedGoals, ClickedPlaces
+    from racecar.pipelines.live.ros.messages import start_pose
 
     goals: list[Any] = []
     poses: list[Any] = []
