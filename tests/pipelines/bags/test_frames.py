@@ -305,38 +305,36 @@ def test_a_base_that_only_the_tree_tells_is_told(tmp_path):
     assert numbers_of("place_by_another_frame", reader)
 
 
-def test_two_lasers_on_one_topic_have_a_place_each(tmp_path):
-    places = {"front": np.array([0.3, 0.0, 0.0]), "rear": np.array([-0.3, 0.0, np.pi])}
+PLACES = {"front": np.array([0.3, 0.0, 0.0]), "rear": np.array([-0.3, 0.0, np.pi])}
+"""Of two lasers."""
+
+
+def bag_of_two_lasers(path, topic):
+    """Their scans on topics by their frames."""
 
     def write(writer):
-        for frame, place in places.items():
+        for frame, place in PLACES.items():
             write_links(writer, 0, ("base_link", frame, place), topic="/tf_static")
         for index in range(COUNT):
             writer.write_odometry(odometry(index))
-            for frame in places:
-                write_scan(writer, index, frame_id=frame)
+            for frame in PLACES:
+                write_scan(writer, index, frame_id=frame, topic=topic.format(frame))
 
-    scans, _, reader = read(bag_of(tmp_path / "drive.bag", write))
+    return bag_of(path, write)
+
+
+def test_two_lasers_on_one_topic_have_a_place_each(tmp_path):
+    scans, _, reader = read(bag_of_two_lasers(tmp_path / "drive.bag", "/scan"))
     assert len(scans) == 2 * COUNT
     assert [scan.laser for scan in scans[:4]] == [0, 1, 0, 1]
     for scan in scans:
-        np.testing.assert_allclose(scan.base_from_laser, list(places.values())[scan.laser], atol=1e-9)
+        np.testing.assert_allclose(scan.base_from_laser, list(PLACES.values())[scan.laser], atol=1e-9)
     assert reader.warnings == []
     assert set(reader.inputs["lasers"]) == {"front", "rear"}
 
 
 def test_two_lasers_on_two_topics(tmp_path):
-    places = {"front": np.array([0.3, 0.0, 0.0]), "rear": np.array([-0.3, 0.0, np.pi])}
-
-    def write(writer):
-        for frame, place in places.items():
-            write_links(writer, 0, ("base_link", frame, place), topic="/tf_static")
-        for index in range(COUNT):
-            writer.write_odometry(odometry(index))
-            for frame in places:
-                write_scan(writer, index, frame_id=frame, topic=f"/{frame}/scan")
-
-    path = bag_of(tmp_path / "drive.bag", write)
+    path = bag_of_two_lasers(tmp_path / "drive.bag", "/{}/scan")
     scans, _, reader = read(path, scan_topic=["/front/scan", "rear/scan"])
     assert (len(scans), reader.scan_topics) == (2 * COUNT, ["/front/scan", "/rear/scan"])
     assert {scan.laser for scan in scans} == {0, 1}

@@ -224,7 +224,7 @@ def test_a_gap_is_told(tmp_path):
     scans, _, reader = read(bag_of(tmp_path / "drive.bag", write))
     assert len(scans) == 101
     assert reader.counts["gaps"] == 1
-    assert any("gap of 300 s after scan 1" in warning for warning in reader.warnings)
+    assert numbers_of("scan_gaps", reader)["gaps"] == "a gap of 300 s after scan 1"
 
 
 def test_the_reader_holds_a_bounded_part_of_the_bag(tmp_path):
