@@ -34,7 +34,7 @@ class Bench:
 
     def announce(self, sentence: str) -> None:
         """Say what is being done, on stderr."""
-        self._news.print(sentence, markup=False)
+        self._news.print(sentence, markup=False, soft_wrap=True)
 
     def cross(
         self,

@@ -1,17 +1,22 @@
 """The command ``python -m benchmarks slam``."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.commands import run
+from benchmarks.harness.bench import Bench
+from benchmarks.slam.false_loops import FalseLoopFigures
 from benchmarks.slam.parts import PARTS
-from benchmarks.slam.slam import LogFigures, left_out
+from benchmarks.slam.slam import LogFigures, left_out, show
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.writer import BagWriter
+from racecar.pipelines.files.config_file import Config
+from racecar.pipelines.files.report import Report
 
 SCANS = 60
 STEP = 0.05
@@ -92,6 +97,18 @@ def test_what_is_left_out_has_a_row_and_each_log_a_column() -> None:
         "whole": {"a": "0.1000 / 0.300", "b": "0.2000 / 0.300"},
         "less": {"a": "0.3000 / 0.300", "b": "4.0000 / 0.300 (2 lost)"},
     }
+
+
+def test_a_log_is_shown_beside_what_was_published(capsys: pytest.CaptureFixture[str]) -> None:
+    bench = Bench(Config(), 0, Report("tests"), quiet=False, width=300)
+    loops = FalseLoopFigures(30, 29, 0.02, 0.021, 1.05, 0.3, 0.36, 1.2)
+    show(bench, {"intel": replace(figures_of(0.0123), false_loops=loops), "mine": figures_of(0.5, lost=7)})
+    lines = capsys.readouterr().out.splitlines()
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines if "|" in line]
+    ours = ["0.300 ± 0.400", "100", "0", "10.0", "512"]
+    assert ["intel", "0.0123 ± 0.0200", *ours, "0.0229", "0.453", "179", "0.031", "0.070"] in rows
+    assert ["mine", "0.5000 ± 0.0200", *ours[:2], "7", *ours[3:], *["–"] * 5] in rows
+    assert ["intel", "30", "29", "0.0200", "0.0210", "1.050", "0.300", "0.360", "1.200"] in rows
 
 
 def test_mistakes_are_told_before_any_work(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
