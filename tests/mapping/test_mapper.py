@@ -1,6 +1,6 @@
 """The whole mapper, on a car that drives round a room."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cache
 
@@ -15,6 +15,7 @@ from racecar.maps.geometry.se2 import between, compose, inverse
 from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from tests.mapping.mapped import mapped, scans_of
 from tests.mapping.mapping_errors import mean_error
 from tests.mapping.worlds import CORRIDOR, scan_at
 from tests.maps.drives import Drive, drive, room
@@ -26,14 +27,9 @@ def driven() -> Drive:
     return drive(room(), 13.0, np.random.default_rng(1))
 
 
-def mapped(*, odometry: bool = True, resets: bool = False) -> MappingResult:
-    mapper = Mapper(MappingConfig())
-    for message in driven().messages:
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-        elif odometry:
-            mapper.add_odometry(from_another_origin(message) if resets else message)
-    return mapper.finish()
+def with_odometry(alter: Callable[[Odometry], Odometry]) -> Iterator[Scan | Odometry]:
+    """The drive with each sample altered, in the order of time."""
+    return (message if isinstance(message, Scan) else alter(message) for message in driven().messages)
 
 
 def from_another_origin(odometry: Odometry) -> Odometry:
@@ -44,26 +40,23 @@ def from_another_origin(odometry: Odometry) -> Odometry:
 
 
 def test_maps_a_drive_and_repeats_to_the_bit() -> None:
-    result = mapped()
+    result = mapped(driven().messages)
     assert mean_error(result, driven().truth) < 0.1
-    again = mapped()
+    again = mapped(driven().messages)
     assert np.array_equal(result.trajectory.map_from_base, again.trajectory.map_from_base)
     assert np.array_equal(result.grid.cells, again.grid.cells)
 
 
 def test_where_the_odometry_begins_anew_no_way_is_made_of_it() -> None:
-    result = mapped(resets=True)
+    result = mapped(with_odometry(from_another_origin))
     assert mean_error(result, driven().truth) < 0.1
 
 
-def test_runs_without_odometry_and_says_so() -> None:
-    result = mapped(odometry=False)
+def test_without_odometry_the_map_is_right_all_the_same_and_says_so() -> None:
+    result = mapped(scans_of(driven().messages))
     assert result.counts["odometry_constraints"] == 0
     assert "No wheel odometry" in result.warnings[0]
-
-
-def test_without_odometry_the_map_is_right_all_the_same() -> None:
-    assert mean_error(mapped(odometry=False), driven().truth) < 0.1
+    assert mean_error(result, driven().truth) < 0.1
 
 
 def test_without_a_scan_there_is_no_map() -> None:
@@ -75,20 +68,20 @@ def test_without_a_scan_there_is_no_map() -> None:
 def test_odometry_that_hangs_for_some_seconds_is_left_out_there_and_told(goes_on_from_there: bool) -> None:
     """Then its poses go on from where they were, or from where the car is by now."""
     begin, end = 4_000_000_000, 7_000_000_000
-    mapper, held, onward = Mapper(MappingConfig()), np.zeros(3), np.zeros(3)
-    for message in driven().messages:
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-            continue
-        pose = message.odom_from_base
-        if message.stamp <= begin:
+    held, onward = np.zeros(3), np.zeros(3)
+
+    def hang(sample: Odometry) -> Odometry:
+        nonlocal held, onward
+        pose = sample.odom_from_base
+        if sample.stamp <= begin:
             held = pose
-        elif message.stamp < end:
+        elif sample.stamp < end:
             onward, pose = compose(held, inverse(pose)), held
         elif goes_on_from_there:
             pose = compose(onward, pose)
-        mapper.add_odometry(replace(message, odom_from_base=pose))
-    result = mapper.finish()
+        return replace(sample, odom_from_base=pose)
+
+    result = mapped(with_odometry(hang))
     assert mean_error(result, driven().truth) < 0.1
     assert "4.0 to 7.0 s" in str(result.warnings)
     steps = [c for c in result.constraints if c.kind == "odometry"]
@@ -96,16 +89,15 @@ def test_odometry_that_hangs_for_some_seconds_is_left_out_there_and_told(goes_on
 
 
 def test_a_heading_that_hangs_for_some_seconds_is_left_out_there_and_told() -> None:
-    mapper, held = Mapper(MappingConfig()), 0.0
-    for message in driven().messages:
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-            continue
-        hangs = 4_000_000_000 < message.stamp < 7_000_000_000
-        x, y, yaw = message.odom_from_base.tolist()
-        held = held if hangs else yaw
-        mapper.add_odometry(replace(message, odom_from_base=np.array([x, y, held])))
-    result = mapper.finish()
+    held = 0.0
+
+    def hang(sample: Odometry) -> Odometry:
+        nonlocal held
+        x, y, yaw = sample.odom_from_base.tolist()
+        held = held if 4_000_000_000 < sample.stamp < 7_000_000_000 else yaw
+        return replace(sample, odom_from_base=np.array([x, y, held]))
+
+    result = mapped(with_odometry(hang))
     assert mean_error(result, driven().truth) < 0.05
     assert "4.0 to 7.0 s" in str(result.warnings)
 
@@ -119,16 +111,6 @@ def blinded(begin: float, end: float, reading: float) -> Iterator[Scan | Odometr
             yield message
 
 
-def mapped_from(messages: Iterator[Scan | Odometry], *, odometry: bool = True) -> MappingResult:
-    mapper = Mapper(MappingConfig())
-    for message in messages:
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-        elif odometry:
-            mapper.add_odometry(message)
-    return mapper.finish()
-
-
 def error_when_it_sees(result: MappingResult, begin: float, end: float) -> float:
     """Metres on average, of all scans but those between, seen from the first of them."""
     seconds = result.trajectory.stamps * 1e-9
@@ -138,10 +120,9 @@ def error_when_it_sees(result: MappingResult, begin: float, end: float) -> float
     return float(np.hypot(off[:, 0], off[:, 1]).mean())
 
 
-@pytest.mark.parametrize("reading", [np.nan, np.inf])
-@pytest.mark.parametrize(("begin", "end"), [(5.0, 7.0), (0.0, 6.0)])
+@pytest.mark.parametrize(("begin", "end", "reading"), [(5.0, 7.0, np.nan), (0.0, 6.0, np.inf)])
 def test_wheels_carry_the_map_over_blank_scans(begin: float, end: float, reading: float) -> None:
-    result = mapped_from(blinded(begin, end, reading))
+    result = mapped(blinded(begin, end, reading))
     assert error_when_it_sees(result, begin, end) < 0.1
     assert len(result.trajectory) == len(driven().truth)
 
@@ -149,22 +130,22 @@ def test_wheels_carry_the_map_over_blank_scans(begin: float, end: float, reading
 @pytest.mark.parametrize("begin", [0.0, 5.0])
 def test_without_wheels_the_car_is_found_again_after_blank_scans(begin: float) -> None:
     """In that time it goes no farther than it is sought, if it goes on as before."""
-    result = mapped_from(blinded(begin, begin + 1.5, np.nan), odometry=False)
+    result = mapped(scans_of(blinded(begin, begin + 1.5, np.nan)))
     assert error_when_it_sees(result, begin, begin + 1.5) < 0.1
 
 
 @pytest.mark.parametrize("odometry", [True, False])
 def test_a_covered_laser_is_told_in_one_sentence(odometry: bool) -> None:
     with pytest.raises(UserError, match=r"Not one beam of \d+ scans met anything"):
-        mapped_from(blinded(0.0, np.inf, np.nan), odometry=odometry)
+        mapped(blinded(0.0, np.inf, np.nan) if odometry else scans_of(blinded(0.0, np.inf, np.nan)))
 
 
 @pytest.mark.parametrize("standing", [4, 40])
 def test_around_a_car_that_stands_there_is_free_space(standing: int) -> None:
     """One look leaves a cell at 40 percent; each scan of a car that stands is another."""
-    scans = [message for message in driven().messages if isinstance(message, Scan)]
-    result = mapped_from(
-        replace(scans[0], stamp=scans[0].stamp + 50_000_000 * k, time_offsets=np.zeros(len(scans[0].ranges)))
+    first = scans_of(driven().messages)[0]
+    result = mapped(
+        replace(first, stamp=first.stamp + 50_000_000 * k, time_offsets=np.zeros(len(first.ranges)))
         for k in range(standing)
     )
     assert result.counts["keyframes"] == 1
@@ -185,7 +166,7 @@ def along_a_corridor(wheels_from: float) -> Iterator[Scan | Odometry]:
 
 @pytest.mark.parametrize("wheels_from", [0.0, 0.3, 2.0])
 def test_wheels_that_begin_after_the_first_scan_are_followed_from_there(wheels_from: float) -> None:
-    result = mapped_from(along_a_corridor(wheels_from))
+    result = mapped(along_a_corridor(wheels_from))
     way = result.trajectory.map_from_base[-1, 0] - result.trajectory.map_from_base[0, 0]
     assert way == pytest.approx(1.98 - 0.2 * wheels_from, abs=0.05)
 
@@ -203,6 +184,6 @@ def test_a_few_returns_refute_no_wheels() -> None:
         nearly_blind(each, each.stamp // 100_000_000) if isinstance(each, Scan) else each
         for each in along_a_corridor(0.0)
     )
-    result = mapped_from(messages)
+    result = mapped(messages)
     assert result.counts["odometry_constraints"] == len(result.keyframe_indices) - 1
     assert "repeated" not in str(result.warnings)

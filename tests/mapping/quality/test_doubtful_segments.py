@@ -2,16 +2,12 @@
 
 import numpy as np
 
-from racecar.mapping.graph.constraint import Constraint, ConstraintList
-from racecar.mapping.grid.rendering import Rays
+from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
-from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.quality.doubtful_segments import doubtful_segments
-from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.mapping.quality.statistics import measure
-from racecar.mapping.session.session import Session, one_drive
-from racecar.maps.geometry.se2 import between
+from tests.mapping.quality.plain_maps import chain, plain_map
 from tests.mapping.worlds import ROOM, store_of
 
 THERE = np.column_stack([np.linspace(-3.0, 0.5, 15), np.full(15, -0.6), np.zeros(15)])
@@ -20,19 +16,9 @@ TRUE = np.concatenate([THERE, AND_BACK])
 WHEELS = np.diag([30.0, 30.0, 60.0])
 
 
-def segments(mapped: np.ndarray, tied: ConstraintList) -> tuple[DoubtfulSegment, ...]:
+def segments(mapped: np.ndarray, tied: list[Constraint]) -> tuple[DoubtfulSegment, ...]:
     """Of a drive through the room whose keyframes were mapped to (K, 3)."""
-    nothing = [Rays.none() for _ in TRUE]
-    session = Session(
-        store_of(ROOM, TRUE),
-        nothing,
-        np.zeros_like(TRUE),
-        mapped,
-        tied,
-        LoopHistory(),
-        one_drive(len(mapped)),
-    )
-    map_ = FinishedMap(session, 0.5 * np.arange(len(TRUE)))
+    map_ = plain_map(store_of(ROOM, TRUE), mapped, tied, 0.5 * np.arange(len(TRUE)))
     return doubtful_segments(map_, measure(map_))
 
 
@@ -40,18 +26,14 @@ def by_scans() -> list[Constraint]:
     return constrain(pairs_along_path(range(len(TRUE))), TRUE, store_of(ROOM, TRUE))
 
 
-def by_wheels() -> list[Constraint]:
-    return [Constraint(k, k + 1, between(TRUE[k], TRUE[k + 1]), WHEELS, "odometry") for k in range(29)]
-
-
 def test_nothing_speaks_against_a_right_map() -> None:
-    assert segments(TRUE, ConstraintList([*by_scans(), *by_wheels()])) == ()
+    assert segments(TRUE, [*by_scans(), *chain(TRUE, WHEELS, "odometry")]) == ()
 
 
 def test_passes_that_contradict_each_other_are_named_with_both_times() -> None:
     mapped = TRUE.copy()
     mapped[15:, 0] += 0.5
-    named = [s for s in segments(mapped, ConstraintList(by_scans())) if s.contradicted_by is not None]
+    named = [s for s in segments(mapped, by_scans()) if s.contradicted_by is not None]
     assert named
     worst = named[0]
     assert worst.contradicted_by is not None
@@ -62,6 +44,6 @@ def test_passes_that_contradict_each_other_are_named_with_both_times() -> None:
 
 def test_the_stretch_that_is_tied_worst_is_named() -> None:
     scans = [c for c in by_scans() if not c.from_keyframe < 20 <= c.to_keyframe]
-    (stretch,) = segments(TRUE, ConstraintList(scans))
+    (stretch,) = segments(TRUE, scans)
     assert stretch.keyframes[0] < 20 <= stretch.keyframes[1]
     assert "the path may be off by" in stretch.why

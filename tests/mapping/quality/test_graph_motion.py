@@ -18,6 +18,9 @@ def tie(first: int, second: int, poses: np.ndarray, sigma: np.ndarray = SIGMA) -
     )
 
 
+CHAIN = [tie(k, k + 1, STRAIGHT) for k in range(10)]
+
+
 def spread(constraints: list[Constraint], poses: np.ndarray, pair: tuple[int, int]) -> float:
     edges = GraphEdges.of(ConstraintList(constraints), poses)
     return float(GraphMotion(edges, poses).spreads(np.array([pair]))[0])
@@ -25,34 +28,30 @@ def spread(constraints: list[Constraint], poses: np.ndarray, pair: tuple[int, in
 
 def test_a_straight_chain_spreads_as_its_steps_add_up(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("racecar.mapping.quality.graph_motion._DRAWS", 5000)
-    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
     levers = np.arange(7)  # metres from the end of each of seven steps to the last keyframe
     expected = 7 * (SIGMA[0] ** 2 + SIGMA[1] ** 2) + SIGMA[2] ** 2 * np.sum(levers**2)
-    assert spread(chain, STRAIGHT, (2, 9)) == pytest.approx(np.sqrt(expected), rel=0.03)
+    assert spread(CHAIN, STRAIGHT, (2, 9)) == pytest.approx(np.sqrt(expected), rel=0.03)
 
 
 def test_it_does_not_matter_where_the_map_lies_and_how_it_is_turned() -> None:
     turned = np.column_stack(
         [5.0 + 0.6 * STRAIGHT[:, 0], 9.0 + 0.8 * STRAIGHT[:, 0], np.full(11, np.arctan2(0.8, 0.6))]
     )
-    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
     moved = [tie(k, k + 1, turned) for k in range(10)]
-    assert spread(moved, turned, (2, 9)) == pytest.approx(spread(chain, STRAIGHT, (2, 9)), rel=1e-6)
+    assert spread(moved, turned, (2, 9)) == pytest.approx(spread(CHAIN, STRAIGHT, (2, 9)), rel=1e-6)
 
 
 def test_a_loop_closure_narrows_it() -> None:
-    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
-    assert spread([*chain, tie(0, 10, STRAIGHT)], STRAIGHT, (0, 10)) < 0.5 * spread(chain, STRAIGHT, (0, 10))
+    assert spread([*CHAIN, tie(0, 10, STRAIGHT)], STRAIGHT, (0, 10)) < 0.5 * spread(CHAIN, STRAIGHT, (0, 10))
 
 
 def test_residuals_widen_what_is_stated_too_narrowly() -> None:
     bent = STRAIGHT.copy()
     bent[1::2, 1] = 0.2  # ten standard deviations to one side and back
-    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
-    edges = GraphEdges.of(ConstraintList(chain), bent)
-    stated = GraphEdges.of(ConstraintList(chain), STRAIGHT)
+    edges = GraphEdges.of(ConstraintList(CHAIN), bent)
+    stated = GraphEdges.of(ConstraintList(CHAIN), STRAIGHT)
     assert edges.information[0, 1, 1] == pytest.approx(stated.information[0, 1, 1] / (100.0 / 3.0))
-    assert spread(chain, bent, (2, 9)) > 5.0 * spread(chain, STRAIGHT, (2, 9))
+    assert spread(CHAIN, bent, (2, 9)) > 5.0 * spread(CHAIN, STRAIGHT, (2, 9))
 
 
 def test_a_step_that_nothing_measured_leaves_the_rest_where_it_may_be() -> None:
@@ -73,7 +72,6 @@ def test_many_pairs_spread_as_each_of_them_alone() -> None:
 def test_one_tear_widens_what_lies_across_it_and_little_else() -> None:
     torn = STRAIGHT.copy()
     torn[6:, 1] = 0.4
-    chain = [tie(k, k + 1, STRAIGHT) for k in range(10)]
-    edges = GraphEdges.of(ConstraintList(chain), torn)
+    edges = GraphEdges.of(ConstraintList(CHAIN), torn)
     across, besides = GraphMotion(edges, torn).spreads(np.array([[4, 7], [1, 4]]))
     assert across > 1.5 * besides

@@ -18,18 +18,16 @@ from racecar.mapping.session.session import Session
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
 from racecar.maps.sensing.scan import Scan
+from tests.mapping.mapped import mapped as mapped_from
+from tests.mapping.mapped import scans_of
 from tests.maps.drives import drive, room
+
+MESSAGES = drive(room(), 26.0, np.random.default_rng(1)).messages
 
 
 @cache
 def mapped() -> MappingResult:
-    mapper = Mapper(MappingConfig())
-    for message in drive(room(), 26.0, np.random.default_rng(1)).messages:
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-        else:
-            mapper.add_odometry(message)
-    return mapper.finish()
+    return mapped_from(MESSAGES)
 
 
 @cache
@@ -59,12 +57,11 @@ def test_a_clean_drive_gives_a_good_map() -> None:
 
 def test_a_map_is_judged_as_it_was_while_the_mapper_goes_on() -> None:
     mapper = Mapper(MappingConfig())
-    messages = drive(room(), 26.0, np.random.default_rng(1)).messages
     verdicts = []
-    for number, message in enumerate(messages):
+    for number, message in enumerate(MESSAGES):
         if isinstance(message, Scan):
             mapper.add_scan(message)
-            if number > len(messages) // 2 and not verdicts:
+            if number > len(MESSAGES) // 2 and not verdicts:
                 verdicts = [mapper.quality_so_far()]
                 at_once = verdicts[0]()
         else:
@@ -102,25 +99,18 @@ def test_wheels_that_slip_where_walls_hold_are_held_against_the_rest(monkeypatch
 
 
 def test_a_car_that_stood_all_the_time_has_a_good_map() -> None:
-    mapper = Mapper(MappingConfig())
-    scans = [m for m in drive(room(), 26.0, np.random.default_rng(1)).messages if isinstance(m, Scan)]
-    mapper.add_scan(scans[0])
-    quality = mapper.finish().quality
+    quality = mapped_from(scans_of(MESSAGES)[:1]).quality
     assert quality.verdict == Verdict.GOOD
     assert not quality.segments
 
 
-@pytest.mark.parametrize(("overruled", "verdict"), [(0.0, Verdict.GOOD), (1.0, Verdict.DOUBTFUL)])
-def test_wheels_that_never_count_leave_a_map_doubtful(overruled: float, verdict: Verdict) -> None:
-    mapper = Mapper(MappingConfig())
-    for message in drive(room(), 26.0, np.random.default_rng(1)).messages:
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-    session = mapper.finish().session
+def test_wheels_that_never_count_leave_a_map_doubtful() -> None:
+    session = mapped_from(scans_of(MESSAGES)).session
     seconds = np.arange(len(session.keyframes)) * 1.0
-    quality = judge(FinishedMap(session, seconds, overruled_wheels=overruled), QualityConfig())
-    assert quality.verdict == verdict
-    assert ("contradict each other" in quality.summary) == (verdict == Verdict.DOUBTFUL)
+    for overruled, verdict in ((0.0, Verdict.GOOD), (1.0, Verdict.DOUBTFUL)):
+        quality = judge(FinishedMap(session, seconds, overruled_wheels=overruled), QualityConfig())
+        assert quality.verdict == verdict
+        assert ("contradict each other" in quality.summary) == (verdict == Verdict.DOUBTFUL)
 
 
 @pytest.mark.parametrize("scale", [0.0, 0.5, 2.0])

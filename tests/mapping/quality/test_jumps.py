@@ -3,16 +3,13 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.graph.constraint import Constraint, ConstraintList
-from racecar.mapping.grid.rendering import Rays
-from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.jumps import jumps
 from racecar.mapping.quality.map_quality import Verdict
-from racecar.mapping.session.session import Session, one_drive
-from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
+from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
+from tests.mapping.quality.plain_maps import chain, plain_map
 from tests.mapping.worlds import ROOM, store_of
 
 COUNT = 41
@@ -24,23 +21,11 @@ def drive(jump: float = 0.0, seconds: float = 0.25, base_from_laser: Pose = IDEN
     base = np.column_stack([np.linspace(-1.0, 1.0, COUNT), np.zeros((COUNT, 2))])
     base[20:, 0] += jump
     poses = compose(base, np.broadcast_to(base_from_laser, base.shape))
-    ties = [
-        Constraint(k, k + 1, between(poses[k], poses[k + 1]), np.diag([1e4, 1e4, 1e5]), "scan_matching")
-        for k in range(COUNT - 1)
-    ]
     lasers_from_base = inverse(np.broadcast_to(base_from_laser, base.shape))
-    session = Session(
-        store_of(ROOM, poses),
-        [Rays.none() for _ in poses],
-        lasers_from_base,
-        poses,
-        ConstraintList(ties),
-        LoopHistory(),
-        one_drive(COUNT),
-    )
     at = 0.05 * np.arange(COUNT)
     at[20:] += seconds - 0.05
-    return FinishedMap(session, at)
+    ties = chain(poses, np.diag([1e4, 1e4, 1e5]))
+    return plain_map(store_of(ROOM, poses), poses, ties, at, lasers_from_base)
 
 
 def test_a_step_counts_as_far_as_it_is_longer_than_the_car_drives_in_its_time() -> None:

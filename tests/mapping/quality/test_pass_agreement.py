@@ -3,14 +3,10 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.graph.constraint import ConstraintList
-from racecar.mapping.grid.rendering import Rays
-from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.quality import pass_agreement
-from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.pass_agreement import PassAgreement, agreement_of, near_pairs
-from racecar.mapping.session.session import Session, one_drive
+from tests.mapping.quality.plain_maps import plain_map
 from tests.mapping.worlds import ROOM, store_of
 
 PASS = np.column_stack([np.linspace(-2.5, 0.0, 8), np.full(8, -0.5), np.linspace(0.0, 0.3, 8)])
@@ -84,18 +80,7 @@ def test_the_places_are_told_at_which_passes_contradict_each_other(monkeypatch: 
 def test_neighbours_follow_each_other_and_passes_come_back(monkeypatch: pytest.MonkeyPatch) -> None:
     there = np.column_stack([np.arange(0.0, 8.0, 0.5), np.zeros(16), np.zeros(16)])
     poses = np.concatenate([there, there[::-1] + np.array([0.0, 0.5, np.pi])])
-    nothing = [Rays.none() for _ in poses]
-    ties, history = ConstraintList(), LoopHistory()
-    session = Session(
-        store_of(ROOM, 0.2 * poses),
-        nothing,
-        np.zeros_like(poses),
-        poses,
-        ties,
-        history,
-        one_drive(len(poses)),
-    )
-    map_ = FinishedMap(session, np.arange(32.0))
+    map_ = plain_map(store_of(ROOM, 0.2 * poses), poses, [], np.arange(32.0))
     neighbours, passes = near_pairs(map_)
     assert len(neighbours)
     assert len(passes)

@@ -1,5 +1,7 @@
 """The map as it would be were wheels wrong everywhere as where walls hold, on paths in closed form."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,6 +12,7 @@ from racecar.mapping.graph.graph_edges import GraphEdges
 from racecar.mapping.quality.graph_motion import GraphMotion
 from racecar.mapping.quality.slip import slip_errors, slip_share
 from racecar.maps.geometry.se2 import Pose, between
+from tests.mapping.quality.plain_maps import chain
 
 COUNT = 13
 INFORMATION = np.diag([1e4, 1e4, 1e6])
@@ -26,10 +29,8 @@ def arc(turn: float) -> Pose:
 def by_wheels(poses: Pose, share: float = 0.0) -> list[Constraint]:
     """Steps of wheels that go a share farther than the map."""
     farther = [1.0 + share, 1.0 + share, 1.0]
-    return [
-        Constraint(k, k + 1, between(poses[k], poses[k + 1]) * farther, INFORMATION, "odometry")
-        for k in range(COUNT - 1)
-    ]
+    steps = chain(poses, INFORMATION, "odometry")
+    return [replace(step, from_pose_to_pose=step.from_pose_to_pose * farther) for step in steps]
 
 
 def shifts(constraints: list[Constraint], poses: Pose, share: float) -> np.ndarray:
@@ -47,10 +48,7 @@ def test_a_path_by_wheels_alone_grows_as_they_do(turn: float, share: float) -> N
 
 def test_matches_that_hold_do_not_let_it_grow() -> None:
     poses = arc(0.1)
-    matches = [
-        Constraint(k, k + 1, between(poses[k], poses[k + 1]), 1e4 * INFORMATION, "scan_matching")
-        for k in range(COUNT - 1)
-    ]
+    matches = chain(poses, 1e4 * INFORMATION)
     assert shifts(by_wheels(poses) + matches, poses, 0.05).max() < 0.01
 
 
@@ -62,16 +60,12 @@ def test_wheels_are_wrong_by_what_the_map_denies_them_where_walls_hold() -> None
     assert slip_share(edges, poses, are_bare) == pytest.approx(0.005)
 
 
-def test_a_part_of_one_step_at_the_edge_of_a_gap_shows_no_slip() -> None:
+@pytest.mark.parametrize(("metres", "others"), [(0.25, 0), (0.01, COUNT - 1)])
+def test_a_part_of_a_step_beside_a_gap_and_a_car_that_is_lifted_show_no_slip(
+    metres: float, others: int
+) -> None:
     poses = arc(0.0)
-    steps = [Constraint(5, 6, np.array([0.25, 0.0, 0.0]), INFORMATION, "odometry")]
-    edges = GraphEdges.of(ConstraintList(steps), poses)
-    assert slip_share(edges, poses, np.zeros(COUNT, dtype=np.bool_)) == pytest.approx(0.005)
-
-
-def test_a_car_that_is_lifted_while_its_wheels_stand_does_not_slip() -> None:
-    poses = arc(0.0)
-    steps = by_wheels(poses)
-    steps[5] = Constraint(5, 6, np.array([0.01, 0.0, 0.0]), INFORMATION, "odometry")
+    short = Constraint(5, 6, np.array([metres, 0.0, 0.0]), INFORMATION, "odometry")
+    steps = [short, *(step for step in by_wheels(poses)[:others] if step.from_keyframe != 5)]
     edges = GraphEdges.of(ConstraintList(steps), poses)
     assert slip_share(edges, poses, np.zeros(COUNT, dtype=np.bool_)) == pytest.approx(0.005)

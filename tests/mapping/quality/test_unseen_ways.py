@@ -3,17 +3,15 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.graph.constraint import Constraint, ConstraintList
+from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.graph_edges import GraphEdges
-from racecar.mapping.grid.rendering import Rays
-from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.quality.unseen_ways import unseen_ways
-from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import between
+from tests.mapping.quality.plain_maps import chain, plain_map
 from tests.mapping.worlds import CORRIDOR, ROOM, store_of
 
 PATH = np.column_stack([np.linspace(-3.0, 2.0, 11), np.zeros(11), np.zeros(11)])
@@ -32,24 +30,8 @@ def stood_in(step: int, seconds: float) -> np.ndarray:
 def drive(
     seconds: np.ndarray, *loops: Constraint, walls: np.ndarray = CORRIDOR, wheels: bool = True
 ) -> FinishedMap:
-    steps = [
-        Constraint(
-            k, k + 1, between(PATH[k], PATH[k + 1]), INFORMATION, "odometry" if wheels else "scan_matching"
-        )
-        for k in range(len(PATH) - 1)
-    ]
-    nothing = [Rays.none() for _ in PATH]
-    constraints = ConstraintList([*steps, *loops])
-    session = Session(
-        store_of(walls, PATH),
-        nothing,
-        np.zeros_like(PATH),
-        PATH,
-        constraints,
-        LoopHistory(),
-        one_drive(len(PATH)),
-    )
-    return FinishedMap(session, seconds)
+    steps = chain(PATH, INFORMATION, "odometry" if wheels else "scan_matching")
+    return plain_map(store_of(walls, PATH), PATH, [*steps, *loops], seconds)
 
 
 def unseen(map_: FinishedMap, are_bare: np.ndarray = BARE) -> list[float]:

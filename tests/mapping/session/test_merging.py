@@ -1,6 +1,7 @@
 """A drive is joined to an earlier map where it was found, if it really lies there, or it is said why not."""
 
 from collections.abc import Iterator
+from functools import cache
 
 import numpy as np
 import pytest
@@ -39,27 +40,39 @@ def merged(
     return merge(map_, later)
 
 
-def test_the_later_drive_lies_where_it_was() -> None:
-    first, second = path(0.0, 34.0), path(11.0, 20.0)
-    earlier = session(RING, first, IDENTITY, EARLIER_LASER)
-    joint = merged(earlier, session(RING, second, ELSEWHERE, LATER_LASER), second)
-    true = np.concatenate([first, second])
-    assert np.abs(between(true, joint.map_from_keyframe)).max() < 0.01
+FIRST, SECOND = path(0.0, 34.0), path(11.0, 20.0)
+TRUE = np.concatenate([FIRST, SECOND])
+
+
+@cache
+def earlier_drive() -> Session:
+    return session(RING, FIRST, IDENTITY, EARLIER_LASER)
+
+
+def later_drive(walls: np.ndarray = RING) -> Session:
+    return session(walls, SECOND, ELSEWHERE, LATER_LASER)
+
+
+@pytest.fixture(scope="module")
+def joint() -> Session:
+    """What both drives make."""
+    return merged(earlier_drive(), later_drive(), SECOND)
+
+
+def test_the_later_drive_lies_where_it_was(joint: Session) -> None:
+    assert np.abs(between(TRUE, joint.map_from_keyframe)).max() < 0.01
     loops = [c for c in joint.constraints if c.kind == "loop_closure"]
     assert loops
     for c in loops:
-        assert c.from_keyframe < len(first) <= c.to_keyframe
-    assert len(joint.rays) == len(joint.keyframes) == len(true)
+        assert c.from_keyframe < len(FIRST) <= c.to_keyframe
+    assert len(joint.rays) == len(joint.keyframes) == len(TRUE)
 
 
-def test_constraints_lie_in_the_order_in_which_a_pose_graph_takes_them() -> None:
-    first, second = path(0.0, 34.0), path(11.0, 20.0)
-    earlier = session(RING, first, IDENTITY, IDENTITY)
-    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), second)
+def test_constraints_lie_in_the_order_in_which_a_pose_graph_takes_them(joint: Session) -> None:
     local = [c for c in joint.constraints if c.kind != "loop_closure"]
-    is_between = [c.from_keyframe < len(first) <= c.to_keyframe for c in local]
-    assert len(local) - sum(is_between) == 2 * (len(first) - 1 + len(second) - 1)
-    assert sum(is_between) > len(second) / 4
+    is_between = [c.from_keyframe < len(FIRST) <= c.to_keyframe for c in local]
+    assert len(local) - sum(is_between) == 2 * (len(FIRST) - 1 + len(SECOND) - 1)
+    assert sum(is_between) > len(SECOND) / 4
     second_keyframes = [c.to_keyframe for c in local]
     assert second_keyframes == sorted(second_keyframes)
 
@@ -67,18 +80,13 @@ def test_constraints_lie_in_the_order_in_which_a_pose_graph_takes_them() -> None
 @pytest.mark.parametrize("one_by_one", [10, 100])
 def test_long_drives_are_merged_by_groups(one_by_one: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(pose_graph, "_MOST_SOLVED_SINGLY", one_by_one)
-    first, second = path(0.0, 34.0), path(11.0, 20.0)
-    earlier = session(RING, first, IDENTITY, IDENTITY)
-    joint = merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), second)
-    assert np.abs(between(np.concatenate([first, second]), joint.map_from_keyframe)).max() < 0.01
+    joint = merged(earlier_drive(), later_drive(), SECOND)
+    assert np.abs(between(TRUE, joint.map_from_keyframe)).max() < 0.01
 
 
-def test_constraints_between_bases_know_the_place_of_either_laser() -> None:
-    first, second = path(0.0, 34.0), path(11.0, 20.0)
-    earlier = session(RING, first, IDENTITY, EARLIER_LASER)
-    joint = merged(earlier, session(RING, second, ELSEWHERE, LATER_LASER), second)
+def test_constraints_between_bases_know_the_place_of_either_laser(joint: Session) -> None:
     bases = compose(joint.map_from_keyframe, joint.keyframe_from_base)
-    np.testing.assert_allclose(bases[-1], compose(second[-1], inverse(LATER_LASER)), atol=0.02)
+    np.testing.assert_allclose(bases[-1], compose(SECOND[-1], inverse(LATER_LASER)), atol=0.02)
     for c in joint.constraints_between_bases():
         error = between(c.from_pose_to_pose, between(bases[c.from_keyframe], bases[c.to_keyframe]))
         assert np.abs(error).max() < 0.02
@@ -107,8 +115,7 @@ OTHER_RING = np.concatenate([box(-7, -5, 7, 5), box(-4.5, -2, 3.5, 1.5), box(0, 
     ],
 )
 def test_a_place_that_is_not_recognized_is_not_merged(walls: np.ndarray, metres: float, because: str) -> None:
-    earlier_walls = BARE_RING if walls is BARE_RING else RING
-    earlier = session(earlier_walls, path(0.0, 34.0), IDENTITY, IDENTITY)
+    earlier = session(BARE_RING, FIRST, IDENTITY, IDENTITY) if walls is BARE_RING else earlier_drive()
     second = path(11.0, metres)
     with pytest.raises(NotRecognizedError, match=f"not recognized on the earlier map: .*{because}"):
         merged(earlier, session(walls, second, ELSEWHERE, IDENTITY), second)
@@ -116,21 +123,16 @@ def test_a_place_that_is_not_recognized_is_not_merged(walls: np.ndarray, metres:
 
 @pytest.mark.parametrize("off", [(3.0, 0.0, 0.0), (0.0, 0.0, np.pi), (-1.0, 1.0, 0.5)])
 def test_a_place_that_is_wrong_is_not_believed(off: tuple[float, float, float]) -> None:
-    earlier = session(RING, path(0.0, 34.0), IDENTITY, IDENTITY)
-    second = path(11.0, 20.0)
     with pytest.raises(NotRecognizedError):
-        merged(earlier, session(RING, second, ELSEWHERE, IDENTITY), compose(np.array(off), second))
+        merged(earlier_drive(), later_drive(), compose(np.array(off), SECOND))
 
 
 def test_a_drive_that_is_found_nowhere_says_so() -> None:
-    earlier = session(RING, path(0.0, 34.0), IDENTITY, IDENTITY)
     with pytest.raises(NotRecognizedError, match="on all of its 20 m no place there fits"):
-        merged(earlier, session(RING, path(11.0, 20.0), ELSEWHERE, IDENTITY), np.zeros((0, 3)))
+        merged(earlier_drive(), later_drive(), np.zeros((0, 3)))
 
 
 def test_a_start_that_is_given_tells_places_apart_that_look_alike() -> None:
-    first, second = path(0.0, 34.0), path(11.0, 20.0)
-    earlier = session(BARE_RING, first, IDENTITY, IDENTITY)
-    later = session(BARE_RING, second, ELSEWHERE, IDENTITY)
-    joint = merged(earlier, later, second, is_start_given=True)
-    assert np.abs(between(np.concatenate([first, second]), joint.map_from_keyframe)).max() < 0.01
+    earlier = session(BARE_RING, FIRST, IDENTITY, IDENTITY)
+    joint = merged(earlier, later_drive(BARE_RING), SECOND, is_start_given=True)
+    assert np.abs(between(TRUE, joint.map_from_keyframe)).max() < 0.01

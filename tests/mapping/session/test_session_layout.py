@@ -7,10 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import Arrays
-from racecar.mapping.config import MappingConfig
-from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.session import Session
-from racecar.maps.sensing.scan import Scan
+from tests.mapping.mapped import mapped
 from tests.maps.drives import drive, room
 
 Change = Callable[[NDArray[np.generic]], object]
@@ -18,13 +16,7 @@ Change = Callable[[NDArray[np.generic]], object]
 
 @pytest.fixture(scope="module")
 def arrays() -> Arrays:
-    mapper = Mapper(MappingConfig())
-    for message in drive(room(), 12.0, np.random.default_rng(3)).messages:
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-        else:
-            mapper.add_odometry(message)
-    return mapper.finish().session.to_arrays()
+    return mapped(drive(room(), 12.0, np.random.default_rng(3)).messages).session.to_arrays()
 
 
 def test_a_session_is_one(arrays: Arrays) -> None:

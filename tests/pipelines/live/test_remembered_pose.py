@@ -32,6 +32,10 @@ def estimate() -> PoseEstimate:
 def remembered(tmp_path: Path) -> RememberedPose:
     memory = PoseMemory(tmp_path, GRID)
     memory.save(estimate(), 100 * SECOND, np.array([7.0, 8.0, -0.2]), None)
+    return loaded(memory)
+
+
+def loaded(memory: PoseMemory) -> RememberedPose:
     found = memory.load()
     assert found is not None
     return found
@@ -48,22 +52,30 @@ def test_what_was_saved_last_comes_back_to_the_bit(tmp_path: Path) -> None:
     for share in (0.0, 1.0):  # the second replaces the first
         saved = replace(estimate(), map_from_base=share * pose, covariance=covariance)
         memory.save(saved, 10**18 + 1, share * pose, None)
-    found = memory.load()
-    assert found is not None
+    found = loaded(memory)
     assert found.map_from_base.tobytes() == pose.tobytes()
     assert found.covariance.tobytes() == covariance.tobytes()
     assert (found.odometry_stamp, found.odom_from_base.tobytes()) == (10**18 + 1, pose.tobytes())
     assert [path.name for path in tmp_path.iterdir()] == [memory.path.name]
 
 
-@pytest.mark.parametrize("odometry", ['"x"', "[1, 2]", "[1, 2, null]", "[1, 2, NaN]"])
-def test_damaged_odometry_is_not_remembered(tmp_path: Path, odometry: str) -> None:
+@pytest.mark.parametrize(
+    "more",
+    [
+        *(f'"odometry_stamp": 5, "odom_from_base": {each}' for each in ('"x"', "[1, 2]", "[1, 2, null]")),
+        '"odometry_stamp": 5, "odom_from_base": [1, 2, NaN]',
+        *(f'"laser": {each}' for each in ("3", '{"base_frame": "b"}')),
+        '"laser": {"base_frame": 1, "base_from_laser": [1]}',
+    ],
+)
+def test_damaged_odometry_and_a_damaged_place_of_the_laser_are_not_remembered(
+    tmp_path: Path, more: str
+) -> None:
     memory = PoseMemory(tmp_path, GRID)
     pose = '"map_from_base": [1, 2, 3], "covariance": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]'
-    memory.path.write_text(f'{{{pose}, "odometry_stamp": 5, "odom_from_base": {odometry}}}')
-    found = memory.load()
-    assert found is not None
-    assert found.odometry_stamp is None
+    memory.path.write_text(f"{{{pose}, {more}}}")
+    found = loaded(memory)
+    assert (found.odometry_stamp, found.laser) == (None, None)
 
 
 def test_where_the_laser_sits_is_remembered(tmp_path: Path) -> None:
@@ -71,21 +83,10 @@ def test_where_the_laser_sits_is_remembered(tmp_path: Path) -> None:
     memory = PoseMemory(tmp_path, GRID)
     place = np.eye(4) + 0.1
     memory.save(estimate(), 5, np.zeros(3), LaserPlace("base_link", "laser", place))
-    found = memory.load()
-    assert found is not None
+    found = loaded(memory)
     assert found.laser is not None
     assert (found.laser.base_frame, found.laser.laser_frame) == ("base_link", "laser")
     np.testing.assert_array_equal(found.laser.base_from_laser, place)
-
-
-@pytest.mark.parametrize("laser", ["3", '{"base_frame": "b"}', '{"base_frame": 1, "base_from_laser": [1]}'])
-def test_a_damaged_place_of_the_laser_is_not_remembered(tmp_path: Path, laser: str) -> None:
-    pose = '"map_from_base": [1, 2, 3], "covariance": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]'
-    memory = PoseMemory(tmp_path, GRID)
-    memory.path.write_text(f'{{{pose}, "laser": {laser}}}')
-    found = memory.load()
-    assert found is not None
-    assert found.laser is None
 
 
 def test_odometry_that_went_on_tells_how_far_the_car_drove_meanwhile(tmp_path: Path) -> None:
@@ -117,8 +118,7 @@ def test_odometry_that_counts_from_its_begin_again_tells_nothing(tmp_path: Path)
 def test_odometry_that_still_is_at_its_begin_went_on(tmp_path: Path) -> None:
     memory = PoseMemory(tmp_path, GRID)
     memory.save(estimate(), 100 * SECOND, np.array([0.1, 0.0, 0.0]), None)
-    found = memory.load()
-    assert found is not None
+    found = loaded(memory)
     assert found.carried_to(110 * SECOND, np.zeros(3)) is not None
 
 
@@ -126,8 +126,7 @@ def test_no_odometry_is_older_than_the_computer_is_on(tmp_path: Path) -> None:
     path = PoseMemory(tmp_path, GRID).path
     assert remembered(tmp_path).odometry_stamp is not None
     os.utime(path, (1e9, 1e9))
-    found = PoseMemory(tmp_path, GRID).load()
-    assert found is not None
+    found = loaded(PoseMemory(tmp_path, GRID))
     assert found.odometry_stamp is None
 
 
