@@ -40,3 +40,12 @@ def drive(racecar: Racecar, tmp_path_factory: pytest.TempPathFactory) -> Path:
     )
     assert done.returncode == 0, done.stderr
     return folder
+
+
+@pytest.fixture(scope="session")
+def mapped(racecar: Racecar, drive: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the map of that drive."""
+    out = tmp_path_factory.mktemp("mapped") / "map"
+    done = racecar("map", drive / "drive.bag", "--out", out, "--quiet")
+    assert done.returncode == 0, done.stderr
+    return out

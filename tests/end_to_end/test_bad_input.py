@@ -1,21 +1,11 @@
 """What users get wrong: one sentence, exit code 2, nothing half-written."""
 
 import json
-import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.end_to_end.commands import Racecar
-
-
-def assert_refused(done: "subprocess.CompletedProcess[str]", complaint: str, out: Path) -> None:
-    assert done.returncode == 2, done.stderr
-    assert complaint in done.stderr
-    assert done.stderr.strip().count("\n") == 0
-    assert "Traceback" not in done.stderr
-    assert not out.exists()
-    assert [path.name for path in out.parent.iterdir() if path.name.startswith(".")] == []
+from tests.end_to_end.commands import Racecar, assert_refused
 
 
 @pytest.mark.parametrize("share", [0.3, 0.9])

@@ -12,7 +12,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
-from tests.end_to_end.commands import Racecar
+from tests.end_to_end.commands import Racecar, assert_refused
 from tests.maps.shipped_plans import shipped_plan
 
 
@@ -79,15 +79,11 @@ def test_a_short_drive_of_another_day_carries_on_a_map(
     assert np.hypot(*apart[-1, :2]) < 0.10
 
 
-def test_a_start_needs_a_map(racecar: Racecar, drive: Path, tmp_path: Path) -> None:
-    done = racecar("map", drive / "drive.bag", "--out", tmp_path / "out", "--initial-pose", 0, 0, 0)
-    assert done.returncode == 2
-    assert "--continue" in done.stderr
-
-
-def test_nothing_to_carry_on(racecar: Racecar, drive: Path, tmp_path: Path) -> None:
-    done = racecar("map", drive / "drive.bag", "--out", tmp_path / "out", "--continue", drive)
-    assert done.returncode == 2
-    assert "no session.npz" in done.stderr
-    assert done.stderr.strip().count("\n") == 0
-    assert not (tmp_path / "out").exists()
+def test_a_start_needs_a_map_and_a_map_its_session(racecar: Racecar, drive: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    for flags, words in (
+        (("--initial-pose", 0, 0, 0), "--continue"),
+        (("--continue", drive), "no session.npz"),
+    ):
+        done = racecar("map", drive / "drive.bag", "--out", out, *flags)
+        assert_refused(done, words, out)

@@ -80,15 +80,12 @@ def test_commands_run_beside_packages_of_the_same_names(
 ) -> None:
     environment = {**os.environ, "PYTHONPATH": str(foreign)}
 
-    def run(*arguments: object) -> str:
+    def run(*arguments: object) -> None:
         done = subprocess.run(
             [*command, *map(str, arguments)], env=environment, cwd=tmp_path, capture_output=True, text=True
         )
         assert done.returncode == 0, done.stderr
-        return done.stdout
 
-    assert "racecar" in run("--help")
-    run("check", drive / "drive.bag")
     run("map", drive / "drive.bag", "--out", "map", "--quiet")
     run("localize", drive / "drive.bag", "--map", "map", "--out", "localized", "--quiet")
     assert (tmp_path / "localized" / "trajectory.tum").exists()

@@ -17,7 +17,7 @@ from tests.end_to_end.commands import Racecar
     ],
 )
 def test_a_drive_in_the_building_is_localized_there_and_not_on_the_race_track(
-    racecar_command: Racecar,
+    racecar: Racecar,
     farther: Path,
     tmp_path: Path,
     map_name: str,
@@ -26,7 +26,7 @@ def test_a_drive_in_the_building_is_localized_there_and_not_on_the_race_track(
     seed: int,
 ) -> None:
     """The track has a straight as wide as the corridor where the drive begins; the filter is sure of that."""
-    done = racecar_command(
+    done = racecar(
         *("localize", farther, "--map", map_name, "--out", tmp_path),
         *("--global", "--strict", "--seed", seed),
     )
@@ -48,15 +48,14 @@ def farther(racecar: Racecar, tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_only_the_bag_that_made_the_map_is_compared_with_its_trajectory(
-    racecar: Racecar, drive: Path, tmp_path: Path
+    racecar: Racecar, drive: Path, mapped: Path, tmp_path: Path
 ) -> None:
     """A second simulated drive bears the same stamps, and its bag the same name."""
     simulated = ("simulate", "--map", "building", "--noise", "slight", "--duration", "6", "--quiet")
     assert racecar(*simulated, "--seed", 4, "--out", tmp_path / "drive.bag").returncode == 0
-    assert racecar("map", drive / "drive.bag", "--out", tmp_path / "map", "--quiet").returncode == 0
     compared = []
     for bag in (drive / "drive.bag", tmp_path / "drive.bag"):
-        done = racecar("localize", bag, "--map", tmp_path / "map", "--out", tmp_path / "out", "--quiet")
+        done = racecar("localize", bag, "--map", mapped, "--out", tmp_path / "out", "--quiet")
         assert done.returncode == 0, done.stderr
         report = json.loads((tmp_path / "out" / "report.json").read_text())
         compared.append("against_mapping_trajectory" in report["accuracy"])

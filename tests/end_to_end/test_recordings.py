@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.end_to_end.commands import Racecar
+from tests.end_to_end.commands import Racecar, evaluated
 
 pytestmark = pytest.mark.slow
 
@@ -15,14 +15,9 @@ def test_benchmark_log(
     racecar_command: Racecar, recordings: Path, tmp_path: Path, log: str, bag: str
 ) -> None:
     folder = recordings / "slam_benchmark"
-    done = racecar_command("map", folder / bag, "--out", tmp_path / "map")
+    done = racecar_command("map", folder / bag, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    done = racecar_command(
-        *("evaluate", tmp_path / "map" / "trajectory.tum", "--relations", folder / f"{log}.relations"),
-        *("--json", tmp_path / "figures.json"),
-    )
-    assert done.returncode == 0, done.stderr
-    figures = json.loads((tmp_path / "figures.json").read_text())
+    figures = evaluated(racecar_command, tmp_path, "--relations", folder / f"{log}.relations")
     assert figures["lost"] == 0
     assert figures["translation_mean_m"] <= 0.06
 
@@ -30,14 +25,9 @@ def test_benchmark_log(
 @pytest.mark.parametrize("run", ["hangar_pus_30_v1", "glc_ot_ez"])
 def test_cartographers_poses(racecar_command: Racecar, recordings: Path, tmp_path: Path, run: str) -> None:
     folder = recordings / "cartographer_runs"
-    done = racecar_command("map", folder / run, "--out", tmp_path / "map")
+    done = racecar_command("map", folder / run, "--out", tmp_path)
     assert done.returncode == 0, done.stderr
-    done = racecar_command(
-        *("evaluate", tmp_path / "map" / "trajectory.tum"),
-        *("--reference", folder / f"{run}.cartographer.tum", "--json", tmp_path / "figures.json"),
-    )
-    assert done.returncode == 0, done.stderr
-    figures = json.loads((tmp_path / "figures.json").read_text())
+    figures = evaluated(racecar_command, tmp_path, "--reference", folder / f"{run}.cartographer.tum")
     assert figures["matched_share"] > 0.95
     assert figures["absolute_position_m"]["mean"] <= 0.10
 
@@ -50,12 +40,8 @@ def test_race_car_on_its_own_map(racecar_command: Racecar, recordings: Path, tmp
         *("--initial-pose", 0, 0, 0),
     )
     assert done.returncode == 0, done.stderr
-    done = racecar_command(
-        *("evaluate", tmp_path / "localized" / "trajectory.tum"),
-        *("--reference", tmp_path / "map" / "trajectory.tum", "--json", tmp_path / "figures.json"),
-    )
-    assert done.returncode == 0, done.stderr
-    figures = json.loads((tmp_path / "figures.json").read_text())
+    mapped = tmp_path / "map" / "trajectory.tum"
+    figures = evaluated(racecar_command, tmp_path / "localized", "--reference", mapped)
     assert figures["absolute_position_m"]["mean"] <= 0.10
 
 
@@ -67,12 +53,8 @@ def test_race_car_without_odometry(racecar_command: Racecar, recordings: Path, t
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "without" / "report.json").read_text())
     assert any("odometry" in sentence for sentence in report["warnings"])
-    done = racecar_command(
-        *("evaluate", tmp_path / "without" / "trajectory.tum"),
-        *("--reference", tmp_path / "with" / "trajectory.tum", "--json", tmp_path / "figures.json"),
-    )
-    assert done.returncode == 0, done.stderr
-    figures = json.loads((tmp_path / "figures.json").read_text())
+    with_wheels = tmp_path / "with" / "trajectory.tum"
+    figures = evaluated(racecar_command, tmp_path / "without", "--reference", with_wheels)
     assert figures["absolute_position_m"]["mean"] <= 0.03
     assert figures["absolute_position_m"]["max"] <= 0.3
 

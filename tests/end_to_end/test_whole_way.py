@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.end_to_end.commands import Racecar
+from tests.end_to_end.commands import Racecar, evaluated
 
 MAP_FILES = {
     *("map.yaml", "map.pgm", "trajectory.tum", "pose_graph.g2o", "map.png", "report.json", "session.npz"),
@@ -37,13 +37,8 @@ def test_map_writes_every_file(built_map: Path) -> None:
     assert report["stages"]["total"]["wall_seconds"] > 0
 
 
-def test_map_trajectory_is_right(racecar: Racecar, drive: Path, built_map: Path, tmp_path: Path) -> None:
-    done = racecar(
-        *("evaluate", built_map / "trajectory.tum", "--reference", drive / "drive.ground_truth.tum"),
-        *("--json", tmp_path / "figures.json"),
-    )
-    assert done.returncode == 0, done.stderr
-    figures = json.loads((tmp_path / "figures.json").read_text())
+def test_map_trajectory_is_right(racecar: Racecar, drive: Path, mapped: Path) -> None:
+    figures = evaluated(racecar, mapped, "--reference", drive / "drive.ground_truth.tum")
     assert figures["matched_share"] > 0.95
     assert figures["absolute_position_m"]["mean"] < 0.05
     assert figures["absolute_heading_deg"]["mean"] < 1.0
@@ -57,21 +52,13 @@ def test_localize_on_the_built_map(racecar: Racecar, drive: Path, built_map: Pat
     )
     assert done.returncode == 0, done.stderr
     assert {"trajectory.tum", "report.json", "overlay.png"} <= {path.name for path in out.iterdir()}
-    done = racecar(
-        *("evaluate", out / "trajectory.tum", "--reference", built_map / "trajectory.tum"),
-        *("--json", tmp_path / "figures.json"),
-    )
-    assert done.returncode == 0, done.stderr
-    figures = json.loads((tmp_path / "figures.json").read_text())
+    figures = evaluated(racecar, out, "--reference", built_map / "trajectory.tum")
     assert figures["absolute_position_m"]["mean"] < 0.10
 
 
-def test_mapping_again_gives_the_same_bytes_in_another_process(
-    racecar: Racecar, drive: Path, built_map: Path, tmp_path: Path
-) -> None:
-    assert racecar("map", drive / "drive.bag", "--out", tmp_path, "--quiet").returncode == 0
+def test_mapping_again_gives_the_same_bytes_in_another_process(mapped: Path, built_map: Path) -> None:
     for name in MAP_FILES - {"report.json"}:
-        assert (tmp_path / name).read_bytes() == (built_map / name).read_bytes(), name
+        assert (mapped / name).read_bytes() == (built_map / name).read_bytes(), name
 
 
 def test_without_odometry_the_report_tells_how_far_to_trust(
