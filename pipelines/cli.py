@@ -16,16 +16,16 @@ from racecar.pipelines.commands.check import check
 from racecar.pipelines.commands.config import config
 from racecar.pipelines.commands.demo import demo
 from racecar.pipelines.commands.evaluate import evaluate
-from racecar.pipelines.commands.exit_codes import INTERRUPTED
 from racecar.pipelines.commands.experiment import experiment
 from racecar.pipelines.commands.live import live
 from racecar.pipelines.commands.localize import localize
 from racecar.pipelines.commands.map import map
 from racecar.pipelines.commands.merge import merge
-from racecar.pipelines.commands.options import join_laser_pose
+from racecar.pipelines.commands.options import join_laser_pose, ungrouped
 from racecar.pipelines.commands.outputs import checked
 from racecar.pipelines.commands.play import play
 from racecar.pipelines.commands.render import render
+from racecar.pipelines.commands.results import INTERRUPTED
 from racecar.pipelines.commands.simulate import simulate
 from racecar.pipelines.commands.studio import studio
 from racecar.pipelines.commands.terminal import leave_terminal, one_line, prepare_terminal
@@ -90,7 +90,7 @@ def complete(group: typer.Typer, title: str) -> None:
     for name, command in commands_of(group, title):
         _unwrap_help(command)
         assert command.callback is not None
-        command.callback = checked(command.callback, name)
+        command.callback = checked(ungrouped(command.callback), name)
 
 
 complete(app, "racecar")

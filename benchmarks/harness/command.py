@@ -1,6 +1,5 @@
 """A benchmark as a command: what all of them can be given, and where their figures go."""
 
-import sys
 from collections.abc import Callable
 from functools import wraps
 from inspect import Parameter, signature
@@ -8,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.harness.bench import Bench
-from racecar.pipelines.commands.options import PAGE_WIDTH, ConfigOption, JsonOption, QuietOption, SeedOption
+from racecar.pipelines.commands.options import ConfigOption, JsonOption, QuietOption, SeedOption
 
 TITLE = "python -m benchmarks"
 _OF_ALL: dict[str, tuple[Any, Any]] = {
@@ -24,15 +23,15 @@ def as_command(benchmark: Callable[..., None]) -> Callable[..., None]:
 
     @wraps(benchmark)
     def command(*, config: Path | None, seed: int, json: Path | None, quiet: bool, **own: Any) -> None:
-        from racecar.pipelines.commands.written_files import where_figures_are
+        from racecar.pipelines.commands.results import where_figures_are
+        from racecar.pipelines.commands.tables import page
         from racecar.pipelines.files.config_file import load_config
         from racecar.pipelines.files.report import Report
 
         settings = load_config(config)
         report = Report(f"{TITLE} {benchmark.__name__}")
         report.add("inputs", {**own, "config": config, "seed": seed, "settings": settings.model_dump()})
-        width = None if sys.stdout.isatty() else PAGE_WIDTH
-        bench = Bench(settings, seed, report, quiet=quiet, width=width)
+        bench = Bench(settings, seed, report, quiet=quiet, width=page().width)
         benchmark(bench, **own)
         if json is not None:
             report.write(json)

@@ -21,7 +21,7 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.commands.printed_warnings import print_warnings
+from racecar.pipelines.commands.results import print_warnings
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.mapping_run import build_map

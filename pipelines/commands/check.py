@@ -4,21 +4,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecar.pipelines.commands.exit_codes import NOT_GOOD_ENOUGH
-from racecar.pipelines.commands.options import (
-    BagArgument,
-    DurationOption,
-    ImuTopicOption,
-    JsonOption,
-    LaserPoseOption,
-    NoImuOption,
-    NoOdomOption,
-    OdomTopicOption,
-    QuietOption,
-    ScanTopicOption,
-    StartOption,
-    bag_reading,
-)
+from racecar.pipelines.commands.options import BagArgument, JsonOption, QuietOption, ReadingFlags
+from racecar.pipelines.commands.results import NOT_GOOD_ENOUGH, where_figures_are
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -30,14 +17,7 @@ if TYPE_CHECKING:
 
 def check(
     bag: BagArgument,
-    scan_topic: ScanTopicOption = None,
-    odom_topic: OdomTopicOption = None,
-    no_odom: NoOdomOption = False,
-    imu_topic: ImuTopicOption = None,
-    no_imu: NoImuOption = False,
-    laser_pose: LaserPoseOption = None,
-    start: StartOption = 0.0,
-    duration: DurationOption = None,
+    reading: ReadingFlags,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 3 when a map of the bag would be wrong.")
     ] = False,
@@ -50,35 +30,21 @@ def check(
 
     In a script: racecar check drive.bag --strict --quiet && racecar map drive.bag --out runs/drive
     """
-    from rich.console import Console
-
-    from racecar.pipelines.commands.tables import print_title
-    from racecar.pipelines.commands.written_files import where_figures_are
+    from racecar.pipelines.commands.tables import print_tables
     from racecar.pipelines.files.report import write_json
 
-    with bag_reading(
-        scan_topic=scan_topic,
-        odom_topic=odom_topic,
-        no_odom=no_odom,
-        laser_pose=laser_pose,
-        imu_topic=imu_topic,
-        no_imu=no_imu,
-        start=start,
-        duration=duration,
-    ).open(bag) as reader:
+    with reading.parsed().open(bag) as reader:
         from racecar.pipelines.runs.checked_bag import check_reader  # once the bag's faults are reported
 
         result = check_reader(reader, quiet=quiet)
     if json is not None:
         write_json(json, {"command": "racecar check", **result.as_dict()})
     if not quiet:
-        console = Console()
         cut = "" if result.part.is_whole else f", read from {result.part.words}"
-        print_title(console, f"{result.path}, {result.size_mb:.1f} MB{cut}")
-        for table in (_topics_table(result), _facts_table(result), _findings_table(result)):
-            console.print(table)
+        tables = (_topics_table(result), _facts_table(result), _findings_table(result))
+        print_tables(*tables, title=f"{result.path}, {result.size_mb:.1f} MB{cut}")
         if json is not None:
-            console.print(where_figures_are(json), markup=False, highlight=False, soft_wrap=True)
+            print(where_figures_are(json))
     if strict and any(finding.spoils_map for finding in result.findings):
         raise typer.Exit(NOT_GOOD_ENOUGH)
 
@@ -116,10 +82,7 @@ def _facts_in_words(result: "BagCheck") -> list[tuple[str, str]]:
             f"{scans['count']} on {scans['topic']}, {scans['rate_hz']:g} Hz, {scans['duration_s']:.1f} s",
         ),
         ("beams", f"{beams} over {scans['field_of_view_deg']:g}°; {sweep}"),
-        (
-            "ranges",
-            f"{_returns(scans)}, misses from {scans['max_range_m']:g} m on",
-        ),
+        ("ranges", f"{_returns(scans)}, misses from {scans['max_range_m']:g} m on"),
         (
             "beams that",
             f"missed: {scans['missed_share']:.1%}, no reading: {scans['no_information_share']:.1%}",

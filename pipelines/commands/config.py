@@ -10,10 +10,7 @@ def config(
     check: Annotated[
         Path | None,
         typer.Option(
-            "--check",
-            metavar="FILE",
-            help="Name the mistake in a file of settings, or what it changes.",
-            show_default=False,
+            "--check", metavar="FILE", help="Name the mistake in a file of settings, or what it changes."
         ),
     ] = None,
 ) -> None:

@@ -29,34 +29,39 @@ def demo(
 
     Example: racecar demo --out demo
     """
-    from rich.console import Console
-
     from racecar.maps.map_files import load_map
-    from racecar.pipelines.commands.tables import demo_table
-    from racecar.pipelines.commands.written_files import where_figures_are
+    from racecar.pipelines.commands.results import where_figures_are
+    from racecar.pipelines.commands.tables import figure_table, print_tables
+    from racecar.pipelines.commands.terminal import teller
     from racecar.pipelines.files.optional_packages import require
     from racecar.pipelines.files.outputs import output_folder, written_to
     from racecar.pipelines.files.report import Report
     from racecar.pipelines.runs.demo_run import run_demo
 
     require("evo", "The demo")  # before minutes are spent
-    console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+    tell = teller(quiet=quiet)
     report = Report("racecar demo")
     report.add("inputs", {"world": "building", "seed": seed})
     world = load_map(Path("building"))
     with output_folder(out) as folder:
-        errors = run_demo(world, folder, report, seed=seed, announce=console.print, quiet=quiet)
+        errors = run_demo(world, folder, report, seed=seed, announce=tell, quiet=quiet)
         report.write(folder / "report.json")
     if json is not None:
         report.write(json)
+    if quiet:
+        return
     seconds = report.as_dict()["stages"]["total"]["wall_seconds"]
-    console.print(demo_table(errors.mapping, errors.localization))
-    console.print(f"Done in {seconds:.0f} s. Open these:")
-    console.print(f"  {out / 'map' / 'map.png'}  the map, the path driven and the loops closed", markup=False)
-    console.print(
-        f"  {out / 'localized' / 'overlay.png'}  scans of the second drive laid over it", markup=False
-    )
-    console.print(f"  {out / 'report.json'}  all figures", markup=False)
-    console.print(f"Also in {out}: {', '.join(written_to(out))}.", markup=False)
+    rows = []
+    for stage, missed in (("mapping", errors.mapping), ("localization", errors.localization)):
+        figures = missed.summary()
+        position, heading = figures["absolute_position_m"]["mean"], figures["absolute_heading_deg"]["mean"]
+        rows.append((stage, f"{position:.4f}", f"{heading:.3f}", f"{missed.matched} of {missed.total}"))
+    columns = ("stage", "position (m)", "heading (°)", "poses")
+    print_tables(figure_table(columns, rows, title="Mean error against the truth"))
+    tell(f"Done in {seconds:.0f} s. Open these:")
+    tell(f"  {out / 'map' / 'map.png'}  the map, the path driven and the loops closed")
+    tell(f"  {out / 'localized' / 'overlay.png'}  scans of the second drive laid over it")
+    tell(f"  {out / 'report.json'}  all figures")
+    tell(f"Also in {out}: {', '.join(written_to(out))}.")
     if json is not None:
-        console.print(where_figures_are(json), markup=False)
+        tell(where_figures_are(json))

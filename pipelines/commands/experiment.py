@@ -1,6 +1,5 @@
 """``racecar experiment``: a command for each experiment of the catalogue, and one for all of them."""
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from inspect import Parameter, Signature
@@ -10,7 +9,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from racecar.pipelines.commands.options import (
-    PAGE_WIDTH,
     BagArgument,
     ConfigOption,
     JsonOption,
@@ -25,7 +23,7 @@ from racecar.pipelines.commands.options import (
     parse_laser_pose,
 )
 from racecar.pipelines.commands.outputs import WritesFolder
-from racecar.pipelines.commands.written_files import where_to_look
+from racecar.pipelines.commands.results import where_to_look
 from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, Uses
 
 if TYPE_CHECKING:
@@ -167,6 +165,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
     from rich.console import Console
 
     from racecar.maps.whole_files import write_atomically
+    from racecar.pipelines.commands.tables import page
     from racecar.pipelines.experiments.html_report import html_report
     from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings
     from racecar.pipelines.experiments.result_files import as_rich, save_result
@@ -187,7 +186,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
         report.add("inputs", {"bag": recording.bag, "map": recording.map, "end_pose": recording.end_pose})
         report.add("inputs", {"initial_pose": recording.initial_pose})
     announce = Console(stderr=True, quiet=flags.quiet, highlight=False)
-    page = Console(quiet=flags.quiet, highlight=False, width=None if sys.stdout.isatty() else PAGE_WIDTH)
+    tables = page(quiet=flags.quiet)
     done: dict[str, ExperimentResult] = {}
     with output_folder(flags.out) as folder:
         for number, entry in enumerate(entries, start=1):
@@ -197,7 +196,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
                 save_result(entry.name, result, folder)
             report.add(entry.name, result.figures)
             for table in result.tables:
-                page.print(as_rich(table))
+                tables.print(as_rich(table))
         shown = f"{done[entries[0].name].pictures[0].name}.png"
         if name == "all":
             shown = "report.html"
@@ -206,7 +205,7 @@ def _run(name: str, entries: Sequence[ExperimentEntry], flags: _Flags) -> None:
         report.write(folder / "report.json")
     if flags.json is not None:
         report.write(flags.json)
-    page.print(where_to_look(flags.out, shown, flags.json), markup=False, soft_wrap=True)
+    tables.print(where_to_look(flags.out, shown, flags.json), markup=False, soft_wrap=True)
 
 
 def _recording(flags: _Flags) -> "BagRecording | None":

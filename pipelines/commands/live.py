@@ -13,6 +13,8 @@ from racecar.pipelines.commands.live_simulate import simulate
 from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, SeedOption
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import map_files
+from racecar.pipelines.commands.results import where_figures_are, where_to_look
+from racecar.pipelines.commands.terminal import teller
 from racecar.pipelines.files.state_folder import state_folder
 from racecar.pipelines.live.ros.arguments import RosCommand
 
@@ -28,12 +30,7 @@ ViewOption = Annotated[
 ViewPortOption = Annotated[
     int | None,
     typer.Option(
-        "--view-port",
-        metavar="N",
-        min=1,
-        max=65535,
-        help="Port of the page; by default a free one.",
-        show_default=False,
+        "--view-port", metavar="N", min=1, max=65535, help="Port of the page; by default a free one."
     ),
 ]
 
@@ -53,14 +50,12 @@ def _page(
     if not is_wanted:
         yield None
         return
-    from rich.console import Console
-
     from racecar.pipelines.live.display.browser_view import live_view
     from racecar.pipelines.studio.watch.tools import NodeTool
 
     tools = [NodeTool.MOVE, NodeTool.GOAL, *([NodeTool.PLACE] if tells_places else [])]
     with live_view(title, port, tools) as page:
-        Console(highlight=False, soft_wrap=True).print(f"Look at {page.page}", markup=False)
+        teller(quiet=False)(f"Look at {page.page}")
         yield page
 
 
@@ -74,7 +69,6 @@ def localize(
             metavar="MAP",
             help="A map's YAML file, a folder with map.yaml, or a shipped map: building, track. Without "
             "it, the node waits for a map on /map.",
-            show_default=False,
         ),
     ] = None,
     initial_pose: Annotated[
@@ -83,7 +77,6 @@ def localize(
             "--initial-pose",
             metavar="X Y YAW",
             help="Where the car starts, in metres and radians of the map.",
-            show_default=False,
         ),
     ] = None,
     anywhere: Annotated[
@@ -95,7 +88,6 @@ def localize(
             "--memory",
             metavar="DIR",
             help="Folder where the pose is remembered over a restart; default: ~/.local/state/racecar.",
-            show_default=False,
         ),
         WritesFolder(lambda flags: ()),
     ] = None,
@@ -124,7 +116,6 @@ def localize(
     from racecar.localization.warm_up import warm_up, warm_up_filter
     from racecar.maps.errors import UserError
     from racecar.maps.map_files import load_map
-    from racecar.pipelines.commands.written_files import where_figures_are
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
@@ -185,10 +176,7 @@ def map(
 
     start_ros()
 
-    from rich.console import Console
-
     from racecar.mapping.warm_up import warm_up
-    from racecar.pipelines.commands.written_files import where_to_look
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import write_json
@@ -199,12 +187,12 @@ def map(
     from racecar.pipelines.runs.interrupts import stop_request
 
     settings = load_config(config).mapping
-    console = Console(highlight=False, soft_wrap=True)
+    tell = teller(quiet=False)
     output = MapOutput(out, settings, {"live": True, "settings": settings.model_dump()})
     with output_folder(out):
         pass  # so that no drive is in vain
     keep_memory_together()
-    start = resume(output, anew=anew, announce=console.print)
+    start = resume(output, anew=anew, announce=tell)
     with (
         stop_request(signal.SIGINT, signal.SIGTERM) as stop,
         _page(view, "racecar mapper", view_port, tells_places=False) as page,
@@ -220,10 +208,10 @@ def map(
             drive.stop()
             if json is not None:
                 write_json(json, {"command": "racecar live map", **drive.summary()})
-        console.print("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
+        tell("Optimizing the map; Ctrl-C breaks that off, and keeps the drive for another time.")
         for sentence in drive.save():
-            console.print(sentence, markup=False)
-        console.print(f"The map is saved. {where_to_look(out, 'map.png', json)}", markup=False)
+            tell(sentence)
+        tell(f"The map is saved. {where_to_look(out, 'map.png', json)}")
 
 
 live.command(cls=RosCommand)(simulate)

@@ -5,16 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecar.pipelines.commands.options import SeedOption
-from racecar.pipelines.commands.simulation_options import (
-    LaserOption,
-    NoiseOption,
-    PlanOption,
-    SlipOption,
-    SpeedOption,
-    WalkersOption,
-)
-from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
+from racecar.pipelines.commands.simulation_options import CarFlags, PlanOption
 
 if TYPE_CHECKING:
     from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
@@ -24,6 +15,7 @@ _NEAR = 0.5
 
 
 def simulate(
+    *,
     context: typer.Context,
     map: PlanOption,
     start: Annotated[
@@ -32,14 +24,9 @@ def simulate(
             "--start",
             metavar="X Y YAW",
             help="Where the car starts, in metres and radians of the map; by default near its origin.",
-            show_default=False,
         ),
     ] = None,
-    noise: NoiseOption = NoiseLevel.SLIGHT,
-    slip: SlipOption = 0.0,
-    speed: SpeedOption = 2.0,
-    walkers: WalkersOption = 0,
-    laser: LaserOption = LaserKind.RACE,
+    world: CarFlags,
     pace: Annotated[
         float,
         typer.Option(
@@ -52,13 +39,11 @@ def simulate(
             "--namespace",
             metavar="NAME",
             help="Of the topics and frames of this car, so that several can drive at once.",
-            show_default=False,
         ),
     ] = "",
     teleport: Annotated[
         bool, typer.Option("--teleport", help="/initialpose, RViz's 2D Pose Estimate, carries the car.")
     ] = False,
-    seed: SeedOption = 0,
 ) -> None:
     """Simulate a car on a map: it publishes /scan, /odom, /tf and /ground_truth. Ctrl-C ends it.
 
@@ -80,9 +65,11 @@ def simulate(
     from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
     from racecar.pipelines.simulation.plans.catalogue import load_or_draw
 
-    settings = WorldSettings(noise=noise, slip=slip, max_speed=speed, walkers=walkers)
+    settings = WorldSettings(
+        noise=world.noise, slip=world.slip, max_speed=world.max_speed, walkers=world.walkers
+    )
     wanted = None if start is None else np.array(start)
-    simulation = DrivenSimulation(load_or_draw(map), settings.conditions(), seed, wanted, laser)
+    simulation = DrivenSimulation(load_or_draw(map), settings.conditions(), world.seed, wanted, world.laser)
     if start is not None:
         _put_at_start(simulation, start)
     in_namespace = ["--ros-args", "-r", f"__ns:=/{namespace.strip('/')}"] if namespace else []

@@ -6,34 +6,19 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from racecar.pipelines.commands.exit_codes import INTERRUPTED, NOT_GOOD_ENOUGH
 from racecar.pipelines.commands.options import (
     ConfigOption,
-    DurationOption,
-    ImuTopicOption,
     JsonOption,
-    LaserPoseOption,
-    NoImuOption,
-    NoOdomOption,
-    OdomTopicOption,
     OutputFolderOption,
     QuietOption,
+    ReadingFlags,
     RecordOption,
-    ScanTopicOption,
     SchedulerOption,
     SeedOption,
-    StartOption,
-    bag_reading,
 )
 from racecar.pipelines.commands.outputs import Flags, WritesFolder
-from racecar.pipelines.commands.rendering_options import (
-    DxfOption,
-    PlyOption,
-    PngOption,
-    SvgOption,
-    map_files,
-    requested_files,
-)
+from racecar.pipelines.commands.rendering_options import FileFlags, map_files
+from racecar.pipelines.commands.results import INTERRUPTED, NOT_GOOD_ENOUGH, print_run, where_to_look
 
 if TYPE_CHECKING:
     from racecar.pipelines.runs.mapping_job import MappingJob
@@ -44,7 +29,6 @@ ContinueOption = Annotated[
         "--continue",
         metavar="DIR",
         help="Extend the map that an earlier run left in DIR; the new drive finds its place there.",
-        show_default=False,
     ),
 ]
 InitialPoseOption = Annotated[
@@ -54,7 +38,6 @@ InitialPoseOption = Annotated[
         metavar="X Y YAW",
         help="Where the drive starts on the map of --continue, in metres and radians; else all of it is "
         "searched.",
-        show_default=False,
     ),
 ]
 
@@ -64,7 +47,6 @@ OptionalBagArgument = Annotated[
     typer.Argument(
         metavar="BAG",
         help="A ROS 1 .bag, a ROS 2 bag folder, or a single .db3 or .mcap file; none with --batch.",
-        show_default=False,
     ),
 ]
 BatchOption = Annotated[
@@ -74,7 +56,6 @@ BatchOption = Annotated[
         metavar="LIST",
         help="Map many bags: those that a text file names, a path per line, or all that are in a folder, "
         "each into a folder of its own in --out.",
-        show_default=False,
     ),
 ]
 JobsOption = Annotated[
@@ -84,7 +65,6 @@ JobsOption = Annotated[
         metavar="N",
         min=1,
         help="With --batch: map at most N bags at once; by default as many as there are cores.",
-        show_default=False,
     ),
 ]
 
@@ -97,26 +77,17 @@ def _names(flags: Flags) -> Collection[str]:
 
 
 def map(
+    *,
     out: Annotated[OutputFolderOption, WritesFolder(_names, remakes="continue_")],
     bag: OptionalBagArgument = None,
     batch: BatchOption = None,
     jobs: JobsOption = None,
     scheduler: SchedulerOption = None,
     config: ConfigOption = None,
-    scan_topic: ScanTopicOption = None,
-    odom_topic: OdomTopicOption = None,
-    no_odom: NoOdomOption = False,
-    imu_topic: ImuTopicOption = None,
-    no_imu: NoImuOption = False,
-    laser_pose: LaserPoseOption = None,
-    start: StartOption = 0.0,
-    duration: DurationOption = None,
+    reading: ReadingFlags,
     continue_: ContinueOption = None,
     initial_pose: InitialPoseOption = None,
-    ply: PlyOption = False,
-    png: PngOption = False,
-    svg: SvgOption = False,
-    dxf: DxfOption = False,
+    files: FileFlags,
     record: RecordOption = False,
     strict: Annotated[
         bool,
@@ -143,26 +114,15 @@ def map(
     from racecar.pipelines.runs.mapping_job import MappingJob
 
     _refuse_contradiction(bag, batch, jobs, scheduler, continue_, initial_pose)
-    loaded = load_config(config)
-    reading = bag_reading(
-        scan_topic=scan_topic,
-        odom_topic=odom_topic,
-        no_odom=no_odom,
-        laser_pose=laser_pose,
-        imu_topic=imu_topic,
-        no_imu=no_imu,
-        start=start,
-        duration=duration,
-    )
     job = MappingJob(
         bag or Path(),
         out,
-        loaded,
+        load_config(config),
         config_file=config,
-        reading=reading,
+        reading=reading.parsed(),
         continued=continue_,
         initial_pose=initial_pose,
-        requested=requested_files(ply=ply, png=png, svg=svg, dxf=dxf),
+        requested=files.requested,
         record=record,
         seed=seed,
     )
@@ -209,11 +169,17 @@ def _map_one(job: "MappingJob", *, strict: bool, json: Path | None, quiet: bool)
     if json is not None:
         report.write(json)
     from racecar.mapping.quality.map_quality import Verdict
-    from racecar.pipelines.commands.mapping_summary import print_mapping
 
+    figures = report.as_dict()
+    counts, result = figures["counts"], figures["result"]
+    width, height = result["map_metres"]
     if not quiet:
-        print_mapping(report, mapped.quality, job.out, json)
-    if report.as_dict()["counts"].get("interrupted"):
+        done = (
+            f"Mapped {counts['scans']} scans over {result['path_metres']:.1f} m of path into a map of "
+            f"{width:.0f} × {height:.0f} m in {figures['stages']['total']['wall_seconds']:.1f} s."
+        )
+        print_run(report, [done], where_to_look(job.out, "map.png", json), mapped.quality.summary)
+    if counts.get("interrupted"):
         raise typer.Exit(INTERRUPTED)
     if strict and mapped.quality.verdict == Verdict.WRONG:
         raise typer.Exit(NOT_GOOD_ENOUGH)

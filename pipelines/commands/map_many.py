@@ -6,25 +6,33 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import typer
-from rich.console import Console
+from rich import box
+from rich.markup import escape
+from rich.table import Table
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.batch.bag_search import find_bags
-from racecar.pipelines.batch.batch_page import headline
+from racecar.pipelines.batch.batch_page import headline, shown
 from racecar.pipelines.batch.batch_results import FIGURES, PAGE, BatchResults
 from racecar.pipelines.batch.batch_row import BatchRow, Outcome, mapped_row
 from racecar.pipelines.batch.batch_run import map_all
 from racecar.pipelines.batch.run_folders import run_folders
-from racecar.pipelines.commands.batch_summary import batch_table, row_line
-from racecar.pipelines.commands.exit_codes import INTERRUPTED, NOT_GOOD_ENOUGH
-from racecar.pipelines.commands.options import PAGE_WIDTH
-from racecar.pipelines.commands.terminal import one_line
-from racecar.pipelines.commands.written_files import where_to_look
+from racecar.pipelines.commands.results import INTERRUPTED, NOT_GOOD_ENOUGH, where_to_look
+from racecar.pipelines.commands.tables import print_tables
+from racecar.pipelines.commands.terminal import one_line, teller
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.map_outputs import outputs_with
 from racecar.pipelines.runs.mapping_job import MappingJob, is_done
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
+
+_COLORS = {
+    Outcome.GOOD: "green",
+    Outcome.DOUBTFUL: "yellow",
+    Outcome.WRONG: "red",
+    Outcome.FAILED: "red",
+    Outcome.WAITING: "dim",
+}
 
 
 def map_many(
@@ -41,17 +49,17 @@ def map_many(
     for job in done:
         results.add(mapped_row(job))
     results.write()
-    announce = Console(stderr=True, quiet=parallel.quiet, highlight=False, soft_wrap=True)
+    announce = teller(quiet=parallel.quiet, on_stderr=True)
     if done:
-        announce.print(f"{len(done)} of {len(jobs)} bags are mapped already.")
+        announce(f"{len(done)} of {len(jobs)} bags are mapped already.")
     waiting = [job for job in jobs if job not in done]
     try:
         for number, row in enumerate(map_all(waiting, parallel), start=len(done) + 1):
             results.add(row)
             results.write()
-            announce.print(row_line(row, number, len(jobs)), markup=False)
+            announce(_row_line(row, number, len(jobs)))
     except KeyboardInterrupt:
-        announce.print(f"Stopped at {headline(results.rows)}. The same command goes on from here.")
+        announce(f"Stopped at {headline(results.rows)}. The same command goes on from here.")
         raise typer.Exit(INTERRUPTED) from None
     if json is not None:
         report.write(json)
@@ -89,10 +97,34 @@ def _print_failures(rows: Sequence[BatchRow]) -> None:
 
 
 def _print_batch(rows: Sequence[BatchRow], out: Path, json: Path | None) -> None:
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else PAGE_WIDTH)
-    console.print(batch_table(rows))
-    console.print(where_to_look(out, PAGE, json or out / FIGURES), markup=False, soft_wrap=True)
-    console.print(f"{headline(rows)}.", markup=False, soft_wrap=True)
+    print_tables(_batch_table(rows))
+    print(where_to_look(out, PAGE, json or out / FIGURES))
+    print(f"{headline(rows)}.")
+
+
+def _batch_table(rows: Sequence[BatchRow]) -> Table:
+    """A line for each bag, with what fits on a terminal; the page has more."""
+    table = Table(box=box.SIMPLE, pad_edge=False)
+    table.add_column("bag", overflow="fold", min_width=12)
+    table.add_column("verdict", no_wrap=True)
+    for column in ("path\n(m)", "off per 10 m,\nin all (m)", "took\n(s)"):
+        table.add_column(column, justify="right", no_wrap=True)
+    table.add_column("why", overflow="fold", min_width=20)
+    for row in rows:
+        outcome = f"[{_COLORS[row.outcome]}]{row.outcome.value}[/]"
+        errors = (row.error_per_10_m, row.error_of_whole_m)
+        off = ", ".join(shown(error, 3) for error in errors if error is not None)
+        numbers = (shown(row.path_m, 1), off, shown(row.seconds, 1))
+        table.add_row(escape(row.name), outcome, *numbers, escape(row.reason))
+    return table
+
+
+def _row_line(row: BatchRow, number: int, total: int) -> str:
+    """What is announced when a bag is done."""
+    what = f"{number}/{total} {row.name}: {row.outcome.value}"
+    if not row.outcome.has_map:
+        return f"{what}. {row.reason}"
+    return f"{what}, {row.path_m or 0.0:.1f} m of path, {row.seconds or 0.0:.1f} s."
 
 
 def _leave(rows: Sequence[BatchRow], out: Path, strict: bool) -> None:

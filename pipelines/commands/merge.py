@@ -13,29 +13,20 @@ from racecar.pipelines.commands.options import (
     SeedOption,
 )
 from racecar.pipelines.commands.outputs import WritesFolder
-from racecar.pipelines.commands.rendering_options import (
-    DxfOption,
-    PlyOption,
-    PngOption,
-    SvgOption,
-    map_files,
-    requested_files,
-)
+from racecar.pipelines.commands.rendering_options import FileFlags, map_files
+from racecar.pipelines.commands.results import print_run, where_to_look
 
 RunsArgument = Annotated[
-    list[Path],
-    typer.Argument(metavar="DIR...", help="Folders that `racecar map` has written.", show_default=False),
+    list[Path], typer.Argument(metavar="DIR...", help="Folders that `racecar map` has written.")
 ]
 
 
 def merge(
+    *,
     runs: RunsArgument,
     out: Annotated[OutputFolderOption, WritesFolder(map_files)],
     config: ConfigOption = None,
-    ply: PlyOption = False,
-    png: PngOption = False,
-    svg: SvgOption = False,
-    dxf: DxfOption = False,
+    files: FileFlags,
     seed: SeedOption = 0,
     json: JsonOption = None,
     quiet: QuietOption = False,
@@ -46,11 +37,7 @@ def merge(
 
     Example: racecar merge runs/monday runs/tuesday --out runs/both
     """
-    from rich.console import Console
-
     from racecar.maps.errors import UserError
-    from racecar.pipelines.commands.printed_warnings import print_warnings
-    from racecar.pipelines.commands.written_files import where_to_look
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
@@ -70,19 +57,15 @@ def merge(
             from racecar.pipelines.runs.edited_folders import refuse_to_lose_edits
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.merge_run import draw_merged, merge_runs, save_merged
-        requested = requested_files(ply=ply, png=png, svg=svg, dxf=dxf)
-        outputs_with(requested)  # what is missing for them is reported at once
+        outputs_with(files.requested)  # what is missing for them is reported at once
         merged = draw_merged(merge_runs(folders, loaded, seed, report), loaded, report)
         refuse_to_lose_edits(out, merged.edits, folders[0])
-        save_merged(merged, loaded, report, folder, requested=requested)
+        save_merged(merged, loaded, report, folder, requested=files.requested)
     if json is not None:
         report.write(json)
     if quiet:
         return
     figures = report.as_dict()
     width, height = figures["result"]["map_metres"]
-    console = Console(highlight=False, soft_wrap=True)
-    console.print(f"Merged {figures['counts']['sessions']} maps into one of {width:.0f} × {height:.0f} m.")
-    print_warnings(report.warnings)
-    console.print(where_to_look(out, "map.png", json), markup=False)
-    console.print(merged.quality.summary, markup=False)
+    done = f"Merged {figures['counts']['sessions']} maps into one of {width:.0f} × {height:.0f} m."
+    print_run(report, [done], where_to_look(out, "map.png", json), merged.quality.summary)

@@ -1,9 +1,15 @@
-"""The flags that several commands share, so that each is spelt, explained and parsed the same everywhere."""
+"""The flags that several commands share, so that each is spelt, explained and parsed the same everywhere.
 
+Flags that always come together are a group: a dataclass, of which a command has one parameter.
+"""
+
+import inspect
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields, is_dataclass
+from functools import wraps
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,8 +18,6 @@ from racecar.pipelines.commands.outputs import WritesFile
 if TYPE_CHECKING:
     from racecar.pipelines.runs.bag_reading import BagReading
 
-PAGE_WIDTH = 200
-"""Characters of a line where tables go to a file or a pipe, so that none of their cells is broken."""
 _LASER_POSE, _MOST_NUMBERS = "--laser-pose", 4
 _FARTHEST = 1000.0
 """Metres and radians, beyond which a place is a slip of the keyboard."""
@@ -27,19 +31,12 @@ def _print_errors_only(quiet: bool) -> bool:
 
 BagArgument = Annotated[
     Path,
-    typer.Argument(
-        metavar="BAG",
-        help="A ROS 1 .bag, a ROS 2 bag folder, or a single .db3 or .mcap file.",
-        show_default=False,
-    ),
+    typer.Argument(metavar="BAG", help="A ROS 1 .bag, a ROS 2 bag folder, or a single .db3 or .mcap file."),
 ]
 OutputFolderOption = Annotated[
     Path,
     typer.Option(
-        "--out",
-        metavar="DIR",
-        help="Folder for the results; created if missing; other files in it are kept.",
-        show_default=False,
+        "--out", metavar="DIR", help="Folder for the results; created if missing; other files in it are kept."
     ),
 ]
 MapOption = Annotated[
@@ -48,12 +45,10 @@ MapOption = Annotated[
         "--map",
         metavar="MAP",
         help="A map's YAML file, a folder with map.yaml, or a shipped map: building, track.",
-        show_default=False,
     ),
 ]
 ConfigOption = Annotated[
-    Path | None,
-    typer.Option("--config", metavar="FILE", help="YAML file that overrides settings.", show_default=False),
+    Path | None, typer.Option("--config", metavar="FILE", help="YAML file that overrides settings.")
 ]
 ScanTopicOption = Annotated[
     list[str] | None,
@@ -61,28 +56,11 @@ ScanTopicOption = Annotated[
         "--scan-topic",
         metavar="TOPIC",
         help="Topic of the scans; by default found by type. Repeat it to use several lasers.",
-        show_default=False,
     ),
 ]
 OdomTopicOption = Annotated[
     str | None,
-    typer.Option(
-        "--odom-topic",
-        metavar="TOPIC",
-        help="Topic of the odometry; by default found by type.",
-        show_default=False,
-    ),
-]
-NoOdomOption = Annotated[bool, typer.Option("--no-odom", help="Ignore the bag's odometry.")]
-NoImuOption = Annotated[bool, typer.Option("--no-imu", help="Ignore the bag's IMU.")]
-ImuTopicOption = Annotated[
-    str | None,
-    typer.Option(
-        "--imu-topic",
-        metavar="TOPIC",
-        help="Topic of the IMU; by default found by type.",
-        show_default=False,
-    ),
+    typer.Option("--odom-topic", metavar="TOPIC", help="Topic of the odometry; by default found by type."),
 ]
 
 
@@ -133,32 +111,12 @@ LaserPoseOption = Annotated[
         metavar="X Y YAW [ROLL]",
         help="The laser's place on the car in metres and radians; a laser that hangs upside down has the "
         "roll 3.1416. By default it is taken from transforms, or from the motion.",
-        show_default=False,
-    ),
-]
-StartOption = Annotated[
-    float,
-    typer.Option(
-        "--start",
-        metavar="SECONDS",
-        min=0.0,
-        help="Begin this long after the bag's first message.",
-        show_default=False,
-    ),
-]
-DurationOption = Annotated[
-    float | None,
-    typer.Option(
-        "--duration",
-        metavar="SECONDS",
-        help="Read at most this much of the recording.",
-        show_default=False,
     ),
 ]
 SeedOption = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="Same seed, same result.")]
 JsonOption = Annotated[
     Path | None,
-    typer.Option("--json", metavar="FILE", help="Also write the figures to this file.", show_default=False),
+    typer.Option("--json", metavar="FILE", help="Also write the figures to this file."),
     WritesFile(),
 ]
 SchedulerOption = Annotated[
@@ -168,7 +126,6 @@ SchedulerOption = Annotated[
         metavar="ADDRESS",
         help="Run on a dask cluster, such as tcp://192.168.0.5:8786; by default on all cores of this "
         "machine.",
-        show_default=False,
     ),
 ]
 RecordOption = Annotated[
@@ -181,27 +138,71 @@ RecordOption = Annotated[
 QuietOption = Annotated[bool, typer.Option("--quiet", help="Print errors only.", callback=_print_errors_only)]
 
 
-def bag_reading(
-    *,
-    scan_topic: list[str] | None,
-    odom_topic: str | None,
-    no_odom: bool,
-    laser_pose: str | None,
-    imu_topic: str | None = None,
-    no_imu: bool = False,
-    start: float = 0.0,
-    duration: float | None = None,
-) -> "BagReading":
-    """How the flags say that a bag is read. Raises UserError when the laser's pose is none."""
-    from racecar.pipelines.runs.bag_reading import BagReading
+@dataclass(frozen=True, kw_only=True)
+class ReadingFlags:
+    """How a bag is read."""
 
-    return BagReading(
-        scan_topics=tuple(scan_topic or ()),
-        odom_topic=odom_topic,
-        imu_topic=imu_topic,
-        use_odometry=not no_odom,
-        use_imu=not no_imu,
-        base_from_laser=None if laser_pose is None else parse_laser_pose(laser_pose),
-        start=start,
-        duration=duration,
-    )
+    scan_topic: ScanTopicOption = None
+    odom_topic: OdomTopicOption = None
+    no_odom: Annotated[bool, typer.Option("--no-odom", help="Ignore the bag's odometry.")] = False
+    imu_topic: Annotated[
+        str | None,
+        typer.Option("--imu-topic", metavar="TOPIC", help="Topic of the IMU; by default found by type."),
+    ] = None
+    no_imu: Annotated[bool, typer.Option("--no-imu", help="Ignore the bag's IMU.")] = False
+    laser_pose: LaserPoseOption = None
+    start: Annotated[
+        float,
+        typer.Option(
+            "--start",
+            metavar="SECONDS",
+            min=0.0,
+            help="Begin this long after the bag's first message.",
+            show_default=False,
+        ),
+    ] = 0.0
+    duration: Annotated[
+        float | None,
+        typer.Option("--duration", metavar="SECONDS", help="Read at most this much of the recording."),
+    ] = None
+
+    def parsed(self) -> "BagReading":
+        """The same as runs take it. Raises UserError when the laser's pose is none."""
+        from racecar.pipelines.runs.bag_reading import BagReading
+
+        return BagReading(
+            scan_topics=tuple(self.scan_topic or ()),
+            odom_topic=self.odom_topic,
+            imu_topic=self.imu_topic,
+            use_odometry=not self.no_odom,
+            use_imu=not self.no_imu,
+            base_from_laser=None if self.laser_pose is None else parse_laser_pose(self.laser_pose),
+            start=self.start,
+            duration=self.duration,
+        )
+
+
+def ungrouped(command: Callable[..., Any]) -> Callable[..., Any]:
+    """A command with the flags of its groups in the place of each group, as typer takes it."""
+    signature = inspect.signature(command)
+    groups: dict[str, Any] = {
+        name: each.annotation for name, each in signature.parameters.items() if is_dataclass(each.annotation)
+    }
+    if not groups:
+        return command
+
+    @wraps(command)
+    def group_and_run(**flags: Any) -> Any:
+        grouped = {
+            name: group(**{field.name: flags.pop(field.name) for field in fields(group)})
+            for name, group in groups.items()
+        }
+        return command(**flags, **grouped)
+
+    parameters = [
+        flag.replace(kind=inspect.Parameter.KEYWORD_ONLY)
+        for name, each in signature.parameters.items()
+        for flag in (inspect.signature(groups[name]).parameters.values() if name in groups else [each])
+    ]
+    group_and_run.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    return group_and_run

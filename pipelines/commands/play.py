@@ -16,9 +16,7 @@ def play(
     ] = 1.0,
     topics: Annotated[
         list[str] | None,
-        typer.Option(
-            "--topic", metavar="TOPIC", help="Play only this topic; may be repeated.", show_default=False
-        ),
+        typer.Option("--topic", metavar="TOPIC", help="Play only this topic; may be repeated."),
     ] = None,
     clock: Annotated[
         bool, typer.Option("--clock", help="Also publish /clock, for nodes with use_sim_time.")
@@ -37,7 +35,6 @@ def play(
             min=1,
             help="Begin as soon as N nodes listen to the scans; by default, when no new one has appeared "
             "for 3 s.",
-            show_default=False,
         ),
     ] = None,
     quiet: QuietOption = False,
@@ -52,29 +49,26 @@ def play(
 
     start_ros()
 
-    from rich.console import Console
-
+    from racecar.pipelines.commands.terminal import teller
     from racecar.pipelines.live.player import Player
     from racecar.pipelines.live.ros.run import ros_node
     from racecar.pipelines.runs.progress import progress_bar
 
-    console = Console(quiet=quiet, highlight=False, soft_wrap=True)
+    tell = teller(quiet=quiet)
     with ros_node("racecar_player", context.obj) as node:
         player = Player(node, bag, topics or ())
         try:
             for topic in player.left_out:
-                console.print(
-                    f"{topic.name} is left out: this ROS has no {topic.message_type}.", markup=False
-                )
+                tell(f"{topic.name} is left out: this ROS has no {topic.message_type}.")
             if clock:
                 player.publish_clock()
             if not player.wait_for_listeners(wait, listeners):
-                console.print("No node listens to the scans yet; playing anyway.")
+                tell("No node listens to the scans yet; playing anyway.")
             with progress_bar("Playing", player.message_count, quiet=quiet) as advance_to:
                 played = player.play(speed, advance_to)
         finally:
             player.close()
-    console.print(
+    tell(
         f"Played {played.messages} messages, {played.scans} of them scans; the latest was "
         f"{played.latest * 1e3:.1f} ms late."
     )

@@ -7,24 +7,8 @@ import typer
 
 from racecar.pipelines.commands.options import ConfigOption, JsonOption, OutputFolderOption, QuietOption
 from racecar.pipelines.commands.outputs import WritesFolder
-from racecar.pipelines.commands.rendering_options import (
-    CropOption,
-    DxfOption,
-    FreeOption,
-    LeaveOutOption,
-    ModeOption,
-    OccupiedOption,
-    OriginOption,
-    PlyOption,
-    PngOption,
-    ResolutionOption,
-    RunArgument,
-    SvgOption,
-    TurnOption,
-    drawn_as,
-    map_files,
-    requested_files,
-)
+from racecar.pipelines.commands.rendering_options import DrawingFlags, FileFlags, RunArgument, map_files
+from racecar.pipelines.commands.results import print_run, where_to_look
 
 EditsOption = Annotated[
     Path | None,
@@ -32,27 +16,17 @@ EditsOption = Annotated[
         "--edits",
         metavar="FILE",
         help="Edits to draw over the map, in the frame of DIR; default: edits.yaml in DIR.",
-        show_default=False,
     ),
 ]
 
 
 def render(
+    *,
     run: RunArgument,
     out: Annotated[OutputFolderOption, WritesFolder(map_files, remakes="run")],
     config: ConfigOption = None,
-    resolution: ResolutionOption = None,
-    turn: TurnOption = None,
-    crop: CropOption = None,
-    origin: OriginOption = None,
-    leave_out: LeaveOutOption = None,
-    mode: ModeOption = None,
-    occupied: OccupiedOption = None,
-    free: FreeOption = None,
-    ply: PlyOption = False,
-    png: PngOption = False,
-    svg: SvgOption = False,
-    dxf: DxfOption = False,
+    drawing: DrawingFlags,
+    files: FileFlags,
     edits: EditsOption = None,
     json: JsonOption = None,
     quiet: QuietOption = False,
@@ -63,25 +37,11 @@ def render(
 
     Example: racecar render runs/drive --out runs/straight --turn walls --crop driven --dxf
     """
-    from rich.console import Console
-
-    from racecar.pipelines.commands.printed_warnings import print_warnings
-    from racecar.pipelines.commands.written_files import where_to_look
     from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.report import Report
 
     report = Report("racecar render")
-    settings = drawn_as(
-        load_config(config).mapping,
-        resolution=resolution,
-        turn=turn,
-        crop=crop,
-        origin=origin,
-        leave_out=leave_out,
-        mode=mode,
-        occupied=occupied,
-        free=free,
-    )
+    settings = drawing.over(load_config(config).mapping)
     with report.stage("loading"):
         from racecar.pipelines.files.edits_file import edits_beside, load_edits
         from racecar.pipelines.runs.render_run import render_into
@@ -92,7 +52,7 @@ def render(
         edits_beside(run) if edits is None else load_edits(edits),
         report,
         edits_from=run if edits is None else edits,
-        requested=requested_files(ply=ply, png=png, svg=svg, dxf=dxf),
+        requested=files.requested,
     )
     if json is not None:
         report.write(json)
@@ -101,7 +61,5 @@ def render(
     figures = report.as_dict()
     width, height = figures["result"]["map_metres"]
     seconds = figures["stages"]["total"]["wall_seconds"]
-    console = Console(highlight=False, soft_wrap=True)
-    console.print(f"Rendered a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s.")
-    print_warnings(report.warnings)
-    console.print(where_to_look(out, "map.png", json), markup=False)
+    done = f"Rendered a map of {width:.0f} × {height:.0f} m in {seconds:.1f} s."
+    print_run(report, [done], where_to_look(out, "map.png", json))

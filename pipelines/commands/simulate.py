@@ -1,37 +1,20 @@
 """``racecar simulate``: a car drives a map and records a bag."""
 
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from racecar.pipelines.commands.options import QuietOption, SeedOption
+from racecar.pipelines.commands.options import QuietOption
 from racecar.pipelines.commands.outputs import WritesBag
-from racecar.pipelines.commands.simulation_options import (
-    LaserOption,
-    NoiseOption,
-    PlanOption,
-    SlipOption,
-    SpeedOption,
-    WalkersOption,
-)
-from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
+from racecar.pipelines.commands.simulation_options import CarFlags, PlanOption
 
 
-def simulate(
-    map: PlanOption,
-    out: Annotated[
-        Path,
-        typer.Option(
-            "--out",
-            metavar="BAG",
-            help="Bag to write: a .bag file (ROS 1), else a folder (ROS 2).",
-            show_default=False,
-        ),
-        WritesBag(),
-    ],
-    noise: NoiseOption = NoiseLevel.SLIGHT,
-    seed: SeedOption = 0,
+@dataclass(frozen=True, kw_only=True)
+class _DriveFlags(CarFlags):
+    """The rest of SimulationConfig that can be chosen."""
+
     duration: Annotated[
         float | None,
         typer.Option(
@@ -40,31 +23,25 @@ def simulate(
             min=1.0,
             max=100_000.0,
             help="How long to drive; by default until the whole map is seen, or for two laps of a track.",
-            show_default=False,
         ),
-    ] = None,
-    speed: SpeedOption = 2.0,
-    walkers: WalkersOption = 0,
-    slip: SlipOption = 0.0,
-    laser: LaserOption = LaserKind.RACE,
+    ] = None
     tilt: Annotated[
         float,
         typer.Option("--tilt", metavar="DEG", min=-10.0, max=10.0, help="How far the laser looks down."),
-    ] = 0.0,
+    ] = 0.0
     hills: Annotated[
         float,
         typer.Option("--hills", metavar="GRADE", min=0.0, max=0.3, help="Steepest slope, such as 0.06."),
-    ] = 0.0,
+    ] = 0.0
     kerbs: Annotated[
-        float,
-        typer.Option("--kerbs", metavar="M", min=0.0, max=1.0, help="Height of the campus' lawn."),
-    ] = 0.0,
+        float, typer.Option("--kerbs", metavar="M", min=0.0, max=1.0, help="Height of the campus' lawn.")
+    ] = 0.0
     posts: Annotated[
         int,
         typer.Option(
             "--posts", metavar="N", min=0, max=12, help="Number of the robot's own posts in the laser's view."
         ),
-    ] = 0,
+    ] = 0
     carried: Annotated[
         float,
         typer.Option(
@@ -74,22 +51,22 @@ def simulate(
             max=30.0,
             help="For this long in each 30 s the car is carried, its wheels standing.",
         ),
-    ] = 0.0,
+    ] = 0.0
     carrier: Annotated[
         bool, typer.Option("--carrier", help="The laser sees the body of whoever carries the car.")
-    ] = False,
-    follower: Annotated[
-        bool, typer.Option("--follower", help="A person walks 2 to 3 m behind the car.")
-    ] = False,
+    ] = False
+    follower: Annotated[bool, typer.Option("--follower", help="A person walks 2 to 3 m behind the car.")] = (
+        False
+    )
     steering: Annotated[
         bool, typer.Option("--steering", help="Odometry turns by the steering angle, which is a little off.")
-    ] = False,
-    every: Annotated[
+    ] = False
+    scan_every: Annotated[
         float,
         typer.Option(
             "--every", metavar="SECONDS", min=0.0, max=60.0, help="Keep only one scan per interval."
         ),
-    ] = 0.0,
+    ] = 0.0
     scan_gaps: Annotated[
         float,
         typer.Option(
@@ -99,11 +76,23 @@ def simulate(
             max=14.0,
             help="Keep no scans for this long in each 15 s.",
         ),
-    ] = 0.0,
-    imu: Annotated[
+    ] = 0.0
+    imu_rate: Annotated[
         float,
         typer.Option("--imu", metavar="HZ", min=0.0, max=1000.0, help="Rate of /imu, a cheap gyroscope."),
-    ] = 0.0,
+    ] = 0.0
+
+
+def simulate(
+    map: PlanOption,
+    out: Annotated[
+        Path,
+        typer.Option(
+            "--out", metavar="BAG", help="Bag to write: a .bag file (ROS 1), else a folder (ROS 2)."
+        ),
+        WritesBag(),
+    ],
+    flags: _DriveFlags,
     quiet: QuietOption = False,
 ) -> None:
     """Drive a car through a map and record /scan, /odom and /ground_truth.
@@ -117,43 +106,20 @@ def simulate(
 
     On a map of your own: racecar simulate --map runs/lab/map.yaml --out runs/drive.bag
     """
-    from rich.console import Console
-
     from racecar.pipelines.files.tum import save_tum
     from racecar.pipelines.runs.progress import progress_bar
     from racecar.pipelines.simulation.plans.catalogue import load_or_draw
     from racecar.pipelines.simulation.simulator import Simulation, ground_truth_file, write_bag
     from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
-    config = SimulationConfig(
-        noise=noise,
-        seed=seed,
-        duration=duration,
-        max_speed=speed,
-        walkers=walkers,
-        slip=slip,
-        imu_rate=imu,
-        laser=laser,
-        tilt=tilt,
-        hills=hills,
-        kerbs=kerbs,
-        posts=posts,
-        carried=carried,
-        carrier=carrier,
-        follower=follower,
-        steering=steering,
-        scan_every=every,
-        scan_gaps=scan_gaps,
-    )
-    simulation = Simulation(load_or_draw(map), config)
+    simulation = Simulation(load_or_draw(map), SimulationConfig(**asdict(flags)))
     with progress_bar("Driving", quiet=quiet) as progress:
         write_bag(simulation, out, progress)
     truth = ground_truth_file(out)
     save_tum(simulation.ground_truth, truth)
     if not quiet:
         driven = abs(simulation.drive.speed).mean() * simulation.drive.seconds
-        Console(highlight=False, soft_wrap=True).print(
+        print(
             f"Drove {driven:.0f} m in {simulation.drive.seconds:.0f} s: {out} holds "
-            f"{len(simulation.ground_truth)} scans, {truth} the true path.",
-            markup=False,
+            f"{len(simulation.ground_truth)} scans, {truth} the true path."
         )

@@ -15,7 +15,6 @@ def studio(
             metavar="DIR | BAG | MAP",
             help="A folder that `racecar map` or `racecar localize` has written, to look at; a bag or a "
             "folder of bags, to map; or a map to drive on. By default the shipped map of a building.",
-            show_default=False,
         ),
     ] = None,
     map: Annotated[
@@ -24,7 +23,6 @@ def studio(
             "--map",
             metavar="MAP",
             help="Drive on this map: a YAML file, a folder with map.yaml, or a shipped map: building, track.",
-            show_default=False,
         ),
     ] = None,
     port: Annotated[
@@ -59,15 +57,13 @@ def studio(
     import webbrowser
     from contextlib import closing, suppress
 
-    from rich.console import Console
-
     from racecar.maps.errors import UserError
+    from racecar.pipelines.commands.terminal import teller
     from racecar.pipelines.files.config_file import load_config
 
     if target is not None and map is not None:
         raise UserError("Give a run to look at or --map to drive on, and not both.")
     settings = load_config(config)
-    console = Console(quiet=quiet, highlight=False, soft_wrap=True)
 
     from racecar.pipelines.studio.page import Page
     from racecar.pipelines.studio.studio import add_opening, drive, room_for
@@ -80,7 +76,7 @@ def studio(
             make_room = drive(page, map or Path("building"), settings)
         page.enter(make_room)
         add_opening(page, settings)
-        console.print(f"Look at {page.address} (Ctrl-C ends).", markup=False)
+        teller(quiet=quiet)(f"Look at {page.address} (Ctrl-C ends).")
         if browser:
             webbrowser.open(page.address)
         page.run()

@@ -5,6 +5,7 @@ import logging
 import os
 import sys
 import warnings
+from collections.abc import Callable
 
 LOG_FORMAT = "racecar: %(message)s"
 _IN_ASCII = {
@@ -48,6 +49,16 @@ def leave_terminal() -> None:
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())
         os.close(nowhere)
+
+
+def teller(*, quiet: bool, on_stderr: bool = False) -> Callable[[str], None]:
+    """Says at once what is being done, unless a command is to be quiet."""
+
+    def tell(sentence: str) -> None:
+        if not quiet:
+            print(sentence, file=sys.stderr if on_stderr else sys.stdout, flush=True)
+
+    return tell
 
 
 def one_line(sentence: str) -> str:

@@ -8,6 +8,7 @@ import typer
 from racecar.pipelines.commands.options import JsonOption, QuietOption
 from racecar.pipelines.commands.outputs import WritesFolder
 from racecar.pipelines.commands.rendering_options import RunArgument
+from racecar.pipelines.commands.results import print_run, where_to_look
 
 SpacingOption = Annotated[
     float,
@@ -23,7 +24,7 @@ SmoothingOption = Annotated[
 ]
 OutOption = Annotated[
     Path | None,
-    typer.Option("--out", metavar="DIR", help="Folder for the results; default: DIR.", show_default=False),
+    typer.Option("--out", metavar="DIR", help="Folder for the results; default: DIR."),
     WritesFolder(lambda flags: ("track.csv", "track.png"), remakes="run"),
 ]
 
@@ -43,10 +44,6 @@ def track(
 
     Example: racecar track runs/drive
     """
-    from rich.console import Console
-
-    from racecar.pipelines.commands.printed_warnings import print_warnings
-    from racecar.pipelines.commands.written_files import where_to_look
     from racecar.pipelines.files.outputs import output_folder
     from racecar.pipelines.files.report import Report
 
@@ -63,10 +60,8 @@ def track(
     if quiet:
         return
     figures = report.as_dict()["track"]
-    console = Console(highlight=False, soft_wrap=True)
-    console.print(
+    done = (
         f"The track is {figures['length_m']:.1f} m long, and {figures['narrowest_m']:.2f} to "
         f"{figures['widest_m']:.2f} m wide."
     )
-    print_warnings(report.warnings)
-    console.print(where_to_look(place, "track.png", json), markup=False)
+    print_run(report, [done], where_to_look(place, "track.png", json))

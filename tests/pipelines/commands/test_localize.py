@@ -20,7 +20,7 @@ from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.cli import run
-from racecar.pipelines.commands.localization_summary import print_localization
+from racecar.pipelines.commands.localize import summary
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum, save_tum
 
@@ -236,15 +236,12 @@ def test_coarse_cells_are_told(bag: Path) -> None:
 
 
 @pytest.mark.parametrize("verdict", DriveVerdict)
-def test_what_a_lost_car_makes_of_its_odometry_is_not_told(
-    verdict: DriveVerdict, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_what_a_lost_car_makes_of_its_odometry_is_not_told(verdict: DriveVerdict) -> None:
     report = Report("racecar localize")
     report.add("counts", {"scans": 10, "path_metres": 1.0})
     report.add("accuracy", {"share_of_end_points_within_0.10_m_of_a_wall": 0.5})
     report.add("update_ms", {"mean": None})
     report.add("odometry_faults", {"distance": -0.18})
-    print_localization(report, DriveQuality(verdict, 1.0, 0.02, 5.0, (), ()), Path("out"), None)
-    printed = capsys.readouterr().out
-    assert ("18% too long" in printed) == (verdict == DriveVerdict.LOCALIZED)
-    assert printed.splitlines()[-1].startswith(f"The drive is {verdict.value}: ")
+    quality = DriveQuality(verdict, 1.0, 0.02, 5.0, (), ())
+    assert ("18% too long" in " ".join(summary(report, quality))) == (verdict == DriveVerdict.LOCALIZED)
+    assert quality.summary.startswith(f"The drive is {verdict.value}: ")

@@ -1,13 +1,40 @@
-"""What a command says at its end of the files that it wrote."""
+"""How a command ends: its figures, what it says of them and of its files, and its exit code."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path, PurePath
+from typing import TYPE_CHECKING
 
 from racecar.pipelines.files.outputs import written_to
 
+if TYPE_CHECKING:
+    from racecar.pipelines.files.report import Report
+
+NOT_GOOD_ENOUGH = 3
+"""Exit code with --strict: the command did its work, and what came of it is not to be used."""
+INTERRUPTED = 130
+"""Exit code as of a program that Ctrl-C ended: 128 and the number of the signal."""
 _MOST_NAMES = 12
 """Above these, files are counted by kind, so that they fit on a line or two."""
+
+
+def print_run(report: "Report", sentences: Sequence[str], where: str, verdict: str = "") -> None:
+    """What was done, the report's warnings, where the files are, and what they are worth."""
+    for sentence in sentences:
+        print(sentence)
+    print_warnings(report.warnings)
+    print(where)
+    if verdict:
+        print(verdict)
+
+
+def print_warnings(sentences: Iterable[str]) -> None:
+    """One line each, on stderr."""
+    from rich.console import Console
+
+    console = Console(stderr=True, highlight=False, soft_wrap=True, emoji=False)
+    for sentence in sentences:
+        console.print(f"Warning: {sentence}", style="yellow", markup=False)
 
 
 def where_to_look(folder: Path, first: str, figures: Path | None = None) -> str:
