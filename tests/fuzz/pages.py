@@ -17,7 +17,8 @@ from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.room import Room
 from racecar.pipelines.studio.studio import add_opening, drive, edit
 from racecar.pipelines.studio.watch.tools import NodeTool, Senders
-from racecar.pipelines.studio.watch.watch_room import Glimpse, WatchRoom
+from racecar.pipelines.studio.watch.watch_room import WatchRoom
+from racecar.pipelines.studio.watched import Glimpse
 from tests.pipelines.studio.server.visitor import VIEW, visiting
 
 _PATIENCE = 60.0

@@ -11,7 +11,8 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.watch.tools import NodeTool, Senders
-from racecar.pipelines.studio.watch.watch_room import Glimpse, WatchRoom
+from racecar.pipelines.studio.watch.watch_room import WatchRoom
+from racecar.pipelines.studio.watched import Glimpse
 
 _MOST_PARTICLES = 500
 """That are sent: more would only cover each other."""

@@ -1,6 +1,7 @@
 """The room in which a simulated car is driven."""
 
 import time
+from enum import Enum
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,6 @@ from racecar.pipelines.files.typed_path import typed_path
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.drive.discovery import Discovery
 from racecar.pipelines.studio.drive.localizer_panel import LocalizerPanel
-from racecar.pipelines.studio.drive.tools import TOOLS, Tool
 from racecar.pipelines.studio.drive.tracking import Tracking
 from racecar.pipelines.studio.drive.world_panel import add_hand_controls, add_world_controls
 from racecar.pipelines.studio.legend import Entry
@@ -26,6 +26,7 @@ from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, PATH, SCAN, SKY, TRUTH
 from racecar.pipelines.studio.pointed import Pointed
 from racecar.pipelines.studio.pointer import Pointer
+from racecar.pipelines.studio.room import Room
 
 _PERIODS = {"map": 1.0, "plot": 1.0, "words": 0.25}
 """Seconds from one drawing to the next: what costs more, or is read and not seen, is drawn less often."""
@@ -35,7 +36,23 @@ _PARTICLE_LENGTH, _GOAL_SIZE, _SIGMAS = 0.15, 0.4, 3.0
 """Metres of a particle's arrow and of the goal's cross; standard deviations that the ellipse shows."""
 
 
-class DriveRoom:
+class Tool(str, Enum):
+    """What clicks and drags on the floor mean, as the panel names it."""
+
+    DRIVE = "Drive there"
+    ESTIMATE = "Say where the car is"
+    CARRY = "Carry the car"
+
+
+_TOOLS = {
+    Tool.DRIVE: "Click a place, and the car drives there.",
+    Tool.ESTIMATE: "Drag from where the car is to where it looks: the localizer starts there. "
+    "A click leaves the heading open.",
+    Tool.CARRY: "Drag from where the car shall stand to where it shall look. The localizer is not told.",
+}
+
+
+class DriveRoom(Room):
     """A car on a map, with the localizer beside the truth or a mapper that discovers the floor."""
 
     def __init__(
@@ -126,14 +143,11 @@ class DriveRoom:
         if shown is not None:
             self._take(shown)
 
-    def close(self) -> None:
-        """There is nothing to end."""
-
     def _build_panel(self) -> None:
         page = self._page
         gui = page.gui
         with page.folder("What a click means"):
-            self._pointer = Pointer(page, TOOLS)
+            self._pointer = Pointer(page, _TOOLS)
             self._state = gui.add_markdown("")
         with page.folder("Localizer"):
             self._panel = LocalizerPanel(page, self._localization, self._reconfigure)

@@ -21,9 +21,10 @@ from racecar.pipelines.studio.edit.saving import Saving
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import PATH
+from racecar.pipelines.studio.room import Room
 
 
-class EditRoom:
+class EditRoom(Room):
     """Clicks become the corners of edits, which are drawn over the map at once and saved in the end."""
 
     def __init__(
@@ -47,12 +48,6 @@ class EditRoom:
         self._page.layers.clear_all()
         self._draw_edits()
         self._draw_corners(self._draft.corners)
-
-    def step(self, seconds: float) -> None:
-        """Nothing moves here."""
-
-    def draw(self) -> None:
-        """All is drawn when it changes."""
 
     def click(self, place: NDArray[np.float64]) -> None:
         """A corner; the first one again closes a shape, the last one again ends a wall."""
@@ -85,9 +80,6 @@ class EditRoom:
         if self._saving.is_saved(self._draft.edits) and not len(self._draft.corners):
             return ""
         return "What was drawn is not saved: save it, or press again to leave without it."
-
-    def close(self) -> None:
-        """There is nothing to end."""
 
     def _build_panel(self) -> None:
         page, gui = self._page, self._page.gui

@@ -15,6 +15,7 @@ from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline, cross, ellipse
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, SCAN, SKY, by_doubt, stops
+from racecar.pipelines.studio.room import Room
 from racecar.pipelines.view.scene import Doubt, Scene
 
 _NEAR = 12.0
@@ -32,10 +33,8 @@ _MARKER = 0.6
 """Metres: the cross over a doubtful place."""
 
 
-class LookRoom:
+class LookRoom(Room):
     """A run on the page."""
-
-    would_be_lost = ""
 
     def __init__(
         self,
@@ -87,16 +86,6 @@ class LookRoom:
         path = self._scene.trajectory.map_from_base[:, :2]
         nearest = int(np.argmin(np.linalg.norm(path - place, axis=1)))
         self._time_line.go_to(self._seconds_of(nearest))
-
-    def takes_drag(self, start: NDArray[np.float64]) -> bool:
-        """A drag moves the map."""
-        return False
-
-    def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
-        """A drag moves the map here."""
-
-    def close(self) -> None:
-        """There is nothing to end."""
 
     def _build_panel(self) -> None:
         page, scene = self._page, self._scene

@@ -9,6 +9,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from racecar.maps.errors import UserError
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.check import BagCheck
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.report import Report
@@ -17,14 +18,27 @@ from racecar.pipelines.runs.mapping_job import MappingJob, carry_out
 from racecar.pipelines.runs.other_process import leave_terminal_alone
 from racecar.pipelines.runs.progress import progress_heard_by
 from racecar.pipelines.runs.run_lock import run_lock
-from racecar.pipelines.studio.map_bag.news import Progress
 from racecar.pipelines.studio.map_bag.sketcher import Sketcher, finished_sketch
+from racecar.pipelines.studio.watched import Glimpse
 
 _TELL_EVERY = 0.2
 """Seconds between two words about progress, which nobody reads faster."""
 
 
 STOPPED = "It was stopped, and no map was written."
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far it is."""
+
+    what: str
+    share: float
+    """0 to 1."""
+
+
+News = Progress | OccupancyGrid | Glimpse
+"""What is told meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +72,8 @@ def map_and_tell(job: MappingJob, told: Connection) -> Mapped:
             )
     except KeyboardInterrupt as stop:  # as it is called when the reading is over, or has not begun
         raise UserError(STOPPED) from stop
-    told.send(finished_sketch(mapped.result))
+    for news in finished_sketch(mapped.result):
+        told.send(news)
     return Mapped(job.out, mapped.quality.summary, report.warnings)
 
 

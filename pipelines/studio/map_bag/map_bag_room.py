@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -25,15 +24,14 @@ from racecar.pipelines.runs.mapping_run import OPTIMIZING
 from racecar.pipelines.runs.other_process import FreshProcess, ProcessDiedError
 from racecar.pipelines.runs.output_places import check_places
 from racecar.pipelines.studio.legend import Entry
-from racecar.pipelines.studio.map_bag.bag_work import STOPPED, Mapped, check_and_tell, map_and_tell
-from racecar.pipelines.studio.map_bag.news import News, Sketch
-from racecar.pipelines.studio.map_image import known_extent, paint
-from racecar.pipelines.studio.outlines import car_outline
+from racecar.pipelines.studio.map_bag.bag_work import STOPPED, Mapped, News, check_and_tell, map_and_tell
 from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.palette import CAR, LOOP, PATH, SCAN
+from racecar.pipelines.studio.palette import LOOP
+from racecar.pipelines.studio.room import Room
+from racecar.pipelines.studio.watched import Glimpse, WatchedMap
 
 
-class MapBagRoom:
+class MapBagRoom(Room):
     """Chooses a bag, checks it, and watches a process that maps it."""
 
     def __init__(
@@ -45,12 +43,8 @@ class MapBagRoom:
         self._process: FreshProcess[BagCheck] | FreshProcess[Mapped] | None = None
         self._news: Connection | None = None
         self._chosen = next(iter(bags.values()))
-        self.sketch: Sketch | None = None
-        """The car as it was seen last."""
-        self.grid: OccupancyGrid | None = None
-        """The map as it was drawn last."""
-        self._drawn: Sketch | None = None
-        self._drawn_grid: OccupancyGrid | None = None
+        self.watched = WatchedMap(page)
+        """Map and car as they were seen last."""
         self._mapped: Path | None = None
         self._build_panel()
         self.choose(next(iter(bags)))
@@ -80,10 +74,9 @@ class MapBagRoom:
     def draw_all(self) -> None:
         """Draw the map so far."""
         self._page.layers.clear_all()
-        self._drawn = self._drawn_grid = None
+        self.watched.draw_anew()
         self.draw()
-        entries = [Entry("car", [CAR]), Entry("path", [PATH]), Entry("scan", [SCAN])]
-        self._page.legend.show([*entries, Entry("loop closure", [LOOP])])
+        self._page.legend.show([*self.watched.entries(), Entry("loop closure", [LOOP])])
 
     def step(self, seconds: float) -> None:
         """Hear what the process tells."""
@@ -95,27 +88,7 @@ class MapBagRoom:
 
     def draw(self) -> None:
         """Draw the latest of map and car, once."""
-        sketch, layers = self.sketch, self._page.layers
-        if self.grid is not None and self.grid is not self._drawn_grid:
-            self._drawn_grid = self.grid
-            layers.image("map", paint(self.grid, self._page.ground))
-        if sketch is None or sketch is self._drawn:
-            return
-        self._drawn = sketch
-        layers.line("path", sketch.path[:, :2], PATH, 3.0)
-        layers.segments("loops", sketch.loops, LOOP, 2.0)
-        layers.dots("scan", sketch.scan_in_map, SCAN, 3.0)
-        layers.line("car", car_outline(sketch.map_from_base), CAR, 4.0)
-
-    def click(self, place: NDArray[np.float64]) -> None:
-        """A click means nothing here."""
-
-    def takes_drag(self, start: NDArray[np.float64]) -> bool:
-        """A drag moves the map."""
-        return False
-
-    def drag(self, start: NDArray[np.float64], end: NDArray[np.float64], *, is_over: bool) -> None:
-        """A drag moves the map."""
+        self.watched.draw()
 
     def close(self) -> None:
         """End the process."""
@@ -187,7 +160,7 @@ class MapBagRoom:
         self._news, told = Pipe(duplex=False)
         self._process = FreshProcess(partial(work, told))
         told.close()  # the process has its own end
-        self.sketch = self.grid = None
+        self.watched.forget()
         self._page.layers.clear_all()
         self._remarks.content, self._words.content = "", "Starting …"
         self._show_buttons(is_working=True)
@@ -200,11 +173,10 @@ class MapBagRoom:
             self._news = None
 
     def _take(self, news: News) -> None:
-        if isinstance(news, Sketch):
-            self.sketch = news
-            if news.grid is not None:
-                self.grid = news.grid
-                self._page.view.keep_whole(known_extent(news.grid))
+        if isinstance(news, OccupancyGrid):
+            self.watched.take_map(news)
+        elif isinstance(news, Glimpse):
+            self.watched.glimpse = news
         else:
             self._bar.value = 100.0 * news.share
             if news.what == OPTIMIZING:
@@ -212,9 +184,9 @@ class MapBagRoom:
             self._words.content = f"{news.what} … {self._length()}"
 
     def _length(self) -> str:
-        if self.sketch is None:
+        if self.watched.glimpse is None:
             return ""
-        path, loops = self.sketch.path, len(self.sketch.loops)
+        path, loops = self.watched.glimpse.path, len(self.watched.glimpse.loops)
         metres = float(np.sum(np.hypot(*np.diff(path[:, :2], axis=0).T)))
         return f"{metres:.0f} m driven, {loops} {'loop' if loops == 1 else 'loops'} closed"
 

@@ -16,7 +16,7 @@ from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.thinning import thinned
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.studio.map_bag.news import Sketch
+from racecar.pipelines.studio.watched import Glimpse
 
 _EVERY = 0.5
 """Seconds between two sketches at least: by judgement, as often as one sees something new."""
@@ -27,21 +27,22 @@ _LEAST_WORK, _LONGEST_PAUSE = 10.0, 3.0
 tenth; but no more seconds than that, as a first drawing may compile its loops."""
 
 
-def finished_sketch(result: MappingResult) -> Sketch:
+def finished_sketch(result: MappingResult) -> tuple[OccupancyGrid, Glimpse]:
     """The map as it was written, with the car at the end of its drive."""
-    grid, map_from_base = thinned(result.tiled, _MOST_CELLS), result.trajectory.map_from_base[-1]
-    return Sketch(grid, map_from_base, np.zeros((0, 2)), *_path_and_loops(result.session))
+    end = _glimpse(result.trajectory.map_from_base[-1], np.zeros((0, 2)), result.session)
+    return thinned(result.tiled, _MOST_CELLS), end
 
 
-def _path_and_loops(session: Session) -> tuple[Pose, NDArray[np.float64]]:
+def _glimpse(map_from_base: Pose, scan_in_map: NDArray[np.float64], session: Session) -> Glimpse:
     path, keyframes = session.map_from_base, session.constraints.to_arrays()["keyframes"]
-    return path, path[keyframes[session.constraints.are("loop_closure")], :2]
+    loops = path[keyframes[session.constraints.are("loop_closure")], :2]
+    return Glimpse(map_from_base, scan_in_map, path, loops=loops)
 
 
 class Sketcher:
     """Looks at a mapper after each scan, and hands on what it draws."""
 
-    def __init__(self, config: MappingConfig, hand_on: Callable[[Sketch], None]) -> None:
+    def __init__(self, config: MappingConfig, hand_on: Callable[[OccupancyGrid | Glimpse], None]) -> None:
         self._new_grid = partial(GrowingGrid, config.resolution, config.rendering)
         self._growing = self._new_grid()
         self._mapper: Mapper | None = None
@@ -52,9 +53,10 @@ class Sketcher:
         """Draw what is due, once there is a keyframe."""
         if time.monotonic() < self._sketch_due or not mapper.growth.keyframes:
             return
-        grid = self._draw(mapper)
+        if (grid := self._draw(mapper)) is not None:
+            self._hand_on(grid)
         scan_in_map = transform_points(map_from_base, scan.points_in_base())
-        self._hand_on(Sketch(grid, map_from_base, scan_in_map, *_path_and_loops(mapper.session())))
+        self._hand_on(_glimpse(map_from_base, scan_in_map, mapper.session()))
         self._sketch_due = time.monotonic() + _EVERY
 
     def _draw(self, mapper: Mapper) -> OccupancyGrid | None:

@@ -1,55 +1,33 @@
 """The room in which one watches what a node sees, and sends it somewhere by clicks."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.errors import UserError
-from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.studio.legend import Entry
-from racecar.pipelines.studio.map_image import known_extent, paint
-from racecar.pipelines.studio.outlines import car_outline
 from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, PATH, SCAN
+from racecar.pipelines.studio.palette import LOOP
 from racecar.pipelines.studio.pointed import Pointed
 from racecar.pipelines.studio.pointer import Pointer
+from racecar.pipelines.studio.room import Room
 from racecar.pipelines.studio.watch.goal import Goal, goal_pose
 from racecar.pipelines.studio.watch.tools import HELP, NodeTool, Senders
-
-_PARTICLE_LENGTH = 0.15
-"""Metres of a particle's arrow, by judgement."""
+from racecar.pipelines.studio.watched import Glimpse, WatchedMap
 
 
-@dataclass(frozen=True, eq=False)
-class Glimpse:
-    """The car at a moment."""
-
-    map_from_base: Pose
-    scan_in_map: NDArray[np.float64]
-    """(N, 2)"""
-    path: Pose
-    """(M, 3) driven so far."""
-    particles: Pose | None
-    """(P, 3); None where there are none."""
-
-
-class WatchRoom:
-    """Shows the latest of everything; what was before is forgotten, so that memory does not grow."""
-
-    would_be_lost = ""
+class WatchRoom(Room):
+    """The latest of a node, and where clicks go."""
 
     def __init__(self, page: Page, tools: Sequence[NodeTool]) -> None:
         """Of the tools the first is chosen."""
         self._page = page
         self._senders: Senders | None = None
-        self._grid: OccupancyGrid | None = None
-        self._glimpse: Glimpse | None = None
+        self._watched = WatchedMap(page)
         self._goal: Goal | None = None
-        self._is_news = self._is_new_map = False
         with page.folder("State"):
             self._state = page.gui.add_markdown("The node is starting.")
         with page.folder("What a click means"):
@@ -57,7 +35,7 @@ class WatchRoom:
             self._outcome = page.gui.add_markdown("")
             self._way = page.gui.add_markdown("")
         with page.folder("View"):
-            page.on_press(page.gui.add_button("Show the whole map"), self._show_whole)
+            page.on_press(page.gui.add_button("Show the whole map"), self._watched.show_whole)
             self._follows = page.gui.add_checkbox("Follow the car", False)
 
     def takes_drag(self, start: NDArray[np.float64]) -> bool:
@@ -74,15 +52,11 @@ class WatchRoom:
 
     def take_map(self, grid: OccupancyGrid) -> None:
         """The map from now on."""
-        is_first, self._grid, self._is_new_map = self._grid is None, grid, True
-        if is_first:
-            self._show_whole()
-        else:
-            self._page.view.keep_whole(known_extent(grid))
+        self._watched.take_map(grid)
 
     def take(self, glimpse: Glimpse) -> None:
         """Where the car is now."""
-        is_first, self._glimpse, self._is_news = self._glimpse is None, glimpse, True
+        is_first, self._watched.glimpse = self._watched.glimpse is None, glimpse
         if is_first:
             self._draw_legend()
         if self._goal is not None:
@@ -90,21 +64,18 @@ class WatchRoom:
 
     def draw_all(self) -> None:
         """Draw everything anew."""
-        self._is_new_map = self._grid is not None
-        self._is_news = self._glimpse is not None
+        self._watched.draw_anew()
         self._draw_legend()
-
-    def step(self, seconds: float) -> None:
-        """The node lets time pass."""
 
     def draw(self) -> None:
         """Draw the latest, once."""
-        if self._is_new_map and self._grid is not None:
-            self._is_new_map = False
-            self._page.layers.image("map", paint(self._grid, self._page.ground))
-        if self._is_news and self._glimpse is not None:
-            self._is_news = False
-            self._draw_car(self._glimpse)
+        glimpse = self._watched.draw()
+        if glimpse is None:
+            return
+        if self._goal is not None:
+            self._draw_goal(self._goal)
+        if self._follows.value:
+            self._page.view.follow(glimpse.map_from_base[:2])
 
     def click(self, place: NDArray[np.float64]) -> None:
         """What the tool means."""
@@ -115,9 +86,6 @@ class WatchRoom:
         shown = self._pointer.drag(start, end, is_over=is_over)
         if shown is not None:
             self._take(shown)
-
-    def close(self) -> None:
-        """There is nothing to end."""
 
     def _take(self, shown: Pointed) -> None:
         if self._pointer.tool == NodeTool.MOVE:
@@ -130,8 +98,8 @@ class WatchRoom:
 
     def _send(self, tool: NodeTool, shown: Pointed) -> str:
         """Hand on what was shown; what became of it. Raises UserError when it is too early, or in vain."""
-        senders, glimpse = self._senders, self._glimpse
-        if senders is None or self._grid is None:
+        senders, glimpse = self._senders, self._watched.glimpse
+        if senders is None or self._watched.grid is None:
             raise UserError("There is no map yet to click on: wait until it is seen.")
         if tool == NodeTool.PLACE:
             assert senders.place is not None
@@ -142,30 +110,10 @@ class WatchRoom:
         self._draw_goal(self._goal)
         return words
 
-    def _draw_car(self, glimpse: Glimpse) -> None:
-        layers = self._page.layers
-        layers.line("car", car_outline(glimpse.map_from_base), CAR, 4.0)
-        layers.dots("scan", glimpse.scan_in_map, SCAN, 3.0)
-        layers.line("path", glimpse.path[:, :2], PATH, 3.0)
-        if glimpse.particles is not None:
-            layers.arrows("particles", glimpse.particles, PARTICLE, _PARTICLE_LENGTH, 1.5)
-        if self._goal is not None:
-            self._draw_goal(self._goal)
-        if self._follows.value:
-            self._page.view.follow(glimpse.map_from_base[:2])
-
     def _draw_goal(self, goal: Goal) -> None:
         self._page.layers.segments("goal", goal.drawing(self._page.view.finger), LOOP, 4.0)
         if goal.is_reached:
             self._goal = None
 
     def _draw_legend(self) -> None:
-        entries = [Entry("car", [CAR]), Entry("path", [PATH]), Entry("scan", [SCAN])]
-        if self._glimpse is not None and self._glimpse.particles is not None:
-            entries.append(Entry("particle, with its heading", [PARTICLE]))
-        self._page.legend.show([*entries, Entry("goal", [LOOP])])
-
-    def _show_whole(self) -> None:
-        extent = None if self._grid is None else known_extent(self._grid)
-        if extent is not None:
-            self._page.view.show_whole(*extent)
+        self._page.legend.show([*self._watched.entries(), Entry("goal", [LOOP])])

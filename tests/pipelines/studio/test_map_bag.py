@@ -77,16 +77,18 @@ def test_a_bag_is_mapped_while_one_watches(page: Page, bag: Path, tmp_path: Path
     assert "press again" in room.would_be_lost
     with pytest.raises(UserError, match="already"):
         room.check_it()
-    wait_for(page, lambda: room.sketch is not None)
-    assert len(room.sketch.scan_in_map) > 1000
+    wait_for(page, lambda: room.watched.glimpse is not None)
+    assert len(room.watched.glimpse.scan_in_map) > 1000
     wait_for(page, lambda: room.is_idle)
     assert "The map is" in room.words
     assert room.would_be_lost == ""
     folder = tmp_path / "runs/drive"
     assert read_report(folder).inputs.bag == str(bag)
     written = load_map(folder)
-    assert room.grid is not None
-    np.testing.assert_array_equal(room.grid.cells >= 65, written.cells == OCCUPIED)  # not the last sketch
+    assert room.watched.grid is not None
+    np.testing.assert_array_equal(
+        room.watched.grid.cells >= 65, written.cells == OCCUPIED
+    )  # not the last sketch
     room.open_result()
     assert "LookRoom" in type(room_of(page)).__name__
 
@@ -101,7 +103,7 @@ def test_a_bag_is_checked(page: Page, bag: Path) -> None:
 def test_what_was_read_until_one_stops_becomes_the_map(page: Page, long_bag: Path, tmp_path: Path) -> None:
     room = enter(page, long_bag)
     room.map_it()
-    wait_for(page, lambda: room.sketch is not None)
+    wait_for(page, lambda: room.watched.glimpse is not None)
     room.stop()
     wait_for(page, lambda: room.is_idle)
     report = read_report(tmp_path / "runs/long")
@@ -125,7 +127,7 @@ def test_a_process_that_is_stopped_before_it_reads_leaves_nothing(
 def test_a_room_that_is_left_ends_its_process(page: Page, long_bag: Path, tmp_path: Path) -> None:
     room = enter(page, long_bag)
     room.map_it()
-    wait_for(page, lambda: room.sketch is not None)
+    wait_for(page, lambda: room.watched.glimpse is not None)
     leave = lambda: page.leave_for(lambda: room_for(page, Path("track"), load_config(None)))  # noqa: E731
     with pytest.raises(UserError, match="still being read"):
         leave()

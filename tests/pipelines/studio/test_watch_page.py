@@ -16,7 +16,8 @@ from racecar.pipelines.studio.palette import CAR, LOOP
 from racecar.pipelines.studio.pointed import Pointed
 from racecar.pipelines.studio.server.gate import LOOPBACK
 from racecar.pipelines.studio.watch.tools import NodeTool, Senders
-from racecar.pipelines.studio.watch.watch_room import Glimpse, WatchRoom
+from racecar.pipelines.studio.watch.watch_room import WatchRoom
+from racecar.pipelines.studio.watched import Glimpse
 from tests.pipelines.simulation.test_driven_simulation import a_room
 from tests.pipelines.studio.chromium import Opened, opened, running
 
