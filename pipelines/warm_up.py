@@ -10,7 +10,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.warm_up import warm_up as warm_up_localizer
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.demo_run import run_demo
-from racecar.pipelines.simulation.plans.ring import draw_ring
+from racecar.pipelines.simulation.floor_canvas import draw_ring
 
 
 def warm_up() -> None:

@@ -14,13 +14,13 @@ from benchmarks.quality.input_faults import fewer_beams
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.calibration_run import calibrate
-from racecar.pipelines.simulation.plans.catalogue import load_or_draw
 from racecar.pipelines.simulation.simulated_drive import simulate_drive
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
@@ -116,4 +116,4 @@ def _drawn(draw: random.Random) -> dict[str, Any]:
 @cache
 def _plan(name: str) -> OccupancyGrid:
     """One object for each, so that the way through it is planned once."""
-    return load_or_draw(Path(name))
+    return load_map(Path(name))

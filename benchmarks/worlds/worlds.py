@@ -26,7 +26,7 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.mapping_run import build_map
 from racecar.pipelines.simulation.driver import TICK
-from racecar.pipelines.simulation.plans.catalogue import load_or_draw
+from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.simulator import START_NS, Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
@@ -144,7 +144,7 @@ def map_drive(world: World, seed: int, settings: MappingConfig) -> WorldDrive:
 @cache
 def _plan(name: str) -> OccupancyGrid:
     """One object for each, so that the way through it is planned once."""
-    return load_or_draw(Path(name))
+    return load_map(Path(name))
 
 
 def _wheels_at(simulation: Simulation, trajectory: Trajectory) -> Pose:

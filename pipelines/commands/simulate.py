@@ -106,13 +106,13 @@ def simulate(
 
     On a map of your own: racecar simulate --map runs/lab/map.yaml --out runs/drive.bag
     """
+    from racecar.maps.map_files import load_map
     from racecar.pipelines.files.tum import save_tum
     from racecar.pipelines.runs.progress import progress_bar
-    from racecar.pipelines.simulation.plans.catalogue import load_or_draw
     from racecar.pipelines.simulation.simulator import Simulation, ground_truth_file, write_bag
     from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
-    simulation = Simulation(load_or_draw(map), SimulationConfig(**asdict(flags)))
+    simulation = Simulation(load_map(map), SimulationConfig(**asdict(flags)))
     with progress_bar("Driving", quiet=quiet) as progress:
         write_bag(simulation, out, progress)
     truth = ground_truth_file(out)

@@ -13,7 +13,7 @@ from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.simulation.plans.canvas import FloorCanvas
+from racecar.pipelines.simulation.floor_canvas import FloorCanvas
 
 SCAN_PERIOD = 50_000_000
 """Nanoseconds: 20 Hz, the rate that the course asks for."""

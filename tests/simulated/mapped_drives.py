@@ -14,8 +14,9 @@ from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
+from racecar.maps.map_files import load_map
 from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.simulation.plans.catalogue import load_or_draw
+from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
@@ -102,7 +103,7 @@ def _missed(loop: Constraint, true: Pose) -> tuple[float, float]:
 @cache
 def _plan(name: str) -> OccupancyGrid:
     """One object each, so that the route through it is planned once."""
-    return load_or_draw(Path(name))
+    return load_map(Path(name))
 
 
 def map_drive(

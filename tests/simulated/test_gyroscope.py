@@ -15,13 +15,13 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.simulation.plans.catalogue import load_or_draw
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
@@ -64,7 +64,7 @@ class Drive:
 
 @cache
 def plan_of(name: str) -> OccupancyGrid:
-    return load_or_draw(Path(name))
+    return load_map(Path(name))
 
 
 def right(rate: float) -> float:

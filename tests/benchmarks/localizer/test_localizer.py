@@ -18,7 +18,7 @@ from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from racecar.pipelines.simulation.plans.ring import draw_ring
+from racecar.pipelines.simulation.floor_canvas import draw_ring
 
 SMALL = Workload(
     particles=500,

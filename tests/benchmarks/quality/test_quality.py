@@ -21,10 +21,10 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.quality.config import QualityConfig
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
+from racecar.maps.map_files import load_map
 from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.simulation.plans.catalogue import load_or_draw
 from racecar.pipelines.simulation.simulated_drive import simulate_drive
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from tests.pipelines.bag_samples import START, STEP, write_bag
@@ -112,7 +112,7 @@ def test_recordings_are_those_with_a_reference_beside_them(tmp_path: Path) -> No
 @pytest.mark.slow
 def test_a_right_map_is_called_good() -> None:
     settings = SimulationConfig(duration=20.0, scan_every=0.1, noise="none", seed=1)
-    drive = simulate_drive(load_or_draw(Path("track")), settings)
+    drive = simulate_drive(load_map(Path("track")), settings)
     mount = next(message.base_from_laser for message in drive.messages if isinstance(message, Scan))
     known = KnownDrive("track 1", drive.messages, drive.truth, mount)
     (as_it_is,) = drawn_spoilings(known, 0).values()

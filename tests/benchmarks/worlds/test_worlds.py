@@ -8,13 +8,12 @@ from benchmarks.worlds.drive_errors import DriveErrors
 from benchmarks.worlds.worlds import WorldDrive, map_drive, world_figures
 from racecar.mapping.config import MappingConfig
 from racecar.maps.shipped import shipped_names
-from racecar.pipelines.simulation.plans.catalogue import ON_DEMAND
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
 
 @pytest.mark.parametrize("world", WORLDS.values(), ids=list(WORLDS))
 def test_every_world_is_a_map_and_settings_that_there_are(world: World) -> None:
-    assert world.map in {*shipped_names(), *ON_DEMAND}
+    assert world.map in shipped_names()
     SimulationConfig(**world.settings, seed=1)
 
 

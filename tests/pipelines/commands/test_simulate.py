@@ -6,12 +6,13 @@ from typing import get_type_hints
 import numpy as np
 import pytest
 
+from racecar.maps.shipped import shipped_names
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.cli import run
 from racecar.pipelines.commands.simulate import simulate
+from racecar.pipelines.commands.simulation_options import CarFlags
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.simulation.laser_models import LASERS
-from racecar.pipelines.simulation.plans.catalogue import ON_DEMAND, SHIPPED
 from racecar.pipelines.simulation.simulator import ground_truth_file
 
 
@@ -67,13 +68,13 @@ def test_help_and_refusal_name_every_built_in_plan(capsys: pytest.CaptureFixture
     (option,) = get_type_hints(simulate, include_extras=True)["map"].__metadata__
     assert run(["simulate", "--map", "castle", "--out", "castle.bag"]) == 2
     refusal = capsys.readouterr().err
-    for name in (*SHIPPED, *ON_DEMAND):
+    for name in shipped_names():
         assert name in option.help
         assert name in refusal
 
 
 def test_help_and_documentation_tell_what_each_laser_is() -> None:
-    (option,) = get_type_hints(simulate, include_extras=True)["laser"].__metadata__
+    (option,) = get_type_hints(CarFlags, include_extras=True)["laser"].__metadata__
     page = (Path(__file__).parents[3] / "docs" / "how-to" / "simulate.md").read_text(encoding="utf-8")
     for kind, laser in LASERS.items():
         around, rate = round(laser.field_of_view, -1), round(1.0 / laser.scan_time)

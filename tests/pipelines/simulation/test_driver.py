@@ -27,8 +27,8 @@ from racecar.pipelines.simulation.driving_lattice import (
     clearance_field,
     curves_from,
 )
+from racecar.pipelines.simulation.floor_canvas import FloorCanvas
 from racecar.pipelines.simulation.path_smoothing import lengths_along, resample, smooth_path
-from racecar.pipelines.simulation.plans.canvas import FloorCanvas
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,8 @@
 """A sheet to draw floor plans on: rooms are opened, things are put into them, walls draw themselves."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
-from scipy.spatial import cKDTree
 
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
 
@@ -43,25 +42,7 @@ class FloorCanvas:
 
     def solid_disc(self, x: float, y: float, radius: float) -> None:
         """Put a round thing."""
-        about = self._about(x - radius, y - radius, x + radius, y + radius)
-        self._open[about] &= (self._x[about] - x) ** 2 + (self._y[about] - y) ** 2 >= radius**2
-
-    def solid_thicket(
-        self, x0: float, y0: float, x1: float, y1: float, generator: np.random.Generator
-    ) -> None:
-        """Put a hedge between two corners: half of its cells, so that a beam gets in some way or other."""
-        about = self._about(x0, y0, x1, y1)
-        inside = self._box(x0, y0, x1, y1)[about]
-        self._open[about] &= ~(inside & (generator.random(inside.shape) < 0.5))
-
-    def open_lane(self, centers: ArrayLike, widths: ArrayLike) -> None:
-        """Clear a lane along points (N, 2), closer together than a cell, with its width (N,) at each."""
-        points, half = np.asarray(centers), np.broadcast_to(widths, len(np.asarray(centers))) / 2
-        nearby, nearest = cKDTree(points).query(
-            np.column_stack([self._x.ravel(), self._y.ravel()]), distance_upper_bound=half.max()
-        )
-        inside = nearby < half[np.minimum(nearest, len(points) - 1)]  # what is farther than any has inf
-        self._open |= inside.reshape(self._open.shape)
+        self._open &= (self._x - x) ** 2 + (self._y - y) ** 2 >= radius**2
 
     def finish(self, origin: tuple[float, float] = (0.0, 0.0)) -> OccupancyGrid:
         """The drawing as a map: free where open, occupied where solid touches it, else unknown.
@@ -73,12 +54,17 @@ class FloorCanvas:
         cells[self._open] = FREE
         return OccupancyGrid(cells, self._resolution, np.array([*(self._lower - np.array(origin)), 0.0]))
 
-    def _about(self, x0: float, y0: float, x1: float, y1: float) -> tuple[slice, slice]:
-        """Rows and columns of the cells between two corners, and a cell more on each side."""
-        corners = (np.array([[y0, x0], [y1, x1]]) - self._lower[::-1]) / self._resolution
-        first, last = np.maximum(np.floor(corners).astype(int) + np.array([[-1], [2]]), 0)
-        return slice(int(first[0]), int(last[0])), slice(int(first[1]), int(last[1]))
-
     def _box(self, x0: float, y0: float, x1: float, y1: float) -> NDArray[np.bool_]:
         inside: NDArray[np.bool_] = (self._x > x0) & (self._x < x1) & (self._y > y0) & (self._y < y1)
         return inside
+
+
+def draw_ring() -> OccupancyGrid:
+    """A room of 8 × 6 m to drive round in, with a block in its middle and corners that differ."""
+    plan = FloorCanvas((-1.0, -1.0), (9.0, 7.0))
+    plan.open_box(0.0, 0.0, 8.0, 6.0)
+    plan.solid_box(2.4, 2.2, 5.6, 3.8)
+    plan.solid_disc(0.3, 5.7, 0.4)
+    plan.solid_box(7.2, 0.0, 8.0, 0.8)
+    plan.solid_table(4.0, 6.0, 1.5, 0.5, 0.3)
+    return plan.finish(origin=(4.0, 1.0))

@@ -1,1 +1,0 @@
-"""Floor plans, drawn by the project itself."""
