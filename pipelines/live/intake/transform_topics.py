@@ -9,7 +9,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from racecar.pipelines.bags.frames import is_latched, namespace_of
 from racecar.pipelines.bags.messages import TRANSFORMS
-from racecar.pipelines.live.ros.transform_type import transform_message_type
+from racecar.pipelines.live.ros.message_types import transform_message_type
 
 _ASK_AGAIN_AFTER = 5.0
 """Seconds; on a busy car the first answer takes three."""

@@ -1,4 +1,4 @@
-"""Message types that ROS has no package of, declared from their definitions.
+"""Message types that ROS has no package of, declared from the definitions that the store of bags has.
 
 The descriptions are those that the middleware asks for. Messages of a declared type are sent and received
 serialized, so nothing here ever converts one. The structures are those of ROS 2 Jazzy, the only distribution
@@ -6,21 +6,18 @@ on PyPI.
 """
 
 import ctypes
+from collections.abc import Iterator
 from ctypes import CFUNCTYPE, POINTER, Structure, addressof, c_bool, c_char_p, c_size_t, c_void_p, cast
-from hashlib import sha256
-from json import dumps
-from typing import Any
+from typing import Any, NamedTuple
 
-from racecar.maps.errors import UserError
+from rosbags.interfaces import Nodetype
 
-INT32, UINT32, FLOAT32, FLOAT64, STRING = 6, 7, 10, 11, 17
-NESTED, NESTED_SEQUENCE = 1, 145
-"""Kinds of fields, as type_description_interfaces/FieldType has them."""
-Fields = dict[str, list[tuple[str, int, str]]]
-"""By the name of a type, each field's name, kind and, where it is nested, type: first those that the declared
-type is made of, by the alphabet, and at last itself."""
+from racecar.pipelines.bags.messages import ros2_types
 
-_INTROSPECTED = {FLOAT32: 1, NESTED: 18, NESTED_SEQUENCE: 18}
+_NESTED, _NESTED_SEQUENCE = 1, 145
+_KINDS = {"int32": 6, "uint32": 7, "float32": 10, "float64": 11, "string": 17}
+"""Of fields, as type_description_interfaces/FieldType has them."""
+_INTROSPECTED = {_KINDS["float32"]: 1, _NESTED: 18, _NESTED_SEQUENCE: 18}
 """The kinds of fields that are described to the middleware, by its own numbers."""
 _NAMES = "rosidl_typesupport_introspection_c"
 _MESSAGE_BYTES = 256
@@ -96,16 +93,20 @@ class _Members(Structure):
     ]
 
 
-def declare_type(fields: Fields) -> Any:
-    """The class to name when publishing or subscribing; hand it serialized messages only.
+class _Field(NamedTuple):
+    name: str
+    kind: int
+    nested: str
+    """Its type, where it is nested."""
 
-    Raises UserError where ROS is not the one whose structures these are.
+
+def declare_type(name: str) -> Any:
+    """The class of a type that the store of the bags has, to name when publishing or subscribing; hand it
+    serialized messages only.
+
+    Raises OSError, AttributeError or ImportError where ROS is not the one whose structures these are.
     """
-    kind = _name(fields).rpartition("/")[2]
-    try:
-        support = _type_support(fields)
-    except (OSError, AttributeError, ImportError) as error:
-        raise UserError(f"This ROS has no {_name(fields)}, and it cannot be declared.") from error
+    kind, support = name.rpartition("/")[2], _type_support(name)
     new_capsule = ctypes.pythonapi.PyCapsule_New
     new_capsule.restype, new_capsule.argtypes = ctypes.py_object, [c_void_p, c_char_p, c_void_p]
     capsule = new_capsule(addressof(support), None, None)
@@ -117,48 +118,34 @@ def declare_type(fields: Fields) -> Any:
     return metaclass(kind, (), {})
 
 
-def type_hash(fields: Fields) -> str:
-    """By which ROS distinguishes types of the same name."""
-    return sha256(dumps(_description(fields)).encode()).hexdigest()
+def _fields(name: str) -> Iterator[_Field]:
+    for field, (shape, what) in ros2_types().fielddefs[name][1]:
+        is_sequence = shape == Nodetype.SEQUENCE
+        inner: Any = what[0] if is_sequence else (shape, what)
+        if inner[0] == Nodetype.NAME:
+            yield _Field(field, _NESTED_SEQUENCE if is_sequence else _NESTED, inner[1])
+        else:
+            yield _Field(field, _KINDS[inner[1][0]], "")
 
 
-def _name(fields: Fields) -> str:
-    return list(fields)[-1]
+def _nested_in(name: str) -> set[str]:
+    """All types that one is made of."""
+    nested = {field.nested for field in _fields(name) if field.nested}
+    return nested.union(*map(_nested_in, nested))
 
 
-def _description(fields: Fields) -> dict[str, Any]:
-    structures = [
-        {
-            "type_name": name,
-            "fields": [
-                {
-                    "name": field,
-                    "type": {
-                        "type_id": type_id,
-                        "capacity": 0,
-                        "string_capacity": 0,
-                        "nested_type_name": nested,
-                    },
-                }
-                for field, type_id, nested in members
-            ],
-        }
-        for name, members in fields.items()
-    ]
-    return {"type_description": structures[-1], "referenced_type_descriptions": structures[:-1]}
-
-
-def _type_support(fields: Fields) -> _TypeSupport:
-    hash_ = _Hash(1, (ctypes.c_uint8 * 32)(*bytes.fromhex(type_hash(fields))))
-    description, no_sources = _description_message(fields), _Sequence()
+def _type_support(name: str) -> _TypeSupport:
+    digest = bytes.fromhex(ros2_types().hash_rihs01(name).removeprefix("RIHS01_"))
+    hash_ = _Hash(1, (ctypes.c_uint8 * 32)(*digest))
+    description, no_sources = _description_message(name), _Sequence()
     answers = (
         _Answer(lambda _: addressof(hash_)),
         _Answer(lambda _: description),
         _Answer(lambda _: addressof(no_sources)),
     )
     own = {
-        b"rosidl_typesupport_fastrtps_c": _serialization(_name(fields)),
-        _NAMES.encode(): _members(fields, _name(fields)),
+        b"rosidl_typesupport_fastrtps_c": _serialization(name),
+        _NAMES.encode(): _members(name),
     }
     supports: dict[bytes, _TypeSupport] = {}
     dispatch = _Dispatch(
@@ -193,9 +180,10 @@ def _serialization(name: str) -> _Serialization:
     )
 
 
-def _members(fields: Fields, name: str) -> _Members:
+def _members(name: str) -> _Members:
     package, _, kind = name.split("/")
-    members = (_Member * len(fields[name]))(*(_member(fields, *field) for field in fields[name]))
+    fields = [_member(field) for field in _fields(name)]
+    members = (_Member * len(fields))(*fields)
     structure = _Members(
         package.encode() + b"__msg", kind.encode(), len(members), _MESSAGE_BYTES, False, members, None, None
     )
@@ -203,29 +191,31 @@ def _members(fields: Fields, name: str) -> _Members:
     return structure
 
 
-def _member(fields: Fields, name: str, kind: int, nested: str) -> _Member:
-    support = _introspection(fields, nested) if nested else None
+def _member(field: _Field) -> _Member:
     return _Member(
-        name=name.encode(), type_id=_INTROSPECTED[kind], members=support, is_array=kind == NESTED_SEQUENCE
+        name=field.name.encode(),
+        type_id=_INTROSPECTED[field.kind],
+        members=_introspection(field.nested) if field.nested else None,
+        is_array=field.kind == _NESTED_SEQUENCE,
     )
 
 
-def _introspection(fields: Fields, name: str) -> int:
+def _introspection(name: str) -> int:
     """The address of a nested type's own description: that of its package, where ROS has it."""
     package, _, kind = name.split("/")
     try:
         library = ctypes.CDLL(f"lib{package}__{_NAMES}.so")
     except OSError:
-        return _declared_introspection(fields, name)
+        return _declared_introspection(name)
     handle = library[f"{_NAMES}__get_message_type_support_handle__{package}__msg__{kind}"]
     handle.restype = c_void_p
     address: int = handle()
     return address
 
 
-def _declared_introspection(fields: Fields, name: str) -> int:
+def _declared_introspection(name: str) -> int:
     """It lives as long as the process, like those of packages."""
-    members = _members(fields, name)
+    members = _members(name)
     itself: list[int] = []
     dispatch = _Dispatch(lambda _, identifier: itself[0] if identifier == _NAMES.encode() else None)
     support = _TypeSupport(_NAMES.encode(), cast(ctypes.pointer(members), c_void_p), dispatch)
@@ -234,18 +224,20 @@ def _declared_introspection(fields: Fields, name: str) -> int:
     return addressof(support)
 
 
-def _description_message(fields: Fields) -> int:
+def _description_message(name: str) -> int:
     """Address of the description as ROS keeps it; it lives as long as the process."""
     from type_description_interfaces.msg import Field, FieldType, IndividualTypeDescription, TypeDescription
 
-    def structure(described: dict[str, Any]) -> Any:
-        fields = [Field(name=field["name"], type=FieldType(**field["type"])) for field in described["fields"]]
-        return IndividualTypeDescription(type_name=described["type_name"], fields=fields)
+    def described(name: str) -> Any:
+        fields = [
+            Field(name=field.name, type=FieldType(type_id=field.kind, nested_type_name=field.nested))
+            for field in _fields(name)
+        ]
+        return IndividualTypeDescription(type_name=name, fields=fields)
 
-    described = _description(fields)
     message = TypeDescription(
-        type_description=structure(described["type_description"]),
-        referenced_type_descriptions=[structure(each) for each in described["referenced_type_descriptions"]],
+        type_description=described(name),
+        referenced_type_descriptions=[described(nested) for nested in sorted(_nested_in(name))],
     )
     kind = type(TypeDescription)
     kind.__import_type_support__()

@@ -1,6 +1,7 @@
 """Message types by name, among the packages that ROS knows to hold messages."""
 
 import re
+from functools import cache
 from importlib import import_module
 from typing import Any
 
@@ -8,24 +9,19 @@ from ament_index_python import get_resource
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.messages import ACKERMANN, TRANSFORMS
-from racecar.pipelines.live.ros.ackermann_type import ackermann_message_type
-from racecar.pipelines.live.ros.transform_type import transform_message_type
+from racecar.pipelines.live.ros.declared_type import declare_type
 
 _NAME = re.compile(r"([a-z][a-z0-9_]*)/msg/([A-Za-z][A-Za-z0-9]*)")
-_DECLARED = {TRANSFORMS: transform_message_type, ACKERMANN: ackermann_message_type}
-"""Types that are there without their packages; their messages go serialized."""
+_DECLARED = (TRANSFORMS, ACKERMANN)
+"""Types that are there without their packages, which a ROS from PyPI lacks; their messages go serialized."""
 
 
+@cache
 def message_class(name: str) -> Any | None:
     """The class of a type such as ``sensor_msgs/msg/LaserScan``; None where this ROS does not have it.
 
     A name out of a bag is looked up among ROS's message packages only: no other module is ever imported.
     """
-    if name in _DECLARED:
-        try:
-            return _DECLARED[name]()
-        except UserError:
-            return None
     parts = _NAME.fullmatch(name)
     if parts is None:
         return None
@@ -34,4 +30,22 @@ def message_class(name: str) -> Any | None:
         get_resource("rosidl_interfaces", package)
         return getattr(import_module(f"{package}.msg"), kind, None)
     except (LookupError, OSError, ImportError):
+        pass
+    try:
+        return declare_type(name) if name in _DECLARED else None
+    except (OSError, AttributeError, ImportError):
         return None
+
+
+def transform_message_type() -> Any:
+    """The class to name when publishing or subscribing to ``/tf``; hand it serialized messages only.
+
+    Raises UserError where there is neither ``tf2_msgs`` nor the ROS from which it can be declared.
+    """
+    kind = message_class(TRANSFORMS)
+    if kind is None:
+        raise UserError(
+            "This ROS has no package tf2_msgs, so transforms cannot be published; install it (with apt: "
+            "ros-<distribution>-tf2-msgs), or set the parameter tf to none."
+        )
+    return kind

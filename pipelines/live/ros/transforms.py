@@ -4,9 +4,9 @@ from typing import Any
 
 from racecar.maps.geometry.se2 import Pose, compose, inverse
 from racecar.pipelines.bags.messages import nanoseconds
+from racecar.pipelines.live.ros.message_types import transform_message_type
 from racecar.pipelines.live.ros.messages import transform_bytes
 from racecar.pipelines.live.ros.parameters import CarParameters
-from racecar.pipelines.live.ros.transform_type import transform_message_type
 
 
 class TransformBroadcaster:

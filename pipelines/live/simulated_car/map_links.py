@@ -7,7 +7,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.bags.converters.transforms import ends_of, matrix_of, seen_from_above
 from racecar.pipelines.bags.messages import TRANSFORMS, ros2_types
-from racecar.pipelines.live.ros.transform_type import transform_message_type
+from racecar.pipelines.live.ros.message_types import transform_message_type
 
 _QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
 

@@ -58,8 +58,8 @@ class LiveCar:
         from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import LaserScan
 
+        from racecar.pipelines.live.ros.message_types import transform_message_type
         from racecar.pipelines.live.ros.qos import LATCHED
-        from racecar.pipelines.live.ros.transform_type import transform_message_type
 
         self.scans_on = self.odometry_on = True
         self.shift = 0
@@ -129,8 +129,8 @@ class LiveCar:
     ) -> None:
         """Publish where a frame is in another: ``parent_from_child`` (3,)."""
         if topic not in self._transform_topics:
+            from racecar.pipelines.live.ros.message_types import transform_message_type
             from racecar.pipelines.live.ros.qos import LATCHED
-            from racecar.pipelines.live.ros.transform_type import transform_message_type
 
             publisher = self._node.create_publisher(transform_message_type(), topic, LATCHED)
             self._transform_topics[topic] = publisher
@@ -298,7 +298,7 @@ class Witness:
         from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
         from nav_msgs.msg import Odometry as OdometryMessage
 
-        from racecar.pipelines.live.ros.transform_type import transform_message_type
+        from racecar.pipelines.live.ros.message_types import transform_message_type
 
         node.create_subscription(OdometryMessage, "/pf/pose/odom", self._hear(self.odometry), 100)
         node.create_subscription(PoseWithCovarianceStamped, "/amcl_pose", self._hear(self.poses), 100)

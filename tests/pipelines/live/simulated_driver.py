@@ -77,10 +77,10 @@ class Driver:
 
     def command_steering(self, speed: float, steering: float, seconds: float) -> None:
         """Say so again and again, as to race cars."""
-        from racecar.pipelines.live.ros.ackermann_type import ackermann_message_type
+        from racecar.pipelines.live.ros.message_types import message_class
 
         topic = f"{self.namespace}/drive"
-        publisher = self.node.create_publisher(ackermann_message_type(), topic, 10)
+        publisher = self.node.create_publisher(message_class(ACKERMANN), topic, 10)
         wait_for(lambda: bool(publisher.get_subscription_count()), 10.0, lambda: f"nobody listens to {topic}")
         until = time.monotonic() + seconds
         while time.monotonic() < until:

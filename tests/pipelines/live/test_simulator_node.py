@@ -75,8 +75,8 @@ def test_scans_odometry_frames_and_time_agree(stage: Stage) -> None:
     from rosgraph_msgs.msg import Clock
     from sensor_msgs.msg import LaserScan
 
+    from racecar.pipelines.live.ros.message_types import transform_message_type
     from racecar.pipelines.live.ros.qos import LATCHED
-    from racecar.pipelines.live.ros.transform_type import transform_message_type
 
     scans: list[Any] = []
     odometry: list[Any] = []
@@ -121,8 +121,8 @@ def test_a_goal_may_be_given_as_seen_from_the_car(stage: Stage) -> None:
 
 
 def test_a_goal_lies_where_whoever_publishes_its_map_says(stage: Stage) -> None:
+    from racecar.pipelines.live.ros.message_types import transform_message_type
     from racecar.pipelines.live.ros.messages import transform_bytes
-    from racecar.pipelines.live.ros.transform_type import transform_message_type
 
     # A mapper's map begins where the car was, so its frame is not that of the simulated map: with true wheels
     # the odometry's frame lies at START in the one, and at the origin in the other.

@@ -19,9 +19,9 @@ def node() -> Iterator[Any]:
 
 def test_a_lost_delivery_is_asked_for_again(node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     from racecar.pipelines.live.intake import transform_topics
+    from racecar.pipelines.live.ros.message_types import transform_message_type
     from racecar.pipelines.live.ros.messages import transform_bytes
     from racecar.pipelines.live.ros.qos import LATCHED
-    from racecar.pipelines.live.ros.transform_type import transform_message_type
 
     told = transform_bytes(0, "base_link", "laser", [0.27, 0.0, 0.0])
     publisher = node.create_publisher(transform_message_type(), "/tf_static", LATCHED)
@@ -44,9 +44,9 @@ def test_a_lost_delivery_is_asked_for_again(node: Any, monkeypatch: pytest.Monke
 
 def test_topics_of_the_own_robot_are_found_and_moving_ones_left_when_they_are_not_wanted(node: Any) -> None:
     from racecar.pipelines.live.intake.transform_topics import TransformTopics
+    from racecar.pipelines.live.ros.message_types import transform_message_type
     from racecar.pipelines.live.ros.messages import transform_bytes
     from racecar.pipelines.live.ros.qos import LATCHED
-    from racecar.pipelines.live.ros.transform_type import transform_message_type
 
     names = ["/tf", "/robot1/tf", "/robot1/tf_static", "/robot2/tf", "/robot2/tf_static"]
     publishers = {name: node.create_publisher(transform_message_type(), name, LATCHED) for name in names}

@@ -1,0 +1,49 @@
+"""Types go out under their own names also where ROS has no packages of them."""
+
+import time
+
+import numpy as np
+import pytest
+
+from racecar.pipelines.bags.messages import ACKERMANN, TRANSFORMS, ros2_types
+from tests.pipelines.live.simulated_driver import ackermann_command
+
+
+def there_and_back(name: str, message: bytes) -> bytes:
+    """A message after it went over DDS."""
+    import rclpy
+
+    from racecar.pipelines.live.ros.declared_type import declare_type
+    from racecar.pipelines.live.ros.run import ros_node
+
+    heard: list[bytes] = []
+    with ros_node("test_types", []) as node:
+        kind = declare_type(name)
+        publisher = node.create_publisher(kind, "/declared", 10)
+        node.create_subscription(kind, "/declared", heard.append, 10, raw=True)
+        until = time.monotonic() + 10.0
+        while not heard and time.monotonic() < until:
+            publisher.publish(message)
+            rclpy.spin_once(node, timeout_sec=0.1)
+        (told,) = node.get_publishers_info_by_topic("/declared")
+        assert told.topic_type == name
+        assert str(told.topic_type_hash) == ros2_types().hash_rihs01(name)
+    return heard[0]
+
+
+def test_transforms() -> None:
+    from racecar.pipelines.live.ros.messages import transform_bytes
+
+    sent = transform_bytes(5_000_000_007, "map", "odom", np.array([1.0, 2.0, 0.5]))
+    (transform,) = ros2_types().deserialize_cdr(there_and_back(TRANSFORMS, sent), TRANSFORMS).transforms
+    assert (transform.header.frame_id, transform.child_frame_id) == ("map", "odom")
+    assert (transform.header.stamp.sec, transform.header.stamp.nanosec) == (5, 7)
+    assert transform.transform.translation.y == 2.0
+    rotation = transform.transform.rotation
+    assert 2 * np.arctan2(rotation.z, rotation.w) == pytest.approx(0.5, abs=1e-12)
+
+
+def test_commands_to_cars_that_steer() -> None:
+    received = there_and_back(ACKERMANN, ackermann_command(1.5, -0.25))
+    command = ros2_types().deserialize_cdr(received, ACKERMANN)
+    assert (command.drive.speed, command.drive.steering_angle) == (1.5, -0.25)
