@@ -60,16 +60,15 @@ def simulate(
 
     from racecar.maps.map_files import load_map
     from racecar.pipelines.live.ros.run import ros_node, spin
-    from racecar.pipelines.live.simulated_car.world_settings import WorldSettings
     from racecar.pipelines.live.simulator_node import SimulatorNode
     from racecar.pipelines.runs.interrupts import stop_request
-    from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
+    from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 
-    settings = WorldSettings(
+    conditions = Conditions(
         noise=world.noise, slip=world.slip, max_speed=world.max_speed, walkers=world.walkers
     )
     wanted = None if start is None else np.array(start)
-    simulation = DrivenSimulation(load_map(map), settings.conditions(), world.seed, wanted, world.laser)
+    simulation = DrivenSimulation(load_map(map), conditions, world.seed, wanted, world.laser)
     if start is not None:
         _put_at_start(simulation, start)
     in_namespace = ["--ros-args", "-r", f"__ns:=/{namespace.strip('/')}"] if namespace else []
@@ -77,7 +76,7 @@ def simulate(
         stop_request(signal.SIGINT, signal.SIGTERM) as stop,
         ros_node("racecar_simulator", [*context.obj, *in_namespace]) as node,
     ):
-        car = SimulatorNode(node, simulation, settings, pace=pace, teleports=teleport)
+        car = SimulatorNode(node, simulation, pace=pace, teleports=teleport)
         car.start()
         spin(node, car.faults.report_failure, stop)
 

@@ -19,8 +19,7 @@ from racecar.pipelines.live.simulated_car.car_topics import CarTopics
 from racecar.pipelines.live.simulated_car.drive_commands import DriveCommands
 from racecar.pipelines.live.simulated_car.frame_names import FrameNames
 from racecar.pipelines.live.simulated_car.goals import Goals
-from racecar.pipelines.live.simulated_car.world_settings import WorldSettings
-from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
+from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.simulation.driver import TICK
 from racecar.pipelines.simulation.wheel_odometry import PERIOD_TICKS
 
@@ -42,7 +41,6 @@ class SimulatorNode:
         self,
         node: Any,
         simulation: DrivenSimulation,
-        settings: WorldSettings,
         *,
         pace: float,
         teleports: bool,
@@ -54,8 +52,7 @@ class SimulatorNode:
         """
         self.node, self.faults = node, Faults(self._warn, self._inform)
         self._simulation, self._pace = simulation, pace
-        self._settings = declare_settings(node, settings)
-        self._take_settings(self._settings)
+        simulation.conditions = declare_settings(node, simulation.conditions)
         self._frames = FrameNames.in_namespace(node.get_namespace())
         self._topics = CarTopics(node, self._frames, simulation.laser)
         self._goals = Goals(
@@ -71,7 +68,7 @@ class SimulatorNode:
     def start(self) -> None:
         """Begin to drive; simulated time begins at the computer's."""
         node, simulation = self.node, self._simulation
-        watch_settings(node, lambda: self._settings, self._take_settings)
+        watch_settings(node, lambda: simulation.conditions, self._take_conditions)
         _load_kernels(simulation)
         simulation.start_ns = time.time_ns() - round(simulation.seconds * 1e9)
         # Half a step early, so that a timer that is a little early or late makes one step all the same.
@@ -128,9 +125,8 @@ class SimulatorNode:
         except UserError as error:
             self.faults.report("initial_pose", str(error), lasting=False)
 
-    def _take_settings(self, settings: WorldSettings) -> None:
-        self._settings = settings
-        self._simulation.conditions = settings.conditions()
+    def _take_conditions(self, conditions: Conditions) -> None:
+        self._simulation.conditions = conditions
 
     def _report(self) -> None:
         simulation, now = self._simulation, time.monotonic()

@@ -2,10 +2,11 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import Field
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse, transform_points, wrap_angle
@@ -14,6 +15,7 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.settings import Settings
 from racecar.pipelines.simulation import laser_sensor
 from racecar.pipelines.simulation.car import BODY_CENTERS, BODY_RADIUS, MAX_BRAKING, Car
 from racecar.pipelines.simulation.coverage_route import choose_start
@@ -38,20 +40,17 @@ _COVERED_RANGE = 0.0
 """Metres at which a blocked laser sees what covers it: nearer than it can measure, noise and all."""
 
 
-@dataclass
-class Conditions:
-    """What can be changed while the drive goes on."""
+class Conditions(Settings):
+    """What can be changed while the drive goes on; also ROS parameters."""
 
-    noise: NoiseLevel = NoiseLevel.SLIGHT
-    slip: float = 0.0
-    """Share on top of what the noise brings."""
-    max_speed: float = 2.0
-    """m/s."""
-    walkers: int = 0
-    dropped_scans: float = 0.0
-    """Share of the scans that never arrive."""
-    is_blocked: bool = False
-    """Whether something covers the laser."""
+    noise: NoiseLevel = Field(
+        NoiseLevel.SLIGHT, description="noise of the wheel odometry: none, slight or full"
+    )
+    slip: float = Field(0.0, ge=0.0, le=0.99, description="wheel slip at full acceleration, a share")
+    max_speed: float = Field(2.0, ge=0.3, le=15.0, description="top speed in m/s; bends are slower")
+    walkers: int = Field(0, ge=0, le=100, description="number of people walking about")
+    dropped_scans: float = Field(0.0, ge=0.0, le=1.0, description="share of the scans that never arrive")
+    is_blocked: bool = Field(False, description="whether something covers the laser")
 
 
 class DrivenSimulation:
@@ -128,6 +127,10 @@ class DrivenSimulation:
     def is_steered(self) -> bool:
         """Whether the last steering by hand still holds."""
         return self._hand is not None and self.seconds < self._hand_until
+
+    def change(self, **conditions: Any) -> None:
+        """Other conditions from the next moment on, by name."""
+        self.conditions = self.conditions.model_copy(update=conditions)
 
     def drive_to(self, goal: NDArray[np.float64]) -> None:
         """Drive to a place (2,), or to a pose (3,). Raises UserError when the car cannot stand there."""

@@ -156,7 +156,7 @@ class DriveRoom(Room):
             course = gui.add_checkbox("The course's filter, too", False)
             page.on_change(course, self._run_course)
         with page.folder("World"):
-            add_world_controls(page, self._simulation.conditions)
+            add_world_controls(page, self._simulation)
             page.on_change(gui.add_checkbox("Pause", False), self._pause)
         with page.folder("By hand", is_open=False):
             add_hand_controls(page, self._simulation.steer, self._simulation.stop)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from racecar.pipelines.simulation.driven_simulation import Conditions
+from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
 from racecar.pipelines.studio.page import Page
 
@@ -21,13 +21,13 @@ def add_hand_controls(page: Page, steer: Callable[[float, float], None], stop: C
     page.on_press(page.gui.add_button("Stop", color="red"), stop)
 
 
-def add_world_controls(page: Page, conditions: Conditions) -> None:
+def add_world_controls(page: Page, simulation: DrivenSimulation) -> None:
     """What makes a drive hard; each holds from the moment it is set."""
-    gui = page.gui
+    gui, conditions = page.gui, simulation.conditions
     noise = gui.add_dropdown(
         "Wheel noise", [level.value for level in NoiseLevel], initial_value=conditions.noise.value
     )
-    page.on_change(noise, lambda value: setattr(conditions, "noise", NoiseLevel(value)))
+    page.on_change(noise, lambda value: simulation.change(noise=NoiseLevel(value)))
     for field, label, most, step in (
         ("slip", "Wheel slip", 0.5, 0.05),
         ("walkers", "Walkers", 20, 1),
@@ -36,9 +36,9 @@ def add_world_controls(page: Page, conditions: Conditions) -> None:
     ):
         least = step if field == "max_speed" else 0
         slider = gui.add_slider(label, least, most, step, getattr(conditions, field))
-        page.on_change(slider, lambda value, field=field: setattr(conditions, field, value))  # type: ignore[misc]
+        page.on_change(slider, lambda value, field=field: simulation.change(**{field: value}))  # type: ignore[misc]
     blocked = gui.add_checkbox("Laser covered", False)
-    page.on_change(blocked, lambda value: setattr(conditions, "is_blocked", value))
+    page.on_change(blocked, lambda value: simulation.change(is_blocked=value))
 
 
 def _while_held(page: Page, button: Any, action: Callable[[], None]) -> None:

@@ -68,14 +68,12 @@ def simulated_car() -> Iterator[DrivenSimulation]:
     import rclpy
 
     from racecar.pipelines.live.ros.run import served
-    from racecar.pipelines.live.simulated_car.world_settings import WorldSettings
     from racecar.pipelines.live.simulator_node import SimulatorNode
 
-    simulation = DrivenSimulation(GRID, Conditions(NoiseLevel.SLIGHT), start=START)
+    simulation = DrivenSimulation(GRID, Conditions(noise=NoiseLevel.SLIGHT), start=START)
     node = rclpy.create_node("racecar_simulator")
-    settings = WorldSettings(noise=NoiseLevel.SLIGHT)
     try:
-        SimulatorNode(node, simulation, settings, pace=1.0, teleports=False).start()
+        SimulatorNode(node, simulation, pace=1.0, teleports=False).start()
         with served(node):
             yield simulation
     finally:

@@ -65,13 +65,10 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
 
             LocalizerNode(node, LocalizationConfig(), LocalizerStart(None))
         elif kind == "simulator":
-            from racecar.pipelines.live.simulated_car.world_settings import WorldSettings
             from racecar.pipelines.live.simulator_node import SimulatorNode
-            from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
+            from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 
-            world = WorldSettings()
-            simulation = DrivenSimulation(GRID, world.conditions())
-            SimulatorNode(node, simulation, world, pace=1.0, teleports=False)
+            SimulatorNode(node, DrivenSimulation(GRID, Conditions()), pace=1.0, teleports=False)
         else:
             from racecar.mapping.config import MappingConfig
             from racecar.mapping.mapper import Mapper

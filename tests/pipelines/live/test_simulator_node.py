@@ -51,14 +51,12 @@ def stage() -> Iterator[Stage]:
     import rclpy
 
     from racecar.pipelines.live.ros.run import ros_node, served
-    from racecar.pipelines.live.simulated_car.world_settings import WorldSettings
     from racecar.pipelines.live.simulator_node import SimulatorNode
 
-    settings = WorldSettings(noise=NoiseLevel.NONE)
-    simulation = DrivenSimulation(GRID, Conditions(NoiseLevel.NONE), start=START)
+    simulation = DrivenSimulation(GRID, Conditions(noise=NoiseLevel.NONE), start=START)
     said: list[str] = []
     with ros_node("test_simulator", ["--ros-args", "-r", f"__ns:={NAMESPACE}"]) as node:
-        simulator = SimulatorNode(node, simulation, settings, pace=PACE, teleports=True)
+        simulator = SimulatorNode(node, simulation, pace=PACE, teleports=True)
         monkeypatch = pytest.MonkeyPatch()
         monkeypatch.setattr(simulator.faults, "_warn", said.append)
         listener = rclpy.create_node("test_driver", use_global_arguments=False)

@@ -26,7 +26,9 @@ GRID = a_room()
 
 
 def a_drive(conditions: Conditions | None = None) -> DrivenSimulation:
-    return DrivenSimulation(GRID, conditions or Conditions(NoiseLevel.NONE), start=np.array([2.0, 2.0, 0.0]))
+    return DrivenSimulation(
+        GRID, conditions or Conditions(noise=NoiseLevel.NONE), start=np.array([2.0, 2.0, 0.0])
+    )
 
 
 def drive_on(simulation: DrivenSimulation, seconds: float = 30.0) -> list[Measurement]:
@@ -75,7 +77,7 @@ def test_true_wheels_report_where_the_car_went() -> None:
 
 
 def test_wheels_slip_when_they_are_to_slip() -> None:
-    simulation = a_drive(Conditions(NoiseLevel.NONE, slip=0.5))
+    simulation = a_drive(Conditions(noise=NoiseLevel.NONE, slip=0.5))
     start = simulation.truth
     simulation.drive_to(np.array([6.0, 1.5]))
     last = odometry_of(drive_on(simulation))[-1]
@@ -117,7 +119,7 @@ def test_neither_wheels_nor_laser_notice_that_the_car_is_carried() -> None:
 
 @pytest.mark.parametrize("kind", LaserKind)
 def test_every_laser_sweeps_as_often_as_it_turns_but_no_more_than_it_is_asked(kind: LaserKind) -> None:
-    simulation = DrivenSimulation(GRID, Conditions(NoiseLevel.NONE), laser=kind)
+    simulation = DrivenSimulation(GRID, Conditions(noise=NoiseLevel.NONE), laser=kind)
     scans = scans_of(simulation.advance(3.0))
     period = max(0.05, LASERS[kind].scan_time)
     np.testing.assert_allclose(np.diff([scan.stamp for scan in scans]), 1e9 * period, atol=1.0)
@@ -133,10 +135,10 @@ def test_stamps_begin_when_the_drive_does() -> None:
 
 def test_a_covered_laser_sees_nothing_and_dropped_scans_do_not_come() -> None:
     simulation = a_drive()
-    simulation.conditions.is_blocked = True
+    simulation.change(is_blocked=True)
     assert not any(scan.is_return.any() for scan in scans_of(simulation.advance(0.5)))
-    simulation.conditions.is_blocked = False
-    simulation.conditions.dropped_scans = 0.5
+    simulation.change(is_blocked=False)
+    simulation.change(dropped_scans=0.5)
     assert 2 < len(scans_of(simulation.advance(1.0))) < 18
 
 
@@ -157,7 +159,7 @@ def test_by_hand_the_car_stops_at_a_wall_and_when_nobody_steers() -> None:
 
 
 def test_persons_walk_and_are_seen() -> None:
-    simulation = a_drive(Conditions(NoiseLevel.NONE, walkers=2))
+    simulation = a_drive(Conditions(noise=NoiseLevel.NONE, walkers=2))
     simulation.advance(0.2)
     before = simulation.legs
     assert before.shape == (4, 2)
