@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from racecar.localization.floor.walls import WallField
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.geometry.se2_kernels import composed, step_between
-from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
+from racecar.maps.geometry.se2_kernels import composed, inverse_of_symmetric, step_between
 
 _FEWEST_POINTS = 10
 """End points below which there is no alignment, since fewer may all lie on one thing that the map lacks. By

@@ -9,8 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from racecar.maps.geometry.se2_kernels import composed, step_between
-from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
+from racecar.maps.geometry.se2_kernels import composed, inverse_of_symmetric, step_between
 
 TABLE_SIZE = 360
 """Bearing bins of the look-up table, one per degree, since few beams of a scan then share a bin. The table

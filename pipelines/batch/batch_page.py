@@ -3,11 +3,15 @@
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from html import escape
+from io import BytesIO
+from pathlib import Path
 from urllib.parse import quote
 
+from PIL import Image
+
 from racecar.pipelines.batch.batch_row import BatchRow, Outcome
-from racecar.pipelines.batch.thumbnail import Thumbnail
 
 _STYLE = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #1b1f24; max-width: 84rem; margin: 2rem auto;
@@ -33,6 +37,32 @@ _NUMBERS = (
     *("path<br>(m)", "drive<br>(s)", "off per<br>10 m (m)", "off in<br>all (m)"),
     *("residual<br>(mm)", "loops", "took<br>(s)"),
 )
+_MOST_PIXELS = (440, 300)
+"""Twice as many as are shown, for screens of fine pixels; some 15 kB as JPEG."""
+
+
+@dataclass(frozen=True)
+class Thumbnail:
+    """A picture, and what it is a small one of."""
+
+    shows: str
+    """The name of a file in the run's folder."""
+    jpeg: bytes
+
+
+def map_thumbnail(folder: Path) -> Thumbnail | None:
+    """Of map.png, or of the map itself where no picture was drawn; None where there is none."""
+    for name in ("map.png", "map.pgm"):
+        try:
+            with Image.open(folder / name) as image:
+                small = image.convert("RGB")
+        except (OSError, Image.DecompressionBombError):
+            continue
+        small.thumbnail(_MOST_PIXELS)
+        jpeg = BytesIO()
+        small.save(jpeg, format="JPEG", quality=80)
+        return Thumbnail(name, jpeg.getvalue())
+    return None
 
 
 def batch_page(rows: Sequence[BatchRow], thumbnails: Mapping[str, Thumbnail], made_by: str) -> str:

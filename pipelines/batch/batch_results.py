@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from racecar.maps.whole_files import write_atomically
-from racecar.pipelines.batch.batch_page import batch_page
+from racecar.pipelines.batch.batch_page import Thumbnail, batch_page, map_thumbnail
 from racecar.pipelines.batch.batch_row import BatchRow, Outcome
-from racecar.pipelines.batch.thumbnail import Thumbnail, map_thumbnail
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.mapping_job import MappingJob
 

@@ -20,7 +20,7 @@ from racecar.pipelines.pictures.map_picture import (
     figure_for_file,
     known_cells,
 )
-from racecar.pipelines.pictures.moment import Moment
+from racecar.pipelines.pictures.moments import Moment
 
 _SCAN_COLOR = LOOP_COLOR
 _PANEL_COLUMNS = 3

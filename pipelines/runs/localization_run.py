@@ -24,8 +24,7 @@ from racecar.pipelines.evaluation.wall_fit import WallFit
 from racecar.pipelines.files.optional_packages import is_installed, left_out
 from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.pictures.moment import Moment
-from racecar.pipelines.pictures.moments_along import MomentsAlong
+from racecar.pipelines.pictures.moments import Moment, MomentsAlong
 from racecar.pipelines.runs.map_cautions import cautions_of_fit, cautions_of_resolution, cautions_of_walls
 from racecar.pipelines.runs.progress import progress_bar
 from racecar.pipelines.view.recorder import Recorder

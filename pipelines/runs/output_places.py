@@ -6,6 +6,7 @@ What was written here says so itself (`author_of`, `is_our_recording`), so that 
 
 import errno
 import os
+import re
 from collections.abc import Callable, Collection, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,6 +14,8 @@ from itertools import permutations
 from os.path import realpath
 from pathlib import Path
 from typing import Protocol
+
+from PIL import Image
 
 from racecar.maps.errors import UserError
 from racecar.maps.whole_files import cannot_write, is_stream
@@ -24,8 +27,11 @@ from racecar.pipelines.bags.storage.recordings import (
     is_our_recording,
     refuse_lone_part,
 )
-from racecar.pipelines.files.author import author_of
 from racecar.pipelines.files.report import REPORT_FILE
+
+_COMMAND = re.compile(rb'\{\s*"command": "(racecar[^"]*)"')
+_FIRST_BYTES = 200
+"""Of a JSON file; the longest name of a command takes fewer."""
 
 
 class ForeignFileError(UserError):
@@ -259,3 +265,20 @@ def _is_same(one: Path, other: Path) -> bool:
         return one.samefile(other)
     except OSError:  # what is not there yet
         return realpath(one) == realpath(other)
+
+
+def author_of(path: Path) -> str | None:
+    """Such as "racecar map"; None where another program wrote the file, or none, or it cannot be read."""
+    with suppress(OSError), path.open("rb") as file:
+        found = _COMMAND.match(file.read(_FIRST_BYTES))
+        return _author_of_picture(path) if found is None else found[1].decode(errors="replace")
+    return None
+
+
+def _author_of_picture(path: Path) -> str | None:
+    try:
+        with Image.open(path, formats=["PNG"]) as picture:
+            author = picture.info.get("Software")
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError):
+        return None
+    return author if isinstance(author, str) and author.startswith("racecar") else None

@@ -12,9 +12,9 @@ from racecar.maps.grid.edits import edited
 from racecar.maps.grid.lap import find_lap
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.track_config import TrackConfig
+from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.files.track_csv import save_track_csv
 from racecar.pipelines.pictures.track_picture import save_track_picture
 from racecar.pipelines.runs.render_run import render_run
 
@@ -23,6 +23,9 @@ CELL = 0.02
 cells show is narrower or wider by as much."""
 _NARROW = 0.3
 """Metres between both edges from which a track is worth a warning, since a small car is as wide."""
+HEADER = "# x_m,y_m,w_tr_right_m,w_tr_left_m"
+"""The columns, by definition of TUMFTM's global_racetrajectory_optimization, which takes the last point to be
+followed by the first one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,3 +91,11 @@ def save_track(track: MeasuredTrack, report: Report, folder: Path, title: str) -
     with report.stage("writing"):
         save_track_csv(track.line, folder / "track.csv")
         save_track_picture(folder / "track.png", track.grid, track.line, title)
+
+
+def save_track_csv(line: CentreLine, path: Path) -> None:
+    """Write a line per point of the centre line. Raises UserError when the place cannot be written to."""
+    rows = np.column_stack([line.points, line.right, line.left])
+    text = "".join(",".join(f"{value:.4f}" for value in row) + "\n" for row in rows)
+    with write_atomically(path) as partial:
+        partial.write_text(f"{HEADER}\n{text}", encoding="ascii")

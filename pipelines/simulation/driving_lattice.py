@@ -6,11 +6,13 @@ Constrained Path Planning via Search in State Lattices, 2005). Each curve can al
 place that can be reached can be left again.
 """
 
+import heapq
 import itertools
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 from scipy.sparse import coo_array, csr_array
@@ -20,7 +22,6 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose, transform_points, wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED_FROM, OccupancyGrid
 from racecar.pipelines.simulation.car import BODY_CENTERS, BODY_RADIUS
-from racecar.pipelines.simulation.driving_lattice_kernels import cheapest_goal
 
 DIRECTIONS = np.array([
     (1, 0), (2, 1), (1, 1), (1, 2), (0, 1), (-1, 2), (-1, 1), (-2, 1),
@@ -262,3 +263,37 @@ def clearance_field(grid: OccupancyGrid) -> NDArray[np.float32]:
     free = np.pad((grid.cells >= FREE) & (grid.cells < OCCUPIED_FROM), 1)
     distances: NDArray[np.float64] = distance_transform_edt(free, sampling=grid.resolution)
     return distances[1:-1, 1:-1].astype(np.float32)
+
+
+@njit(cache=True, nogil=True)
+def cheapest_goal(
+    first_edge: NDArray[np.int32],
+    edge_target: NDArray[np.int32],
+    edge_cost: NDArray[np.float64],
+    start: int,
+    is_goal: NDArray[np.bool_],
+) -> tuple[int, NDArray[np.int32]]:
+    """The goal that costs least to get to, -1 if none can be, and each node's predecessor on the way to it.
+
+    By Dijkstra's search, which ends there; scipy's knows no goals.
+
+    The graph is in compressed rows: the edges of node n are first_edge[n] to first_edge[n + 1] - 1.
+    """
+    costs = np.full(len(is_goal), np.inf)
+    predecessors = np.full(len(is_goal), -1, dtype=np.int32)
+    costs[start] = 0.0
+    queue = [(0.0, start)]
+    while len(queue) > 0:
+        cost, node = heapq.heappop(queue)
+        if cost > costs[node]:
+            continue
+        if is_goal[node]:
+            return node, predecessors
+        for edge in range(first_edge[node], first_edge[node + 1]):
+            target = edge_target[edge]
+            reached = cost + edge_cost[edge]
+            if reached < costs[target]:
+                costs[target] = reached
+                predecessors[target] = node
+                heapq.heappush(queue, (reached, int(target)))
+    return -1, predecessors

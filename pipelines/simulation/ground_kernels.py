@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from racecar.maps.grid.ray_casting_kernels import cast_one
+from racecar.maps.grid.ray_casting import cast_one
 
 
 @njit(cache=True, nogil=True)

@@ -23,13 +23,14 @@ from racecar.pipelines.simulation.driver import TICK, CarMotion, drive_route
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
 from racecar.pipelines.simulation.gyroscope import measure_yaw_rates
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LASERS, LaserModel
-from racecar.pipelines.simulation.scan_logger import kept_ticks
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.pipelines.simulation.surroundings import Surroundings
 from racecar.pipelines.simulation.wheel_odometry import measure_odometry, true_odometry
 
 START_NS = 1_700_000_000_000_000_000
 """Nanoseconds of a simulated drive's first stamp: in 2023, so that stamps look like those of real bags."""
+GAP_PERIOD = 15.0
+"""Seconds from the end of one gap to the end of the next, as logs have them whose disk is too slow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -202,3 +203,21 @@ def _write_sweep(writer: BagWriter, sweep: LaserSweep) -> None:
 
 def _stamps(ticks: NDArray[np.int64]) -> NDArray[np.int64]:
     return START_NS + ticks * round(TICK * 1e9)
+
+
+def kept_ticks(ticks: NDArray[np.int64], every: float, gaps: float) -> NDArray[np.int64]:
+    """Of ticks (S,), at which sweeps begin, those whose sweeps are written (K,).
+
+    One is kept at most per ``every`` seconds, and none in the last ``gaps`` seconds of each 15.
+    """
+    seconds = TICK * ticks
+    written = ticks[seconds % GAP_PERIOD < GAP_PERIOD - gaps]
+    if every == 0.0:
+        return written
+    period = round(every / TICK)
+    kept, due = [], 0
+    for tick in written.tolist():
+        if tick >= due:
+            kept.append(tick)
+            due = tick + period
+    return np.array(kept, dtype=np.int64)

@@ -5,15 +5,14 @@ from numpy.typing import NDArray
 
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.simulation import laser_sensor
-from racecar.pipelines.simulation.carrying import is_carried
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
-from racecar.pipelines.simulation.follower import Follower
 from racecar.pipelines.simulation.ground import Ground, draw_heights
 from racecar.pipelines.simulation.laser_models import LASERS
 from racecar.pipelines.simulation.near_returns import see_carrier, see_posts
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
-from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
+from racecar.pipelines.simulation.walkers import LEG_RADIUS, Follower, Walkers
+from racecar.pipelines.simulation.wheel_odometry import is_carried
 
 
 class Surroundings:

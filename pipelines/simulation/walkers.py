@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.driving_lattice import DrivingLattice
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 
@@ -16,6 +17,12 @@ _LOOK_AHEAD = 0.1
 """Metres along the path by which a person's direction is measured."""
 _HALF_GAIT, _STRIDE, _STEP_LENGTH = 0.12, 0.22, 0.7
 """Metres: half the space between the feet, how far a foot leads, one step."""
+_STEP = 10
+"""Ticks from one place of the person to the next."""
+_DISTANCE, _SWAY, _PERIOD = 2.5, 0.5, 7.0
+"""Metres behind the car, more or less, and the seconds in which that changes there and back."""
+_NEAREST = 1.0
+"""Metres to which a car that reverses may come before the person gives way."""
 
 
 class Walkers:
@@ -71,3 +78,34 @@ def legs_of(place: NDArray[np.float64], direction: NDArray[np.float64], walked: 
     return np.stack(
         [place + _HALF_GAIT * left + swing * forward, place - _HALF_GAIT * left - swing * forward]
     )
+
+
+class Follower:
+    """Where a person's legs are who keeps 2 to 3 m behind a car, by the shortest way."""
+
+    def __init__(self, drive: CarMotion, generator: np.random.Generator) -> None:
+        places = drive.map_from_base[::_STEP, :2]
+        phase = generator.uniform(0.0, 2.0 * np.pi)
+        kept = _DISTANCE + _SWAY * np.sin(
+            2.0 * np.pi / _PERIOD * _STEP * TICK * np.arange(len(places)) + phase
+        )
+        yaw = drive.map_from_base[0, 2]
+        self._places = np.empty_like(places)
+        place = places[0] - kept[0] * np.array([np.cos(yaw), np.sin(yaw)])
+        for i, car in enumerate(places):
+            behind = place - car
+            distance = max(float(np.hypot(*behind)), 1e-6)
+            place = car + behind * (min(max(distance, _NEAREST), kept[i]) / distance)
+            self._places[i] = place
+        moves = np.diff(self._places, axis=0, prepend=self._places[:1])
+        self._walked = np.cumsum(np.hypot(*moves.T))
+        self._car = places
+
+    def legs_at(self, tick: int) -> NDArray[np.float64]:
+        """(2, 2) the centres of the legs in the map; the person faces the car."""
+        at = min(tick / _STEP, len(self._places) - 1.0)
+        i, share = int(at), at - int(at)
+        j = min(i + 1, len(self._places) - 1)
+        place = (1.0 - share) * self._places[i] + share * self._places[j]
+        walked = (1.0 - share) * self._walked[i] + share * self._walked[j]
+        return legs_of(place, self._car[i] - place, float(walked))

@@ -4,17 +4,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from racecar.maps.geometry.se2 import Pose, between, chained
 from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.simulation.car import MAX_ACCELERATION, MAX_SIDE_ACCELERATION, WHEELBASE
-from racecar.pipelines.simulation.carrying import is_carried
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
 
 PERIOD_TICKS = 4
 """50 messages a second."""
+CARRY_PERIOD = 30.0
+"""Seconds from the end of one time to the end of the next in which the car is carried."""
 
 
 @dataclass(frozen=True)
@@ -140,3 +141,8 @@ def _steered(steps: Pose, generator: np.random.Generator) -> Pose:
         1
     ]
     return np.column_stack([steps[:, :2], distance * np.tan(angle) / WHEELBASE])
+
+
+def is_carried(seconds: ArrayLike, carried: float) -> NDArray[np.bool_]:
+    """(N,) whether at times (N,) of the drive: in the last ``carried`` seconds of each 30."""
+    return np.asarray(np.asarray(seconds) % CARRY_PERIOD >= CARRY_PERIOD - carried)

@@ -4,17 +4,17 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from viser import uplot
 
 from racecar.maps.geometry.se2 import transform_points
 from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.look.path_colors import PathColoring, path_colors, path_entry
-from racecar.pipelines.studio.look.plots import add_plots
 from racecar.pipelines.studio.look.time_line import TimeLine
 from racecar.pipelines.studio.map_image import known_extent, paint
 from racecar.pipelines.studio.outlines import car_outline, cross, ellipse
 from racecar.pipelines.studio.page import Page
-from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, SCAN, SKY, by_doubt, stops
+from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, PATH, SCAN, SKY, as_css, by_doubt, stops
 from racecar.pipelines.studio.room import Room
 from racecar.pipelines.view.scene import Doubt, Scene
 
@@ -31,6 +31,10 @@ _MISSED = 0.05
 """Metres by which the map misses a match that is drawn as the most doubtful: a cell, by judgement."""
 _MARKER = 0.6
 """Metres: the cross over a doubtful place."""
+_MOST_POINTS = 1500
+"""Of a curve: a panel is some 300 pixels wide."""
+_HEIGHT = 150
+"""Pixels."""
 
 
 class LookRoom(Room):
@@ -233,3 +237,25 @@ def _extent(scene: Scene) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     known = None if scene.grid is None else known_extent(scene.grid)
     places = np.vstack([scene.trajectory.map_from_base[:, :2], *(known or ())])
     return places.min(axis=0), places.max(axis=0)
+
+
+def add_plots(page: Page, scene: Scene) -> None:
+    """The standard deviations of place and heading, where the run has them."""
+    if not np.any(scene.covariances):
+        return
+    every = -(-len(scene.trajectory) // _MOST_POINTS)
+    seconds = (scene.trajectory.stamps[::every] - scene.trajectory.stamps[0]) * 1e-9
+    deviations = scene.deviations[::every]
+    with page.folder("Standard deviation", is_open=False):
+        for words, values in (
+            ("place (cm)", 100.0 * deviations[:, 0]),
+            ("heading (°)", np.degrees(deviations[:, 1])),
+        ):
+            page.gui.add_uplot(
+                (seconds, values),
+                (uplot.Series(label="s"), uplot.Series(label=words, stroke=as_css(PATH), width=1)),
+                title=words,
+                scales={"x": uplot.Scale(time=False)},
+                legend=uplot.Legend(show=False),
+                height=_HEIGHT,
+            )

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.localization.floor.free_space import Region, find_free_space
-from racecar.localization.floor.usable_map import refuse_empty
+from racecar.localization.recovery.perception import refuse_empty
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid

@@ -2,7 +2,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from racecar.maps.geometry.symmetric_kernels import inverse_of_symmetric
+from racecar.maps.geometry.se2_kernels import inverse_of_symmetric
 
 
 @given(st.lists(st.floats(-3.0, 3.0), min_size=9, max_size=9), st.floats(0.05, 10.0))

@@ -5,9 +5,8 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from racecar.pipelines.batch.batch_page import batch_page, headline
+from racecar.pipelines.batch.batch_page import batch_page, headline, map_thumbnail
 from racecar.pipelines.batch.batch_row import BatchRow, Outcome
-from racecar.pipelines.batch.thumbnail import map_thumbnail
 from racecar.pipelines.files.config_file import load_config
 from racecar.pipelines.runs.mapping_job import MappingJob
 

@@ -7,7 +7,7 @@ from PIL import Image
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.pictures.map_picture import LOOP_COLOR, save_figure
-from racecar.pipelines.pictures.moment import Moment
+from racecar.pipelines.pictures.moments import Moment
 from racecar.pipelines.pictures.overlay import OVERLAY_DOTS_PER_INCH, overlay
 
 

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from racecar.pipelines.simulation.carrying import is_carried
 from racecar.pipelines.simulation.driver import TICK, CarMotion
-from racecar.pipelines.simulation.follower import Follower
 from racecar.pipelines.simulation.laser_models import LASERS, UST_10LX
 from racecar.pipelines.simulation.near_returns import see_carrier, see_posts
 from racecar.pipelines.simulation.simulator_config import LaserKind
+from racecar.pipelines.simulation.walkers import Follower
+from racecar.pipelines.simulation.wheel_odometry import is_carried
 
 
 @pytest.mark.parametrize("kind", list(LaserKind))

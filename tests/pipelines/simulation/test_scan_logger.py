@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from racecar.pipelines.simulation.driver import TICK
-from racecar.pipelines.simulation.scan_logger import kept_ticks
+from racecar.pipelines.simulation.simulator import kept_ticks
 
 FAST = np.arange(0, 12_000, 5)
 """A minute at 40 Hz."""

@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from racecar.pipelines.pictures.moment import Moment
-from racecar.pipelines.pictures.moments_along import MomentsAlong
+from racecar.pipelines.pictures.moments import Moment, MomentsAlong
 
 METRE_PER_SCAN = 0.05
 

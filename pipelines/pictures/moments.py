@@ -1,12 +1,29 @@
 """Which scans of a drive are laid over the map: evenly along the path, however long the car stood."""
 
-from racecar.pipelines.pictures.moment import Moment
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
 
 _SPARE = 8
 """Times as many are kept as are wanted, so that some lie near where they are wanted once the end is known."""
 _STANDING = 1e-5
 """Metres that a scan counts as without motion: of a car that never drives the scans are spread over the time,
 and an hour of standing counts less than a few metres. By judgement."""
+
+
+@dataclass(frozen=True, eq=False)
+class Moment:
+    """A scan as the localizer saw it."""
+
+    stamp: int
+    map_from_base: Pose
+    points_in_map: NDArray[np.float64]
+    """(N, 2) end points of the returns."""
+    share_on_wall: float
+    """Share of the end points that lie on a wall; nan when there are none."""
 
 
 class MomentsAlong:
