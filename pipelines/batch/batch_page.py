@@ -113,7 +113,7 @@ def _row(row: BatchRow, thumbnail: Thumbnail | None) -> str:
         picture = f'<a href="{folder}{thumbnail.shows}"><img src="{source}" alt="The map of {name}"></a>'
     title = f'<a href="{folder}">{name}</a>' if row.outcome.has_map else name
     sentences = f"<p>{escape(row.reason)}</p>" if row.reason else ""
-    sentences += "".join(f'<p class="warning">{escape(sentence)}</p>' for sentence in row.warnings)
+    sentences += "".join(f'<p class="warning">{escape(sentence)}</p>' for sentence in row.report.cautions)
     if row.outcome.has_map:
         cells = "".join(f'<td class="number">{text}</td>' for text in _numbers(row))
         cells += f'<td class="why">{sentences}</td>'
@@ -128,12 +128,13 @@ def _row(row: BatchRow, thumbnail: Thumbnail | None) -> str:
 
 
 def _numbers(row: BatchRow) -> tuple[str, ...]:
+    report, residual = row.report, row.report.consistency.scan_matching.mean_residual_m
     return (
-        shown(row.path_m, 1),
-        shown(row.log_seconds, 0),
-        shown(row.error_per_10_m, 3),
-        shown(row.error_of_whole_m, 3),
-        shown(None if row.residual_m is None else 1e3 * row.residual_m, 1),
-        shown(row.loop_closures, 0),
-        shown(row.seconds, 1),
+        shown(report.result.path_metres, 1),
+        shown(report.result.log_seconds, 0),
+        shown(report.quality.error_per_10_m, 3),
+        shown(report.quality.error_of_whole_m, 3),
+        shown(None if residual is None else 1e3 * residual, 1),
+        shown(report.counts.loop_closures, 0),
+        shown(report.stages.total.wall_seconds, 1),
     )

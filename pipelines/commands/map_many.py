@@ -112,9 +112,10 @@ def _batch_table(rows: Sequence[BatchRow]) -> Table:
     table.add_column("why", overflow="fold", min_width=20)
     for row in rows:
         outcome = f"[{_COLORS[row.outcome]}]{row.outcome.value}[/]"
-        errors = (row.error_per_10_m, row.error_of_whole_m)
+        report = row.report
+        errors = (report.quality.error_per_10_m, report.quality.error_of_whole_m)
         off = ", ".join(shown(error, 3) for error in errors if error is not None)
-        numbers = (shown(row.path_m, 1), off, shown(row.seconds, 1))
+        numbers = (shown(report.result.path_metres, 1), off, shown(report.stages.total.wall_seconds, 1))
         table.add_row(escape(row.name), outcome, *numbers, escape(row.reason))
     return table
 
@@ -124,7 +125,8 @@ def _row_line(row: BatchRow, number: int, total: int) -> str:
     what = f"{number}/{total} {row.name}: {row.outcome.value}"
     if not row.outcome.has_map:
         return f"{what}. {row.reason}"
-    return f"{what}, {row.path_m or 0.0:.1f} m of path, {row.seconds or 0.0:.1f} s."
+    metres, seconds = row.report.result.path_metres, row.report.stages.total.wall_seconds
+    return f"{what}, {metres or 0.0:.1f} m of path, {seconds or 0.0:.1f} s."
 
 
 def _leave(rows: Sequence[BatchRow], out: Path, strict: bool) -> None:

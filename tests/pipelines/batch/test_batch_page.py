@@ -8,6 +8,7 @@ from PIL import Image
 from racecar.pipelines.batch.batch_page import batch_page, headline, map_thumbnail
 from racecar.pipelines.batch.batch_row import BatchRow, Outcome
 from racecar.pipelines.files.config_file import load_config
+from racecar.pipelines.files.run_report import Consistency, Result, RunReport, ScanMatching
 from racecar.pipelines.runs.mapping_job import MappingJob
 
 ROWS = [
@@ -15,8 +16,10 @@ ROWS = [
         MappingJob(Path(f"/bags/{name}.bag"), Path(f"/maps/{name}"), load_config(None)),
         outcome,
         reason,
-        path_m=12.345,
-        residual_m=0.0042,
+        RunReport(
+            result=Result(path_metres=12.345),
+            consistency=Consistency(scan_matching=ScanMatching(mean_residual_m=0.0042)),
+        ),
     )
     for name, outcome, reason in (
         ("a #1", Outcome.GOOD, ""),
