@@ -23,7 +23,7 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.messages import frame_name, nanoseconds
 from racecar.pipelines.live.display.localizer_display import DISPLAY_WORK, LocalizerDisplay
-from racecar.pipelines.live.display.localizer_words import localizer_words
+from racecar.pipelines.live.display.words import localizer_words
 from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.monitoring.whereabouts import Whereabouts
 from racecar.pipelines.live.node import LiveNode

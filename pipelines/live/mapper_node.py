@@ -25,7 +25,7 @@ from racecar.pipelines.bags.order import HeldScans
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.live.display.map_verdict import VERDICT_WORK, MapVerdict
 from racecar.pipelines.live.display.mapper_display import DISPLAY_WORK, DRAWING_WORK, MapperDisplay
-from racecar.pipelines.live.display.mapper_words import mapper_words
+from racecar.pipelines.live.display.words import mapper_words
 from racecar.pipelines.live.intake.first_messages import FirstMessages
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.node import LiveNode

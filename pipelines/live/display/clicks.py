@@ -1,17 +1,22 @@
 """Goals and places that are clicked on the page, as messages such as RViz sends."""
 
 import math
+from collections.abc import Callable
+from threading import Lock
 from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point, PointStamped, PoseStamped, PoseWithCovarianceStamped
 
+from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
-from racecar.pipelines.live.display.clicked_topic import ClickedTopic
 from racecar.pipelines.live.ros.messages import fill_pose, header, pose_message
+from racecar.pipelines.live.ros.qos import is_heard
 from racecar.pipelines.studio.pointed import Pointed
 
 _REMEDY = "the localizer is starting, so try again"
+_UNKNOWN = "_NODE_NAME_UNKNOWN_"
+"""As ROS calls nodes of whom nothing but their topic has become known yet."""
 
 
 class ClickedGoals:
@@ -74,3 +79,36 @@ class ClickedPlaces:
             lambda stamp: PointStamped(header=header(stamp, self._map_frame), point=Point(x=x, y=y)), _REMEDY
         )
         return f"The place x {x:.2f} m, y {y:.2f} m, heading unknown, went to {listeners}."
+
+
+class ClickedTopic:
+    """Publishes until it is closed, and tells who listens; may be called by any thread."""
+
+    def __init__(self, node: Any, kind: Any, name: str) -> None:
+        self._node, self._lock = node, Lock()
+        self._publisher = node.create_publisher(kind, name, 10)
+        self._is_open = True
+        self.name: str = self._publisher.topic_name
+        """As it is called in the node's namespace, and by its remapping."""
+
+    def publish(self, message: Callable[[Any], Any], remedy: str) -> str:
+        """Publish a message made with the stamp of now; who listens, for people to read. Raises UserError
+        when nobody does, with the remedy, or the node is ending."""
+        with self._lock:
+            if not self._is_open:
+                raise UserError("Nothing is sent any more, as the node is ending.")
+            if not is_heard(self._publisher):
+                raise UserError(f"Nobody listens on {self.name}; {remedy}.")
+            self._publisher.publish(message(self._node.get_clock().now().to_msg()))
+            return self._listeners()
+
+    def close(self) -> None:
+        """Publish nothing any more."""
+        with self._lock:
+            self._is_open = False
+
+    def _listeners(self) -> str:
+        endpoints = self._node.get_subscriptions_info_by_topic(self.name)
+        names = {f"{each.node_namespace}/{each.node_name}".lstrip("/") for each in endpoints}
+        known = sorted(name for name in names if _UNKNOWN not in name)
+        return f"{', '.join(known) or 'a node'} (on {self.name})"

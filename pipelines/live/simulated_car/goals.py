@@ -5,14 +5,16 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import PoseStamped
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
 from racecar.pipelines.bags.converters.odometry import pose_in_plane
-from racecar.pipelines.bags.messages import frame_name
+from racecar.pipelines.bags.converters.transforms import ends_of, matrix_of, seen_from_above
+from racecar.pipelines.bags.messages import TRANSFORMS, frame_name, ros2_types
 from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.pipelines.live.ros.message_types import transform_message_type
 from racecar.pipelines.live.simulated_car.frame_names import FrameNames
-from racecar.pipelines.live.simulated_car.map_links import MapLinks
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 
 _SHORT = 0.25
@@ -20,6 +22,7 @@ _SHORT = 0.25
 knows to the next."""
 _PATIENCE = 5.0
 """Seconds for which the car may stand on its way without a word, as people walk by; by judgement."""
+_QOS = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT, durability=DurabilityPolicy.VOLATILE)
 
 
 class Goals:
@@ -107,3 +110,24 @@ class Goals:
                 f"Its frame {frame} is not known; give it in {frames.map}, {frames.odom} or {frames.base}."
             )
         return compose(self._simulation.truth, compose(base_from_frame, frame_from_goal))
+
+
+class MapLinks:
+    """Hears on ``/tf`` where the frame of the car's odometry lies in others."""
+
+    def __init__(self, node: Any, odom_frame: str) -> None:
+        self._odom_frame = odom_frame
+        self._frame_from_odom: dict[str, Pose] = {}
+        node.create_subscription(transform_message_type(), "/tf", self._take, _QOS, raw=True)
+
+    def frame_from_odom(self, frame: str) -> Pose | None:
+        """(3,), the latest; None where nobody has published it."""
+        return self._frame_from_odom.get(frame)
+
+    def _take(self, serialized: bytes) -> None:
+        message: Any = ros2_types().deserialize_cdr(serialized, TRANSFORMS)
+        for transform in message.transforms:
+            parent, child = ends_of(transform)
+            matrix = matrix_of(transform) if child == self._odom_frame else None
+            if matrix is not None:
+                self._frame_from_odom[parent] = seen_from_above(matrix)

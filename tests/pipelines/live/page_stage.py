@@ -52,7 +52,11 @@ class Clicker:
 
     def await_car(self, within: float = 20.0) -> None:
         """Until map and car are shown."""
-        wait_for(lambda: self.room._grid is not None and self.room._glimpse is not None, within, self.said)
+        wait_for(
+            lambda: self.room._watched.grid is not None and self.room._watched.glimpse is not None,
+            within,
+            self.said,
+        )
 
     def said(self) -> str:
         return f"{self.room._state.content} {self.room._outcome.content}"

@@ -1,9 +1,9 @@
 import numpy as np
 
-from racecar.pipelines.live.display.driven_path import DrivenPath
-
 
 def test_an_hour_of_driving_stays_a_path_of_bounded_length() -> None:
+    from racecar.pipelines.live.display.node_display import DrivenPath
+
     path = DrivenPath()
     for step in range(200_000):
         path.add(np.array([0.025 * step, 0.0, 0.0]))
@@ -15,6 +15,8 @@ def test_an_hour_of_driving_stays_a_path_of_bounded_length() -> None:
 
 
 def test_a_car_that_stands_adds_nothing() -> None:
+    from racecar.pipelines.live.display.node_display import DrivenPath
+
     path = DrivenPath()
     for _ in range(100):
         path.add(np.array([1.0, 1.0, 0.3]))

@@ -8,8 +8,7 @@ from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.state.growth import Growth
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.live.display.localizer_words import localizer_words
-from racecar.pipelines.live.display.mapper_words import mapper_words
+from racecar.pipelines.live.display.words import localizer_words, mapper_words
 from tests.localization.verdict.estimates import estimate, straight_drive
 from tests.pipelines.simulation.test_driven_simulation import a_drive, drive_on
 

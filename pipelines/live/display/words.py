@@ -1,10 +1,12 @@
-"""How the localizer is, in words for the page."""
+"""How the nodes are, in words for the page."""
 
 import math
 from collections.abc import Sequence
 
 from racecar.localization.pose_estimate import DOMINANT, PoseEstimate
 from racecar.localization.verdict.drive_quality import DriveQuality
+from racecar.mapping.quality.map_quality import MapQuality
+from racecar.mapping.state.growth import Growth
 from racecar.pipelines.files.literal_markdown import literal
 
 
@@ -32,3 +34,18 @@ def _place_words(estimate: PoseEstimate) -> str:
 def _length(metres: float) -> str:
     """In centimetres below a metre, and never as zero."""
     return f"{metres:.1f} m" if metres >= 0.995 else f"{max(100.0 * metres, 1.0):.0f} cm"
+
+
+def mapper_words(growth: Growth | None, quality: MapQuality | None, wrong: Sequence[str]) -> str:
+    """Paragraphs of Markdown: how much is mapped, what the map is worth so far, and what is wrong at the
+    moment."""
+    if growth is None:
+        return "\n\n".join(["There is no map yet.", *map(literal, wrong)])
+    keyframes, loops = _counted(growth.keyframes, "keyframe"), _counted(growth.loops, "loop")
+    extent = f"**{growth.metres:.0f} m** driven, {keyframes}, {loops} closed."
+    verdict = "The map is judged once a minute." if quality is None else f"So far: {literal(quality.summary)}"
+    return "\n\n".join([extent, verdict, *map(literal, wrong)])
+
+
+def _counted(number: int, thing: str) -> str:
+    return f"{number} {thing}{'' if number == 1 else 's'}"
