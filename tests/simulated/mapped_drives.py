@@ -16,7 +16,6 @@ from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.sensing.scan import Scan
-from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
