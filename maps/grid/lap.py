@@ -6,26 +6,32 @@ from scipy.spatial import cKDTree
 from shapely import LineString, Polygon, node, polygonize
 
 from racecar.maps.geometry.se2 import Pose, wrap_angle
-from racecar.maps.grid.track_config import TrackConfig
 
 _STEP = 0.1
 """Metres between points of the path that are compared, since a lap need not close to the centimetre."""
+_SHORTEST = 5.0
+"""Metres of path of a lap at least. By judgement: a small car's smallest circle is 4 m."""
+CLOSING_DISTANCE = 2.0
+"""Metres from where a lap began to where it ends, at most; a straight line closes it. By judgement: less than
+from a lane to the lane beside it."""
+_CLOSING_TURN = 0.8
+"""Radians between both headings, at most. By judgement: who crosses the path comes at a right angle."""
 
 
-def find_lap(map_from_base: Pose, config: TrackConfig) -> NDArray[np.float64] | None:
+def find_lap(map_from_base: Pose) -> NDArray[np.float64] | None:
     """(N, 2) metres in the map: the first lap among poses (K, 3) that closes well, in the direction in which
     it was driven and without the first point at its end; None where there is none."""
     path, headings = _evenly(map_from_base[:, :2])
     if len(path) < 2:
         return None
-    pairs = cKDTree(path).query_pairs(config.closing_distance, output_type="ndarray")
+    pairs = cKDTree(path).query_pairs(CLOSING_DISTANCE, output_type="ndarray")
     first, last = pairs.min(axis=1), pairs.max(axis=1)
-    is_lap = (last - first) * _STEP >= config.shortest_lap
-    is_lap &= np.abs(wrap_angle(headings[last] - headings[first])) <= config.closing_turn
+    is_lap = (last - first) * _STEP >= _SHORTEST
+    is_lap &= np.abs(wrap_angle(headings[last] - headings[first])) <= _CLOSING_TURN
     first, last = first[is_lap], last[is_lap]
     if len(first) == 0:
         return None
-    soonest = last <= last.min() + int(config.closing_distance / _STEP)
+    soonest = last <= last.min() + int(CLOSING_DISTANCE / _STEP)
     gaps = np.hypot(*(path[last] - path[first]).T)
     best = np.flatnonzero(soonest)[np.argmin(gaps[soonest])]
     return path[first[best] : last[best]]

@@ -51,9 +51,8 @@ def track(
     place = run if out is None else out
     with output_folder(place) as folder:
         with report.stage("loading"):
-            from racecar.maps.grid.track_config import TrackConfig
             from racecar.pipelines.runs.track_run import find_track, save_track
-        found = find_track(run, TrackConfig(spacing=spacing, smoothing=smoothing), report)
+        found = find_track(run, report, spacing=spacing, smoothing=smoothing)
         save_track(found, report, folder, title=run.absolute().name)
     if json is not None:
         report.write(json)

@@ -9,9 +9,8 @@ from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
 from racecar.maps.grid.centre_line import CentreLine, centre_line
 from racecar.maps.grid.edits import edited
-from racecar.maps.grid.lap import find_lap
+from racecar.maps.grid.lap import CLOSING_DISTANCE, find_lap
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.grid.track_config import TrackConfig
 from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.files.report import Report
@@ -36,8 +35,8 @@ class MeasuredTrack:
     line: CentreLine
 
 
-def find_track(folder: Path, config: TrackConfig, report: Report) -> MeasuredTrack:
-    """The track on which the car of a mapping run drove. Warnings go into the report.
+def find_track(folder: Path, report: Report, *, spacing: float, smoothing: float) -> MeasuredTrack:
+    """The track on which the car of a mapping run drove; see `centre_line`. Warnings go into the report.
 
     Raises UserError when there is no closed lap, or nothing that bounds it.
     """
@@ -45,15 +44,15 @@ def find_track(folder: Path, config: TrackConfig, report: Report) -> MeasuredTra
     run = render_run(folder, MappingConfig(resolution=CELL), edits, report)
     driven = run.session.map_from_base if run.trajectory is None else run.trajectory.map_from_base
     with report.stage("track"):
-        lap = find_lap(driven, config)
+        lap = find_lap(driven)
         if lap is None:
             raise UserError(
                 f"There is no closed lap in {folder}: the car never returns to a place in the direction in "
-                f"which it left it, at most {config.closing_distance:g} m beside it; drive on past where you "
+                f"which it left it, at most {CLOSING_DISTANCE:g} m beside it; drive on past where you "
                 "began."
             )
         grid = edited(run.drawn.tiled, run.edits.edits).in_one_piece()
-        line = centre_line(grid, lap, run.session.points, config)
+        line = centre_line(grid, lap, run.session.points, spacing=spacing, smoothing=smoothing)
     if line is None:
         raise UserError(
             f"Nothing bounds the track in {folder} on one side of the lap; draw a wall there in edits.yaml."
@@ -71,7 +70,7 @@ def find_track(folder: Path, config: TrackConfig, report: Report) -> MeasuredTra
         x, y = line.points[crossed[0]]
         report.warn(
             f"Near ({x:.1f}, {y:.1f}) normals of the centre line cross, which optimizers refuse; smooth it "
-            f"more, with --smoothing {1.5 * config.smoothing:.2g}."
+            f"more, with --smoothing {1.5 * smoothing:.2g}."
         )
     return MeasuredTrack(grid, line)
 

@@ -8,9 +8,8 @@ from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.centre_line import CentreLine, centre_line
 from racecar.maps.grid.lap import find_lap
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
-from racecar.maps.grid.track_config import TrackConfig
 
-CONFIG = TrackConfig()
+SPACING, SMOOTHING = 0.1, 0.5
 INNER, OUTER, RESOLUTION = 3.0, 5.5, 0.02
 MAP_FROM_RING = np.array([2.0, -1.0, 0.6])
 
@@ -40,9 +39,11 @@ def driven(rounds: float, *, clockwise: bool = False) -> Pose:
 
 
 def line_of(grid: OccupancyGrid, path: Pose, returns: np.ndarray | None = None) -> CentreLine:
-    lap = find_lap(path, CONFIG)
+    lap = find_lap(path)
     assert lap is not None
-    line = centre_line(grid, lap, np.zeros((1, 2)) if returns is None else returns, CONFIG)
+    line = centre_line(
+        grid, lap, np.zeros((1, 2)) if returns is None else returns, spacing=SPACING, smoothing=SMOOTHING
+    )
     assert line is not None
     return line
 
@@ -63,13 +64,13 @@ def test_it_is_closed_evenly_spaced_and_simple_and_begins_where_the_lap_does() -
     path = driven(1.3)
     line = line_of(ring(), path)
     steps = np.hypot(*(np.roll(line.points, -1, axis=0) - line.points).T)
-    np.testing.assert_allclose(steps, CONFIG.spacing, rtol=0.02)
+    np.testing.assert_allclose(steps, SPACING, rtol=0.02)
     assert LinearRing(line.points).is_simple
     assert len(line.crossed) == 0
-    lap = find_lap(path, CONFIG)
+    lap = find_lap(path)
     assert lap is not None
     nearest = np.hypot(*(line.points - lap[0]).T)
-    assert nearest[0] < nearest.min() + CONFIG.spacing
+    assert nearest[0] < nearest.min() + SPACING
 
 
 def test_widths_end_where_the_returns_lie() -> None:
@@ -100,7 +101,7 @@ def test_normals_that_cross_are_named() -> None:
 
 
 def test_the_first_lap_that_closes_is_taken() -> None:
-    lap = find_lap(driven(2.7), CONFIG)
+    lap = find_lap(driven(2.7))
     assert lap is not None
     length = np.sum(np.hypot(*np.diff(lap, axis=0).T))
     assert 26.0 < length < 30.0
@@ -117,7 +118,7 @@ def test_the_first_lap_that_closes_is_taken() -> None:
     ],
 )
 def test_without_a_way_back_in_the_same_direction_there_is_no_lap(path: Pose) -> None:
-    assert find_lap(path, CONFIG) is None
+    assert find_lap(path) is None
 
 
 def test_a_path_that_crosses_itself_is_no_lap() -> None:
@@ -127,12 +128,12 @@ def test_a_path_that_crosses_itself_is_no_lap() -> None:
     loop = np.column_stack([6.0 + 3.0 * np.cos(angles), 3.0 + 3.0 * np.sin(angles)])
     down = np.column_stack([np.full(80, 3.0), np.linspace(3.0, -5.0, 80)])
     places = np.concatenate([out, loop, down])
-    assert find_lap(np.column_stack([places, np.zeros(len(places))]), CONFIG) is None
+    assert find_lap(np.column_stack([places, np.zeros(len(places))])) is None
 
 
 def test_without_walls_there_is_no_middle() -> None:
     cells = np.zeros((600, 600), dtype=np.int8)
     grid = OccupancyGrid(cells, RESOLUTION, compose(MAP_FROM_RING, [-6.0, -6.0, 0.0]))
-    lap = find_lap(driven(1.3), CONFIG)
+    lap = find_lap(driven(1.3))
     assert lap is not None
-    assert centre_line(grid, lap, np.zeros((1, 2)), CONFIG) is None
+    assert centre_line(grid, lap, np.zeros((1, 2)), spacing=SPACING, smoothing=SMOOTHING) is None
