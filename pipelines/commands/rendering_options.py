@@ -112,6 +112,7 @@ class DrawingFlags:
         from pydantic import ValidationError
 
         from racecar.maps.errors import UserError
+        from racecar.pipelines.files.config_file import as_clause
 
         given = {
             "turn": _number_or_word(self.turn),
@@ -131,9 +132,8 @@ class DrawingFlags:
         except ValidationError as error:
             first = error.errors()[0]
             name = str(first["loc"][-1])
-            reason = first["msg"].removeprefix("Value error, ")
             raise UserError(
-                f"{_FLAGS.get(name, f'--{name}')} cannot be used: {reason[:1].lower()}{reason[1:]}."
+                f"{_FLAGS.get(name, f'--{name}')} cannot be used: {as_clause(first['msg'])}."
             ) from error
 
 

@@ -92,7 +92,7 @@ def _explain(error: ValidationError, whole: str, model: type[BaseModel]) -> str:
     if section is not None and first["type"] != "value_error":
         known = ", ".join(sorted(section.model_fields))
         return f"{whole} has a bad value for '{name}': it should hold settings ({known})."
-    return f"{whole} has a bad value for '{name}': {_as_clause(first['msg'])}."
+    return f"{whole} has a bad value for '{name}': {as_clause(first['msg'])}."
 
 
 def _suggest(location: list[str], model: type[BaseModel]) -> str:
@@ -110,7 +110,7 @@ def _shortened(name: str) -> str:
     return words if len(words) <= _LONGEST_NAME else f"{words[:_LONGEST_NAME]}..."
 
 
-def _as_clause(message: str) -> str:
+def as_clause(message: str) -> str:
     """In the middle of a sentence, and without what pydantic puts before words of ours."""
     words = message.removeprefix("Value error, ")
     return words[:1].lower() + words[1:]

@@ -23,7 +23,7 @@ from racecar.pipelines.live.monitoring.diagnostics import Diagnostics
 from racecar.pipelines.live.monitoring.faults import Faults, with_short_words
 from racecar.pipelines.live.monitoring.health import Health
 from racecar.pipelines.live.ros.messages import time_message
-from racecar.pipelines.live.ros.parameters import car_parameters
+from racecar.pipelines.live.ros.parameters import CarParameters, declare_settings
 from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
@@ -64,13 +64,13 @@ class LiveNode(ABC):
         Raises UserError that names a parameter at fault.
         """
         self.node = node
-        self.parameters = car_parameters(node)
+        self.parameters = declare_settings(node, CarParameters(), read_only=True)
         self.faults = Faults(self._warn, self.inform)
         self.health = Health()
         self.sensors = Sensors(
             base_frame=self.parameters.base_frame,
-            laser_pose=self.parameters.laser_pose,
-            integrate_twist=self.parameters.integrate_twist,
+            laser_pose=self.parameters.base_from_laser,
+            integrate_twist=self.parameters.odometry == "twist",
             after=after,
             faults=self.faults,
             aside=lambda work: self.side.inbox.put("reading", work),

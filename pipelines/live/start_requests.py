@@ -7,18 +7,31 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import PointStamped, PoseWithCovarianceStamped
 from numpy.typing import NDArray
+from pydantic import Field
 from std_srvs.srv import Empty
 
 from racecar.localization.localizer import Localizer
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
+from racecar.maps.settings import Settings
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.live.ros.messages import start_pose
-from racecar.pipelines.live.ros.parameters import declare_positive
+from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.work.worker import Worker
 
 START_WORK = {"place": 4}
 """The kind of work for the worker, and how much of it may wait: a person clicks no faster."""
+
+
+class _Clicks(Settings):
+    """How exact people are."""
+
+    clicked_radius: float = Field(
+        1.0,
+        gt=0.0,
+        le=1000.0,
+        description="metres to which a point clicked in RViz is taken to be exact",
+    )
 
 
 class StartRequests:
@@ -37,9 +50,7 @@ class StartRequests:
         at fault."""
         self._node, self._map_frame, self._worker = node, map_frame, worker
         self._localizer, self._inform = localizer, inform
-        self._clicked_radius = declare_positive(
-            node, "clicked_radius", 1.0, "metres to which a point clicked in RViz is taken to be exact"
-        )
+        self._clicked_radius = declare_settings(node, _Clicks(), read_only=True).clicked_radius
 
     def start(self) -> None:
         """Begin to listen."""

@@ -4,16 +4,18 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from geometry_msgs.msg import PoseArray
+from pydantic import Field
 from sensor_msgs.msg import PointCloud2
 
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.sensing.scan import Scan
+from racecar.maps.settings import Settings
 from racecar.pipelines.live.display.node_display import NodeDisplay
 from racecar.pipelines.live.ros.bulk_messages import pose_array_bytes
 from racecar.pipelines.live.ros.messages import cloud_message
-from racecar.pipelines.live.ros.parameters import declare_positive
+from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.ros.qos import is_heard
 from racecar.pipelines.live.work.worker import Worker
 
@@ -27,6 +29,23 @@ _PERIODS = {"path": 1.0, "view": 0.2}
 """Seconds; the browser shows a car that moves, RViz draws it from the transform: by judgement."""
 
 
+class _Rates(Settings):
+    """Per second, when anyone listens."""
+
+    particle_rate: float = Field(
+        5.0,
+        gt=0.0,
+        le=1000.0,
+        description="times per second that particles are published, when anyone listens",
+    )
+    cloud_rate: float = Field(
+        10.0,
+        gt=0.0,
+        le=1000.0,
+        description="times per second that the laid-over scan is published, likewise",
+    )
+
+
 class LocalizerDisplay(NodeDisplay):
     """Also the scan laid over the map, and the particles."""
 
@@ -36,13 +55,8 @@ class LocalizerDisplay(NodeDisplay):
         self, node: Any, map_frame: str, worker: Worker, view: "LiveView | None", *, publishes_map: bool
     ) -> None:
         """Raises UserError that names a parameter at fault."""
-        particle_rate = declare_positive(
-            node, "particle_rate", 5.0, "times per second that particles are published, when anyone listens"
-        )
-        cloud_rate = declare_positive(
-            node, "cloud_rate", 10.0, "times per second that the laid-over scan is published, likewise"
-        )
-        periods = {"particles": 1.0 / particle_rate, "cloud": 1.0 / cloud_rate, **_PERIODS}
+        rates = declare_settings(node, _Rates(), read_only=True)
+        periods = {"particles": 1.0 / rates.particle_rate, "cloud": 1.0 / rates.cloud_rate, **_PERIODS}
         super().__init__(
             node, map_frame, worker, view, periods, publishes_map=publishes_map, tells_places=True
         )

@@ -2,11 +2,10 @@
 
 from array import array
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
-from pydantic import ValidationError
+from pydantic import Field, ValidationError, field_validator
 from pydantic.fields import FieldInfo
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.exceptions import InvalidParameterValueException
@@ -15,6 +14,7 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.settings import Settings
 from racecar.pipelines.bags.sensor_place import slip_in
+from racecar.pipelines.files.config_file import as_clause
 from racecar.pipelines.files.nested_settings import leaf_fields, leaf_values, nested
 
 SettingsT = TypeVar("SettingsT", bound=Settings)
@@ -23,88 +23,70 @@ _BOUNDS = {"gt": "greater than", "ge": "at least", "lt": "less than", "le": "at 
 """By pydantic's names."""
 
 
-@dataclass(frozen=True)
-class CarParameters:
+class CarParameters(Settings):
     """What both nodes must know about the car; fixed once the node runs."""
 
-    map_frame: str
-    base_frame: str
-    tf: str
-    tf_base_frame: str
-    transform_tolerance: float
-    integrate_twist: bool
-    laser_pose: Pose | None
-
-
-_CAR: dict[str, tuple[Any, str]] = {
-    "map_frame": ("map", "frame of the map, of all poses that are published"),
-    "base_frame": ("base_link", "frame of the car, whose pose is published; transforms lead from here"),
-    "tf": ("odom", "transform to publish: odom (map to odometry's frame), base (map to tf_base_frame), none"),
-    "tf_base_frame": ("base_link_pf", "child frame of the transform where tf is base"),
-    "transform_tolerance": (0.1, "seconds for which a transform is declared to hold beyond its time"),
-    "odometry": ("pose", "what of /odom to believe: its pose, or its twist, which is integrated"),
-    "laser_pose": ([0.0], "x, y (m) and yaw (rad) of the laser on the car; one 0 alone: as transforms say"),
-}
-
-
-def car_parameters(node: Any) -> CarParameters:
-    """Declare and read what both nodes must know. Raises UserError that names a parameter at fault."""
-    values = {
-        name: declare(node, name, default, meaning, read_only=True)
-        for name, (default, meaning) in _CAR.items()
-    }
-    _check_choice("tf", values["tf"], ("odom", "base", "none"))
-    _check_choice("odometry", values["odometry"], ("pose", "twist"))
-    tolerance = values["transform_tolerance"]
-    if not isinstance(tolerance, int | float) or not 0.0 <= tolerance <= 10.0:
-        raise UserError(f"The parameter transform_tolerance is {tolerance!r}; give seconds, 0 to 10.")
-    return CarParameters(
-        map_frame=str(values["map_frame"]),
-        base_frame=str(values["base_frame"]),
-        tf=values["tf"],
-        tf_base_frame=str(values["tf_base_frame"]),
-        transform_tolerance=float(tolerance),
-        integrate_twist=values["odometry"] == "twist",
-        laser_pose=_laser_pose(values["laser_pose"]),
+    map_frame: str = Field("map", description="frame of the map, of all poses that are published")
+    base_frame: str = Field(
+        "base_link", description="frame of the car, whose pose is published; transforms lead from here"
+    )
+    tf: Literal["odom", "base", "none"] = Field(
+        "odom",
+        description="transform to publish: odom (map to odometry's frame), base (map to tf_base_frame), none",
+    )
+    tf_base_frame: str = Field("base_link_pf", description="child frame of the transform where tf is base")
+    transform_tolerance: float = Field(
+        0.1, ge=0.0, le=10.0, description="seconds for which a transform is declared to hold beyond its time"
+    )
+    odometry: Literal["pose", "twist"] = Field(
+        "pose", description="what of /odom to believe: its pose, or its twist, which is integrated"
+    )
+    laser_pose: tuple[float, ...] = Field(
+        (0.0,), description="x, y (m) and yaw (rad) of the laser on the car; one 0 alone: as transforms say"
     )
 
+    @field_validator("laser_pose")
+    @classmethod
+    def _check_place(cls, numbers: tuple[float, ...]) -> tuple[float, ...]:
+        if numbers != (0.0,):
+            if len(numbers) != 3:
+                raise ValueError("give x and y in metres and yaw in radians")
+            if (slip := slip_in(numbers)) is not None:
+                raise ValueError(slip)
+        return numbers
 
-def declare(
-    node: Any, name: str, default: Any, meaning: str, *, read_only: bool = False, **bounds: Any
-) -> Any:
-    """Declare a parameter, ``bounds`` being further fields of its descriptor, and return its value.
-
-    Raises UserError that names it when the value given for it is out of bounds.
-    """
-    descriptor = ParameterDescriptor(description=meaning, read_only=read_only, dynamic_typing=True, **bounds)
-    try:
-        value = node.declare_parameter(name, default, descriptor).value
-    except InvalidParameterValueException as error:
-        raise UserError(f"The parameter {name} must be {descriptor.additional_constraints}.") from error
-    return list(value) if isinstance(value, array) else value
-
-
-def declare_positive(node: Any, name: str, default: float, meaning: str) -> float:
-    """Declare a positive number that is fixed once the node runs. Raises UserError that names it when it is
-    not one."""
-    value = declare(node, name, default, meaning, read_only=True)
-    if not isinstance(value, int | float) or not 0.0 < value <= 1000.0:
-        raise UserError(f"The parameter {name} is {value!r}; give a positive number, 1000 at most.")
-    return float(value)
+    @property
+    def base_from_laser(self) -> Pose | None:
+        """(3,) as it was given; None: as transforms say."""
+        return None if len(self.laser_pose) == 1 else np.array(self.laser_pose)
 
 
-def declare_settings(node: Any, settings: SettingsT) -> SettingsT:
+def declare_settings(node: Any, settings: SettingsT, *, read_only: bool = False) -> SettingsT:
     """Declare every setting as a parameter with its meaning and bounds, a nested one by its dotted name; the
-    settings with what ROS overrides of them.
+    settings with what ROS overrides of them. Those that are ``read_only`` are fixed once the node runs.
 
     Raises UserError that names a parameter at fault.
     """
     defaults = leaf_values(settings)
     values = {
-        name: declare(node, name, defaults[name], str(field.description), **_bounds(field))
+        name: _declared(node, name, defaults[name], field, read_only=read_only)
         for name, field in leaf_fields(type(settings))
     }
     return updated(settings, values)
+
+
+def _declared(node: Any, name: str, default: Any, field: FieldInfo, *, read_only: bool) -> Any:
+    """The value of a parameter that is declared for a setting.
+
+    Raises UserError that names it when the value given for it is out of bounds.
+    """
+    descriptor = ParameterDescriptor(
+        description=str(field.description), read_only=read_only, dynamic_typing=True, **_bounds(field)
+    )
+    try:
+        return node.declare_parameter(name, default, descriptor).value
+    except InvalidParameterValueException as error:
+        raise UserError(f"The parameter {name} must be {descriptor.additional_constraints}.") from error
 
 
 def watch_settings(node: Any, current: Callable[[], SettingsT], apply: Callable[[SettingsT], None]) -> None:
@@ -163,23 +145,4 @@ def _bounds(field: FieldInfo) -> dict[str, Any]:
 def _sentence(error: ValidationError) -> str:
     first = error.errors()[0]
     name = ".".join(str(part) for part in first["loc"])
-    return f"The parameter {name} is {first['input']!r}: {first['msg'][:1].lower()}{first['msg'][1:]}"
-
-
-def _check_choice(name: str, value: Any, choices: tuple[str, ...]) -> None:
-    if value not in choices:
-        raise UserError(f"The parameter {name} is {value!r}; it must be one of {', '.join(choices)}.")
-
-
-def _laser_pose(value: Any) -> Pose | None:
-    try:
-        numbers = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        numbers = np.empty(0)
-    if numbers.shape == (1,) and numbers[0] == 0.0:
-        return None
-    if numbers.shape != (3,) or not np.isfinite(numbers).all():
-        raise UserError(f"The parameter laser_pose is {value!r}; give x and y in metres and yaw in radians.")
-    if (slip := slip_in(numbers.tolist())) is not None:
-        raise UserError(f"The parameter laser_pose is {value!r}: {slip}.")
-    return numbers
+    return f"The parameter {name} is {first['input']!r}: {as_clause(first['msg'])}"

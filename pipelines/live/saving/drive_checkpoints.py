@@ -6,13 +6,16 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from pydantic import Field
+
 from racecar.mapping.arrays import Arrays
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.mapper_state import Snapshot
 from racecar.maps.errors import UserError
+from racecar.maps.settings import Settings
 from racecar.pipelines.live.monitoring.faults import Faults
-from racecar.pipelines.live.ros.parameters import declare
+from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.work.worker import Worker
 from racecar.pipelines.runs.checkpoint import Checkpoint
 
@@ -21,6 +24,17 @@ CHECKPOINT_WORK = {"checkpoint": 1}
 
 _LEAST_REST = 50.0
 """Times as long as writing takes: a long drive has a large checkpoint, and 2 % of a core are well spent."""
+
+
+class _Period(Settings):
+    """How often."""
+
+    checkpoint_every: float = Field(
+        15.0,
+        ge=0.1,
+        le=86400.0,
+        description="seconds between two checkpoints, from which the drive goes on when the node was killed",
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +62,7 @@ class DriveCheckpoints:
         """Raises UserError that names a parameter at fault."""
         self._checkpoint, self._worker = checkpoint, worker
         self._faults, self._inform = faults, inform
-        self._period = _declare_period(node)
+        self._period = declare_settings(node, _Period(), read_only=True).checkpoint_every
         self._due = time.monotonic() + self._period
 
     def save_when_due(self, take_snapshot: Callable[[], DriveSnapshot]) -> None:
@@ -87,11 +101,3 @@ class DriveCheckpoints:
         now = time.monotonic()
         self._due = now + max(self._period, _LEAST_REST * (now - began))
         return is_written
-
-
-def _declare_period(node: Any) -> float:
-    meaning = "seconds between two checkpoints, from which the drive goes on when the node was killed"
-    seconds = declare(node, "checkpoint_every", 15.0, meaning, read_only=True)
-    if not isinstance(seconds, int | float) or not 0.1 <= seconds <= 86400.0:
-        raise UserError(f"The parameter checkpoint_every is {seconds!r}; give seconds, at least 0.1.")
-    return float(seconds)
