@@ -18,19 +18,7 @@ from racecar.pipelines.files.outputs import written_to
 from tests.pipelines.bag_samples import as_sqlite, file_of, write_bag
 
 READ = {
-    *(
-        "bag",
-        "bags",
-        "batch",
-        "check",
-        "config",
-        "continue_",
-        "data",
-        "edits",
-        "map",
-        "reference",
-        "relations",
-    ),
+    *("bag", "batch", "check", "config", "continue_", "edits", "map", "reference", "relations"),
     *("run", "runs", "target", "trajectories"),
 }
 """The parameters of all commands that name a path to read."""
@@ -91,7 +79,7 @@ def types_in(annotation: Any) -> set[Any]:
     return {annotation}.union(*(types_in(each) for each in get_args(annotation) if not hasattr(each, "help")))
 
 
-ALL = [Command(tuple(title.split()[1:]), info) for title, info in commands_of(app)]
+ALL = [Command(tuple(title.split()[1:]), info) for title, info in commands_of(app, "racecar")]
 WRITING = [(command, name) for command in ALL for name in command.written]
 
 
