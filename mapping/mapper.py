@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 from racecar.mapping import schedule
 from racecar.mapping.arrays import Arrays, pose_or_nan
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.feedback.missed_loops import FEEDBACK_ROUNDS, missed_loops
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.log_odds import looks_until_free
 from racecar.mapping.grid.rendering import Rays, pack_rays, rays_of
@@ -26,6 +25,7 @@ from racecar.mapping.keyframes.placement import (
     Placement,
 )
 from racecar.mapping.matching.scan_store import prepare_scan
+from racecar.mapping.missed_loops import FEEDBACK_ROUNDS, missed_loops
 from racecar.mapping.odometry.dead_reckoning import WORTH_UNTOLD
 from racecar.mapping.odometry.lag import KnownLag
 from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses

@@ -20,7 +20,7 @@ from benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED, Spoiling
 from benchmarks.quality.verdict_figures import NEAR, JudgedMap, kind_of, verdict_counts, verdict_shares
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.moving_along.moving_along import MovingAlong
+from racecar.mapping.fixed_returns.fixed_returns import FixedReturns
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.quality.statistics import LOCAL_DISTANCE
@@ -114,7 +114,7 @@ def spoiled_map(drive: KnownDrive, spoiling: Spoiling, base: MappingConfig) -> M
     settings = {**base.model_dump(), "refine": False, **spoiling.settings}
     mapper = Mapper(MappingConfig.model_validate(settings))
     with replaced(spoiling.replacements):
-        for message in MovingAlong().filtered(spoiling.of(drive.messages)):
+        for message in FixedReturns().filtered(spoiling.of(drive.messages)):
             feed(message, mapper)
         return mapper.finish()
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from racecar.localization.verdict.drive_quality import DriveVerdict
-from racecar.mapping.moving_along.left_out import LeftOut
+from racecar.mapping.fixed_returns.left_out import LeftOut
 from racecar.maps.errors import UserError
 from racecar.maps.grid.edits import Edit, covered
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
@@ -28,7 +28,7 @@ _NAMED = 3
 """Parts of the view that a sentence names, so that it stays one; report.json has all."""
 
 
-def cautions_of_moving_along(left_out: LeftOut) -> list[str]:
+def cautions_of_fixed_returns(left_out: LeftOut) -> list[str]:
     """For a recording of which returns were left out because they move along with the laser."""
     if left_out.returns == 0:
         return []

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from racecar.mapping.config import MappingConfig
+from racecar.mapping.fixed_returns.fixed_returns import FixedReturns
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.moving_along.moving_along import MovingAlong
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import WITHOUT_WHEELS, MappingResult
@@ -24,7 +24,7 @@ from racecar.pipelines.files.edits_file import MapEdits
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.interrupts import StopRequest, stop_request
-from racecar.pipelines.runs.map_cautions import cautions_of_moving_along, cautions_of_resolution
+from racecar.pipelines.runs.map_cautions import cautions_of_fixed_returns, cautions_of_resolution
 from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
 from racecar.pipelines.runs.progress import progress_bar
 
@@ -66,8 +66,8 @@ def build_map(
     with stop_request(*stop_signals) as stop, stop.looked_for():
         mapper, taken = _begin(reader, config, report, stop, watch, quiet=quiet)
         gc.freeze()  # the libraries are loaded: a twentieth of the time goes into looking through them again
-        moving_along = MovingAlong()
-        scans = _feed(mapper, taken, reader, moving_along, report, stop, watch, quiet=quiet)
+        fixed_returns = FixedReturns()
+        scans = _feed(mapper, taken, reader, fixed_returns, report, stop, watch, quiet=quiet)
     if not scans:
         raise UserError(
             f"There is no usable scan on {reader.scan_topic}; `racecar check` shows what the bag holds."
@@ -88,12 +88,12 @@ def build_map(
     report.add("quality", result.quality.as_dict())
     if reader.imu_topic is not None:
         report.add("gyroscope", mapper.turn_model.figures)
-    left_out = moving_along.left_out
+    left_out = fixed_returns.left_out
     if left_out.returns:
         report.add("moving_along", left_out.as_dict())
     told = [WITHOUT_WHEELS] if reader.tells_of_no_odometry else []
     own = [sentence for sentence in result.warnings if sentence not in told]
-    cautions = [*cautions_of_moving_along(left_out), *cautions_of_resolution(config.resolution)]
+    cautions = [*cautions_of_fixed_returns(left_out), *cautions_of_resolution(config.resolution)]
     for sentence in [*reader.warnings, *own, *cautions]:
         report.warn(sentence)
     return result
@@ -178,7 +178,7 @@ def _begin(
     for _ in range(_ROUNDS if reader.odom_topic else 0):
         mapper, taken = Mapper(config, lag), 0
         with progress_bar("Comparing clocks", _FIRST_TURNS, quiet=quiet) as advance_to:
-            messages = _timed(_until(stop, reader), MovingAlong(), report)
+            messages = _timed(_until(stop, reader), FixedReturns(), report)
             for taken, message in enumerate(islice(messages, _FIRST_TURNS), start=1):
                 _hand_on(message, mapper, report, watch)
                 advance_to(taken)
@@ -194,7 +194,7 @@ def _feed(
     mapper: Mapper,
     taken: int,
     reader: BagReader,
-    moving_along: MovingAlong,
+    fixed_returns: FixedReturns,
     report: Report,
     stop: StopRequest,
     watch: Watch,
@@ -204,7 +204,7 @@ def _feed(
     """Hand every message after those ``taken`` to the mapper; the number of scans, these included."""
     scans = 0
     with progress_bar("Reading", reader.message_count, quiet=quiet) as advance_to:
-        messages = _timed(_until(stop, reader, taken), moving_along, report)
+        messages = _timed(_until(stop, reader, taken), fixed_returns, report)
         for number, message in enumerate(messages, start=1):
             scans += isinstance(message, Scan)
             if number > taken:
@@ -231,8 +231,8 @@ def _until(stop: StopRequest, reader: BagReader, least: int = 0) -> Iterator[Mea
             return
 
 
-def _timed(read: Iterable[Measurement], moving_along: MovingAlong, report: Report) -> Iterator[Measurement]:
-    messages = moving_along.filtered(read)
+def _timed(read: Iterable[Measurement], fixed_returns: FixedReturns, report: Report) -> Iterator[Measurement]:
+    messages = fixed_returns.filtered(read)
     while True:
         with report.stage("reading"):
             message = next(messages, None)

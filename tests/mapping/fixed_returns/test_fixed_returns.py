@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from racecar.mapping.moving_along.moving_along import MovingAlong
+from racecar.mapping.fixed_returns.fixed_returns import FixedReturns
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.sensing.cloud import Cloud
 from racecar.maps.sensing.measurement import Measurement
@@ -64,18 +64,18 @@ def with_thing(scans: list[Scan], is_seen: np.ndarray, metres: float) -> list[Sc
 def left_out(messages: list[Measurement]) -> list[np.ndarray]:
     """Which beams of each scan lose a return."""
     before = [message for message in messages if isinstance(message, Scan)]
-    after = [m for m in MovingAlong().filtered(messages) if isinstance(m, Scan)]
+    after = [m for m in FixedReturns().filtered(messages) if isinstance(m, Scan)]
     assert [scan.stamp for scan in after] == [scan.stamp for scan in before]
     return [old.is_return & ~new.is_return for old, new in zip(before, after, strict=True)]
 
 
 def test_a_drive_through_a_room_comes_back_as_it_was(scans: list[Scan]) -> None:
     messages = measured(scans, DRIVE)
-    moving_along = MovingAlong()
-    result = list(moving_along.filtered(messages))
+    fixed_returns = FixedReturns()
+    result = list(fixed_returns.filtered(messages))
     assert len(result) == len(messages)
     assert all(given is taken for given, taken in zip(result, messages, strict=True))
-    assert moving_along.left_out.returns == 0
+    assert fixed_returns.left_out.returns == 0
 
 
 @pytest.mark.parametrize("wheels", [DRIVE, STANDING])
@@ -143,9 +143,9 @@ def test_many_posts_are_left_out_although_they_hide_each_other(scans: list[Scan]
 def test_it_is_told_where_and_when(scans: list[Scan]) -> None:
     is_body = np.abs(scans[0].bearings) < 0.999 * np.pi / 4.0
     carried = with_thing(scans, is_body, 0.32)
-    moving_along = MovingAlong()
-    list(moving_along.filtered(measured([*scans[:80], *carried[80:]], DRIVE)))  # from the second block on
-    told = moving_along.left_out
+    fixed_returns = FixedReturns()
+    list(fixed_returns.filtered(measured([*scans[:80], *carried[80:]], DRIVE)))  # from the second block on
+    told = fixed_returns.left_out
     begin, end = told.seconds
     assert begin == pytest.approx(10.0, abs=1.0)
     assert end == pytest.approx(SECONDS, abs=0.5)
@@ -166,5 +166,5 @@ def test_clouds_are_not_held(scans: list[Scan]) -> None:
             yield Odometry(scan.stamp, IDENTITY, IDENTITY)
             yield replace(scan, cloud=cloud)
 
-    held = [given - taken // 2 for taken, _ in enumerate(MovingAlong().filtered(clouds()))]
+    held = [given - taken // 2 for taken, _ in enumerate(FixedReturns().filtered(clouds()))]
     assert max(held) <= 4

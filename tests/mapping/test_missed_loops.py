@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.feedback.missed_loops import missed_loops
 from racecar.mapping.loops import consistent_support
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.mapper import Mapper
+from racecar.mapping.missed_loops import missed_loops
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge

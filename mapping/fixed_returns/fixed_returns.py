@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.moving_along.cells import in_cells
-from racecar.mapping.moving_along.laser_path import laser_path
-from racecar.mapping.moving_along.left_out import LeftOut
-from racecar.mapping.moving_along.vote_kernels import ALONG, APART, LIMITS, WORLD, partners, votes
+from racecar.mapping.fixed_returns.cells import in_cells
+from racecar.mapping.fixed_returns.laser_path import laser_path
+from racecar.mapping.fixed_returns.left_out import LeftOut
+from racecar.mapping.fixed_returns.vote_kernels import ALONG, APART, LIMITS, WORLD, partners, votes
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
@@ -56,7 +56,7 @@ class _Block:
     """(N,) within which poses are comparable."""
 
 
-class MovingAlong:
+class FixedReturns:
     """Takes measurements in the order of time, and gives all of them back two blocks of time later."""
 
     def __init__(self) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.moving_along.vote_kernels import LIMITS
+from racecar.mapping.fixed_returns.vote_kernels import LIMITS
 from racecar.mapping.self_calibration.scan_track import middle_of, track_of
 from racecar.mapping.self_calibration.wheel_track import WheelTrack
 from racecar.maps.geometry.se2 import Pose, between, compose

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from racecar.mapping.moving_along.vote_kernels import ALONG, APART, LIMITS, OPEN, WORLD, partners, votes
+from racecar.mapping.fixed_returns.vote_kernels import ALONG, APART, LIMITS, OPEN, WORLD, partners, votes
 from racecar.maps.geometry.se2 import Pose, between
 from tests.mapping.worlds import BEARINGS, CORRIDOR, box, ranges
 

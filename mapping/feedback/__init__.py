@@ -1,1 +1,0 @@
-"""What the verdict on a finished map finds is acted on before the map is given out."""
