@@ -19,8 +19,8 @@ from benchmarks.quality.map_errors import map_errors
 from benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED, Spoiling
 from benchmarks.quality.verdict_figures import NEAR, JudgedMap, kind_of, verdict_counts, verdict_shares
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.mapper import Mapper
 from racecar.mapping.fixed_returns.fixed_returns import FixedReturns
+from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.quality.statistics import LOCAL_DISTANCE

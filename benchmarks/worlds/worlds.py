@@ -19,6 +19,7 @@ from benchmarks.worlds.drive_errors import DriveErrors, drive_errors
 from racecar.mapping.config import MappingConfig
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.commands.results import print_warnings
@@ -26,7 +27,6 @@ from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.mapping_run import build_map
 from racecar.pipelines.simulation.driver import TICK
-from racecar.maps.map_files import load_map
 from racecar.pipelines.simulation.simulator import START_NS, Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 
