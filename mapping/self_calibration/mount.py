@@ -20,8 +20,10 @@ from racecar.maps.geometry.se2 import Pose, wrap_angle
 FARTHEST_LASER = 1.0
 """Metres that a laser sits from the middle of the turns at most; by judgement: half a car."""
 _MIN_YAW_ERROR = 0.15
-"""Radians by which a yaw must surely be off to be a fault of its own. Measured on recordings that are right:
-0.05 at most, and 0.15 with a scan in two seconds."""
+"""Radians by which a yaw must surely be off to be worth a look. Measured on recordings that are right: 0.05
+at most, and 0.15 with a scan in two seconds."""
+_MIN_UNEXPLAINED_YAW = 0.26
+"""The same, 15°, where slip may be why; by judgement: slip and steering make some degrees."""
 LEAST_PATH, _MOST_PATH = 0.84, 1.15
 """Path by wheels over path by scans beyond which one of the two is wrong. Measured on recordings that are
 right: 0.87 to 1.05; the mapper learns 10 % by itself, and with 20 % it bends a simulated building."""
@@ -61,6 +63,10 @@ judgement: people mount along edges."""
 _MAX_SIDEWAYS = 0.1
 """Sine of the angle between the wheels' travel and their own axis up to which they drive along it. By
 judgement: six degrees, less than the least error of a yaw."""
+_MAX_ONE_WAY = 0.55
+"""Length of the mean of the directions of travel, as unit vectors, up to which a robot drove hither and
+thither, so that a slope on which it slips to one side does not look like a laser that is turned. Measured in
+simulation: 0.58 where it had gone up such a slope and half of the way back, and still seemed turned."""
 _MAX_OFFSET_SIGMA = 0.03
 """Metres, standard deviation of the laser's offset from the base up to which it is used; by judgement: a cell
 of the map."""
@@ -84,6 +90,8 @@ class MountEstimate:
     """Standard deviation of that."""
     sideways: float
     """Sine of the angle between the travel by wheels and their own axis, in half of the windows."""
+    one_way: float
+    """Length of the mean of the directions of travel by wheels, as unit vectors: 1 where it is always one."""
 
     @property
     def is_certain(self) -> bool:
@@ -109,15 +117,25 @@ class MountEstimate:
         return self.is_clear and (high < LEAST_PATH or low > _MOST_PATH)
 
     def yaw_error(self, told: Pose) -> float:
-        """Radians by which the yaw surely differs from that of the place (3,) that is ``told``, or zero."""
+        """Radians by which the yaw differs from that of the place (3,) that is ``told``; zero where slip may
+        be why, or chance."""
+        least = _MIN_YAW_ERROR if self.cannot_slip else _MIN_UNEXPLAINED_YAW
+        return self._error_beyond(least, told)
+
+    def leaves_open(self, told: Pose) -> bool:
+        """Whether more motions would show if the yaw of the place (3,) that is ``told`` is wrong, or slip is
+        why it seems so."""
+        return self._error_beyond(_MIN_YAW_ERROR, told) != 0.0 and self.yaw_error(told) == 0.0
+
+    def _error_beyond(self, least: float, told: Pose) -> float:
         error = float(wrap_angle(self.base_from_laser[2] - told[2]))
-        return error if abs(error) - SIGMAS * float(self.sigmas[2]) > _MIN_YAW_ERROR else 0.0
+        return error if abs(error) - SIGMAS * float(self.sigmas[2]) > least else 0.0
 
     @property
-    def drives_ahead(self) -> bool:
-        """Whether the wheels drive along their own axis, so that it is not they whose yaw is off, unless by
-        half a turn."""
-        return self.sideways < _MAX_SIDEWAYS
+    def cannot_slip(self) -> bool:
+        """Whether the wheels drive along their own axis, and did so hither and thither, so that it is not
+        they whose yaw is off, unless by half a turn."""
+        return self.sideways < _MAX_SIDEWAYS and self.one_way < _MAX_ONE_WAY
 
     @property
     def is_at_right_angle(self) -> bool:
@@ -190,7 +208,8 @@ def _mount_by(track: ScanTrack, wheels: WheelTrack, lag: int) -> MountEstimate |
     lengths = np.hypot(*predicted.T) * np.hypot(*told.T)
     cosines = (predicted * told).sum(axis=1) / np.maximum(lengths, 1e-9)
     misses = np.hypot(*(predicted - told).T) / np.hypot(*told.T)
-    courses = np.arctan2(told[:, 1], told[:, 0]) - 0.5 * base[travels, 2]
+    courses = np.arctan2(told[:, 1], told[:, 0])
+    headings = wheels.at(track.stamps[motions.begins[travels]] + lag)[:, 2]
     return MountEstimate(
         base_from_laser=np.array([x, y, np.arctan2(sin, cos)]),
         sigmas=np.sqrt(variances),
@@ -198,7 +217,8 @@ def _mount_by(track: ScanTrack, wheels: WheelTrack, lag: int) -> MountEstimate |
         missed=float(np.median(misses)),
         path_ratio=ratio,
         path_sigma=float(np.sqrt(along @ fit.covariance @ along)),
-        sideways=float(np.median(np.abs(np.sin(courses)))),
+        sideways=float(np.median(np.abs(np.sin(courses - 0.5 * base[travels, 2])))),
+        one_way=float(np.abs(np.mean(np.exp(1j * (courses + headings))))),
     )
 
 

@@ -97,6 +97,7 @@ class SelfCalibrator:
         is_open = self._asks_order and learned.sweep_order == SweepOrder.UNKNOWN
         if self._asks_wheels and learned.odometry_fault is None:
             is_open = is_open or learned.turns is None or (is_first and not self._is_clear(learned))
+            is_open = is_open or self._is_yaw_open(learned)
         is_open = is_open or (is_first and bool(self._yaw_rates) and learned.gyro_turns is None)
         return is_open and len(self._tracker) < _MAX_SCANS and self._level <= _MAX_LEVEL
 
@@ -107,8 +108,15 @@ class SelfCalibrator:
             return False
         if reading is None or self._first is None:
             return False
-        is_told = reading.mount.yaw_error(self._first.base_from_laser) == 0.0
-        return is_told and reading.mount.path_ratio >= LEAST_PATH
+        is_as_told = reading.mount.yaw_error(self._first.base_from_laser) == 0.0
+        return is_as_told and reading.mount.path_ratio >= LEAST_PATH
+
+    def _is_yaw_open(self, learned: SelfCalibration) -> bool:
+        return (
+            self._first is not None
+            and learned.reading is not None
+            and learned.reading.mount.leaves_open(self._first.base_from_laser)
+        )
 
     def estimate(self, expected_lag: int = 0) -> SelfCalibration:
         """What they prove. ``expected_lag`` in nanoseconds is how much later than scans the wheels are

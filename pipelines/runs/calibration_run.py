@@ -27,6 +27,7 @@ def calibrate(reader: BagReader, *, quiet: bool) -> list[Finding]:
         place_source=reader.base_from_laser_source,
         header_offsets=reader.header_offsets,
         is_upside_down=reader.laser_is_upside_down,
+        is_alone=len(reader.scan_topics) == 1,
     )
     with progress_bar("Looking at the sensors", _MOST_MESSAGES, quiet=quiet) as advance_to:
         calibrator = SelfCalibrator(asks_wheels=known.odom_topic is not None)

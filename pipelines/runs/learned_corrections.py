@@ -21,6 +21,9 @@ from racecar.pipelines.bags.sensor_place import in_words
 _FAR_CLOCKS = 1_000_000_000
 """Nanoseconds between the stamps of scans and odometry that were recorded together, from which their clocks
 differ and not their delays, since filters and buses hold back less than a second; by judgement."""
+_HALF_A_TURN = 0.75 * np.pi
+"""Radians from which a laser seems to be turned by half a turn, which wheels that run backwards look like,
+too; by judgement: halfway from a right angle."""
 _ANOTHER_ORIGIN = 86_400_000_000_000
 """Nanoseconds, a day, since no clock that was ever set is off by more."""
 _GYRO_LAG = 60_000_000
@@ -48,6 +51,8 @@ class KnownSensors:
     """Nanoseconds that stamps of scans and of odometry are ahead of when they were recorded."""
     is_upside_down: bool = False
     """Whether the laser hangs upside down by its place."""
+    is_alone: bool = True
+    """Whether no further laser is used, whose place may be as wrong as this one's."""
 
     @property
     def is_place_told(self) -> bool:
@@ -244,21 +249,21 @@ class _Made:
         if error == 0.0:
             return
         place = mount.as_mounted()
-        turned: dict[str, Any] = {
-            "told": np.degrees(known.base_from_laser[2]),
-            "source": known.place_source,
-            "shown": np.degrees(place[2]),
-            "place": _as_flag(place),
-        }
-        is_transform = known.is_place_told and known.place_source != "flag"
-        if is_transform and mount.drives_ahead and abs(error) < 0.5 * np.pi:
-            place = np.append(known.base_from_laser[:2], mount.base_from_laser[2])
-            self.changes["base_from_laser"] = place
-            turned |= {"shown": np.degrees(place[2]), "place": _as_flag(place)}
-            self._find("place_turned", **turned)
-            return
         if known.is_place_told:
-            self._leave_out("place_contradicted", **turned)
+            is_flag = known.place_source == "flag"
+            yields = mount.cannot_slip and abs(error) < _HALF_A_TURN and known.is_alone and not is_flag
+            if yields:
+                place = np.append(known.base_from_laser[:2], mount.base_from_laser[2])
+                self.changes["base_from_laser"] = place
+            else:
+                self.changes["uses_odometry"] = False
+            self._find(
+                "place_turned" if yields else "place_contradicted",
+                told=np.degrees(known.base_from_laser[2]),
+                source=known.place_source,
+                shown=np.degrees(place[2]),
+                place=_as_flag(place, np.pi if known.is_upside_down else 0.0),
+            )
             return
         self.changes["base_from_laser"] = place
         self._find("place_learned", topic=known.scan_topic, place=in_words(place), given=_as_flag(place))

@@ -104,3 +104,11 @@ def test_without_turns_an_offset_is_not_made_up() -> None:
     mount = read(track, WheelTrack.of(odometry_of(drive, 40.0))).mount
     assert mount.is_certain
     assert mount.as_mounted()[:2].tolist() == [0.0, 0.0]
+
+
+def test_a_robot_that_drove_one_way_may_have_slipped_on_a_slope() -> None:
+    mount = replace(read(track_of_laser(np.array([0.0, 0.0, 0.2]))).mount, one_way=0.1)
+    assert mount.yaw_error(IDENTITY) == pytest.approx(0.2, abs=0.02)
+    one_way = replace(mount, one_way=0.9)
+    assert one_way.yaw_error(IDENTITY) == 0.0 and one_way.leaves_open(IDENTITY)
+    assert not mount.leaves_open(IDENTITY) and not one_way.leaves_open(mount.base_from_laser)

@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from racecar.mapping.self_calibration.mount import MotionReading, MountEstimate
 from racecar.mapping.self_calibration.self_calibration import SelfCalibration
 from racecar.mapping.self_calibration.turn_agreement import TurnAgreement
+from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
@@ -136,13 +138,33 @@ def test_a_place_that_is_told_is_believed_and_not_the_wheels(tmp_path: Path) -> 
     assert not any(isinstance(item, Odometry) for item in reader_items(tmp_path, corrections))
 
 
-def test_a_transform_that_is_turned_yields_to_wheels_that_drive_along_their_axis(tmp_path: Path) -> None:
-    recording = Recording()
-    recording.told = np.array([0.1, 0.0, np.radians(14.0)])
-    corrections, reader = corrections_of(recording, tmp_path)
-    assert corrections.base_from_laser == pytest.approx([0.1, 0.0, 0.0], abs=0.02)
-    assert reader.odom_topic is not None
-    assert only_finding(corrections) == "place_turned"
+@pytest.mark.parametrize(
+    ("source", "is_alone", "turned", "one_way", "finding"),
+    [
+        ("tf", True, 14.0, 0.3, "place_turned"),
+        ("tf", True, -90.0, 0.3, "place_turned"),
+        ("tf", True, 180.0, 0.3, "place_contradicted"),
+        ("tf", True, 14.0, 0.9, None),
+        ("tf", True, 20.0, 0.9, "place_contradicted"),
+        ("tf", False, 14.0, 0.3, "place_contradicted"),
+        ("flag", True, 14.0, 0.3, "place_contradicted"),
+    ],
+)
+def test_a_transform_yields_to_wheels_that_drive_hither_and_thither_along_their_axis(
+    source: str, is_alone: bool, turned: float, one_way: float, finding: str | None
+) -> None:
+    told, shown = np.array([0.1, 0.0, 0.0]), np.array([0.0, 0.0, np.radians(turned)])
+    mount = MountEstimate(shown, np.full(3, 0.005), 1.0, 0.02, 1.0, 0.01, sideways=0.02, one_way=one_way)
+    learned = SelfCalibration(
+        turns=TurnAgreement(0, 1.0, 0.01, 0.1), reading=MotionReading(mount, WheelSigns.AS_RECORDED)
+    )
+    known = KnownSensors("/scan", "/odom", told, source, (None, None), is_upside_down=True, is_alone=is_alone)
+    made = learned_corrections(learned, known)
+    assert [each.name for each in made.findings] == ([] if finding is None else [finding])
+    assert made.uses_odometry == (finding != "place_contradicted")
+    if finding == "place_turned":
+        assert made.base_from_laser == pytest.approx([0.1, 0.0, np.radians(turned)])
+        assert made.findings[0].remedy.endswith("3.142'.")
 
 
 def reader_items(folder: Path, corrections: Corrections) -> list[Scan | Odometry]:
