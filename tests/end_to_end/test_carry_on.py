@@ -23,9 +23,9 @@ def simulate(bag: Path, plan: str, config: SimulationConfig) -> Trajectory:
 
 
 def test_a_second_drive_carries_on_the_map(racecar: Racecar, tmp_path: Path) -> None:
-    first = simulate(tmp_path / "first.bag", "building", SimulationConfig(seed=1, duration=22.0))
+    first = simulate(tmp_path / "first.bag", "building", SimulationConfig(seed=1, duration=16.0))
     x, y, yaw = first.map_from_base[len(first) // 2].tolist()
-    config = SimulationConfig(seed=2, duration=12.0, start=(x, y, yaw + np.pi))
+    config = SimulationConfig(seed=2, duration=8.0, start=(x, y, yaw + np.pi))
     second = simulate(tmp_path / "second.bag", "building", config)
     simulate(tmp_path / "elsewhere.bag", "track", SimulationConfig(seed=3, duration=5.0))
     assert racecar("map", tmp_path / "first.bag", "--out", tmp_path / "one").returncode == 0

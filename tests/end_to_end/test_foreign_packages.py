@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.pipelines.bag_samples import write_bag
 from tests.ros_domains import next_domain
 
 ROOMS = ("localization", "mapping", "maps", "pipelines")
@@ -76,7 +77,7 @@ def command(request: pytest.FixtureRequest) -> list[str]:
 
 
 def test_commands_run_beside_packages_of_the_same_names(
-    command: list[str], foreign: Path, drive: Path, tmp_path: Path
+    command: list[str], foreign: Path, tmp_path: Path
 ) -> None:
     environment = {**os.environ, "PYTHONPATH": str(foreign)}
 
@@ -86,8 +87,9 @@ def test_commands_run_beside_packages_of_the_same_names(
         )
         assert done.returncode == 0, done.stderr
 
-    run("map", drive / "drive.bag", "--out", "map", "--quiet")
-    run("localize", drive / "drive.bag", "--map", "map", "--out", "localized", "--quiet")
+    bag = write_bag(tmp_path / "drive.bag", 60)
+    run("map", bag, "--out", "map", "--quiet")
+    run("localize", bag, "--map", "map", "--out", "localized", "--quiet")
     assert (tmp_path / "localized" / "trajectory.tum").exists()
 
 

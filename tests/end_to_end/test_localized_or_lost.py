@@ -51,7 +51,7 @@ def test_only_the_bag_that_made_the_map_is_compared_with_its_trajectory(
     racecar: Racecar, drive: Path, mapped: Path, tmp_path: Path
 ) -> None:
     """A second simulated drive bears the same stamps, and its bag the same name."""
-    simulated = ("simulate", "--map", "building", "--noise", "slight", "--duration", "6", "--quiet")
+    simulated = ("simulate", "--map", "building", "--noise", "slight", "--duration", "3", "--quiet")
     assert racecar(*simulated, "--seed", 4, "--out", tmp_path / "drive.bag").returncode == 0
     compared = []
     for bag in (drive / "drive.bag", tmp_path / "drive.bag"):

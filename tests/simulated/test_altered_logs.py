@@ -17,13 +17,12 @@ from numpy.typing import NDArray
 
 from benchmarks.slam.logs import find_logs
 from benchmarks.slam.published import PUBLISHED
-from racecar.mapping.config import MappingConfig
-from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.evaluation.relations import Relations, load_relations, relation_errors
+from tests.mapping.mapped import mapped, scans_of
 
 pytestmark = pytest.mark.slow
 
@@ -143,7 +142,7 @@ def test_logs_without_wheels_are_not_lost(
     name: str, alter: Callable[[list[Scan | Odometry], Relations], Log], recordings: Path
 ) -> None:
     messages, relations = alter(*read(name, recordings))
-    accuracy = accuracy_of_map([each for each in messages if isinstance(each, Scan)], relations)
+    accuracy = accuracy_of_map(scans_of(messages), relations)
     assert accuracy["lost"] == 0
     assert accuracy["translation_mean_m"] < 2.0 * PUBLISHED[name].cartographer_translation_m
     assert accuracy["rotation_mean_deg"] < PUBLISHED[name].cartographer_rotation_deg
@@ -156,7 +155,4 @@ def read(name: str, recordings: Path) -> Log:
 
 
 def accuracy_of_map(messages: Sequence[Scan | Odometry], relations: Relations) -> dict[str, float]:
-    mapper = Mapper(MappingConfig())
-    for message in messages:
-        mapper.add_scan(message) if isinstance(message, Scan) else mapper.add_odometry(message)
-    return relation_errors(mapper.finish().trajectory, relations).summary()
+    return relation_errors(mapped(messages).trajectory, relations).summary()

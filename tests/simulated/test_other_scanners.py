@@ -8,14 +8,14 @@ import pytest
 
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
-from racecar.mapping.config import MappingConfig
-from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from tests.mapping.mapped import mapped
+from tests.mapping.mapping_errors import mean_error
 from tests.maps.shipped_plans import shipped_plan
 
 
@@ -78,22 +78,10 @@ def drive(scanner: Scanner) -> tuple[list[Scan | Odometry], Pose]:
     return messages, simulation().ground_truth.map_from_base[kept]
 
 
-def metres(found: Pose, true: Pose) -> np.ndarray:
-    """(N,) between two paths (N, 3), each seen from its first pose."""
-    missed = between(between(true[0], true), between(found[0], found))
-    return np.hypot(missed[:, 0], missed[:, 1])
-
-
 @pytest.mark.parametrize("scanner", SCANNERS.values(), ids=SCANNERS)
 def test_maps(scanner: Scanner) -> None:
     messages, truth = drive(scanner)
-    mapper = Mapper(MappingConfig())
-    for message in messages:
-        if isinstance(message, Scan):
-            mapper.add_scan(message)
-        else:
-            mapper.add_odometry(message)
-    assert metres(mapper.finish().trajectory.map_from_base, truth).mean() < 0.14
+    assert mean_error(mapped(messages), truth) < 0.14
 
 
 @pytest.mark.parametrize("start", ["told", "anywhere"])
