@@ -77,9 +77,3 @@ def side_by_side(rows: Sequence[NDArray[Number]]) -> list[NDArray[Number]]:
 def pose_or_nan(pose: Pose | None) -> Pose:
     """(3,) a pose, NaN where there is none."""
     return np.full(3, np.nan) if pose is None else np.asarray(pose, dtype=np.float64)
-
-
-def pose_or_none(array: NDArray[np.generic]) -> Pose | None:
-    """The pose (3,), None where it is NaN."""
-    pose = array.astype(np.float64)
-    return None if np.isnan(pose).any() else pose

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping import schedule
-from racecar.mapping.arrays import Arrays, pose_or_nan
+from racecar.mapping.arrays import pose_or_nan
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.log_odds import looks_until_free
@@ -36,7 +36,7 @@ from racecar.mapping.session.forgetting import forget_outdated
 from racecar.mapping.session.merging import EarlierMap, merge
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.growth import Growth
-from racecar.mapping.state.mapper_state import MapperState, Snapshot
+from racecar.mapping.state.mapper_state import MapperState
 from racecar.mapping.state.result import MappingResult, finished_map_of, result_of, sights_of
 from racecar.mapping.state.scan_poses import place_all_scans
 from racecar.mapping.state.trimming import trim_known_keyframes, trim_scans
@@ -63,25 +63,16 @@ class Mapper:
         self._config = config
         self._state = MapperState.begin(config, odometry_lag)
         self._state.clouds = {} if keep_clouds else None
-        self._can_be_saved = False
         self._lock = RLock()
         """Held while anything of the state changes, and while it is read for others."""
 
-    @classmethod
-    def from_arrays(cls, config: MappingConfig, arrays: Arrays, *, keep_clouds: bool = False) -> "Mapper":
-        """A mapper of the same settings that goes on from where another was. Raises KeyError when an array
-        is missing."""
-        mapper = cls(config)
-        mapper._state = MapperState.from_arrays(config, arrays)
-        mapper._state.clouds = {} if keep_clouds else None
-        mapper._can_be_saved = True
-        return mapper
+    def __getstate__(self) -> tuple[MappingConfig, MapperState]:
+        """For a copy that another process finishes; to be pickled between two measurements."""
+        return self._config, self._state
 
-    @property
-    def can_be_saved(self) -> bool:
-        """Does `to_arrays` say all there is to know? It does from time to time, where what cannot be saved is
-        forgotten, whether anybody saves the rest or not."""
-        return self._can_be_saved
+    def __setstate__(self, state: tuple[MappingConfig, MapperState]) -> None:
+        self._config, self._state = state
+        self._lock = RLock()
 
     @property
     def last_stamp(self) -> int | None:
@@ -136,16 +127,6 @@ class Mapper:
         rays = [state.held_rays[scan] for scan in latest]
         return rays, state.guess_scans(np.array(latest, dtype=np.int64), state.map_from_keyframe)
 
-    def to_arrays(self) -> Arrays:
-        """Everything so far; while `can_be_saved`, another mapper goes on from it to the same bits."""
-        return self.snapshot()()
-
-    def snapshot(self) -> Snapshot:
-        """Everything so far, taken at once; packed when called, in any thread while this mapper goes on. The
-        arrays are those of `MapperState.snapshot`."""
-        with self._lock:
-            return self._state.snapshot()
-
     def quality_so_far(self) -> Callable[[], MapQuality]:
         """The verdict on the map as it is now, at least one keyframe, without the optimization at the end;
         found when called, in any thread while this mapper goes on."""
@@ -175,7 +156,6 @@ class Mapper:
             return self._map_from_base(state.reckoning.guesses())
         with state.timed("scan odometry"):
             points, guesses = state.reckoning.advance(scan)
-        self._can_be_saved = False
         distance, angle = self._config.keyframe_distance, self._config.keyframe_angle
         wheel_step, sees = state.reckoning.wheel_step(), len(points) > 0
         since_last = scan.stamp - (scan.stamp if self.last_stamp is None else self.last_stamp)
@@ -378,17 +358,14 @@ class Mapper:
             )
 
     def _trim(self, index: int) -> None:
-        """Forget, from time to time, what is not needed any more, and then what cannot be saved."""
+        """Forget, from time to time, what is not needed any more, and lay together what is kept."""
         state = self._state
         if index % schedule.WINDOW_INTERVAL == 0:
             trim_scans(state, index)
-        if index > 0 and index % schedule.CHECKPOINT_INTERVAL == 0:
+        if index > 0 and index % schedule.PACKING_INTERVAL == 0:
             trim_known_keyframes(state, index)
             state.drive.pack_clouds()
             pack_rays(state.rays)
-            state.reckoning.restart_scan_odometry()
-            state.loops.forget_pyramids()
-            self._can_be_saved = True
 
     def _optimize_finally(self) -> None:
         """Match all pairs of keyframes once more from where they are now, also with those of the first pass

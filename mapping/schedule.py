@@ -20,9 +20,9 @@ LAG_INTERVAL = 10
 CALIBRATION_WINDOW = 1000
 """The latest keyframe steps by which wheels are calibrated. By judgement: some 300 m of path, at a cost that
 does not grow."""
-CHECKPOINT_INTERVAL = 100
-"""After how many keyframes the mapper may be saved, keyframes are trimmed and what cannot be saved is
-forgotten. By judgement: some seconds of work that is lost with a run that is killed."""
+PACKING_INTERVAL = 100
+"""After how many keyframes these are trimmed, and what they and the scans between them saw is packed. By
+judgement: some 30 m of path."""
 _CALIBRATION_INTERVAL = 50
 """After how many keyframes the wheels are calibrated anew, and after fewer where these lie farther apart than
 they need to. By judgement: some 15 m of path. Where a scan came once in 2 s and this was 100 m, wheels that

@@ -1,32 +1,16 @@
 """The scans of one drive, and how each is known to lie relative to the keyframes it was taken between.
 
-As arrays; N scans, K keyframes of this drive:
-
-=======================  ================  ================================================================
-name                     shape, type       meaning
-=======================  ================  ================================================================
-stamps                   (N,) int64        nanoseconds
-cloud_lengths            (N,) int64        returns of each scan that is kept; keyframes are kept elsewhere
-clouds                   (sum, 2) float32  metres in the laser frame, corrected for motion, thinned
-guess_counts             (N,) int64        guesses of each scan; one once the next keyframe is placed
-guesses                  (sum, 3) float64  motion since that keyframe: metres, radians
-lasers                   (N,) int64        which laser took each scan
-keyframe_scans           (K,) int64        the scan that each keyframe is
-keyframe_from_next       (K-1, 3) float64  motion from one keyframe to the next by the guess that was right
-=======================  ================  ================================================================
-
 All motion is that of the reference among the lasers.
 """
 
 from array import array
-from copy import copy
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import Arrays, pack, side_by_side, unpack
+from racecar.mapping.arrays import side_by_side
 from racecar.mapping.keyframes.refinement import guess_scans
 from racecar.mapping.matching.scan_store import thin
 from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
@@ -113,44 +97,6 @@ class Drive:
             np.array(self.keyframe_scans),
             _in_place(self._keyframe_from_next),
             map_from_keyframe,
-        )
-
-    def frozen(self) -> "Drive":
-        """The same as it is now; it does not grow."""
-        return Drive(*(copy(getattr(self, each.name)) for each in fields(self)))
-
-    def to_arrays(self) -> Arrays:
-        """The arrays that the module's documentation names."""
-        clouds, lengths = pack(list(self.clouds.values()), np.zeros((0, 2), dtype=np.float32))
-        cloud_lengths = np.zeros(len(self), dtype=np.int64)
-        cloud_lengths[self.kept_scans] = lengths
-        latest, latest_counts = pack([guesses.motions for guesses in self._guesses], np.zeros((0, 3)))
-        decided = _in_place(self._decided)
-        return {
-            "stamps": np.array(self.stamps, dtype=np.int64),
-            "lasers": np.array(self.lasers, dtype=np.int64),
-            "clouds": clouds,
-            "cloud_lengths": cloud_lengths,
-            "guesses": np.concatenate([decided, latest]),
-            "guess_counts": np.concatenate([np.ones(len(decided), dtype=np.int64), latest_counts]),
-            "keyframe_scans": np.array(self.keyframe_scans, dtype=np.int64),
-            "keyframe_from_next": np.array(self._keyframe_from_next).reshape(-1, 3),
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "Drive":
-        """The drive that was written so."""
-        decided = int(arrays["keyframe_scans"][-1])
-        latest = unpack(arrays["guesses"][decided:].astype(np.float64), arrays["guess_counts"][decided:])
-        clouds = unpack(arrays["clouds"].astype(np.float32), arrays["cloud_lengths"])
-        return cls(
-            array("q", arrays["stamps"].tolist()),
-            array("B", arrays["lasers"].tolist()),
-            {scan: cloud for scan, cloud in enumerate(clouds) if len(cloud) > 0},
-            array("q", arrays["keyframe_scans"].tolist()),
-            array("f", arrays["guesses"][:decided].ravel().tolist()),
-            [MotionGuesses.from_array(motions) for motions in latest],
-            array("d", arrays["keyframe_from_next"].ravel().tolist()),
         )
 
 

@@ -85,7 +85,3 @@ class LoopCloser:
         matched = match_submaps(fixed, moving, poses, guess, self.store, self.min_coverage)
         self.history.count("refuted" if matched is None else "verified")
         return None if matched is None else Hypothesis(fixed, moving, *matched, reach)
-
-    def forget_pyramids(self) -> None:
-        """Forget what `LoopHistory.to_arrays` does not hold, so that another goes on from it exactly."""
-        self._search.forget_pyramids()

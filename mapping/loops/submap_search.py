@@ -51,10 +51,6 @@ class SubmapSearch:
         fit = self._search(self._pyramid(fixed, poses), points, guess, window)
         return None if fit is None else fit.pose
 
-    def forget_pyramids(self) -> None:
-        """Forget the pyramids; they are built again when needed."""
-        self._pyramids.clear()
-
     def _search(
         self, fixed: LikelihoodPyramid, points: NDArray[np.float64], guess: Pose, window: Window
     ) -> Fit | None:

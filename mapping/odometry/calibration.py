@@ -6,7 +6,7 @@ along with a tilted laser for instance, but not more over a long span than over 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import astuple, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -84,17 +84,6 @@ class WheelCalibration:
     """Radians, likewise."""
     usual_step: float = _INITIAL_STEP
     """Metres of the steps that all this is true of; longer ones err by more."""
-
-    def to_array(self) -> NDArray[np.float64]:
-        """(8,) the fields, those of the faults first."""
-        faults, *worth = astuple(self)
-        return np.array([*faults, *worth])
-
-    @classmethod
-    def from_array(cls, fields: NDArray[np.generic]) -> "WheelCalibration":
-        """From fields (8,)."""
-        faults, worth = fields[:3].tolist(), fields[3:].tolist()
-        return cls(OdometryFaults(*faults), *worth)
 
     def worth(self, step: Pose) -> NDArray[np.float64]:
         """(3, 3) information of a corrected ``step`` (3,) before scans were matched: it may be one of the bad

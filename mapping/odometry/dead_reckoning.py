@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from racecar.mapping.arrays import Arrays, named, part_of, pose_or_nan, pose_or_none
 from racecar.mapping.matching.scan_store import PreparedScan
 from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.mapping.odometry.deskew import (
@@ -68,27 +67,6 @@ class _Moment(NamedTuple):
     by_scans: Pose = IDENTITY
     by_wheels: Pose | None = None
     by_gyro: GyroReading | None = None
-
-    def to_arrays(self) -> Arrays:
-        """The fields; NaN where a sensor was silent."""
-        return {
-            "stamp": np.array(self.stamp),
-            "by_scans": self.by_scans,
-            "by_wheels": pose_or_nan(self.by_wheels),
-            "by_gyro": np.full(2, np.nan) if self.by_gyro is None else np.array(self.by_gyro),
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: Arrays, prefix: str = "") -> "_Moment":
-        """One that was written so, under names with a prefix."""
-        stamp, by_scans, by_wheels, by_gyro = (arrays[prefix + name] for name in cls._fields)
-        series, angle = by_gyro.astype(np.float64).tolist()
-        return cls(
-            int(stamp),
-            by_scans.astype(np.float64),
-            pose_or_none(by_wheels),
-            None if isnan(series) else GyroReading(int(series), angle),
-        )
 
 
 class DeadReckoning:
@@ -357,67 +335,6 @@ class DeadReckoning:
         self._scan_odometry = ScanOdometry()
         self._now = self._now._replace(by_scans=self._scan_odometry.register(self._sweep, IDENTITY))
         self._last_motion = IDENTITY
-
-    def restart_scan_odometry(self) -> None:
-        """Forget what `to_arrays` does not hold of scan odometry."""
-        self._points = np.zeros((0, 2))
-        self._scan_odometry = ScanOdometry.from_arrays(self._scan_odometry.to_arrays())
-
-    def to_arrays(self) -> Arrays:
-        """The whole state; right after `restart_scan_odometry` another goes on from it to the same bits.
-
-        Poses (3,) are float64, metres and radians; stamps int64, nanoseconds. ``wheel_calibration`` (8,)
-        holds the fields of `WheelCalibration`, ``mounts`` those of the lasers, ``odometry_stamps`` (M,) and
-        ``odometry_poses`` (M, 3) are the latest odom_from_base. ``by_scans`` and ``by_wheels`` are the laser
-        now, in the frames of scan odometry and of the wheels, ``keyframe_by_...`` the same at the last
-        keyframe; NaN where the wheels were silent. ``last_motion`` leads from the last scan to this one;
-        ``velocity`` is per nanosecond. ``by_gyro`` and ``keyframe_by_gyro`` (2,) are what the gyroscope had
-        summed up at the same times, and in which series; NaN where it was silent.
-        """
-        stamps, poses = self._odometry.samples
-        return {
-            "wheel_calibration": self.calibration.to_array(),
-            "scans_without_odometry": np.array(self.scans_without_odometry),
-            **named("mounts", self.mounts.to_arrays()),
-            "odometry_stamps": stamps,
-            "odometry_poses": poses,
-            **self._now.to_arrays(),
-            **{f"keyframe_{name}": array for name, array in self._keyframe.to_arrays().items()},
-            "seeing_stamp": np.array(self._seeing_stamp),
-            "last_motion": self._last_motion,
-            "velocity": self._velocity,
-            **named("gyro", self._gyro.to_arrays()),
-            **named("turns", self.turns.to_arrays()),
-            **named("frozen", self.frozen.to_arrays()),
-            "unseen_turn": np.array(self._unseen_turn),
-            **named("odometry_lag", self.odometry_lag.to_arrays()),
-            **named("scan_odometry", self._scan_odometry.to_arrays()),
-            **named("velocity_filter", self._filter.to_arrays()),
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "DeadReckoning":
-        """Dead reckoning that goes on from where another was."""
-        reckoning = cls()
-        reckoning.calibration = WheelCalibration.from_array(arrays["wheel_calibration"])
-        reckoning.scans_without_odometry = int(arrays["scans_without_odometry"])
-        reckoning.mounts = Mounts.from_arrays(part_of("mounts", arrays))
-        reckoning.odometry_lag = OdometryLag.from_arrays(part_of("odometry_lag", arrays))
-        reckoning._odometry.lag = reckoning.odometry_lag.nanoseconds
-        reckoning.frozen = FrozenOdometry.from_arrays(part_of("frozen", arrays))
-        reckoning._unseen_turn = float(arrays["unseen_turn"])
-        for stamp, pose in zip(arrays["odometry_stamps"].tolist(), arrays["odometry_poses"], strict=True):
-            reckoning._odometry.add(Odometry(stamp, pose.astype(np.float64), IDENTITY))
-        reckoning._now = _Moment.from_arrays(arrays)
-        reckoning._keyframe = _Moment.from_arrays(arrays, "keyframe_")
-        reckoning._seeing_stamp = int(arrays["seeing_stamp"])
-        reckoning._last_motion = arrays["last_motion"].astype(np.float64)
-        reckoning._velocity = arrays["velocity"].astype(np.float64)
-        reckoning._gyro = GyroBuffer.from_arrays(part_of("gyro", arrays))
-        reckoning.turns = TurnFusion.from_arrays(part_of("turns", arrays))
-        reckoning._scan_odometry = ScanOdometry.from_arrays(part_of("scan_odometry", arrays))
-        reckoning._filter = VelocityFilter.from_arrays(part_of("velocity_filter", arrays))
-        return reckoning
 
     def _place_laser(self, scan: Scan) -> None:
         """The mount may become known late; what the wheels reported until then is of another point."""

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import Arrays
 from racecar.mapping.odometry.lag_estimate import Blocks, blocks_of, known_lag
 from racecar.mapping.odometry.turn_windows import TurnWindows, turn_windows
 from racecar.maps.sensing.odometry_buffer import OdometryBuffer
@@ -98,27 +97,6 @@ class OdometryLag:
         self._headings = self._headings[count:][-_MAX_WAITING:]
         is_whole = windows.is_covered.all(axis=0) & (windows.begins < count)
         return windows.chosen(is_whole).turning()
-
-    def to_arrays(self) -> Arrays:
-        """The lag in ``nanoseconds``, what was compared in the ``blocks`` (B,) with ``costs`` (B, L), how far
-        the car ``turned``, and ``stamps`` and ``headings`` (N,) of scans that wait for wheels; in radians."""
-        return {
-            "nanoseconds": np.array(self.nanoseconds),
-            "blocks": self._blocks.numbers,
-            "costs": self._blocks.costs,
-            "turned": np.array(self._turned),
-            "stamps": np.array(self._stamps, dtype=np.int64),
-            "headings": np.array(self._headings),
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "OdometryLag":
-        """One that goes on from where another was."""
-        known = cls(int(arrays["nanoseconds"]))
-        known._blocks = Blocks(arrays["blocks"].astype(np.int64), arrays["costs"].astype(np.float64))
-        known._turned = float(arrays["turned"])
-        known._stamps, known._headings = arrays["stamps"].tolist(), arrays["headings"].tolist()
-        return known
 
 
 def _period(stamps: NDArray[np.int64]) -> float:

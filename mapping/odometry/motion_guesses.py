@@ -58,12 +58,6 @@ class MotionGuesses:
         x, y, turn = np.array([motion for source, motion in self.by.items() if source != steady]).T
         return bool(np.hypot(x, y).max() >= distance or np.abs(turn).max() >= angle)
 
-    @classmethod
-    def from_array(cls, motions: Pose) -> "MotionGuesses":
-        """Guesses whose `motions` (H, 3) these are: where there are fewer than sources, the first are
-        absent."""
-        return cls(dict(zip(list(GuessSource)[-len(motions) :], motions, strict=True)))
-
 
 AT_KEYFRAME = MotionGuesses({GuessSource.STEADY_VELOCITY: IDENTITY})
 """Of the scan that is the keyframe."""

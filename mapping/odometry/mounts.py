@@ -10,7 +10,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import Arrays
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.maps.sensing.scan import Scan
 
@@ -89,18 +88,3 @@ class Mounts:
         for laser, pose in poses.items():
             each[numbers == laser] = pose
         return each
-
-    def to_arrays(self) -> Arrays:
-        """The numbers of the ``lasers`` (J,), the reference first, and their ``base_from_laser`` (J, 3)."""
-        return {
-            "lasers": np.array(list(self._places), dtype=np.int64),
-            "base_from_laser": np.array(list(self._places.values())).reshape(-1, 3),
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "Mounts":
-        """Those that were written so."""
-        mounts = cls()
-        places = arrays["base_from_laser"].astype(np.float64)
-        mounts._places = dict(zip(arrays["lasers"].tolist(), places, strict=True))
-        return mounts

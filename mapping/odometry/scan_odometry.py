@@ -5,8 +5,6 @@ through its pipeline class, so that wheel odometry can be the initial guess and 
 only at keyframes: a car that stands still then does not smear it.
 """
 
-from collections import deque
-
 import numpy as np
 from kiss_icp.config import KISSConfig
 from kiss_icp.mapping import VoxelHashMap, get_voxel_hash_map
@@ -15,7 +13,6 @@ from kiss_icp.threshold import AdaptiveThreshold, get_threshold_estimator
 from kiss_icp.voxelization import voxel_down_sample
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import Arrays, pack, unpack
 from racecar.mapping.odometry.upright import upright_points
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 
@@ -35,9 +32,6 @@ _INITIAL_THRESHOLD = 0.5
 its outdoor 2.0."""
 _MIN_MOTION = 0.01
 """Metres that a prediction must miss by to change that threshold. By judgement: the noise of a laser."""
-_REMEMBERED_UPDATES = 60
-"""Updates of the local map that survive a restart. By judgement: 12 m of path or more, as far as most rooms
-reach."""
 
 
 class ScanOdometry:
@@ -47,13 +41,12 @@ class ScanOdometry:
     is reported is its motion in its own level plane, which that drift does not touch.
     """
 
-    def __init__(self, threshold: float = _INITIAL_THRESHOLD) -> None:
-        """``threshold`` in metres, by which predictions are off."""
+    def __init__(self) -> None:
         kiss = KISSConfig()
         kiss.data.max_range = _RADIUS
         kiss.mapping.voxel_size = _VOXEL
         kiss.mapping.max_points_per_voxel = _POINTS_PER_VOXEL
-        kiss.adaptive_threshold.initial_threshold = threshold
+        kiss.adaptive_threshold.initial_threshold = _INITIAL_THRESHOLD
         kiss.adaptive_threshold.min_motion_th = _MIN_MOTION
         kiss.registration.max_num_threads = 1
         self._threshold: AdaptiveThreshold = get_threshold_estimator(kiss)
@@ -61,39 +54,11 @@ class ScanOdometry:
         self._local_map: VoxelHashMap = get_voxel_hash_map(kiss)
         self._local_from_sensor: NDArray[np.float64] = np.eye(4)
         self._local_from_updated: NDArray[np.float64] | None = None
-        self._updates: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque(
-            maxlen=_REMEMBERED_UPDATES
-        )
         self._pose: Pose = IDENTITY
 
-    def to_arrays(self) -> Arrays:
-        """What is needed to go on: not all of the local map, which KISS-ICP does not give, but its latest
-        updates.
-
-        ``pose`` (3,) and ``local_from_sensor`` (4, 4), metres and radians, in frames of its own;
-        ``threshold`` () in metres; of each of U updates the sensor's place ``updates`` (U, 4, 4) and its
-        points, in metres in the sensor's frame, ``update_lengths`` (U,) of the ``update_points`` (sum, 3).
-        """
-        points, lengths = pack([cloud for cloud, _ in self._updates], np.zeros((0, 3)))
-        return {
-            "pose": self._pose,
-            "local_from_sensor": self._local_from_sensor,
-            "threshold": np.array(self._threshold.get_threshold()),
-            "updates": np.array([pose for _, pose in self._updates]).reshape(-1, 4, 4),
-            "update_points": points,
-            "update_lengths": lengths,
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "ScanOdometry":
-        """Scan odometry that goes on from where another was."""
-        odometry = cls(float(arrays["threshold"]))
-        odometry._pose = arrays["pose"].astype(np.float64)
-        clouds = unpack(arrays["update_points"].astype(np.float64), arrays["update_lengths"])
-        for cloud, local_from_sensor in zip(clouds, arrays["updates"].astype(np.float64), strict=True):
-            odometry._update(cloud, local_from_sensor)
-        odometry._local_from_sensor = arrays["local_from_sensor"].astype(np.float64)
-        return odometry
+    def __reduce__(self) -> tuple[type["ScanOdometry"], tuple[()]]:
+        """A copy begins anew, as KISS-ICP's parts cannot be copied."""
+        return ScanOdometry, ()
 
     def register(self, points: NDArray[np.float64], last_from_now: Pose) -> Pose:
         """Pose (3,) of the sensor in the odometry frame.
@@ -126,7 +91,6 @@ class ScanOdometry:
     def _update(self, cloud: NDArray[np.float64], local_from_sensor: NDArray[np.float64]) -> None:
         self._local_map.update(cloud, local_from_sensor)
         self._local_from_updated = local_from_sensor
-        self._updates.append((cloud, local_from_sensor))
 
 
 def _is_far(motion: Pose) -> bool:

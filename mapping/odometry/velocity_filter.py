@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import Arrays
 from racecar.mapping.matching.match_information import as_prior, match_information
 from racecar.mapping.matching.scan_matching import Matches, Pairings, match
 from racecar.mapping.matching.scan_store import PreparedScan, ScanStore, prepare_scan
@@ -191,37 +190,6 @@ class VelocityFilter:
             ]
         )
         return np.asarray(transition @ self._covariance @ transition.T + noise, dtype=np.float64)
-
-    def to_arrays(self) -> Arrays:
-        """The whole state: ``place`` and ``velocity`` (3,), their joint ``covariance`` (6, 6), the last
-        ``stamp`` in nanoseconds, how many scans were ``followed``, the ``residual`` of the last match in
-        metres, and the keyframe's ``points`` and ``normals`` (N, 2) and ``mount`` (3,)."""
-        return {
-            "place": self.keyframe_from_laser,
-            "velocity": self.velocity,
-            "covariance": self._covariance,
-            "stamp": np.array(self._stamp),
-            "followed": np.array(self._followed),
-            "residual": np.array(self._residual),
-            "points": self._keyframe.points,
-            "normals": self._keyframe.normals,
-            "mount": self._keyframe_mount,
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: Arrays) -> "VelocityFilter":
-        """The filter that `to_arrays` wrote."""
-        tracker = cls()
-        tracker.keyframe_from_laser = arrays["place"].astype(np.float64)
-        tracker.velocity = arrays["velocity"].astype(np.float64)
-        tracker._covariance = arrays["covariance"].astype(np.float64)
-        tracker._stamp, tracker._followed = int(arrays["stamp"]), float(arrays["followed"])
-        tracker._residual = float(arrays["residual"])
-        tracker._keyframe = PreparedScan(
-            arrays["points"].astype(np.float32), arrays["normals"].astype(np.float32)
-        )
-        tracker._keyframe_mount = arrays["mount"].astype(np.float64)
-        return tracker
 
 
 def _middle_of(scan: Scan) -> float:

@@ -1,16 +1,14 @@
-"""The map under construction, and how it is saved."""
+"""The map under construction."""
 
 import time
 from array import array
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import Arrays, named, part_of
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.graph.pose_graph import PoseGraph
@@ -24,9 +22,6 @@ from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.mapping.session.session import Session, one_drive
 from racecar.mapping.state.growth import Growth
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
-
-Snapshot: TypeAlias = Callable[[], Arrays]
-"""Packs what a mapper knew when it was taken."""
 
 
 @dataclass(eq=False)
@@ -50,12 +45,12 @@ class MapperState:
     seconds: dict[str, float] = field(default_factory=dict)
     """Wall time by stage."""
     clouds: dict[int, NDArray[np.float32]] | None = None
-    """(N, 3) what a sensor with many rows saw, by keyframe; None where they were not asked for. Not saved."""
+    """(N, 3) what a sensor with many rows saw, by keyframe; None where they were not asked for."""
     keyframe_lasers: "array[int]" = field(default_factory=lambda: array("B"))
     """Which laser took each keyframe, by number."""
     held_rays: dict[int, Rays] = field(default_factory=dict)
     """By scan, of those between the first keyframes, while these are so few that even what all of them see is
-    not free yet. Not saved, since there are more keyframes by then."""
+    not free yet."""
 
     @classmethod
     def begin(cls, config: MappingConfig, odometry_lag: int) -> "MapperState":
@@ -195,44 +190,6 @@ class MapperState:
             self.graph.constraints,
             self.loops.history,
             one_drive(len(self.keyframes)),
-        )
-
-    def snapshot(self) -> Snapshot:
-        """Everything so far, taken at once; packed when called, in any thread while the mapper goes on, for
-        that takes seconds after a long drive.
-
-        The arrays of `Session`, of `Drive` under ``drive.`` and of `DeadReckoning` under ``reckoning.``;
-        `measured_steps`; ``known_since``; wall ``seconds`` (T,) of the ``stages`` (T,); ``keyframe_lasers``
-        (K,), which laser took each keyframe.
-        """
-        session, drive = self.session().frozen(), self.drive.frozen()
-        rest = {
-            **named("reckoning", self.reckoning.to_arrays()),
-            "measured_steps": self.measured_steps,
-            "known_since": np.array(self.known_since),
-            "keyframe_lasers": np.array(self.keyframe_lasers, dtype=np.int64),
-            "stages": np.array(list(self.seconds), dtype=np.str_),
-            "seconds": np.array(list(self.seconds.values())),
-        }
-        return lambda: {**session.to_arrays(), **named("drive", drive.to_arrays()), **rest}
-
-    @classmethod
-    def from_arrays(cls, config: MappingConfig, arrays: Arrays) -> "MapperState":
-        """The state that was written so. Raises KeyError when an array is missing."""
-        session = Session.from_arrays(arrays)
-        return cls(
-            config,
-            DeadReckoning.from_arrays(part_of("reckoning", arrays)),
-            session.keyframes,
-            LoopCloser(session.keyframes, session.loops),
-            PoseGraph(session.constraints),
-            Drive.from_arrays(part_of("drive", arrays)),
-            session.map_from_keyframe,
-            session.rays,
-            array("d", arrays["measured_steps"].ravel().tolist()),
-            int(arrays["known_since"]),
-            dict(zip(arrays["stages"].tolist(), arrays["seconds"].tolist(), strict=True)),
-            keyframe_lasers=array("B", arrays["keyframe_lasers"].tolist()),
         )
 
     @contextmanager

@@ -51,7 +51,7 @@ class MappingResult:
     quality: MapQuality
     clouds: dict[int, NDArray[np.float32]] | None = None
     """(N, 3) by keyframe of this drive, metres in its laser frame laid level, corrected for motion; none of
-    those that are planar, were trimmed, or came before a checkpoint. None where they were not asked for."""
+    those that are planar or were trimmed. None where they were not asked for."""
 
     @cached_property
     def grid(self) -> OccupancyGrid:

@@ -44,7 +44,7 @@ def trim_scans(state: MapperState, index: int) -> None:
 def trim_known_keyframes(state: MapperState, index: int) -> None:
     """Of the last keyframes long before ``index``, trim those whose place earlier ones show well enough."""
     until = index - _DELAY
-    first = max(until - schedule.CHECKPOINT_INTERVAL, 0)
+    first = max(until - schedule.PACKING_INTERVAL, 0)
     candidates = np.arange(first, max(until, 0))
     is_room_left = np.sum(state.keyframes.is_kept) <= _KEYFRAMES
     knows_places = state.config.close_loops and len(state.loops.history.submaps) > 0

@@ -8,7 +8,6 @@ do stand while it moves, which nothing tells from a driver that hangs.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.sensing.odometry import Odometry
@@ -90,22 +89,3 @@ class FrozenOdometry:
             f"{times} s after the first scan. If the robot was carried, no action is needed; otherwise find "
             "out why the odometry's driver hung."
         )
-
-    def to_arrays(self) -> dict[str, NDArray[np.float64] | NDArray[np.int64]]:
-        """The ``pose`` (3,), all NaN while it is not frozen, and of the stretches ``times`` (S, 2) in
-        nanoseconds and ``moved`` (S,)."""
-        return {
-            "pose": np.full(3, np.nan) if self._pose is None else self._pose,
-            "times": np.array([(s.begin, s.end) for s in self._stretches], dtype=np.int64).reshape(-1, 2),
-            "moved": np.array([s.moved for s in self._stretches]),
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[np.generic]]) -> "FrozenOdometry":
-        """One that goes on from where another was."""
-        frozen = cls()
-        pose = arrays["pose"].astype(np.float64)
-        frozen._pose = None if np.isnan(pose).all() else pose
-        times, moved = arrays["times"].tolist(), arrays["moved"].tolist()
-        frozen._stretches = [FrozenStretch(b, e, m) for (b, e), m in zip(times, moved, strict=True)]
-        return frozen

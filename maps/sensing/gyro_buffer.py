@@ -1,7 +1,7 @@
 """The latest yaw rates, summed up to angles; their memory is bounded."""
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -145,34 +145,3 @@ class GyroBuffer:
     def is_dead(self) -> bool:
         """Whether there were samples, and all the same."""
         return self._first_rate is not None and self._changed_at is None
-
-    def to_arrays(self) -> dict[str, NDArray[Any]]:
-        """``stamps`` (M,) in nanoseconds, ``rates`` and ``angles`` (M,), and the number of the ``series``.
-
-        Also the ``first_rate``, NaN where there was none, and ``changed_at``, the stamp of the last sample
-        that differed from the one before, -1 without any.
-        """
-        kept = slice(self._begin, self._end)
-        rates, angles = self._all[kept].T.copy()
-        return {
-            "stamps": self._all_stamps[kept].copy(),
-            "rates": rates,
-            "angles": angles,
-            "series": np.array(self._series),
-            "first_rate": np.array(np.nan if self._first_rate is None else self._first_rate),
-            "changed_at": np.array(-1 if self._changed_at is None else self._changed_at),
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[Any]]) -> "GyroBuffer":
-        """The buffer that `to_arrays` wrote. Raises KeyError when an array is missing."""
-        buffer = cls()
-        count = len(arrays["stamps"])
-        buffer._all_stamps[:count] = arrays["stamps"]
-        buffer._all[:count] = np.column_stack([arrays["rates"], arrays["angles"]])
-        buffer._end, buffer._series = count, int(arrays["series"])
-        first_rate = float(arrays["first_rate"])
-        buffer._first_rate = None if math.isnan(first_rate) else first_rate
-        changed_at = int(arrays["changed_at"])
-        buffer._changed_at = None if changed_at < 0 else changed_at
-        return buffer

@@ -267,27 +267,6 @@ class TurnFusion:
             _are_alike(by_gyro[known], by_wheels[known]),
         )
 
-    def to_arrays(self) -> dict[str, NDArray[np.float64]]:
-        """The ``segments`` (S, 5) that are remembered, the one (5,) that has begun, and ``unseen_turn``."""
-        return {
-            "segments": np.array(self._segments).reshape(-1, 5),
-            "segment": self._segment,
-            "unseen_turn": np.array(self._unseen_turn),
-        }
-
-    @classmethod
-    def from_arrays(cls, arrays: dict[str, NDArray[np.generic]]) -> "TurnFusion":
-        """One that goes on from where another was. Raises KeyError when an array is missing."""
-        fusion = cls()
-        fusion._segments.extend(arrays["segments"].astype(np.float64))
-        fusion._segment = arrays["segment"].astype(np.float64)
-        fusion._unseen_turn = float(arrays["unseen_turn"])
-        are_blind = fusion._unseen_turn > _UNSEEN_TURN
-        fusion.model = replace(fusion.model, wheels_are_blind=are_blind)
-        if fusion._segments:
-            fusion._learn()
-        return fusion
-
 
 def _gyro_exposure(turns: FloatOrArray, seconds: FloatOrArray) -> FloatOrArray:
     """Radians (...) to which errors of a gyroscope are proportional."""

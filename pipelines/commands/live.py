@@ -182,7 +182,8 @@ def map(
     from racecar.pipelines.files.report import write_json
     from racecar.pipelines.live.mapper_node import MapperNode
     from racecar.pipelines.live.ros.run import ros_node, spin
-    from racecar.pipelines.live.saving.map_saving import MapOutput, resume
+    from racecar.pipelines.live.saving.drive_log import DriveLog
+    from racecar.pipelines.live.saving.map_saving import MapOutput
     from racecar.pipelines.live.work.free_memory import keep_memory_together
     from racecar.pipelines.runs.interrupts import stop_request
 
@@ -192,13 +193,15 @@ def map(
     with output_folder(out):
         pass  # so that no drive is in vain
     keep_memory_together()
-    start = resume(output, anew=anew, announce=tell)
+    log = DriveLog(out)
+    if not anew:
+        log.go_on(tell)
     with (
         stop_request(signal.SIGINT, signal.SIGTERM) as stop,
         _page(view, "racecar mapper", view_port, tells_places=False) as page,
         ros_node("racecar_mapper", context.obj) as node,
     ):
-        drive = MapperNode(node, output, start, page)
+        drive = MapperNode(node, output, log, page)
         warm_up()
         drive.start()
         try:

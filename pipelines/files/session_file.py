@@ -1,13 +1,11 @@
-"""Sessions and checkpoints as files: NumPy's .npz, without pickles, each with its format and version.
+"""Sessions as files: NumPy's .npz, without pickles, each with its format and version.
 
-Besides ``format`` (text) and ``version`` (int64) a session holds the arrays that `Session` names. A
-checkpoint holds those, the drive's under ``drive.`` as `Drive` names them, what dead reckoning keeps
-under ``reckoning.``, what identifies the run, and under ``besides.`` what it keeps itself.
+Besides ``format`` (text) and ``version`` (int64) they hold the arrays that `Session` names.
 """
 
 import math
 from pathlib import Path
-from typing import IO, Literal
+from typing import IO
 from zipfile import ZipFile
 
 import numpy as np
@@ -21,14 +19,13 @@ from racecar.maps.whole_folders import finish_replacing
 
 SESSION_FILE = "session.npz"
 VERSION = 2
-
-Format = Literal["racecar session", "racecar checkpoint"]
+_FORMAT = "racecar session"
 
 
 def save_session(session: Session, path: Path) -> None:
     """Write what a later drive needs to carry on the map. Raises UserError when the place cannot be
     written to."""
-    save_arrays(session.to_arrays(), path, "racecar session")
+    save_arrays(session.to_arrays(), path)
 
 
 def load_session(folder: Path) -> Session:
@@ -45,31 +42,31 @@ def load_session(folder: Path) -> Session:
 def load_session_arrays(folder: Path) -> Arrays:
     """The arrays of the session in a folder, checked. Raises UserError when they are not of a session."""
     path = folder / SESSION_FILE
-    arrays = load_arrays(path, "racecar session")
+    arrays = load_arrays(path)
     try:
         return checked_session(arrays)
     except ValueError as error:
         raise _damaged(path) from error
 
 
-def save_arrays(arrays: Arrays, path: Path, kind: Format) -> None:
+def save_arrays(arrays: Arrays, path: Path) -> None:
     """Write arrays whole or not at all. Raises UserError when the place cannot be written to."""
-    marks = {"format": np.array(kind), "version": np.array(VERSION)}
+    marks = {"format": np.array(_FORMAT), "version": np.array(VERSION)}
     with write_atomically(path) as partial:
         np.savez(partial, **marks, **arrays)  # type: ignore[arg-type]
 
 
-def load_arrays(path: Path, kind: Format) -> Arrays:
+def load_arrays(path: Path) -> Arrays:
     """The arrays of a file. Raises UserError when it is damaged, of another kind or of another version."""
     try:
         arrays = _read_arrays(path)
-        is_kind, version = str(arrays.pop("format")) == kind, int(arrays.pop("version"))
+        is_session, version = str(arrays.pop("format")) == _FORMAT, int(arrays.pop("version"))
     except MemoryError:
         raise
     except Exception as error:  # NumPy and zipfile raise whatever they trip over.
         raise _damaged(path) from error
-    if not is_kind:
-        raise UserError(f"{path} is not a {kind}; name one that `racecar map` has written.")
+    if not is_session:
+        raise UserError(f"{path} is not a {_FORMAT}; name one that `racecar map` has written.")
     if version != VERSION:
         raise UserError(
             f"{path} has version {version} of its format, this racecar knows version {VERSION}; "

@@ -1,5 +1,6 @@
 """The node that maps while the car drives."""
 
+import pickle
 import time
 from collections import Counter
 from collections.abc import Iterable, Mapping
@@ -30,22 +31,21 @@ from racecar.pipelines.live.intake.first_messages import FirstMessages
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.node import LiveNode
 from racecar.pipelines.live.ros.messages import fill_pose, header
-from racecar.pipelines.live.saving.drive_checkpoints import CHECKPOINT_WORK, DriveCheckpoints, DriveSnapshot
+from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog, Entry
 from racecar.pipelines.live.saving.map_saving import MapOutput
 from racecar.pipelines.live.saving.save_service import SaveService
 from racecar.pipelines.live.work.free_memory import give_back_free_memory
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
-from racecar.pipelines.runs.checkpoint import MappingStart
 
 if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView
 
-_MESSAGES = {"scan": 10_000, "motion": 20_000}
-"""Kinds of messages, and how many of each may wait: some minutes of them, as a loop may take a while to
-close."""
-_WORK = {**_MESSAGES, "rest": 1, "save": 1}
-_SIDE_WORK = {**CHECKPOINT_WORK, **DISPLAY_WORK, **VERDICT_WORK, "memory": 1}
+_MESSAGES = {"scan": 25_000, "motion": 100_000}
+"""Kinds of messages, and how many of each may wait: ten minutes of them, as long as mapping an hour again
+takes."""
+_WORK = {**_MESSAGES, "rest": 1, "save": 1, "log": 1}
+_SIDE_WORK = {**DISPLAY_WORK, **VERDICT_WORK, "memory": 1}
 _GIVE_BACK_EVERY = 0.3
 """Seconds between two times that free memory goes back to the machine, as each takes milliseconds."""
 _HELD_FOR = 0.5
@@ -56,8 +56,8 @@ _TOLD_EVERY = 5.0
 _FIRST_TOLD = 0.5
 """The same before the first one, as people wonder soon: by judgement."""
 _LONGEST_BREAK = 100.0
-"""Seconds after which a drive is not gone on with but recognized: by judgement, longer than it takes to write
-a checkpoint of a long drive and to start again, and short for somebody who carries a car elsewhere."""
+"""Seconds after which a drive is not gone on with but recognized: by judgement, longer than it takes to
+start again, and short for somebody who carries a car elsewhere."""
 _BEHIND = 1.0
 """Seconds for which messages wait when that is worth reporting: by judgement."""
 
@@ -70,22 +70,14 @@ class MapperNode(LiveNode):
         "odometry": "the map rests on the scans alone",
     }
 
-    def __init__(
-        self, node: Any, output: MapOutput, start: MappingStart, view: "LiveView | None" = None
-    ) -> None:
+    def __init__(self, node: Any, output: MapOutput, log: DriveLog, view: "LiveView | None" = None) -> None:
         """Raises UserError that names a parameter at fault."""
-        super().__init__(
-            node,
-            "mapper",
-            _WORK,
-            _SIDE_WORK,
-            after=start.mapper.last_stamp,
-            moves_laser=False,
-        )
-        self._output, self._mapper, self._messages = output, start.mapper, start.messages
-        place = LaserPlace.from_fields(start.besides)
-        if place is not None:
-            self.sensors.remember_place(place)
+        super().__init__(node, "mapper", _WORK, _SIDE_WORK, moves_laser=False)
+        self._output, self._log, self._mapper = output, log, Mapper(output.config)
+        self._earlier: list[Mapper] = []
+        """Of the drives that were broken off for long, in their order."""
+        self._is_mapping_logged = log.broken_off is not None
+        self._is_cut_short = False
         self._drawer = Worker("drawer", DRAWING_WORK, self.faults, self.survive)
         config = output.config
         self._display = MapperDisplay(
@@ -97,9 +89,8 @@ class MapperNode(LiveNode):
             view,
             self.health,
         )
-        self._checkpoints = DriveCheckpoints(node, output.checkpoint(), self.side, self.faults, self.inform)
         self._verdict = MapVerdict(self.side)
-        self._service = SaveService(node, output, self._request_snapshot, self.faults, self.inform)
+        self._service = SaveService(node, output, self._request_drives, self.faults, self.inform)
         self._memory_schedule = Schedule({"memory": _GIVE_BACK_EVERY})
         self._counts: Counter[str] = Counter()
         self._held = HeldScans(self._counts)
@@ -108,7 +99,6 @@ class MapperNode(LiveNode):
         self._last_scan = -(2**63)
         self._stated = OdometryBuffer()
         self._odom_frame = "odom"
-        self._broken_off = start.seconds_ago
         self._pose: Pose | None = None
         self._growth = Growth()
         self._longest_backlog = 0.0
@@ -117,6 +107,8 @@ class MapperNode(LiveNode):
     def start(self) -> None:
         """Begin to listen."""
         self._drawer.start()
+        if self._is_mapping_logged:
+            self.worker.inbox.put("log", self._map_logged)
         super().start()
         self._service.start()
 
@@ -130,9 +122,12 @@ class MapperNode(LiveNode):
             try:
                 ending.join(seconds)
                 seconds = _TOLD_EVERY
-                if scans := self.worker.inbox.backlog("scan"):
+                if self._is_mapping_logged:
+                    self.inform("The log is not mapped yet; press Ctrl-C again to save what there is.")
+                elif scans := self.worker.inbox.backlog("scan"):
                     self.inform(f"{scans} scans to go; press Ctrl-C again to save what there is.")
             except KeyboardInterrupt:
+                self._is_cut_short = True
                 left_out = {kind: self.worker.inbox.clear(kind) for kind in _MESSAGES}
                 self.inform(f"{left_out['scan']} scans are left out; the map shows those before.")
 
@@ -146,17 +141,17 @@ class MapperNode(LiveNode):
 
     def save(self) -> list[str]:
         """Finish the map of the stopped drive and write its files; where that fails, or is broken off, the
-        drive is kept as a checkpoint. Returns what is to be said of it, and raises UserError when there is no
-        map."""
-        before = None if self._mapper.last_stamp is None else self._snapshot()
+        drive stays in the log. Returns what is to be said of it; raises UserError when there is no map."""
+        is_kept = self._mapper.last_stamp is not None
         try:
-            said = self._output.save([*self._checkpoints.earlier(self._output.config), self._mapper])
-        except BaseException:
-            if before is not None:
-                self._checkpoints.keep(before)
-            raise
-        self._checkpoints.remove()
-        return said
+            said = self._output.save([*self._earlier, self._mapper])
+            is_kept = self._is_mapping_logged
+            return said
+        finally:
+            if is_kept:
+                self.inform(f"The drive is kept in {self._log.path}; the same command goes on with it.")
+            else:
+                self._log.remove()
 
     def figures(self) -> Mapping[str, Any]:
         """How the map grows, as the worker handed it over."""
@@ -209,7 +204,6 @@ class MapperNode(LiveNode):
             )
 
     def _convert(self, is_scan: bool, message: Any, arrival: int) -> None:
-        self._messages += 1
         if is_scan:
             scan = self.sensors.scan(message, arrival)
             if scan is None or not scan.is_return.any():
@@ -249,15 +243,47 @@ class MapperNode(LiveNode):
         for item in ready:
             self.worker.attempt(partial(self._map, item))
 
+    def _map_logged(self) -> None:
+        """Map what the node that was killed had taken in; what comes meanwhile waits."""
+        began = time.monotonic()
+        for entry in self._log.entries():
+            if self._is_cut_short:
+                return  # and all of it stays in the log
+            self.worker.attempt(partial(self._take_logged, entry))
+        if (last := self._mapper.last_stamp) is not None:
+            self.sensors.carry_on(last)
+        self._is_mapping_logged = False
+        self.inform(f"The drive until then is mapped again, in {time.monotonic() - began:.0f} s.")
+
+    def _take_logged(self, entry: Entry) -> None:
+        if isinstance(entry, LaserPlace):
+            self.sensors.remember_place(entry)
+        elif isinstance(entry, AnotherDrive):
+            self._begin_another()
+        else:
+            feed(entry, self._mapper)
+
+    def _keep(self, entry: Entry) -> None:
+        """Log something; where that cannot be the drive goes on without."""
+        try:
+            self._log.add(entry)
+            self.faults.end("log", "The drive is logged again.")
+        except OSError as error:
+            self.faults.report("log", f"A killed node could not go on, as the drive is not logged: {error}")
+
     def _map(self, item: Measurement) -> None:
         if not isinstance(item, Scan):
+            self._keep(item)
             feed(item, self._mapper)
             return
         stamp, arrival = self._arrivals.pop(item.stamp)
         if self._pose is None and (last := self._mapper.last_stamp) is not None:
-            seconds = max((item.stamp - last) * 1e-9, self._broken_off)
+            seconds = max((item.stamp - last) * 1e-9, self._log.broken_off or 0.0)
             if seconds > _LONGEST_BREAK:
-                self._begin_anew(seconds)
+                self._leave_earlier(seconds)
+        if (place := self.sensors.place) is not None:
+            self._keep(place)
+        self._keep(item)
         self._pose = self._mapper.add_scan(item)
         self._growth = self._mapper.growth
         self._publish(stamp, item, self._pose)
@@ -265,21 +291,24 @@ class MapperNode(LiveNode):
         self.judge_turns(self._mapper.turn_model)
         self.health.note_latency((time.monotonic_ns() - arrival) * 1e-9)
         self._display.show(stamp, item, self._pose, self._mapper)
-        self._checkpoints.save_when_due(self._snapshot)
         self._verdict.judge_when_due(self._mapper.quality_so_far)
         if self._memory_schedule.is_due("memory"):
             self.side.inbox.put("memory", give_back_free_memory)
 
-    def _begin_anew(self, seconds: float) -> None:
+    def _leave_earlier(self, seconds: float) -> None:
         """The car was left alone for so long that nobody knows where it is on the map."""
-        self._checkpoints.set_aside()
-        self._mapper, self._messages = Mapper(self._output.config), 0
-        self._display.begin_anew()
+        self._keep(AnotherDrive())
+        self._begin_another()
         self.inform(
             f"The drive was broken off {seconds:.0f} s ago, and the car may have been moved since: a map of "
             "its own is begun, which is joined to that of the drive before at the end, where that is "
             "recognized."
         )
+
+    def _begin_another(self) -> None:
+        self._earlier.append(self._mapper)
+        self._mapper = Mapper(self._output.config)
+        self._display.begin_anew()
 
     def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:
         message = PoseStamped(header=header(stamp, self.parameters.map_frame))
@@ -291,20 +320,15 @@ class MapperNode(LiveNode):
         stated = self._stated.pose_at(scan.stamp) if is_covered else None
         self.transforms.publish(stamp, map_from_base, self._odom_frame, stated)
 
-    def _request_snapshot(self) -> Future[DriveSnapshot]:
-        """Of the drive between two messages; a UserError where there is nothing of it yet."""
-        taken: Future[DriveSnapshot] = Future()
+    def _request_drives(self) -> Future[bytes]:
+        """All drives between two messages, as they are pickled; a UserError where there is nothing yet."""
+        taken: Future[bytes] = Future()
 
         def take() -> None:
             if self._pose is None:
                 taken.set_exception(UserError("there is none yet, as no scan has arrived."))
             else:
-                taken.set_result(self._snapshot())
+                taken.set_result(pickle.dumps([*self._earlier, self._mapper]))
 
         self.worker.inbox.put("save", take)
         return taken
-
-    def _snapshot(self) -> DriveSnapshot:
-        place = self.sensors.place
-        besides = {} if place is None else place.to_arrays()
-        return DriveSnapshot(self._mapper.snapshot(), self._messages, besides)

@@ -54,12 +54,10 @@ class LiveNode(ABC):
         work: Mapping[str, int],
         side_work: Mapping[str, int],
         *,
-        after: int | None = None,
         moves_laser: bool,
     ) -> None:
         """``work`` and ``side_work``: the kinds of each thread's work and how much of each may wait;
-        ``after``: the last stamp, in nanoseconds, of a drive that is carried on; ``moves_laser``: whether
-        the laser's place may change meanwhile.
+        ``moves_laser``: whether the laser's place may change meanwhile.
 
         Raises UserError that names a parameter at fault.
         """
@@ -71,7 +69,6 @@ class LiveNode(ABC):
             base_frame=self.parameters.base_frame,
             laser_pose=self.parameters.base_from_laser,
             integrate_twist=self.parameters.odometry == "twist",
-            after=after,
             faults=self.faults,
             aside=lambda work: self.side.inbox.put("reading", work),
         )

@@ -10,12 +10,10 @@ import pytest
 from numpy.typing import NDArray
 
 from racecar.mapping import schedule
-from racecar.mapping.arrays import Arrays
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.keyframes.refinement import refine_scans
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.state import scan_poses, trimming
-from racecar.mapping.state.mapper_state import Snapshot
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.sensing.odometry import Odometry
@@ -23,12 +21,11 @@ from racecar.maps.sensing.scan import Scan
 from tests.maps.drives import drive, room
 
 KEYFRAMES, DELAY, EVERY, SCANS = 60, 50, 25, 60
-SNAPSHOT = ("map_from_keyframe", "scans.counts", "scans.points", "rays.ends", "drive.clouds", "drive.guesses")
 
 
 @dataclass(eq=False)
 class Laps:
-    """A drive round and round a room, and what its mapper knew each time that it could be saved."""
+    """A drive round and round a room, and what its mapper had kept each time that it was packed."""
 
     messages: list[Scan | Odometry]
     truth: Pose
@@ -36,10 +33,8 @@ class Laps:
     result: MappingResult
     keyframes: list[int] = field(default_factory=list)
     kept: list[int] = field(default_factory=list)
-    saved: dict[int, Arrays] = field(default_factory=dict)
-    """By the count of messages until then."""
-    snapshots: dict[int, Snapshot] = field(default_factory=dict)
-    """Taken with these, and not packed yet."""
+    sizes: list[tuple[int, int, int]] = field(default_factory=list)
+    """Points of keyframes, of rays, and of scans between them."""
 
 
 @contextmanager
@@ -49,7 +44,7 @@ def trimmed_early(keyframes: int = KEYFRAMES, scans: int = SCANS, every: int = E
         patch.setattr(trimming, "_KEYFRAMES", keyframes)
         patch.setattr(trimming, "_SCANS", scans)
         patch.setattr(trimming, "_DELAY", DELAY)
-        patch.setattr(schedule, "CHECKPOINT_INTERVAL", every)
+        patch.setattr(schedule, "PACKING_INTERVAL", every)
         yield
 
 
@@ -67,13 +62,12 @@ def laps(_trimmed_early: None) -> Laps:
     messages = [message for message in driven.messages if id(message) not in left_out]
     mapper = Mapper(MappingConfig())
     laps = Laps(messages, driven.truth[::2], None)  # type: ignore[arg-type]
-    for count, message in enumerate(messages, start=1):
-        feed(mapper, [message])
-        if isinstance(message, Scan) and mapper.can_be_saved:
-            laps.keyframes.append(len(mapper.session().rays))
-            laps.kept.append(int(mapper.session().keyframes.is_kept.sum()))
-            laps.saved[count] = mapper.to_arrays()
-            laps.snapshots[count] = mapper.snapshot()
+    for keyframes in packings(mapper, messages):
+        session, clouds = mapper.session(), mapper._state.drive.clouds.values()
+        arrays = session.to_arrays()
+        laps.keyframes.append(keyframes)
+        laps.kept.append(int(session.keyframes.is_kept.sum()))
+        laps.sizes.append((len(arrays["scans.points"]), len(arrays["rays.ends"]), sum(map(len, clouds))))
     laps.result = mapper.finish()
     return laps
 
@@ -83,13 +77,23 @@ def feed(mapper: Mapper, messages: list[Scan | Odometry]) -> None:
         mapper.add_scan(message) if isinstance(message, Scan) else mapper.add_odometry(message)
 
 
+def packings(mapper: Mapper, messages: list[Scan | Odometry]) -> Iterator[int]:
+    """Feed all messages; yields how many keyframes there are each time that the mapper packs."""
+    packed = 1
+    for message in messages:
+        feed(mapper, [message])
+        keyframes = mapper.growth.keyframes
+        if keyframes > packed and keyframes % EVERY == 1:
+            packed = keyframes
+            yield keyframes
+
+
 def test_what_is_kept_does_not_grow_with_the_laps(laps: Laps) -> None:
     assert laps.keyframes[-1] > 3 * KEYFRAMES + DELAY + EVERY
     assert max(laps.kept) < KEYFRAMES + DELAY + EVERY
     assert laps.result.counts["keyframes_kept"] == laps.result.session.keyframes.is_kept.sum()
-    half = laps.saved[list(laps.saved)[len(laps.saved) // 2]]
-    for name in ("scans.points", "rays.ends", "drive.clouds"):
-        assert list(laps.saved.values())[-1][name].size < 1.02 * half[name].size
+    half = laps.sizes[len(laps.sizes) // 2]
+    assert all(last < 1.02 * earlier for last, earlier in zip(laps.sizes[-1], half, strict=True))
 
 
 def test_the_scans_that_were_trimmed_are_where_they_should_be(laps: Laps) -> None:
@@ -107,12 +111,9 @@ def test_scans_that_wait_for_the_end_are_not_many_and_lose_nothing_by_it(laps: L
     waiting: dict[int, list[int]] = {}
     found = {}
     for most in (10**6, SCANS):
-        mapper, waiting[most] = Mapper(MappingConfig()), []
+        mapper = Mapper(MappingConfig())
         with trimmed_early(keyframes=10**6, scans=most):
-            for message in messages:
-                feed(mapper, [message])
-                if isinstance(message, Scan) and mapper.can_be_saved:
-                    waiting[most].append(np.count_nonzero(mapper.to_arrays()["drive.cloud_lengths"]))
+            waiting[most] = [len(mapper._state.drive.clouds) for _ in packings(mapper, messages)]
         found[most] = mapper.finish().trajectory.map_from_base
     growth = np.diff(waiting[10**6]).max()  # by as many keyframes as lie between two times
     latest = growth * (DELAY + EVERY) / EVERY
@@ -139,19 +140,3 @@ def test_keyframes_are_trimmed_without_placing_all_their_scans_at_once(
     each = scans / len(mapper.session().rays)
     assert sum(placed) > 0.25 * scans
     assert max(placed[1:]) < 1.5 * each * 10
-
-
-def test_another_mapper_goes_on_from_there_to_the_same_bits(laps: Laps) -> None:
-    taken = list(laps.saved)[-3]
-    resumed = Mapper.from_arrays(MappingConfig(), laps.saved[taken])
-    feed(resumed, laps.messages[taken:])
-    result = resumed.finish()
-    assert np.array_equal(result.trajectory.map_from_base, laps.result.trajectory.map_from_base)
-    assert np.array_equal(result.grid.cells, laps.result.grid.cells)
-    assert result.counts == laps.result.counts
-
-
-def test_a_snapshot_holds_what_was_trimmed_after_it_was_taken(laps: Laps) -> None:
-    for count, snapshot in laps.snapshots.items():
-        taken = snapshot()
-        assert all(np.array_equal(taken[name], laps.saved[count][name]) for name in SNAPSHOT)

@@ -56,10 +56,10 @@ class ClockReports:
 class SteadyClock:
     """What the topics' clocks have in common; they may be read in several threads."""
 
-    def __init__(self, after: int | None = None, offset: int = 0) -> None:
-        """``after``: the last steady stamp of a drive that is carried on, in nanoseconds; ``offset``: by how
-        much the time is ahead of that of the arrivals as long as no header shows it."""
-        self._after = after
+    def __init__(self, offset: int = 0) -> None:
+        """``offset``: by how much the time is ahead of that of the arrivals as long as no header shows it."""
+        self.after: int | None = None
+        """The last steady stamp of a drive that is carried on, in nanoseconds."""
         self._lock = Lock()
         self._shifts = [0]
         self._offset = offset
@@ -83,9 +83,9 @@ class SteadyClock:
             nearest = min(self._shifts, key=lambda known: abs(known - wanted))
             if abs(nearest - wanted) < _SAME:
                 return nearest
-        if self._after is None or header > self._after:
+        if self.after is None or header > self.after:
             return 0
-        return self.nearest_shift(header - self._after - _PAUSE)
+        return self.nearest_shift(header - self.after - _PAUSE)
 
     def note(self, offset: int) -> None:
         """Remember by how much the steady time is ahead of the arrivals, for topics without stamps of their

@@ -45,8 +45,7 @@ class MapperDisplay(NodeDisplay):
         view: "LiveView | None",
         health: Health,
     ) -> None:
-        """``drawer`` draws the map into a ``new_grid``; beside other work it would wait while a checkpoint is
-        written."""
+        """``drawer`` draws the map into a ``new_grid``; beside other work it would wait for that."""
         super().__init__(node, map_frame, worker, view, _PERIODS, publishes_map=True, tells_places=False)
         self._drawer, self._health = drawer, health
         self._new_grid, self._grid = new_grid, new_grid()

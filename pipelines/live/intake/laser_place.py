@@ -1,11 +1,9 @@
 """Where a laser sits on the car; nodes remember it, as ``/tf_static`` may take seconds to come."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-
-from racecar.mapping.arrays import Arrays
 
 
 @dataclass(frozen=True, eq=False)
@@ -16,10 +14,6 @@ class LaserPlace:
     laser_frame: str
     base_from_laser: NDArray[np.float64]
     """(4, 4)"""
-
-    def to_arrays(self) -> Arrays:
-        """The fields, for a file of arrays."""
-        return {name: np.array(value) for name, value in asdict(self).items()}
 
     @classmethod
     def from_fields(cls, fields: object) -> "LaserPlace | None":

@@ -80,12 +80,11 @@ class Sensors:
         base_frame: str,
         laser_pose: Pose | None,
         integrate_twist: bool,
-        after: int | None,
         faults: Faults,
         aside: Callable[[Callable[[], None]], None],
     ) -> None:
         """``laser_pose`` (3,) overrides transforms; ``integrate_twist``: only odometry's speeds count;
-        ``after``: the last stamp of a drive that is continued; ``aside`` lets another thread do some work."""
+        ``aside`` lets another thread do some work."""
         self._base_frame = base_frame
         self._faults = faults
         self.frames = CarFrames(base_frame, laser_pose)
@@ -101,7 +100,7 @@ class Sensors:
         self._repeats, self._spikes = RepeatedScans(), OdometrySpikes()
         self._integrate_twist = integrate_twist
         self._odometry_converters: dict[str, Converter[Odometry]] = {}
-        self._clock = SteadyClock(after, time.time_ns() - time.monotonic_ns())
+        self._clock = SteadyClock(time.time_ns() - time.monotonic_ns())
         self._scan_clocks: dict[str, TopicClock] = {}
         self._odometry_clock = TopicClock(
             self._clock,
@@ -157,6 +156,10 @@ class Sensors:
         seconds."""
         self._remembered = place
         self.frames.version += 1
+
+    def carry_on(self, last_stamp: int) -> None:
+        """The drive up to a stamp (nanoseconds) is known; what comes is stamped later."""
+        self._clock.after = last_stamp
 
     def knows_place(self, scan_message: Any) -> bool:
         """Whether it is known where the laser of a message sits, so that its scans need no assumption."""

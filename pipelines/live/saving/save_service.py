@@ -10,10 +10,9 @@ from std_srvs.srv import Trigger
 from racecar.maps.errors import UserError
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.live.ros.run import sister_node
-from racecar.pipelines.live.saving.drive_checkpoints import DriveSnapshot
 from racecar.pipelines.live.saving.map_saving import MapOutput
 
-_SNAPSHOT_SECONDS = 120.0
+_ANSWER_SECONDS = 120.0
 """For which to wait for the mapper to come to it: it may be closing loops, and is behind for no longer, by
 judgement."""
 
@@ -28,12 +27,12 @@ class SaveService:
         self,
         node: Any,
         output: MapOutput,
-        request_snapshot: Callable[[], "Future[DriveSnapshot]"],
+        request_drives: Callable[[], "Future[bytes]"],
         faults: Faults,
         inform: Callable[[str], None],
     ) -> None:
-        """``request_snapshot``: asks for the drive as it is, which may fail with a UserError."""
-        self._node, self._output, self._request_snapshot = node, output, request_snapshot
+        """``request_drives``: asks for the drives as they are, pickled, which may fail with a UserError."""
+        self._node, self._output, self._request_drives = node, output, request_drives
         self._faults, self._inform = faults, inform
         self._served = ExitStack()
 
@@ -48,8 +47,7 @@ class SaveService:
 
     def _on_save(self, _request: Any, response: Any) -> Any:
         try:
-            snapshot = self._request_snapshot().result(_SNAPSHOT_SECONDS)
-            self._output.save_snapshot(snapshot.arrays(), snapshot.messages, snapshot.besides)
+            self._output.save_apart(self._request_drives().result(_ANSWER_SECONDS))
         except (UserError, OSError, RuntimeError, TimeoutError) as error:
             response.success, response.message = False, f"The map was not saved: {error}"
             self._faults.report("saving", response.message, lasting=False)

@@ -38,13 +38,6 @@ def test_a_scan_that_wheels_saw_goes_by_scans_where_they_say_nothing_of_the_keyf
     assert np.array_equal(drive_with(ALL, WITHOUT_WHEELS, SCANS), MOTIONS[SCANS])
 
 
-def test_guesses_that_were_written_come_back_from_the_same_sources() -> None:
-    for guesses in (ALL, WITHOUT_WHEELS, AT_KEYFRAME):
-        again = MotionGuesses.from_array(guesses.motions)
-        assert again.sources == guesses.sources
-        assert np.array_equal(again.motions, guesses.motions)
-
-
 def test_the_returns_of_scans_between_keyframes_are_kept() -> None:
     drive = Drive()
     for index in range(6):
@@ -78,10 +71,9 @@ def test_scans_that_were_trimmed_stay_where_they_were_found() -> None:
     guessed = drive.guess(every, map_from_keyframe)
     drive.trim(np.array([1, 2]), found, map_from_keyframe)
     assert drive.kept_scans.tolist() == [4, 5, 7, 8]
-    for each in (drive, Drive.from_arrays(drive.to_arrays())):
-        again = each.guess(every, map_from_keyframe)
-        assert again[1:3] == pytest.approx(found)
-        assert np.array_equal(np.delete(again, [1, 2], axis=0), np.delete(guessed, [1, 2], axis=0))
-        moved = np.array([3.0, -2.0, 1.0])
-        there = each.guess(np.array([1, 2]), compose(moved, map_from_keyframe))
-        assert there == pytest.approx(compose(moved, found))
+    again = drive.guess(every, map_from_keyframe)
+    assert again[1:3] == pytest.approx(found)
+    assert np.array_equal(np.delete(again, [1, 2], axis=0), np.delete(guessed, [1, 2], axis=0))
+    moved = np.array([3.0, -2.0, 1.0])
+    there = drive.guess(np.array([1, 2]), compose(moved, map_from_keyframe))
+    assert there == pytest.approx(compose(moved, found))

@@ -1,9 +1,8 @@
 import math
 
-import numpy as np
 import pytest
 
-from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
+from racecar.maps.sensing.gyro_buffer import GyroBuffer, turn_between
 from racecar.maps.sensing.yaw_rate import YawRate
 
 MILLISECOND = 1_000_000
@@ -88,13 +87,3 @@ def test_memory_is_bounded_and_angles_go_on() -> None:
     reading = buffer.reading_at(990 * MILLISECOND)
     assert reading is not None
     assert reading.angle == pytest.approx(0.99 * 1.005)
-
-
-def test_another_goes_on_from_it() -> None:
-    buffer = filled([0.1, 0.4, 0.2, 0.9])
-    copy = GyroBuffer.from_arrays(buffer.to_arrays())
-    for each in (buffer, copy):
-        each.add(YawRate(400 * MILLISECOND, 0.7))
-    assert copy.reading_at(377 * MILLISECOND) == buffer.reading_at(377 * MILLISECOND)
-    assert isinstance(copy.reading_at(0), GyroReading)
-    np.testing.assert_equal(copy.to_arrays(), buffer.to_arrays())

@@ -164,13 +164,3 @@ def test_a_gap_ends_a_segment() -> None:
         torn.follow(STEP, 1.0, 1.0, None)
     assert torn.model is before
     assert whole.model == before
-
-
-def test_another_goes_on_from_it() -> None:
-    fusion = learned(gyro, good_wheels)
-    fusion.follow(STEP, 0.1, 0.1, None)
-    copy = TurnFusion.from_arrays(fusion.to_arrays())
-    assert copy.model == fusion.model
-    for each in (fusion, copy):
-        each.follow(1.0, 0.1, 0.1, None)
-    assert copy.model == fusion.model

@@ -1,11 +1,11 @@
 """The maps of live drives that were broken off, and of what follows."""
 
+import pickle
 from collections.abc import Iterator
 from itertools import islice
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
@@ -14,7 +14,8 @@ from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.session_file import load_session
-from racecar.pipelines.live.saving.map_saving import MapOutput, resume
+from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog
+from racecar.pipelines.live.saving.map_saving import MapOutput, save_pickled
 from tests.mapping.worlds import ROOM, scan_at
 from tests.maps.drives import drive, room
 
@@ -53,26 +54,27 @@ def test_one_that_is_not_has_a_map_of_its_own_which_is_named(tmp_path: Path) -> 
     assert (tmp_path / "out-2" / "map.png").is_file()
 
 
-def test_drives_that_were_set_aside_are_kept_in_their_order_until_all_is_over(tmp_path: Path) -> None:
-    checkpoint = output(tmp_path).checkpoint()
-    stamps = []
-    for count in (300, 600):
-        mapper = mapped(islice(laps(), count))
-        stamps.append(mapper.last_stamp)
-        checkpoint.save(mapper.to_arrays(), count)
-        checkpoint.set_aside()
-    assert [each.last_stamp for each in checkpoint.earlier(CONFIG)] == stamps
-    said: list[str] = []
-    checkpoint.save(mapper.to_arrays(), 600)
-    assert resume(output(tmp_path), anew=False, announce=said.append).seconds_ago < 60.0
-    assert len(checkpoint.earlier(CONFIG)) == 2
-    checkpoint.remove()
-    assert list(tmp_path.iterdir()) == []
+def test_a_mapper_that_drives_on_is_saved_as_it_was(tmp_path: Path) -> None:
+    mapper = mapped(islice(laps(), 600))
+    save_pickled(output(tmp_path), pickle.dumps([mapper]))
+    found = load_session(tmp_path / "out").map_from_keyframe
+    assert np.array_equal(found, mapper.finish().session.map_from_keyframe)
 
 
-def test_whoever_begins_anew_leaves_the_earlier_drives(tmp_path: Path) -> None:
-    checkpoint = output(tmp_path).checkpoint()
-    checkpoint.save(mapped(islice(laps(), 300)).to_arrays(), 300)
-    checkpoint.set_aside()
-    assert resume(output(tmp_path), anew=True, announce=pytest.fail).mapper.last_stamp is None
-    assert checkpoint.earlier(CONFIG) == []
+def test_what_was_logged_is_mapped_again_drive_by_drive(tmp_path: Path) -> None:
+    from racecar.pipelines.live.mapper_node import MapperNode
+    from racecar.pipelines.live.ros.run import ros_node
+
+    first, second = list(islice(laps(), 600)), list(islice(laps(seed=1), 300))
+    log = DriveLog(tmp_path / "out")
+    for entry in (*first, AnotherDrive(), *second):
+        log.add(entry)
+    again = DriveLog(tmp_path / "out")
+    again.go_on(lambda sentence: None)
+    with ros_node("test_logged", []) as node:
+        mapper_node = MapperNode(node, output(tmp_path), again)
+        mapper_node._map_logged()
+    found = [*mapper_node._earlier, mapper_node._mapper]
+    for mapper, messages in zip(found, (first, second), strict=True):
+        before, after = mapped(iter(messages)).session(), mapper.session()
+        assert np.array_equal(after.map_from_keyframe, before.map_from_keyframe)

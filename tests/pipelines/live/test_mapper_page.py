@@ -42,12 +42,13 @@ class Stage:
 def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
     from racecar.pipelines.live.mapper_node import MapperNode
     from racecar.pipelines.live.ros.run import served
-    from racecar.pipelines.live.saving.map_saving import MapOutput, resume
+    from racecar.pipelines.live.saving.drive_log import DriveLog
+    from racecar.pipelines.live.saving.map_saving import MapOutput
 
     out: Path = tmp_path_factory.mktemp("out")
     output = MapOutput(out, MappingConfig(), {"live": True})
     with page_and_node("racecar_mapper", [NodeTool.MOVE, NodeTool.GOAL]) as (clicker, node):
-        mapper = MapperNode(node, output, resume(output, anew=True, announce=print), clicker.view)
+        mapper = MapperNode(node, output, DriveLog(out), clicker.view)
         clicker.choose(NodeTool.GOAL)
         clicker.click(np.array([1.0, 0.0]))
         clicker.await_words("There is no map yet to click on")

@@ -71,14 +71,11 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
             SimulatorNode(node, DrivenSimulation(GRID, Conditions()), pace=1.0, teleports=False)
         else:
             from racecar.mapping.config import MappingConfig
-            from racecar.mapping.mapper import Mapper
             from racecar.pipelines.live.mapper_node import MapperNode
+            from racecar.pipelines.live.saving.drive_log import DriveLog
             from racecar.pipelines.live.saving.map_saving import MapOutput
-            from racecar.pipelines.runs.checkpoint import MappingStart
 
-            MapperNode(
-                node, MapOutput(Path("nowhere"), MappingConfig(), {}), MappingStart(Mapper(MappingConfig()))
-            )
+            MapperNode(node, MapOutput(Path("nowhere"), MappingConfig(), {}), DriveLog(Path("nowhere")))
         declared = {name: parameter.value for name, parameter in node._parameters.items()}
     for name, value in told.items():
         assert name in declared

@@ -82,13 +82,12 @@ def _localizer(ros: Any) -> Any:
 
 def _mapper(ros: Any) -> Any:
     from racecar.mapping.config import MappingConfig
-    from racecar.mapping.mapper import Mapper
     from racecar.pipelines.live.mapper_node import MapperNode
+    from racecar.pipelines.live.saving.drive_log import DriveLog
     from racecar.pipelines.live.saving.map_saving import MapOutput
-    from racecar.pipelines.runs.checkpoint import MappingStart
 
     config = MappingConfig()
-    return MapperNode(ros, MapOutput(Path("nowhere"), config, {}), MappingStart(Mapper(config)))
+    return MapperNode(ros, MapOutput(Path("nowhere"), config, {}), DriveLog(Path("nowhere")))
 
 
 @both

@@ -62,7 +62,7 @@ def save_session(folder: Path) -> None:
         **named("loops", LoopHistory().to_arrays()),
         "loops.path": np.zeros(3),
     }
-    save_arrays(arrays, folder / SESSION_FILE, "racecar session")
+    save_arrays(arrays, folder / SESSION_FILE)
 
 
 def test_a_trajectory_alone_is_a_run(run: Path) -> None:
@@ -160,8 +160,8 @@ def test_of_a_report_what_is_right_is_shown(run: Path) -> None:
 @pytest.mark.parametrize("spoilt", [np.array(3.0), np.full((3, 3), np.nan), np.zeros((2, 3))])
 def test_a_damaged_session_hides_nothing_else(run: Path, spoilt: np.ndarray) -> None:
     save_session(run)
-    arrays = load_arrays(run / SESSION_FILE, "racecar session") | {"map_from_keyframe": spoilt}
-    save_arrays(arrays, run / SESSION_FILE, "racecar session")
+    arrays = load_arrays(run / SESSION_FILE) | {"map_from_keyframe": spoilt}
+    save_arrays(arrays, run / SESSION_FILE)
     scene = load_run(run)
     assert len(scene.trajectory) == 20
     assert "session.npz is damaged" in scene.about

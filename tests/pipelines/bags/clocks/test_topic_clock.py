@@ -354,12 +354,15 @@ def test_a_sensor_that_begins_after_the_clock_was_set_agrees_with_the_others() -
 
 
 def test_a_drive_that_is_carried_on_does_not_go_back_in_time() -> None:
-    shared = SteadyClock(after=WALL)
+    shared = SteadyClock()
+    shared.after = WALL
     (scans, _), (odometry, _) = clock(shared), clock(shared)
     earlier = WALL - 500 * SECOND
     first, second = scans.steady(earlier, 0), odometry.steady(earlier + PERIOD, PERIOD)
     assert first is not None
     assert second is not None
     assert WALL < first < second == first + PERIOD
-    later, _ = clock(SteadyClock(after=WALL))
+    shared = SteadyClock()
+    shared.after = WALL
+    later, _ = clock(shared)
     assert later.steady(WALL + SECOND, 0) == WALL + SECOND

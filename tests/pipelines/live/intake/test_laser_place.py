@@ -1,8 +1,7 @@
-"""Where a laser sits is remembered in files, JSON or arrays, and nothing strange in them is believed."""
+"""Where a laser sits is remembered in files, and nothing strange in them is believed."""
 
 import json
 from dataclasses import asdict
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,11 +20,8 @@ def same(found: LaserPlace | None) -> bool:
     )
 
 
-def test_comes_back_from_arrays_and_from_json(tmp_path: Path) -> None:
+def test_comes_back_from_json() -> None:
     place = LaserPlace("base_link", "laser", MATRIX)
-    np.savez(tmp_path / "place.npz", **place.to_arrays())
-    with np.load(tmp_path / "place.npz", allow_pickle=False) as file:
-        assert same(LaserPlace.from_fields(dict(file)))
     fields = {**asdict(place), "base_from_laser": MATRIX.tolist()}
     assert same(LaserPlace.from_fields(json.loads(json.dumps(fields))))
 

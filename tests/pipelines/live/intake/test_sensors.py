@@ -23,7 +23,6 @@ def sensors(said: list[str] | None = None) -> Sensors:
         base_frame="base_link",
         laser_pose=None,
         integrate_twist=False,
-        after=None,
         faults=Faults((said if said is not None else []).append, lambda sentence: None),
         aside=lambda work: work(),
     )

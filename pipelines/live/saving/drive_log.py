@@ -1,0 +1,188 @@
+"""The log of a live drive: what its mapper took in, by which another node maps it again when one was killed.
+
+The file begins with a line that names its format and grows by a record at a time. Wherever it was cut, what
+stands before is read, and what comes later is written there.
+"""
+
+import json
+import struct
+import time
+import zlib
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from os.path import realpath
+from pathlib import Path
+from typing import BinaryIO, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.sensing.cloud import Cloud
+from racecar.maps.sensing.measurement import Measurement
+from racecar.maps.sensing.odometry import Odometry
+from racecar.maps.sensing.scan import Scan
+from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.pipelines.live.intake.laser_place import LaserPlace
+
+_RESUMED_WITHIN = 3600.0
+"""Seconds after which a log is no longer of the drive that goes on now."""
+_FORMAT = b"racecar drive log 1\n"
+_HEAD = struct.Struct("<cII")
+"""Of a record: its kind, how many bytes follow, and their checksum, with the kind to begin with."""
+_LONGEST = 1 << 26
+"""Bytes that a record may have, by judgement: four times those of a million points."""
+_ODOMETRY = struct.Struct("<q6d")
+_YAW_RATE = struct.Struct("<qd")
+_BEAMS = struct.Struct("<BI")
+"""A laser and how many beams it has; their bearings and times follow."""
+_SCAN = struct.Struct("<qB4dci")
+"""Stamp, laser, its place (3), greatest range, the type of the ranges, and how many points are in a cloud, -1
+without one; ranges, points and the times of these follow."""
+
+
+@dataclass(frozen=True)
+class AnotherDrive:
+    """What follows is a drive of its own, as nobody knows where the car went meanwhile."""
+
+
+Entry: TypeAlias = Measurement | LaserPlace | AnotherDrive
+
+
+class DriveLog:
+    """Measurements in the order in which the mapper took them, and where the first laser sits."""
+
+    def __init__(self, out: Path) -> None:
+        """Beside the output folder ``out``."""
+        folder = Path(realpath(out))
+        self.path = folder.parent / f"{folder.name}.drive.log"
+        self.broken_off: float | None = None
+        """Seconds ago, of the drive that is gone on with; None where a new one begins."""
+        self._end = 0
+        """Where the next record is written; before that the file is whole."""
+        self._file: BinaryIO | None = None
+        self._beams: dict[int, bytes] = {}
+        self._place = b""
+
+    def go_on(self, announce: Callable[[str], None]) -> None:
+        """Go on with the drive whose node was killed not long ago, where there is one, which is announced.
+        Else what is added takes the place of whatever is there."""
+        if not self.path.is_file():
+            return
+        seconds = time.time() - self.path.stat().st_mtime
+        if seconds > _RESUMED_WITHIN:
+            announce(f"{self.path} is of an earlier drive and is not used.")
+        elif next(self.entries(), None) is None:
+            announce(f"{self.path} is empty or damaged, and the drive begins from scratch.")
+        else:
+            self.broken_off = seconds
+            announce(f"The node was killed: the drive goes on from {self.path}, by which it is mapped again.")
+
+    def entries(self) -> Iterator[Entry]:
+        """What was logged, as far as the file is whole; what is added later follows what was read."""
+        beams: dict[int, list[NDArray[np.float64]]] = {}
+        with self.path.open("rb") as file:
+            record = (b"", b"") if file.read(len(_FORMAT)) == _FORMAT else None
+            while record is not None:
+                self._end = file.tell()
+                record = _next_record(file)
+                try:
+                    entry = None if record is None else _read(*record, beams)
+                except (
+                    struct.error,
+                    ValueError,
+                    KeyError,
+                    TypeError,
+                ):  # of another writer
+                    return
+                if entry is not None:
+                    yield entry
+
+    def add(self, entry: Entry) -> None:
+        """Write something so that it outlives this process. Raises OSError; nothing of it is in the file
+        then."""
+        if isinstance(entry, Scan):
+            beams = _BEAMS.pack(entry.laser, len(entry.bearings))
+            beams += entry.bearings.tobytes() + entry.time_offsets.tobytes()
+            if self._beams.get(entry.laser) != beams:
+                self._write(b"B", beams)
+                self._beams[entry.laser] = beams
+            self._write(b"S", _scan_bytes(entry))
+        elif isinstance(entry, Odometry):
+            self._write(b"O", _ODOMETRY.pack(entry.stamp, *entry.odom_from_base, *entry.twist))
+        elif isinstance(entry, YawRate):
+            self._write(b"Y", _YAW_RATE.pack(entry.stamp, entry.rate))
+        elif isinstance(entry, LaserPlace):
+            fields = {**asdict(entry), "base_from_laser": entry.base_from_laser.tolist()}
+            place = json.dumps(fields).encode()
+            if place != self._place:
+                self._write(b"P", place)
+                self._place = place
+        else:
+            self._write(b"A", b"")
+
+    def remove(self) -> None:
+        """The drive is over, and its map is saved."""
+        if self._file is not None:
+            self._file.close()
+        self.path.unlink(missing_ok=True)
+
+    def _write(self, kind: bytes, content: bytes) -> None:
+        if self._file is None:
+            self._file = self.path.open("r+b" if self._end else "wb", buffering=0)
+        record = _HEAD.pack(kind, len(content), zlib.crc32(content, kind[0])) + content
+        if not self._end:
+            record = _FORMAT + record
+        self._file.seek(self._end)
+        self._file.truncate()
+        if self._file.write(record) < len(record):
+            raise OSError(f"{self.path} cannot grow")
+        self._end += len(record)
+
+
+def _next_record(file: BinaryIO) -> tuple[bytes, bytes] | None:
+    """Its kind and content; None where the file ends or is damaged."""
+    head = file.read(_HEAD.size)
+    if len(head) < _HEAD.size:
+        return None
+    kind, length, checksum = _HEAD.unpack(head)
+    content = file.read(min(length, _LONGEST))
+    is_whole = len(content) == length and zlib.crc32(content, kind[0]) == checksum
+    return (kind, content) if is_whole else None
+
+
+def _read(kind: bytes, content: bytes, beams: dict[int, list[NDArray[np.float64]]]) -> Entry | None:
+    """What a record holds; None where that is for the scans after it, whose ``beams`` by laser are kept."""
+    if kind == b"S":
+        return _scan(content, beams)
+    if kind == b"O":
+        stamp, *numbers = _ODOMETRY.unpack(content)
+        return Odometry(stamp, np.array(numbers[:3]), np.array(numbers[3:]))
+    if kind == b"Y":
+        return YawRate(*_YAW_RATE.unpack(content))
+    if kind == b"P":
+        return LaserPlace.from_fields(json.loads(content))
+    if kind == b"A":
+        return AnotherDrive()
+    laser, count = _BEAMS.unpack_from(content)
+    beams[laser] = [*np.frombuffer(content, "<f8", 2 * count, _BEAMS.size).reshape(2, count).copy()]
+    return None
+
+
+def _scan_bytes(scan: Scan) -> bytes:
+    short, cloud = scan.ranges.astype(np.float32), scan.cloud
+    is_exact = np.array_equal(short, scan.ranges, equal_nan=True)  # as most lasers send no more than 32 bits
+    ranges = short if is_exact else scan.ranges
+    points = -1 if cloud is None else len(cloud.points)
+    head = (scan.stamp, scan.laser, *scan.base_from_laser, scan.max_range, ranges.dtype.char.encode(), points)
+    rest = b"" if cloud is None else cloud.points.tobytes() + cloud.time_offsets.tobytes()
+    return _SCAN.pack(*head) + ranges.tobytes() + rest
+
+
+def _scan(content: bytes, beams: dict[int, list[NDArray[np.float64]]]) -> Scan:
+    stamp, laser, *numbers, kind, points = _SCAN.unpack_from(content)
+    bearings, time_offsets = beams[laser]
+    place, max_range = np.array(numbers[:3]), numbers[3]
+    ranges = np.frombuffer(content, kind.decode(), len(bearings), _SCAN.size)
+    rest = np.frombuffer(content, np.float32, offset=_SCAN.size + ranges.nbytes).copy()
+    cloud = None if points < 0 else Cloud(rest[: 3 * points].reshape(points, 3), rest[3 * points :])
+    return Scan(stamp, bearings, ranges.astype(np.float64), time_offsets, place, max_range, cloud, laser)
