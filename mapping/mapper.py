@@ -366,6 +366,7 @@ class Mapper:
             trim_known_keyframes(state, index)
             state.drive.pack_clouds()
             pack_rays(state.rays)
+            state.reckoning.forget_old_scans()
 
     def _optimize_finally(self) -> None:
         """Match all pairs of keyframes once more from where they are now, also with those of the first pass

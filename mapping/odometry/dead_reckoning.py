@@ -336,6 +336,10 @@ class DeadReckoning:
         self._now = self._now._replace(by_scans=self._scan_odometry.register(self._sweep, IDENTITY))
         self._last_motion = IDENTITY
 
+    def forget_old_scans(self) -> None:
+        """Of scan odometry; what it measures is the motion since the last keyframe."""
+        self._scan_odometry.forget_old()
+
     def _place_laser(self, scan: Scan) -> None:
         """The mount may become known late; what the wheels reported until then is of another point."""
         moved = self.mounts.take(scan)

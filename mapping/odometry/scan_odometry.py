@@ -5,6 +5,8 @@ through its pipeline class, so that wheel odometry can be the initial guess and 
 only at keyframes: a car that stands still then does not smear it.
 """
 
+from collections import deque
+
 import numpy as np
 from kiss_icp.config import KISSConfig
 from kiss_icp.mapping import VoxelHashMap, get_voxel_hash_map
@@ -32,6 +34,9 @@ _INITIAL_THRESHOLD = 0.5
 its outdoor 2.0."""
 _MIN_MOTION = 0.01
 """Metres that a prediction must miss by to change that threshold. By judgement: the noise of a laser."""
+_LATEST_UPDATES = 60
+"""Updates of the local map that stay when older ones are forgotten. By judgement: 12 m of path or more, as
+far as most rooms reach."""
 
 
 class ScanOdometry:
@@ -42,7 +47,7 @@ class ScanOdometry:
     """
 
     def __init__(self) -> None:
-        kiss = KISSConfig()
+        self._kiss = kiss = KISSConfig()
         kiss.data.max_range = _RADIUS
         kiss.mapping.voxel_size = _VOXEL
         kiss.mapping.max_points_per_voxel = _POINTS_PER_VOXEL
@@ -54,11 +59,21 @@ class ScanOdometry:
         self._local_map: VoxelHashMap = get_voxel_hash_map(kiss)
         self._local_from_sensor: NDArray[np.float64] = np.eye(4)
         self._local_from_updated: NDArray[np.float64] | None = None
+        self._updates: deque[tuple[NDArray[np.float64], NDArray[np.float64]]] = deque(maxlen=_LATEST_UPDATES)
         self._pose: Pose = IDENTITY
 
     def __reduce__(self) -> tuple[type["ScanOdometry"], tuple[()]]:
         """A copy begins anew, as KISS-ICP's parts cannot be copied."""
         return ScanOdometry, ()
+
+    def forget_old(self) -> None:
+        """Leave of the local map what its latest updates show, as older ones lie off by the drift since then;
+        and learn anew from here on by how much predictions are off."""
+        self._kiss.adaptive_threshold.initial_threshold = self._threshold.get_threshold()
+        self._threshold = get_threshold_estimator(self._kiss)
+        self._local_map = get_voxel_hash_map(self._kiss)
+        for cloud, local_from_sensor in self._updates:
+            self._local_map.update(cloud, local_from_sensor)
 
     def register(self, points: NDArray[np.float64], last_from_now: Pose) -> Pose:
         """Pose (3,) of the sensor in the odometry frame.
@@ -91,6 +106,7 @@ class ScanOdometry:
     def _update(self, cloud: NDArray[np.float64], local_from_sensor: NDArray[np.float64]) -> None:
         self._local_map.update(cloud, local_from_sensor)
         self._local_from_updated = local_from_sensor
+        self._updates.append((cloud, local_from_sensor))
 
 
 def _is_far(motion: Pose) -> bool:

@@ -71,7 +71,7 @@ class DriveLog:
         seconds = time.time() - self.path.stat().st_mtime
         if seconds > _RESUMED_WITHIN:
             announce(f"{self.path} is of an earlier drive and is not used.")
-        elif next(self.entries(), None) is None:
+        elif not self._holds_something():
             announce(f"{self.path} is empty or damaged, and the drive begins from scratch.")
         else:
             self.broken_off = seconds
@@ -87,12 +87,7 @@ class DriveLog:
                 record = _next_record(file)
                 try:
                     entry = None if record is None else _read(*record, beams)
-                except (
-                    struct.error,
-                    ValueError,
-                    KeyError,
-                    TypeError,
-                ):  # of another writer
+                except (struct.error, ValueError, LookupError, TypeError):  # of another writer
                     return
                 if entry is not None:
                     yield entry
@@ -125,6 +120,12 @@ class DriveLog:
         if self._file is not None:
             self._file.close()
         self.path.unlink(missing_ok=True)
+
+    def _holds_something(self) -> bool:
+        try:
+            return next(self.entries(), None) is not None
+        except OSError:
+            return False
 
     def _write(self, kind: bytes, content: bytes) -> None:
         if self._file is None:
