@@ -140,8 +140,3 @@ class GyroBuffer:
         slope = np.where(since > 0.0, (rates[right] - rates[left]) / apart, 0.0)
         found: NDArray[np.float64] = angles[left] + since * (rates[left] + 0.5 * slope * since)
         return found
-
-    @property
-    def is_dead(self) -> bool:
-        """Whether there were samples, and all the same."""
-        return self._first_rate is not None and self._changed_at is None

@@ -71,11 +71,6 @@ class OdometryBuffer:
         return latest
 
     @property
-    def first_stamp(self) -> int | None:
-        """Nanoseconds, of the oldest sample that is kept; None while empty."""
-        return int(self._all_stamps[self._begin]) if self._end else None
-
-    @property
     def samples(self) -> tuple[NDArray[np.int64], Pose]:
         """Stamps (N,) in nanoseconds and ``odom_from_base`` (N, 3), as far back as they are kept."""
         return self._stamps.copy(), self._poses.copy()
