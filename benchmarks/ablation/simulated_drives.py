@@ -6,6 +6,7 @@ from functools import partial
 
 from benchmarks.ablation.ablation_drive import AblationDrive
 from benchmarks.accuracy.drives import (
+    MAPS,
     Simulate,
     changed_map_drive,
     grid_of,
@@ -17,7 +18,6 @@ from racecar.maps.geometry.se2 import IDENTITY, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.shipped import shipped_names
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
 
@@ -38,7 +38,7 @@ def simulated_drives(seconds: float) -> dict[str, Callable[[int], AblationDrive]
     return {
         f"{kind}, {name}": partial(_simulated, simulate, name, seconds)
         for kind, simulate in _KINDS.items()
-        for name in shipped_names()
+        for name in MAPS
     }
 
 

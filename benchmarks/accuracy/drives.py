@@ -20,6 +20,8 @@ from racecar.pipelines.simulation.simulator_config import NoiseLevel, Simulation
 Simulate: TypeAlias = Callable[[OccupancyGrid, int, float], SimulatedDrive]
 """A drive through a world by its seed and its seconds."""
 
+MAPS = "building", "track"
+"""Those of the shipped maps that are driven on: the others show what a mapper has to bear."""
 _TRACKING_SPEED, _RACING_SPEED, _RACING_SLIP = 3.0, 7.0, 0.25
 """m/s, m/s and a share."""
 BETWEEN_KIDNAPPINGS = 6.0

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from benchmarks.accuracy.drives import BETWEEN_KIDNAPPINGS, FAR, grid_of, places_drive
+from benchmarks.accuracy.drives import BETWEEN_KIDNAPPINGS, FAR, MAPS, grid_of, places_drive
 from benchmarks.accuracy.kidnapping import join_as_kidnappings
 from benchmarks.accuracy.localized_drive import LOST, LocalizedDrive, localize_drive
 from benchmarks.accuracy.lookalikes import Lookalikes
@@ -14,7 +14,6 @@ from benchmarks.harness.table import Column
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.shipped import shipped_names
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 
@@ -50,11 +49,11 @@ class FindingFigures:
 
 def finding_cases(seeds: int) -> dict[str, FindingCase]:
     """Ten places a seed on each map, and half as many kidnappings."""
-    maps, places = shipped_names(), 10 * seeds
+    places = 10 * seeds
     return {
-        "anywhere": FindingCase(dict.fromkeys(maps, places), is_kidnapped=False),
+        "anywhere": FindingCase(dict.fromkeys(MAPS, places), is_kidnapped=False),
         **{
-            f"kidnapped, {name}": FindingCase({name: places // len(maps)}, is_kidnapped=True) for name in maps
+            f"kidnapped, {name}": FindingCase({name: places // len(MAPS)}, is_kidnapped=True) for name in MAPS
         },
     }
 

@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 
 from benchmarks.accuracy.drives import (
+    MAPS,
     Simulate,
     changed_map_drive,
     grid_of,
@@ -19,7 +20,6 @@ from benchmarks.accuracy.localized_drive import LOST, LocalizedDrive, localize_d
 from benchmarks.harness.table import Column
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
-from racecar.maps.shipped import shipped_names
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
 
 _DRIVE_SECONDS = 30.0
@@ -60,12 +60,11 @@ def tracking_cases(seeds: Sequence[int], minutes: float) -> dict[str, TrackingCa
         "up to 7 m/s, 25 % slip": racing_drive,
         "furniture moved, people": changed_map_drive,
     }
-    maps = shipped_names()
     return {
         **{
             f"{name}, {kind}": TrackingCase(name, simulate, _DRIVE_SECONDS, seeds)
             for kind, simulate in kinds.items()
-            for name in maps
+            for name in MAPS
         },
         f"building, {minutes:g} minutes": TrackingCase("building", long_drive, 60.0 * minutes, seeds[:1]),
     }

@@ -90,7 +90,7 @@ def test_a_moved_world_is_the_same_picture_elsewhere(poses: list[Pose], columns:
     shift = np.array([columns * 0.5, rows * 0.5, 0.0])  # exact in binary, and a whole number of cells
     grid, moved = render(rays, lasers, 0.25), render(rays, compose(shift, lasers), 0.25)
     np.testing.assert_allclose(moved.map_from_grid, grid.map_from_grid + shift)
-    assert (moved.cells != grid.cells).mean() < 1e-2  # rounding at the edges of cells
+    assert (moved.cells != grid.cells).mean() < 2e-2  # rounding at the edges of cells
 
 
 def test_a_wall_hides_what_lies_behind_it() -> None:

@@ -76,7 +76,6 @@ def test_a_registered_type_is_taken_by_the_nodes(monkeypatch):
         base_frame="base_link",
         laser_pose=None,
         integrate_twist=False,
-        after=None,
         faults=Faults(pytest.fail, pytest.fail),
         aside=lambda work: work(),
     )

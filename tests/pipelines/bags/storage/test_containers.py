@@ -36,7 +36,7 @@ def whole(tmp_path_factory):
 def messages(path, topics=("/scan", "/odom", "/tf_static")):
     store = BagStore(path)
     read_messages = list(store.messages(topics))
-    sentences = store.losses + [what for what, _ in store.notes]
+    sentences = store.losses + [note.what for note in store.notes]
     store.close()
     return read_messages, sentences
 
