@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.arrays import side_by_side
-from racecar.mapping.keyframes.refinement import guess_scans
+from racecar.mapping.keyframes.refinement import guess_scans, keyframe_of
 from racecar.mapping.matching.scan_store import thin
 from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
 from racecar.maps.geometry.se2 import Pose, between
@@ -43,7 +43,7 @@ class Drive:
 
     def keyframe_of(self, scans: NDArray[np.int64]) -> NDArray[np.int64]:
         """The keyframes (M,) that some scans are, or come after."""
-        return np.searchsorted(np.array(self.keyframe_scans), scans, side="right") - 1
+        return keyframe_of(scans, np.array(self.keyframe_scans))
 
     @property
     def keyframe_stamps(self) -> NDArray[np.int64]:

@@ -51,6 +51,11 @@ _WORKERS = 2
 """Threads at most, so that one chunk is prepared while another is matched."""
 
 
+def keyframe_of(scans: NDArray[np.int64], keyframe_scans: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The keyframes (M,) that some scans (M,) are, or come after; (K,) are the scans that keyframes are."""
+    return np.searchsorted(keyframe_scans, scans, side="right") - 1
+
+
 def guess_scans(
     stamps: NDArray[np.int64],
     scans: NDArray[np.int64],
@@ -67,7 +72,7 @@ def guess_scans(
     spread over the time between the two as the variance is of a velocity that was not measured, which is
     independent from scan to scan: most of it goes to a pause.
     """
-    after = np.searchsorted(keyframe_scans, scans, side="right") - 1
+    after = keyframe_of(scans, keyframe_scans)
     guesses = compose(map_from_keyframe[after], keyframe_from_scan)
     has_next = after < len(keyframe_scans) - 1
     before = after[has_next]

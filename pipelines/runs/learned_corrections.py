@@ -248,25 +248,32 @@ class _Made:
         error = mount.yaw_error(known.base_from_laser)
         if error == 0.0:
             return
-        place = mount.as_mounted()
-        if known.is_place_told:
-            is_flag = known.place_source == "flag"
-            yields = mount.cannot_slip and abs(error) < _HALF_A_TURN and known.is_alone and not is_flag
-            if yields:
-                place = np.append(known.base_from_laser[:2], mount.base_from_laser[2])
-                self.changes["base_from_laser"] = place
-            else:
-                self.changes["uses_odometry"] = False
-            self._find(
-                "place_turned" if yields else "place_contradicted",
-                told=np.degrees(known.base_from_laser[2]),
-                source=known.place_source,
-                shown=np.degrees(place[2]),
-                place=_as_flag(place, np.pi if known.is_upside_down else 0.0),
-            )
-            return
-        self.changes["base_from_laser"] = place
-        self._find("place_learned", topic=known.scan_topic, place=in_words(place), given=_as_flag(place))
+        if not known.is_place_told:
+            place = mount.as_mounted()
+            self.changes["base_from_laser"] = place
+            self._find("place_learned", topic=known.scan_topic, place=in_words(place), given=_as_flag(place))
+        elif self._yields(mount, error):
+            place = np.append(known.base_from_laser[:2], mount.base_from_laser[2])
+            self.changes["base_from_laser"] = place
+            self._find("place_turned", **self._told_and_shown(place))
+        else:
+            self._leave_out("place_contradicted", **self._told_and_shown(mount.as_mounted()))
+
+    def _yields(self, mount: MountEstimate, error: float) -> bool:
+        """Whether a place that is told is off by an ``error`` of its yaw, and not the wheels; a flag
+        decides."""
+        is_flag = self._known.place_source == "flag"
+        return mount.cannot_slip and abs(error) < _HALF_A_TURN and self._known.is_alone and not is_flag
+
+    def _told_and_shown(self, place: Pose) -> dict[str, Any]:
+        """What is said of the laser's place, and a place (3,) that the motions show."""
+        known = self._known
+        return {
+            "told": np.degrees(known.base_from_laser[2]),
+            "source": known.place_source,
+            "shown": np.degrees(place[2]),
+            "place": _as_flag(place, np.pi if known.is_upside_down else 0.0),
+        }
 
     def _leave_out(self, name: str, **numbers: Any) -> None:
         self.changes["uses_odometry"] = False
