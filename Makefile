@@ -18,7 +18,7 @@ test: .venv/installed-dev
 	if $(BIN)/python -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))'; then $(BIN)/mypy; \
 		else echo "Types are not checked: NumPy's differ from version to version, those for Python 3.11 are meant."; fi
 	$(BIN)/lint-imports
-	$(BIN)/python tests/checks/unexplained_constants.py mapping localization
+	$(BIN)/python tests/checks/unexplained_constants.py sensors mapping localization
 	$(BIN)/pytest -n $(WORKERS) --no-loadscope-reorder
 
 docs: .venv/installed-docs
@@ -41,7 +41,7 @@ fuzz: .venv/installed-dev
 	@echo "Installing into .venv; the first time this takes a few minutes."
 	$(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[full]'
-	$(BIN)/python -m racecar.pipelines.warm_up
+	$(BIN)/python -m racecar.pipelines.commands.warm_up
 	touch $@
 
 .venv/installed-dev: .venv/installed

@@ -11,7 +11,7 @@ from benchmarks.quality.quality import quality
 from benchmarks.slam.growth import growth
 from benchmarks.slam.slam import slam
 from benchmarks.worlds.worlds import worlds
-from racecar.pipelines import cli
+from racecar.pipelines.commands import cli
 
 app = typer.Typer(pretty_exceptions_enable=False, context_settings={"help_option_names": ["-h", "--help"]})
 

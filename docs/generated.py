@@ -13,7 +13,7 @@ from pydantic.fields import FieldInfo
 
 from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
-from racecar.pipelines.cli import app
+from racecar.pipelines.commands.cli import app
 from racecar.pipelines.files.config_template import bounds_in_words
 
 _MARKER = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)

@@ -19,11 +19,11 @@ from racecar.localization.recovery.hypotheses import Hypotheses
 from racecar.localization.sensor.end_points import select_points
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_faults import OdometryFaults
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.turn_fusion import TurnModel
-from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.sensors.motion.odometry_faults import OdometryFaults
+from racecar.sensors.motion.turn_fusion import TurnModel
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 
 class Localizer:

@@ -14,8 +14,8 @@ from racecar.localization.sensor.end_points import select_points
 from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 _STEPS, _SCATTER_AT = 20, 10
 """Scans in all, and before the map is searched; more than needed, since a kernel runs at the first call."""

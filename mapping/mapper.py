@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping import schedule
-from racecar.mapping.arrays import pose_or_nan
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.log_odds import looks_until_free
@@ -24,11 +23,7 @@ from racecar.mapping.keyframes.placement import (
     KeyframePlacer,
     Placement,
 )
-from racecar.mapping.matching.scan_store import prepare_scan
 from racecar.mapping.missed_loops import FEEDBACK_ROUNDS, missed_loops
-from racecar.mapping.odometry.dead_reckoning import WORTH_UNTOLD
-from racecar.mapping.odometry.lag import KnownLag
-from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.drawing import draw_map
@@ -42,11 +37,16 @@ from racecar.mapping.state.scan_poses import place_all_scans
 from racecar.mapping.state.trimming import trim_known_keyframes, trim_scans
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, adjoint, between, compose, inverse
-from racecar.maps.sensing.frozen_odometry import FrozenOdometry
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.turn_fusion import TurnModel
-from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.sensors.arrays import pose_or_nan
+from racecar.sensors.matching.scan_store import prepare_scan
+from racecar.sensors.motion.dead_reckoning import WORTH_UNTOLD
+from racecar.sensors.motion.frozen_odometry import FrozenOdometry
+from racecar.sensors.motion.lag import KnownLag
+from racecar.sensors.motion.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
+from racecar.sensors.motion.turn_fusion import TurnModel
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 
 class Mapper:

@@ -11,9 +11,9 @@ from racecar.mapping.graph.pose_graph import are_strained
 from racecar.mapping.loops.consistent_support import are_consistent
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.quality.map_quality import DoubtfulSegment, MapQuality, Verdict
 from racecar.maps.geometry.se2 import Pose
+from racecar.sensors.matching.correlative_search import Window
 
 FEEDBACK_ROUNDS = 3
 """How often a map is corrected and judged again at most, because each takes a final optimization."""

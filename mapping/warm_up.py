@@ -8,8 +8,8 @@ from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 _SCANS, _TURN = 120, 0.06
 """Scans and the radians of the way round from one to the next: more than a round, so that a loop closes."""

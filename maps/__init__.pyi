@@ -3,7 +3,4 @@ from .geometry.se2 import Pose as Pose
 from .grid.occupancy_grid import OccupancyGrid as OccupancyGrid
 from .map_files import load_map as load_map
 from .map_files import save_map as save_map
-from .sensing.cloud import Cloud as Cloud
-from .sensing.odometry import Odometry as Odometry
-from .sensing.scan import Scan as Scan
 from .trajectory import Trajectory as Trajectory

@@ -5,8 +5,6 @@ from .mapping import Mapper as Mapper
 from .mapping import MappingConfig as MappingConfig
 from .mapping import MappingResult as MappingResult
 from .maps import OccupancyGrid as OccupancyGrid
-from .maps import Odometry as Odometry
-from .maps import Scan as Scan
 from .maps import Trajectory as Trajectory
 from .maps import UserError as UserError
 from .maps import load_map as load_map
@@ -17,5 +15,7 @@ from .pipelines import LocalizedBag as LocalizedBag
 from .pipelines import MappedBag as MappedBag
 from .pipelines import localize_bag as localize_bag
 from .pipelines import map_bag as map_bag
+from .sensors import Odometry as Odometry
+from .sensors import Scan as Scan
 
 __version__: str

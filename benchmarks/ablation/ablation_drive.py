@@ -13,9 +13,9 @@ from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.replay import replay
+from racecar.sensors.measurement import Measurement
 
 _WORST = 1.0
 """Metres that an error counts as at most, since a car that is lost is lost however far off: one such drive

@@ -30,8 +30,8 @@ from racecar.localization.sensor import end_points, likelihood_field
 from racecar.localization.sensor.end_points import EndPoints
 from racecar.localization.sensor.likelihood_field import DEPENDENCE, log_table
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation
-from racecar.maps.sensing.turn_fusion import TurnFusion
+from racecar.sensors.motion.odometry_buffer import STALE_AFTER, Extrapolation
+from racecar.sensors.motion.turn_fusion import TurnFusion
 
 _TAKE = SpeedMemory.take
 """As it is."""

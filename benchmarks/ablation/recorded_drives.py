@@ -27,13 +27,13 @@ from racecar.localization.localizer import Localizer
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.mapping_run import build_map
+from racecar.sensors.measurement import Measurement
 
 
 def recorded_drives(

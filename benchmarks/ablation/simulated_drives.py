@@ -16,10 +16,10 @@ from benchmarks.accuracy.drives import (
 )
 from racecar.maps.geometry.se2 import IDENTITY, between, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
 
 DRIVE_SECONDS = 30.0
 """Unless asked for otherwise, since those of `python -m benchmarks accuracy` are as long."""

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import wrap_angle
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 _PERSON_WIDTH = 0.5
 """Metres, across the shoulders."""

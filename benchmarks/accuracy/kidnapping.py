@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import between, compose
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
 
 BETWEEN_SCANS = 5_000_000
 """Nanoseconds between the last message of a drive and the first of the next: less than a scan's period, so

@@ -87,7 +87,7 @@ class Bench:
 
     def _in_fresh_process(self, work: Callable[[], _R]) -> _R:
         if not self._is_warm:
-            from racecar.pipelines.warm_up import warm_up
+            from racecar.pipelines.commands.warm_up import warm_up
 
             self.announce("Compiling the kernels")
             in_fresh_process(warm_up)

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from typing import Any, TypeAlias
 
 from racecar.mapping.loops import loop_closure, submap_matching
-from racecar.mapping.matching.see_through import SeeThrough
+from racecar.sensors.matching.see_through import SeeThrough
 
 Replacement: TypeAlias = tuple[Any, str, object]
 """A class or module, the name of something that it defines, and what that is replaced by."""

@@ -21,17 +21,17 @@ from racecar.localization.warm_up import warm_up
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import replay
-from racecar.pipelines.evaluation.evaluation import compare
-from racecar.pipelines.evaluation.wall_fit import WallFit
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.live.ros.start import start_ros
+from racecar.pipelines.runs.evaluation.evaluation import compare
+from racecar.pipelines.runs.evaluation.wall_fit import WallFit
 from racecar.pipelines.runs.mapping_run import build_map
+from racecar.sensors.scan import Scan
 
 _DOMAINS = range(30, 100)
 """Of ROS: numbers that others on the machine hardly use."""

@@ -11,12 +11,12 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.localization.sensor.end_points import EndPoints, select_points
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_buffer import OdometryBuffer
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.simulation.laser_models import UST_10LX
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.motion.odometry_buffer import OdometryBuffer
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import Pose, between, compose, mean_angle
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.evaluation.course_filter import sensor_table
+from racecar.pipelines.runs.evaluation.course_filter import sensor_table
 
 _NOISE = 0.02
 """Metres and radians, added by every step."""

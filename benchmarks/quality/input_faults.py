@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 
 from racecar.maps.geometry.se2 import Pose, between, compose
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 Messages = Sequence[Measurement]
 _SEED = 5

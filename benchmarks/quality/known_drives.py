@@ -15,14 +15,14 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.simulation.simulated_drive import simulate_drive
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 REFERENCE = "reference.tum"
 """The name of the file beside a bag that has its true poses, by definition."""

@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from benchmarks.harness.table import Column
 from racecar.maps.geometry.se2 import Pose
-from racecar.pipelines.evaluation.relations import missed_relations
+from racecar.pipelines.runs.evaluation.relations import missed_relations
 from racecar.pipelines.simulation.path_smoothing import lengths_along
 
 _PLACES = 80

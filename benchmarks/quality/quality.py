@@ -19,7 +19,6 @@ from benchmarks.quality.map_errors import map_errors
 from benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED, Spoiling
 from benchmarks.quality.verdict_figures import NEAR, JudgedMap, kind_of, verdict_counts, verdict_shares
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.fixed_returns.fixed_returns import FixedReturns
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.map_quality import MapQuality
@@ -28,6 +27,7 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.pipelines.bags.replay import feed
+from racecar.sensors.fixed_returns.fixed_returns import FixedReturns
 
 _SHORTEST = 1.0
 """Metres of path, below which there is no map to speak of; by judgement."""

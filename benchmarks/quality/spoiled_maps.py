@@ -20,9 +20,9 @@ from benchmarks.quality import input_faults as faults
 from racecar.mapping import mapper
 from racecar.mapping.keyframes import constraints, placement
 from racecar.mapping.loops import candidate_search, submap_matching, submap_search
-from racecar.mapping.matching.correlative_search import Window
 from racecar.mapping.state import mapper_state
-from racecar.maps.sensing.measurement import Measurement
+from racecar.sensors.matching.correlative_search import Window
+from racecar.sensors.measurement import Measurement
 
 
 @dataclass(frozen=True, eq=False)

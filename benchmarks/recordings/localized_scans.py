@@ -9,10 +9,10 @@ from benchmarks.recordings.exhaustive_matcher import ScanSegment
 from racecar.localization.localizer import Localizer
 from racecar.localization.sensor.end_points import select_points
 from racecar.maps.geometry.se2 import Pose, between
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.replay import replay
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 _EVERY = 8
 """Scans for each one that is used: at 40 a second the others show the same walls."""

@@ -12,7 +12,7 @@ from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.evaluation.relations import Relations, relation_errors
+from racecar.pipelines.runs.evaluation.relations import Relations, relation_errors
 
 _WRONG_BY = 5.0
 """Metres; between places nearer than that a wrong loop is a bad match rather than a mistaken place."""

@@ -16,7 +16,6 @@ from benchmarks.harness.table import Column
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.measurement import Measurement
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.files.report import resident_memory_mb
@@ -25,6 +24,7 @@ from racecar.pipelines.simulation.path_smoothing import lengths_along
 from racecar.pipelines.simulation.simulated_drive import every_nth_scan
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.measurement import Measurement
 
 _PARTS = 10
 """Tenths, by which the figures are split."""

@@ -20,13 +20,13 @@ from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes import final_optimization
 from racecar.mapping.keyframes.misled_matches import MatchesAlongPath
 from racecar.mapping.keyframes.placement import KeyframePlacer
-from racecar.mapping.odometry import dead_reckoning
-from racecar.mapping.odometry.dead_reckoning import DeadReckoning
-from racecar.mapping.odometry.lag import OdometryLag
-from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
-from racecar.mapping.odometry.velocity_filter import VelocityFilter
 from racecar.mapping.state.mapper_state import MapperState
 from racecar.maps.geometry.se2 import Pose
+from racecar.sensors.motion import dead_reckoning
+from racecar.sensors.motion.dead_reckoning import DeadReckoning
+from racecar.sensors.motion.lag import OdometryLag
+from racecar.sensors.motion.motion_guesses import GuessSource, MotionGuesses
+from racecar.sensors.motion.velocity_filter import VelocityFilter
 
 _GUESSES = DeadReckoning.guesses
 """As they are."""

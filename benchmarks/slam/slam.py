@@ -18,8 +18,8 @@ from benchmarks.slam.published import PUBLISHED, SOURCES, UNPUBLISHED
 from racecar.mapping.config import MappingConfig
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.commands.results import print_warnings
-from racecar.pipelines.evaluation.relations import load_relations, relation_errors
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.evaluation.relations import load_relations, relation_errors
 from racecar.pipelines.runs.mapping_run import build_map
 
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from racecar.localization.odometry.segments import OdometrySegment
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.sensing.odometry_faults import OdometryFaults
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.motion.odometry_faults import OdometryFaults
+from racecar.sensors.scan import Scan
 
 _LASER = 3
 """Which of what is learned the turn of the laser is, by definition of `OdometrySegment.by_faults`."""

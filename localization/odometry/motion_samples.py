@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.geometry.se2_kernels import step_between
-from racecar.maps.sensing.frozen_odometry import FrozenOdometry
-from racecar.maps.sensing.gyro_buffer import GyroBuffer, GyroReading, turn_between
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_buffer import STALE_AFTER, Extrapolation, OdometryBuffer
-from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.sensors.motion.frozen_odometry import FrozenOdometry
+from racecar.sensors.motion.gyro_buffer import GyroBuffer, GyroReading, turn_between
+from racecar.sensors.motion.odometry_buffer import STALE_AFTER, Extrapolation, OdometryBuffer
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.yaw_rate import YawRate
 
 _RESTART = 1_000_000_000
 """By judgement: nanoseconds by which a clock must go back to count as set anew; by less, messages came out of

@@ -22,8 +22,8 @@ from racecar.localization.odometry.motion_samples import (
 )
 from racecar.localization.odometry.speed_memory import SpeedMemory
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
-from racecar.maps.sensing.odometry_faults import OdometryFaults
-from racecar.maps.sensing.turn_fusion import TurnFusion, turned_more
+from racecar.sensors.motion.odometry_faults import OdometryFaults
+from racecar.sensors.motion.turn_fusion import TurnFusion, turned_more
 
 _GAP_SECONDS = 2.0
 """By judgement: between two scans; after a longer gap the car is searched for, because it may have been

@@ -17,7 +17,7 @@ from racecar.localization.recovery.perception import Perception
 from racecar.localization.recovery.place_judge import compared_evidence
 from racecar.localization.sensor.end_points import EndPoints, select_points
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.scan import Scan
 
 _APART = (0.1, 0.05)
 """Metres and radians from where the car would stand, beyond which scans can decide which is right, since that

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, compose, inverse, transform_points
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.scan import Scan
 
 PosesAt = Callable[[NDArray[np.int64]], Pose]
 """Poses of the base (N, 3) at stamps (N,) in nanoseconds, in a fixed frame."""

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import side_by_side
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.evidence import Evidence, tiles_touched
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.tiled_grid import TiledGrid, tiles_in
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.arrays import side_by_side
+from racecar.sensors.scan import Scan
 
 _ORIGIN = np.zeros((1, 2), dtype=np.int16)
 """Where the steps of rays begin by definition: the laser."""

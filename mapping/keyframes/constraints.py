@@ -4,10 +4,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.matching.match_information import match_information
-from racecar.mapping.matching.scan_matching import Matches, match, one_to_one
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between
+from racecar.sensors.matching.match_information import match_information
+from racecar.sensors.matching.scan_matching import Matches, match, one_to_one
+from racecar.sensors.matching.scan_store import ScanStore
 
 TIED_TO = (1, 2, 4, 7, 11, 16, 22, 30)
 """To which keyframes, counted back along the path, each is tied. Measured on aces, fr079 and intel: before

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import side_by_side
 from racecar.mapping.keyframes.refinement import guess_scans, keyframe_of
-from racecar.mapping.matching.scan_store import thin
-from racecar.mapping.odometry.motion_guesses import GuessSource, MotionGuesses
 from racecar.maps.geometry.se2 import Pose, between
+from racecar.sensors.arrays import side_by_side
+from racecar.sensors.matching.scan_store import thin
+from racecar.sensors.motion.motion_guesses import GuessSource, MotionGuesses
 
 SCANS_PER_KEYFRAME = 200
 """Scans after a keyframe, from which on the car stands and further ones show nothing new, so that they are

@@ -10,8 +10,8 @@ from racecar.mapping.graph.pose_graph import PoseGraph
 from racecar.mapping.keyframes.constraints import constrain, constraints_of, match_pairs, pairs_along_path
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.keyframes.misled_matches import MatchesAlongPath, laid_out_by_wheels
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between
+from racecar.sensors.matching.scan_store import ScanStore
 
 
 def matched_again(

@@ -14,9 +14,9 @@ from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import SAME_PASS, near_and_alike
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap_matching import nearest_pairs
-from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.matching.see_through import see_through
 from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.sensors.matching.scan_store import ScanStore
+from racecar.sensors.matching.see_through import see_through
 
 _KNOWN_AFTER = 6
 """Keyframes of earlier passes near a place, from which on it is known well enough. By judgement: as many as

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from racecar.mapping.graph.constraint import Constraint
-from racecar.mapping.odometry.calibration import SIGMA_PER_MEDIAN, MatchedSpans
 from racecar.maps.geometry.se2 import Pose, adjoint, between, chained, compose, inverse
+from racecar.sensors.motion.calibration import SIGMA_PER_MEDIAN, MatchedSpans
 
 _MOST_SIGMAS = 3.0
 """Standard deviations by which a match may differ from the wheels. By judgement: as usual for outliers."""

@@ -10,11 +10,11 @@ from racecar.mapping.keyframes.constraints import TIED_TO
 from racecar.mapping.keyframes.gap import Gap
 from racecar.mapping.keyframes.motion_prior import guess_shares, log_likelihood
 from racecar.mapping.keyframes.scan_evidence import scan_evidence
-from racecar.mapping.matching.correlative_search import LikelihoodPyramid, Window, search
-from racecar.mapping.matching.match_information import as_prior
-from racecar.mapping.matching.scan_matching import Matches, Pairings, match
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose, transform_points
+from racecar.sensors.matching.correlative_search import LikelihoodPyramid, Window, search
+from racecar.sensors.matching.match_information import as_prior
+from racecar.sensors.matching.scan_matching import Matches, Pairings, match
+from racecar.sensors.matching.scan_store import ScanStore
 
 SAME_GUESS = 0.1, 0.05
 """Metres and radians between two guesses within which matching leads to the same place. By judgement: less

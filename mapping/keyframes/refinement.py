@@ -11,10 +11,10 @@ from scipy.spatial import cKDTree
 
 from racecar.mapping.keyframes.first_pass import ALIKE_TURN
 from racecar.mapping.keyframes.placement import SAME_GUESS
-from racecar.mapping.matching.scan_matching import Matches, Pairings, match
-from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
-from racecar.mapping.threads import thread_count
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose, wrap_angle
+from racecar.sensors.matching.scan_matching import Matches, Pairings, match
+from racecar.sensors.matching.scan_store import ScanStore, prepare_scan
+from racecar.sensors.threads import thread_count
 
 _CLEARLY_BETTER = 1.25
 """By what factor scans must fit better from another guess until it wins. By judgement: along an arc or a bare

@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.matching.scan_matching import Matches
-from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.matching.see_through import see_through
 from racecar.maps.geometry.se2 import Pose
+from racecar.sensors.matching.scan_matching import Matches
+from racecar.sensors.matching.scan_store import ScanStore
+from racecar.sensors.matching.see_through import see_through
 
 _MIN_JUDGED = 0.2
 """Share of the points that must be judged for their word to count in full, by judgement: a fifth of a scan is

@@ -7,9 +7,9 @@ import numpy as np
 
 from racecar.mapping.loops.submap import Submap
 from racecar.mapping.loops.submap_graph import SPACING, SubmapGraph
-from racecar.mapping.matching.correlative_search import Window
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose
+from racecar.sensors.matching.correlative_search import Window
+from racecar.sensors.matching.scan_store import ScanStore
 
 WITHOUT_DRIFT = Window(0.5, math.radians(4.0))
 """Metres and radians searched to each side even without drift. By judgement: more than

@@ -19,9 +19,9 @@ from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.loops.submap import Submap
 from racecar.mapping.loops.submap_matching import MIN_COVERAGE, match_submaps
 from racecar.mapping.loops.submap_search import MIN_SCORE, SubmapSearch
-from racecar.mapping.matching.correlative_search import Window
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between
+from racecar.sensors.matching.correlative_search import Window
+from racecar.sensors.matching.scan_store import ScanStore
 
 _OPEN_DISTANCE = 60.0
 """Metres of path for which a hypothesis waits for support, because from farther off drift leaves none; by

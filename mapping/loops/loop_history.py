@@ -9,11 +9,11 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import Arrays
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.submap import Submap
 from racecar.mapping.loops.submap_graph import SubmapGraph
+from racecar.sensors.arrays import Arrays
 
 
 @dataclass(eq=False)

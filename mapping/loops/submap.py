@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.matching.correlative_search import LikelihoodPyramid
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between, transform_points
+from racecar.sensors.matching.correlative_search import LikelihoodPyramid
+from racecar.sensors.matching.scan_store import ScanStore
 
 _POINT_SPACING = 0.1
 """Metres: side of the cells of which each keeps one point, because it is that of the correlative search."""

@@ -4,11 +4,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.mapping.loops.submap import Submap
-from racecar.mapping.matching.match_information import match_information
-from racecar.mapping.matching.scan_matching import Pairings, match
-from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.matching.see_through import see_through
 from racecar.maps.geometry.se2 import Pose, compose
+from racecar.sensors.matching.match_information import match_information
+from racecar.sensors.matching.scan_matching import Pairings, match
+from racecar.sensors.matching.scan_store import ScanStore
+from racecar.sensors.matching.see_through import see_through
 
 MIN_COVERAGE = 0.3
 """Of all points, the least share that lies on the surfaces that the other scans see. By judgement: what

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from racecar.mapping.loops.candidate_search import WITHOUT_DRIFT
 from racecar.mapping.loops.submap import Submap
-from racecar.mapping.matching.correlative_search import Fit, LikelihoodPyramid, Window, search
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose, between
+from racecar.sensors.matching.correlative_search import Fit, LikelihoodPyramid, Window, search
+from racecar.sensors.matching.scan_store import ScanStore
 
 MIN_SCORE = 0.2
 """Least mean likelihood of the points at a place that is accepted. By judgement: two submaps of a laser that

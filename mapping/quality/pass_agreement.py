@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.matching.see_through import see_through_each
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.maps.geometry.se2 import Pose
+from racecar.sensors.matching.scan_store import ScanStore
+from racecar.sensors.matching.see_through import see_through_each
 
 PLACE = 5.0
 """Metres of path that count as one place; by judgement, about what one scan sees well."""

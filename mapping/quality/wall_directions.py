@@ -6,7 +6,7 @@ Along a bare corridor all walls run one way, and no match of scans can tell how 
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.matching.scan_store import ScanStore
+from racecar.sensors.matching.scan_store import ScanStore
 
 
 def weakest_hold(store: ScanStore) -> NDArray[np.float64]:

@@ -11,12 +11,12 @@ from racecar.mapping.grid.config import RenderingConfig
 from racecar.mapping.grid.despeckling import despeckled
 from racecar.mapping.grid.near_path import near_path
 from racecar.mapping.grid.rendering import Box, Rays, bounds_of, render, returns_of, seen_box
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.wall_direction import wall_direction
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TiledGrid
+from racecar.sensors.matching.scan_store import ScanStore
 
 _FRAME_IS_KEPT = (
     "The map was carried on in the frame that it has, so it was neither turned nor given another origin: "

@@ -12,10 +12,10 @@ from racecar.mapping.keyframes.constraints import constrain
 from racecar.mapping.keyframes.first_pass import pairs_with_first_pass
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.session.place_recognition import recognize
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, compose, inverse
+from racecar.sensors.matching.scan_store import ScanStore
 
 FindPlaces: TypeAlias = Callable[[Session], Iterable[Pose | None]]
 """Where (3,) on the earlier map each keyframe of a session may lie, in turn; None where that is not known."""

@@ -11,9 +11,9 @@ from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap import Submap
 from racecar.mapping.loops.submap_search import AMBIGUOUS_SHARE
-from racecar.mapping.matching.correlative_search import Fit, LikelihoodPyramid, search, search_apart
-from racecar.mapping.threads import thread_count
 from racecar.maps.geometry.se2 import Pose, are_apart, between, compose
+from racecar.sensors.matching.correlative_search import Fit, LikelihoodPyramid, search, search_apart
+from racecar.sensors.threads import thread_count
 
 _PLACE_SPACING = (3.0, math.radians(60.0))
 """Metres between two submaps of the earlier map that are searched on, less than the reach so that the windows

@@ -39,13 +39,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import Arrays, named, pack, part_of, unpack
 from racecar.mapping.graph.constraint import ConstraintList
 from racecar.mapping.grid.rendering import Rays, returns_of
 from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.session.session_layout import checked_session
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
+from racecar.sensors.arrays import Arrays, named, pack, part_of, unpack
+from racecar.sensors.matching.scan_store import ScanStore
 
 
 @dataclass(eq=False)

@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from racecar.mapping.arrays import ArrayLayout, Arrays, check_layout
 from racecar.mapping.graph.constraint import KINDS
 from racecar.mapping.grid.rendering import LONGEST_RAY
+from racecar.sensors.arrays import ArrayLayout, Arrays, check_layout
 
 _FARTHEST = 1e7
 """Metres or radians; no drive is longer, since that is a quarter of the earth's circumference."""

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.maps.geometry.se2 import Pose
+from racecar.sensors.matching.scan_store import ScanStore
 
 _QUARTER = np.pi / 2
 """Radians after which directions of walls repeat, because most rooms are rectangular."""

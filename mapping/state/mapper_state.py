@@ -16,12 +16,12 @@ from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.keyframes.constraints import TIED_TO
 from racecar.mapping.keyframes.drive import Drive
 from racecar.mapping.loops.loop_closure import LoopCloser
-from racecar.mapping.matching.scan_store import ScanStore
-from racecar.mapping.odometry.calibration import MatchedSpans, calibrate
-from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.mapping.session.session import Session, one_drive
 from racecar.mapping.state.growth import Growth
 from racecar.maps.geometry.se2 import Pose, adjoint, compose, inverse
+from racecar.sensors.matching.scan_store import ScanStore
+from racecar.sensors.motion.calibration import MatchedSpans, calibrate
+from racecar.sensors.motion.dead_reckoning import DeadReckoning
 
 
 @dataclass(eq=False)

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.grid.config import RenderingConfig
-from racecar.mapping.odometry.lag import NOTICEABLE
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.drawing import DrawnMap, Sights
@@ -18,6 +17,7 @@ from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.trajectory import Trajectory
+from racecar.sensors.motion.lag import NOTICEABLE
 
 WITHOUT_WHEELS = (
     "No wheel odometry was used: lengths of bare corridors are not to be trusted, and fast turns may have "

@@ -9,10 +9,10 @@ import numpy as np
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.part import BagPart
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.storage.chunks import BagTopic
+from racecar.sensors.findings import Finding
 
 
 @dataclass(frozen=True)

@@ -4,10 +4,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from racecar.maps.sensing.odometry import Odometry, is_jump
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
-from racecar.pipelines.bags.findings import Finding, times
+from racecar.sensors.findings import Finding, times
+from racecar.sensors.odometry import Odometry, is_jump
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 _LONGEST_STEP = 0.3
 """Metres between two samples of odometry, over which a car can steer without being seen to: by judgement."""

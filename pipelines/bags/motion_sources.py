@@ -12,13 +12,13 @@ from racecar.pipelines.bags.converters.registry import (
     OdometrySetup,
 )
 from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.frames import look_at_links, transform_topics
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.samples import Samples, decoded, first_samples
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import choose_imu, choose_odometry
+from racecar.sensors.findings import Finding
 
 
 class MotionSources:

@@ -1,7 +1,7 @@
 """Samples of odometry far from those before and after them: single ones, or those of a second publisher."""
 
-from racecar.maps.sensing.odometry import Odometry, is_jump
-from racecar.pipelines.bags.findings import Finding, times
+from racecar.sensors.findings import Finding, times
+from racecar.sensors.odometry import Odometry, is_jump
 
 _SECOND_PUBLISHER = 0.1
 """Share of samples aside from which they are a track of their own, since faults are rare: by judgement."""

@@ -4,10 +4,10 @@ import heapq
 from collections import Counter, deque
 from collections.abc import Iterable, Iterator
 
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 _KINDS = (YawRate, Odometry, Scan)
 """Of equal stamps the first goes first, so that a scan comes after the motion that it needs."""

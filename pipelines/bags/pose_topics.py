@@ -11,12 +11,12 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.converters.odometry import pose_in_plane
-from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.messages import ODOMETRY, POSE, POSE_WITH_COVARIANCE, nanoseconds
 from racecar.pipelines.bags.samples import decode_or_count
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import named_topic
+from racecar.sensors.findings import Finding, counted_findings
 
 _POSES: Mapping[str, Callable[[Any], Any]] = {
     ODOMETRY: lambda message: message.pose.pose,

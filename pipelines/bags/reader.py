@@ -10,12 +10,6 @@ from typing import Any
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.clocks.clock_rate import ClockRate, drift_finding
-from racecar.pipelines.bags.clocks.recorded_stamps import RecordedStamps
-from racecar.pipelines.bags.clocks.topic_clock import SteadyClock
 from racecar.pipelines.bags.converters.framed_scans import FramedScanConverter
 from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
@@ -30,9 +24,7 @@ from racecar.pipelines.bags.converters.registry import (
     stamp_of,
 )
 from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, learn_reading
-from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrections, Corrector
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts, findings_of_rare_scans
-from racecar.pipelines.bags.findings import Finding, counted_findings
 from racecar.pipelines.bags.motion_sources import MotionSources
 from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.order import after_their_motion, in_order
@@ -45,6 +37,14 @@ from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import choose_scans, list_topics
+from racecar.sensors.clocks.clock_rate import ClockRate, drift_finding
+from racecar.sensors.clocks.recorded_stamps import RecordedStamps
+from racecar.sensors.clocks.topic_clock import SteadyClock
+from racecar.sensors.corrections import NO_CORRECTIONS, Corrections, Corrector
+from racecar.sensors.findings import Finding, counted_findings
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 _CLOCK_FAULTS = ("clock_jumps", "stamps_that_stood_still", "stamps_from_recording_time")
 """Counts of messages whose headers show no time, or one that was set."""

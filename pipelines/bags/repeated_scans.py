@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose
-from racecar.maps.sensing.odometry import Odometry, is_jump
-from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.findings import Finding
+from racecar.sensors.findings import Finding
+from racecar.sensors.odometry import Odometry, is_jump
+from racecar.sensors.scan import Scan
 
 _MOVED = 0.02
 """Metres or radians that odometry moves at least before a repeated scan is left out: the cells of coarse

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from statistics import median
 
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.bags.findings import Finding
+from racecar.sensors.findings import Finding
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 _LONG = 10.0
 """Seconds between two scans; more is worth reporting, since few recorders pause for so long: by judgement."""

@@ -15,7 +15,7 @@ from racecar.pipelines.bags.converters.transforms import (
     last_name,
     seen_from_above,
 )
-from racecar.pipelines.bags.findings import Finding
+from racecar.sensors.findings import Finding
 
 _LARGEST_TILT = np.radians(10)
 """Above which a planar scan is misleading, since 10° put a wall 5 m away 9 cm too far: by judgement."""

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.messages import LASER_SCAN
 from racecar.pipelines.bags.storage.chunks import BagTopic
+from racecar.sensors.findings import Finding
 
 NOT_WHEELS = ("ground_truth", "groundtruth", "/pf/", "amcl")
 """Parts of names of odometry topics that carry a solution or the truth instead of dead reckoning."""

@@ -23,8 +23,6 @@ from rosbags.rosbag2 import Writer as Ros2Writer
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.bags.message_factory import MessageFactory
 from racecar.pipelines.bags.messages import (
@@ -40,6 +38,8 @@ from racecar.pipelines.bags.messages import (
 )
 from racecar.pipelines.bags.storage.recordings import CALLER, WRITTEN_BY, refuse_lone_part
 from racecar.pipelines.files.outputs import output_folder
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.yaw_rate import YawRate
 
 _LATCHED = Qos(
     QosHistory.KEEP_LAST,

@@ -14,8 +14,8 @@ from racecar.pipelines.commands.results import print_warnings, where_figures_are
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from racecar.pipelines.evaluation.evaluation import TrajectoryErrors
-    from racecar.pipelines.evaluation.relations import RelationErrors
+    from racecar.pipelines.runs.evaluation.evaluation import TrajectoryErrors
+    from racecar.pipelines.runs.evaluation.relations import RelationErrors
     from racecar.pipelines.runs.trajectory_evaluation import Evaluated
 
 
@@ -88,7 +88,7 @@ def evaluate(
         if plot is not None:
             plot_errors(evaluated, map, plot)
     else:
-        from racecar.pipelines.evaluation.relations import load_relations, relation_errors
+        from racecar.pipelines.runs.evaluation.relations import load_relations, relation_errors
 
         assert relations is not None
         if len(trajectories) > 1 or plot is not None:

@@ -71,7 +71,7 @@ JobsOption = Annotated[
 
 def _names(flags: Flags) -> Collection[str]:
     """Of what is written into --out."""
-    from racecar.pipelines.batch.batch_results import FIGURES, PAGE
+    from racecar.pipelines.runs.batch.batch_results import FIGURES, PAGE
 
     return map_files(flags) if flags["batch"] is None else (PAGE, FIGURES)
 

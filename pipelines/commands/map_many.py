@@ -11,17 +11,17 @@ from rich.markup import escape
 from rich.table import Table
 
 from racecar.maps.errors import UserError
-from racecar.pipelines.batch.bag_search import find_bags
-from racecar.pipelines.batch.batch_page import headline, shown
-from racecar.pipelines.batch.batch_results import FIGURES, PAGE, BatchResults
-from racecar.pipelines.batch.batch_row import BatchRow, Outcome, mapped_row
-from racecar.pipelines.batch.batch_run import map_all
-from racecar.pipelines.batch.run_folders import run_folders
 from racecar.pipelines.commands.results import INTERRUPTED, NOT_GOOD_ENOUGH, where_to_look
 from racecar.pipelines.commands.tables import print_tables
 from racecar.pipelines.commands.terminal import one_line, teller
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.batch.bag_search import find_bags
+from racecar.pipelines.runs.batch.batch_page import headline, shown
+from racecar.pipelines.runs.batch.batch_results import FIGURES, PAGE, BatchResults
+from racecar.pipelines.runs.batch.batch_row import BatchRow, Outcome, mapped_row
+from racecar.pipelines.runs.batch.batch_run import map_all
+from racecar.pipelines.runs.batch.run_folders import run_folders
 from racecar.pipelines.runs.map_outputs import outputs_with
 from racecar.pipelines.runs.mapping_job import MappingJob, is_done
 from racecar.pipelines.runs.parallel_runs import ParallelRuns

@@ -140,7 +140,7 @@ class DrawingFlags:
 def map_files(flags: Flags) -> Collection[str]:
     """The names of what a command that makes a map writes into its folder."""
     from racecar.pipelines.runs.map_outputs import MAP_FILES
-    from racecar.pipelines.view.recorder import RECORD_FOLDER
+    from racecar.pipelines.runs.view.recorder import RECORD_FOLDER
 
     asked_for = {**_REQUESTED, "record": RECORD_FOLDER}
     return {*MAP_FILES, *(name for flag, name in asked_for.items() if flags.get(flag))}

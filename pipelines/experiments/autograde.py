@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import (
     COLORS,
     COURSE_NAME,
@@ -32,7 +31,8 @@ from racecar.pipelines.experiments.result import (
     plus_minus,
 )
 from racecar.pipelines.experiments.tracking import heading_errors, place_errors, track
-from racecar.pipelines.pictures.map_picture import draw_grid
+from racecar.pipelines.files.pictures.map_picture import draw_grid
+from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 

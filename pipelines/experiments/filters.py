@@ -12,9 +12,9 @@ from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.pipelines.evaluation.course_filter import CourseFilter, CourseSettings
 from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.tracking import Filter
+from racecar.pipelines.runs.evaluation.course_filter import CourseFilter, CourseSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulate_drive
 from racecar.pipelines.simulation.simulator_config import SimulationConfig

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.simulation.floor_canvas import FloorCanvas
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 SCAN_PERIOD = 50_000_000
 """Nanoseconds: 20 Hz, the rate that the course asks for."""

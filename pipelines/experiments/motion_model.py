@@ -9,12 +9,12 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.experiments.figure_style import BLUE, GREEN, ORANGE, TRUTH, VERMILLION, Pictures
 from racecar.pipelines.experiments.filters import with_motion_noise
 from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 _SPEED, _RADIUS, _PERIOD = 2.0, 2.0, 0.05
 """Metres per second, metres, seconds."""

@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import (
     COLORS,
     COURSE_NAME,
@@ -26,6 +25,7 @@ from racecar.pipelines.experiments.result import (
     plus_minus,
 )
 from racecar.pipelines.experiments.tracking import track
+from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 NOISES = (0.02, 0.10, 0.25, 0.5, 0.75, 1.0)

@@ -13,8 +13,6 @@ from racecar.localization.localizer import Localizer
 from racecar.localization.warm_up import warm_up
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.evaluation.wall_fit import ON_WALL, WallFit
 from racecar.pipelines.experiments.figure_style import (
     BLUE,
     GREEN,
@@ -27,9 +25,11 @@ from racecar.pipelines.experiments.figure_style import (
 from racecar.pipelines.experiments.recording import Recording, StandIn
 from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
 from racecar.pipelines.experiments.tracking import Estimate, Track, heading_errors, place_errors, track
-from racecar.pipelines.pictures.driven_time import DrivenTime
-from racecar.pipelines.pictures.map_picture import draw_grid
+from racecar.pipelines.files.pictures.driven_time import DrivenTime
+from racecar.pipelines.files.pictures.map_picture import draw_grid
+from racecar.pipelines.runs.evaluation.wall_fit import ON_WALL, WallFit
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
+from racecar.sensors.scan import Scan
 
 _MOMENTS = 4
 _JITTER = 0.1

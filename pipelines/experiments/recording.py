@@ -12,12 +12,12 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import find_map, load_map
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.experiments.filters import simulated_drive
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 _SAME_SESSION = 1_000_000_000
 """Nanoseconds around the mapping trajectory's time within which a bag counts as the one that made the map."""

@@ -6,7 +6,6 @@ from matplotlib.ticker import MultipleLocator
 from mpl_toolkits.mplot3d import Axes3D
 from numpy.typing import NDArray
 
-from racecar.pipelines.evaluation.course_filter import Z_MAX, mixture_parts, sensor_table
 from racecar.pipelines.experiments.figure_style import (
     BLUE,
     GREEN,
@@ -17,6 +16,7 @@ from racecar.pipelines.experiments.figure_style import (
     Pictures,
 )
 from racecar.pipelines.experiments.result import ExperimentResult, ExperimentSettings, FigureTable
+from racecar.pipelines.runs.evaluation.course_filter import Z_MAX, mixture_parts, sensor_table
 from racecar.pipelines.runs.parallel_runs import ParallelRuns
 
 _SLICE = 100

@@ -9,10 +9,10 @@ from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveVerdict
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between, compose
-from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.replay import feed, replay
 from racecar.pipelines.experiments.recording import Recording, first_seconds
+from racecar.sensors.odometry import Odometry
 
 _SECONDS = 60.0
 """Of the recording that are searched: by judgement, as wheels lead back from there to within a metre, which

@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose, wrap_angle
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.replay import ScanConsumer, replay
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 
 class Estimate(Protocol):

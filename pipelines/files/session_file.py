@@ -10,12 +10,12 @@ from zipfile import ZipFile
 
 import numpy as np
 
-from racecar.mapping.arrays import Arrays
 from racecar.mapping.session.session import Session
 from racecar.mapping.session.session_layout import checked_session
 from racecar.maps.errors import UserError
 from racecar.maps.whole_files import write_atomically
 from racecar.maps.whole_folders import finish_replacing
+from racecar.sensors.arrays import Arrays
 
 SESSION_FILE = "session.npz"
 VERSION = 2

@@ -19,7 +19,6 @@ from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.messages import frame_name, nanoseconds
 from racecar.pipelines.live.display.localizer_display import DISPLAY_WORK, LocalizerDisplay
@@ -33,6 +32,7 @@ from racecar.pipelines.live.ros.parameters import declare_settings, watch_settin
 from racecar.pipelines.live.ros.qos import LATCHED
 from racecar.pipelines.live.start_requests import START_WORK, StartRequests
 from racecar.pipelines.live.work.schedule import Schedule
+from racecar.sensors.odometry import Odometry
 
 if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView

@@ -16,10 +16,6 @@ from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.growth import Growth
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_buffer import OdometryBuffer
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.bags.order import HeldScans
@@ -37,6 +33,10 @@ from racecar.pipelines.live.saving.save_service import SaveService
 from racecar.pipelines.live.work.free_memory import give_back_free_memory
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.motion.odometry_buffer import OdometryBuffer
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView

@@ -5,8 +5,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from racecar.maps.sensing.frozen_odometry import FrozenOdometry
-from racecar.maps.sensing.turn_fusion import TurnModel
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
@@ -28,6 +26,8 @@ from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
 from racecar.pipelines.runs.learned_corrections import KnownSensors
+from racecar.sensors.motion.frozen_odometry import FrozenOdometry
+from racecar.sensors.motion.turn_fusion import TurnModel
 
 _SILENT_AFTER = 1.0
 """Seconds without a message after which a topic has stopped; the slowest scanners send twice a second."""

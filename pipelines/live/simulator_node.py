@@ -8,8 +8,6 @@ from geometry_msgs.msg import PoseWithCovarianceStamped
 from rclpy.clock import Clock, ClockType
 
 from racecar.maps.errors import UserError
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.messages import frame_name
 from racecar.pipelines.live.monitoring.diagnostics import Diagnostics
 from racecar.pipelines.live.monitoring.faults import Faults
@@ -22,6 +20,8 @@ from racecar.pipelines.live.simulated_car.goals import Goals
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.simulation.driver import TICK
 from racecar.pipelines.simulation.wheel_odometry import PERIOD_TICKS
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 _PERIOD = PERIOD_TICKS * TICK
 """Simulated seconds of a step, after each of which the wheels report."""

@@ -2,14 +2,14 @@
 
 from collections.abc import Callable
 
-from racecar.mapping.self_calibration.self_calibration import SelfCalibration, SelfCalibrator
 from racecar.maps.errors import UserError
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.runs.foreseen_findings import foreseen_findings
 from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
 from racecar.pipelines.runs.progress import progress_bar
+from racecar.sensors.findings import Finding
+from racecar.sensors.self_calibration.self_calibration import SelfCalibration, SelfCalibrator
 
 _MOST_MESSAGES = 20_000
 """Of the beginning, so that of a recording that stands still some minutes are read and not all of it."""

@@ -12,10 +12,10 @@ from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.evaluation.evaluation import TrajectoryErrors, compare
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import save_tum
+from racecar.pipelines.runs.evaluation.evaluation import TrajectoryErrors, compare
 from racecar.pipelines.runs.localization_run import run_localization, save_localization
 from racecar.pipelines.runs.mapping_run import build_map, save_mapping
 from racecar.pipelines.runs.progress import progress_bar

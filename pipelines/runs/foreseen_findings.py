@@ -1,11 +1,11 @@
 """What a mapper would find out about clocks and gyroscope while it maps, for those who only check."""
 
-from racecar.mapping.odometry.lag import NOTICEABLE
-from racecar.mapping.self_calibration.self_calibration import SelfCalibration
-from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG
-from racecar.maps.sensing.turn_fusion import MAX_SCALE_ERROR, TurnModel
-from racecar.pipelines.bags.corrections import Corrections
-from racecar.pipelines.bags.findings import Finding
+from racecar.sensors.corrections import Corrections
+from racecar.sensors.findings import Finding
+from racecar.sensors.motion.lag import NOTICEABLE
+from racecar.sensors.motion.turn_fusion import MAX_SCALE_ERROR, TurnModel
+from racecar.sensors.self_calibration.self_calibration import SelfCalibration
+from racecar.sensors.self_calibration.turn_agreement import USUAL_LAG
 
 
 def foreseen_findings(learned: SelfCalibration, made: Corrections) -> list[Finding]:

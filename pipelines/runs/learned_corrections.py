@@ -5,18 +5,18 @@ from typing import Any
 
 import numpy as np
 
-from racecar.mapping.self_calibration.bearing_scale import BearingScale
-from racecar.mapping.self_calibration.mount import MotionReading, MountEstimate
-from racecar.mapping.self_calibration.odometry_fault import OdometryFault
-from racecar.mapping.self_calibration.self_calibration import SelfCalibration
-from racecar.mapping.self_calibration.sweep_order import SweepOrder
-from racecar.mapping.self_calibration.turn_agreement import RIGHT_FACTOR, USUAL_LAG, TurnAgreement
-from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.sensing.turn_fusion import MAX_SCALE_ERROR
-from racecar.pipelines.bags.corrections import Corrections
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.sensor_place import in_words
+from racecar.sensors.corrections import Corrections
+from racecar.sensors.findings import Finding
+from racecar.sensors.motion.turn_fusion import MAX_SCALE_ERROR
+from racecar.sensors.self_calibration.bearing_scale import BearingScale
+from racecar.sensors.self_calibration.mount import MotionReading, MountEstimate
+from racecar.sensors.self_calibration.odometry_fault import OdometryFault
+from racecar.sensors.self_calibration.self_calibration import SelfCalibration
+from racecar.sensors.self_calibration.sweep_order import SweepOrder
+from racecar.sensors.self_calibration.turn_agreement import RIGHT_FACTOR, USUAL_LAG, TurnAgreement
+from racecar.sensors.self_calibration.wheel_track import WheelSigns
 
 _FAR_CLOCKS = 1_000_000_000
 """Nanoseconds between the stamps of scans and odometry that were recorded together, from which their clocks

@@ -12,22 +12,22 @@ from racecar.localization.verdict.drive_judge import DriveJudge
 from racecar.localization.verdict.drive_quality import DriveQuality, DriveVerdict
 from racecar.maps.geometry.se2 import IDENTITY, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.bags.findings import times
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.evaluation.evaluation import compare
-from racecar.pipelines.evaluation.wall_fit import WallFit
 from racecar.pipelines.files.optional_packages import is_installed, left_out
+from racecar.pipelines.files.pictures.moments import Moment, MomentsAlong
 from racecar.pipelines.files.report import REPORT_FILE, Report
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.pictures.moments import Moment, MomentsAlong
+from racecar.pipelines.runs.evaluation.evaluation import compare
+from racecar.pipelines.runs.evaluation.wall_fit import WallFit
 from racecar.pipelines.runs.map_cautions import cautions_of_fit, cautions_of_resolution, cautions_of_walls
 from racecar.pipelines.runs.progress import progress_bar
-from racecar.pipelines.view.recorder import Recorder
+from racecar.pipelines.runs.view.recorder import Recorder
+from racecar.sensors.findings import times
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 LOCALIZATION_FILES = ("overlay.png", "trajectory.tum", REPORT_FILE)
 
@@ -131,8 +131,8 @@ def save_localization(
     with report.stage("writing"):
         save_tum(run.trajectory, folder / "trajectory.tum")
         if is_installed("matplotlib"):
-            from racecar.pipelines.pictures.map_picture import save_figure
-            from racecar.pipelines.pictures.overlay import OVERLAY_DOTS_PER_INCH, overlay
+            from racecar.pipelines.files.pictures.map_picture import save_figure
+            from racecar.pipelines.files.pictures.overlay import OVERLAY_DOTS_PER_INCH, overlay
 
             figure = overlay(grid, run.trajectory, run.along.moments, title)
             save_figure(folder / "overlay.png", figure, OVERLAY_DOTS_PER_INCH)

@@ -30,7 +30,7 @@ from racecar.pipelines.runs.localization_run import (
 from racecar.pipelines.runs.map_cautions import cautions_of_path
 from racecar.pipelines.runs.mapping_drive import has_mapping_drive, mapping_trajectory
 from racecar.pipelines.runs.opened_bag import opened_bag
-from racecar.pipelines.view.recorder import Recorder
+from racecar.pipelines.runs.view.recorder import Recorder
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -80,8 +80,8 @@ class LocalizedBag:
 
         A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
         """
-        from racecar.pipelines.pictures.map_picture import figure_to_show
-        from racecar.pipelines.pictures.overlay import overlay
+        from racecar.pipelines.files.pictures.map_picture import figure_to_show
+        from racecar.pipelines.files.pictures.overlay import overlay
 
         return overlay(
             self.grid, self.trajectory, self.run.along.moments, self.title, new_figure=figure_to_show

@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 
 from racecar.localization.verdict.drive_quality import DriveVerdict
-from racecar.mapping.fixed_returns.left_out import LeftOut
 from racecar.maps.errors import UserError
 from racecar.maps.grid.edits import Edit, covered
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.tiled_grid import TiledGrid
 from racecar.maps.map_files import MOST_PIXELS, OCCUPIED_THRESHOLD
-from racecar.pipelines.evaluation.wall_fit import ON_WALL, WallFit
+from racecar.pipelines.runs.evaluation.wall_fit import ON_WALL, WallFit
 from racecar.pipelines.runs.mapping_drive import mapping_path
+from racecar.sensors.fixed_returns.left_out import LeftOut
 
 _COARSE = 0.25
 """Metres; half the length of a small car: walls of such cells are off by as much as a parked car is."""

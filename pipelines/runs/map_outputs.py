@@ -109,7 +109,7 @@ def _write_graph(map_: WrittenMap) -> None:
 
 
 def _write_picture(map_: WrittenMap) -> None:
-    from racecar.pipelines.pictures.map_picture import (
+    from racecar.pipelines.files.pictures.map_picture import (
         MAP_DOTS_PER_INCH,
         MOST_DRAWN_CELLS,
         map_picture,

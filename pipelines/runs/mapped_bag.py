@@ -71,7 +71,7 @@ class MappedBag:
 
         A notebook shows the figure by itself, a script with ``matplotlib.pyplot.show()``.
         """
-        from racecar.pipelines.pictures.map_picture import figure_to_show, map_picture
+        from racecar.pipelines.files.pictures.map_picture import figure_to_show, map_picture
 
         return map_picture(
             self.grid,

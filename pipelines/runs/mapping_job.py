@@ -86,7 +86,7 @@ def carry_out(
             from racecar.pipelines.runs.map_outputs import outputs_with
             from racecar.pipelines.runs.mapped_bag import map_reader
             from racecar.pipelines.runs.mapping_run import nobody_watches
-            from racecar.pipelines.view.recorder import record_mapping
+            from racecar.pipelines.runs.view.recorder import record_mapping
         outputs_with(job.requested)  # what is missing for them is reported now, not after hours
         report.add("inputs", {"run_digest": job.digest(reader.fingerprint)})
         edits = edits_of_new_map(job.out, job.continued, report)

@@ -9,15 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from racecar.mapping.config import MappingConfig
-from racecar.mapping.fixed_returns.fixed_returns import FixedReturns
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.mapping.state.result import WITHOUT_WHEELS, MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose, between
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.edits_file import MapEdits
@@ -27,6 +24,9 @@ from racecar.pipelines.runs.interrupts import StopRequest, stop_request
 from racecar.pipelines.runs.map_cautions import cautions_of_fixed_returns, cautions_of_resolution
 from racecar.pipelines.runs.map_outputs import WrittenMap, write_outputs
 from racecar.pipelines.runs.progress import progress_bar
+from racecar.sensors.fixed_returns.fixed_returns import FixedReturns
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 _FIRST_TURNS, _ROUNDS = 5000, 3
 """Messages in which turns are looked for, about a minute of driving as a car may stand for long at first; and

@@ -17,10 +17,10 @@ from racecar.mapping.session.merging import EarlierMap
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.session_file import load_session
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 _METRES_PER_SECOND, _RADIANS_PER_SECOND, _LEAST_SECONDS = 1.0, 1.0, 0.1
 """At which the keyframes are driven anew, because a session holds no times: walking pace, by judgement."""

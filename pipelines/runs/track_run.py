@@ -13,8 +13,8 @@ from racecar.maps.grid.lap import CLOSING_DISTANCE, find_lap
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.whole_files import write_atomically
 from racecar.pipelines.files.edits_file import edits_beside
+from racecar.pipelines.files.pictures.track_picture import save_track_picture
 from racecar.pipelines.files.report import Report
-from racecar.pipelines.pictures.track_picture import save_track_picture
 from racecar.pipelines.runs.render_run import render_run
 
 CELL = 0.02

@@ -7,8 +7,8 @@ from pathlib import Path
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.pipelines.evaluation.evaluation import TrajectoryErrors, compare
 from racecar.pipelines.files.run_report import read_report
+from racecar.pipelines.runs.evaluation.evaluation import TrajectoryErrors, compare
 from racecar.pipelines.runs.trajectory_files import NamedTrajectory, load_trajectory
 
 _ENOUGH = 0.9
@@ -57,8 +57,12 @@ def plot_errors(evaluated: Sequence[Evaluated], map_path: Path | None, picture: 
 
     Raises UserError when a map that is given cannot be read, or the picture cannot be written.
     """
-    from racecar.pipelines.pictures.error_picture import ERROR_DOTS_PER_INCH, MeasuredPath, error_picture
-    from racecar.pipelines.pictures.map_picture import save_figure
+    from racecar.pipelines.files.pictures.error_picture import (
+        ERROR_DOTS_PER_INCH,
+        MeasuredPath,
+        error_picture,
+    )
+    from racecar.pipelines.files.pictures.map_picture import save_figure
 
     given = None if map_path is None else load_map(map_path)
     paths = [

@@ -12,9 +12,6 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse, transform_points, wrap_angle
 from racecar.maps.grid.distance_field import sample_field
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.settings import Settings
 from racecar.pipelines.simulation import laser_sensor
 from racecar.pipelines.simulation.car import BODY_CENTERS, BODY_RADIUS, MAX_BRAKING, Car
@@ -27,6 +24,9 @@ from racecar.pipelines.simulation.simulator import START_NS
 from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
 from racecar.pipelines.simulation.wheel_odometry import PERIOD_TICKS, Wheels, efforts
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 _SCAN_PERIOD = 0.05
 """Seconds from a sweep that is used to the next, where the laser turns that fast: 20 a second of the race

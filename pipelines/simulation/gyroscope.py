@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.simulation.driver import TICK, CarMotion
+from racecar.sensors.yaw_rate import YawRate
 
 _BIAS = np.radians(1.5)
 """Radians per second, standard deviation: by judgement, since of the ±20 °/s that the MPU-6050's data sheet

@@ -4,11 +4,11 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 _FOREVER = 2**62
 """Nanoseconds, later than any stamp: those of this century are below 2**62, which is the year 2116."""

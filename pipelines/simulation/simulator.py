@@ -11,10 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.simulation import laser_sensor
@@ -26,6 +22,10 @@ from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LASERS, L
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.pipelines.simulation.surroundings import Surroundings
 from racecar.pipelines.simulation.wheel_odometry import measure_odometry, true_odometry
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 START_NS = 1_700_000_000_000_000_000
 """Nanoseconds of a simulated drive's first stamp: in 2023, so that stamps look like those of real bags."""

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from racecar.maps.geometry.se2 import Pose, between, chained
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.simulation.car import MAX_ACCELERATION, MAX_SIDE_ACCELERATION, WHEELBASE
 from racecar.pipelines.simulation.driver import TICK, CarMotion
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
+from racecar.sensors.odometry import Odometry
 
 PERIOD_TICKS = 4
 """50 messages a second."""

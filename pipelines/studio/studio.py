@@ -10,13 +10,14 @@ from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_names
 from racecar.maps.whole_folders import finish_replacing
 from racecar.pipelines.bags.storage.recordings import is_bag_file
-from racecar.pipelines.batch.bag_search import find_bags
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.edits_file import MapEdits, edits_beside
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.session_file import SESSION_FILE
 from racecar.pipelines.files.typed_path import typed_path
+from racecar.pipelines.runs.batch.bag_search import find_bags
 from racecar.pipelines.runs.render_run import render_run
+from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.studio.drive.drive_room import DriveRoom
 from racecar.pipelines.studio.edit.edit_room import EditRoom
@@ -25,7 +26,6 @@ from racecar.pipelines.studio.look.look_room import LookRoom
 from racecar.pipelines.studio.map_bag.map_bag_room import MapBagRoom
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.room import Room
-from racecar.pipelines.view.run_folder import load_run
 
 _MARKS_OF_A_RUN = ("trajectory.tum", "record")
 """Files of a run's folder of which it has one at least."""

@@ -12,7 +12,7 @@ import typer
 
 from benchmarks.commands import TITLE
 from benchmarks.commands import app as benchmarks
-from racecar.pipelines.cli import app
+from racecar.pipelines.commands.cli import app
 from racecar.pipelines.commands.options import join_laser_pose
 
 REPOSITORY = Path(__file__).parents[2]

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 REPOSITORY = Path(__file__).parents[2]
-ROOMS = ("maps", "mapping", "localization", "pipelines", "benchmarks")
+ROOMS = ("maps", "sensors", "mapping", "localization", "pipelines", "benchmarks")
 PHRASES = (
     # reports, says, shows or is known: what is not a person tells nothing
     r"\b(nothing|nobody|scans|wheels|walls|motion|odometry) tells?\b",

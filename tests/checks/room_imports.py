@@ -6,10 +6,11 @@ from pathlib import Path
 
 BELOW = {
     "maps": {"maps"},
-    "mapping": {"maps", "mapping"},
-    "localization": {"maps", "localization"},
-    "pipelines": {"maps", "mapping", "localization", "pipelines"},
-    "benchmarks": {"maps", "mapping", "localization", "pipelines", "benchmarks"},
+    "sensors": {"maps", "sensors"},
+    "mapping": {"maps", "sensors", "mapping"},
+    "localization": {"maps", "sensors", "localization"},
+    "pipelines": {"maps", "sensors", "mapping", "localization", "pipelines"},
+    "benchmarks": {"maps", "sensors", "mapping", "localization", "pipelines", "benchmarks"},
 }
 """By room, the rooms that its tests may import; other folders of tests may import all."""
 

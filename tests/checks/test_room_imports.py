@@ -12,15 +12,15 @@ def test_tests_of_a_room_import_no_room_above_it() -> None:
 @pytest.mark.parametrize(
     ("statement", "goes_up"),
     [
-        ("import racecar.pipelines.cli", True),
+        ("import racecar.pipelines.commands.cli", True),
         ("from racecar.localization.config import LocalizationConfig", True),
         ("from racecar import pipelines", True),
-        ("def test():\n    from racecar.pipelines import cli", True),
+        ("def test():\n    from racecar.pipelines.commands import cli", True),
         ("from tests.simulated.mapped_drives import map_drive", True),
         ("from tests.pipelines import bag_samples", True),
         ("from benchmarks.replacements import replaced", True),
         ("from racecar.maps.geometry import se2", False),
-        ("from tests.maps.drives import drive", False),
+        ("from tests.sensors.drives import drive", False),
         ("from tests.ros_domains import next_domain", False),
         ("import numpy", False),
     ],
@@ -33,5 +33,5 @@ def test_an_import_that_goes_up_is_found(statement: str, goes_up: bool, tmp_path
 
 def test_whole_methods_may_import_all(tmp_path: Path) -> None:
     (tmp_path / "simulated").mkdir()
-    (tmp_path / "simulated" / "test_x.py").write_text("import racecar.pipelines.cli")
+    (tmp_path / "simulated" / "test_x.py").write_text("import racecar.pipelines.commands.cli")
     assert list(upward_imports(tmp_path)) == []

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import racecar
-from racecar.pipelines.cli import app
+from racecar.pipelines.commands.cli import app
 
 ROOT = Path(racecar.__file__).parent
 COMMANDS = {

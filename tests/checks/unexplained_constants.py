@@ -1,9 +1,9 @@
 """Lists the module constants of some folders that do not say why they have their value.
 
-``python tests/checks/unexplained_constants.py mapping localization`` ends with 1 when there are any. A number
-at the top of a module is followed by a string that names its unit and gives a reason: a physical one, an
-equation, a paper, what was measured, or, as in the settings, a judgement with what it rests on. What a
-sensor, a robot or a test may want to change is a field of a config instead.
+``python tests/checks/unexplained_constants.py sensors mapping localization`` ends with 1 when there are any.
+A number at the top of a module is followed by a string that names its unit and gives a reason: a physical
+one, an equation, a paper, what was measured, or, as in the settings, a judgement with what it rests on. What
+a sensor, a robot or a test may want to change is a field of a config instead.
 """
 
 import ast

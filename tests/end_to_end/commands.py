@@ -10,7 +10,7 @@ from io import StringIO
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.commands.terminal import LOG_FORMAT
 
 Racecar: TypeAlias = Callable[..., "subprocess.CompletedProcess[str]"]
@@ -18,7 +18,7 @@ Racecar: TypeAlias = Callable[..., "subprocess.CompletedProcess[str]"]
 
 def in_own_process(*arguments: object) -> "subprocess.CompletedProcess[str]":
     """The real command."""
-    command = [sys.executable, "-m", "racecar.pipelines.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "racecar.pipelines.commands.cli", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, check=False)
 
 

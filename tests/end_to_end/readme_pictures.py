@@ -63,7 +63,7 @@ def show_experiments(folder: Path) -> None:
 
 
 def _racecar(*arguments: object) -> None:
-    subprocess.run([sys.executable, "-m", "racecar.pipelines.cli", *map(str, arguments)], check=True)
+    subprocess.run([sys.executable, "-m", "racecar.pipelines.commands.cli", *map(str, arguments)], check=True)
 
 
 if __name__ == "__main__":

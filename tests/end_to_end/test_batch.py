@@ -99,7 +99,7 @@ def test_what_does_not_go_together(
 
 def start(*arguments: object, log: Path) -> "subprocess.Popen[bytes]":
     """The command, which hears Ctrl-C even where the tests run in the background and do not."""
-    command = [sys.executable, "-m", "racecar.pipelines.cli", *map(str, arguments)]
+    command = [sys.executable, "-m", "racecar.pipelines.commands.cli", *map(str, arguments)]
     with log.open("w") as error:
         return subprocess.Popen(
             command,

@@ -10,10 +10,10 @@ import pytest
 from racecar.mapping.graph.constraint import Constraint, ConstraintList
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.matching.scan_store import ScanStore, prepare_scan
 from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.pipelines.files.session_file import save_session
+from racecar.sensors.matching.scan_store import ScanStore, prepare_scan
 from tests.end_to_end.commands import in_own_process
 
 SIDE, STEP, SIGHT, BEAMS = 2000.0, 1.0, 10.0, 360

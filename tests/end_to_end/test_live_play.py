@@ -13,11 +13,11 @@ from pathlib import Path
 import pytest
 
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.cli import run
-from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.report import resident_memory_mb
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.live.ros.processes import racecar_process
+from racecar.pipelines.runs.evaluation.evaluation import compare
 from tests.end_to_end.commands import Racecar
 
 pytestmark = pytest.mark.usefixtures("ros")
@@ -85,7 +85,7 @@ def test_a_ros_from_pypi_is_found_without_any_setup(drive: Path, tmp_path: Path)
     """The command starts itself anew where neither the wheels nor the shell have set the paths."""
     bare = {name: value for name, value in os.environ.items() if name != "LD_LIBRARY_PATH"}
     bare["_ROS_WHEELS_BOOTSTRAP_COMPLETE"] = "1"  # as in a process that was started by another environment's
-    command = [sys.executable, "-m", "racecar.pipelines.cli", "play", str(tmp_path / "none.bag")]
+    command = [sys.executable, "-m", "racecar.pipelines.commands.cli", "play", str(tmp_path / "none.bag")]
     done = subprocess.run(command, env=bare, capture_output=True, text=True, check=False, timeout=120)
     assert done.returncode == 2
     assert "does not exist" in done.stderr

@@ -13,8 +13,8 @@ from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from tests.end_to_end.commands import Racecar
 from tests.end_to_end.many_rows import BASE_FROM_SENSOR, write_drive

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.files.tum import load_tum
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 from tests.end_to_end.commands import Racecar
 
 Recorded = tuple[list[Scan], list[Odometry], NDArray[np.float64]]

@@ -31,9 +31,11 @@ def test_what_a_second_process_compiles_is_what_the_localizer_needs(tmp_path: Pa
 @pytest.mark.slow
 def test_after_the_warm_up_a_demo_compiles_nothing(tmp_path: Path) -> None:
     cache = tmp_path / "cache"
-    beforehand = compiled_by(cache, "-m", "racecar.pipelines.warm_up")
+    beforehand = compiled_by(cache, "-m", "racecar.pipelines.commands.warm_up")
     assert beforehand
     assert (
-        compiled_by(cache, "-m", "racecar.pipelines.cli", "demo", "--out", tmp_path / "demo", "--quiet")
+        compiled_by(
+            cache, "-m", "racecar.pipelines.commands.cli", "demo", "--out", tmp_path / "demo", "--quiet"
+        )
         == beforehand
     )

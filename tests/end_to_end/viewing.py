@@ -52,7 +52,7 @@ def pixels_of(browser: Browser, path: Path) -> Seen:
 @contextmanager
 def viewed(run: Path, port: int = 0, ended_by: signal.Signals = signal.SIGTERM) -> Iterator[str]:
     """The address of a ``racecar studio`` that runs meanwhile."""
-    command = [sys.executable, "-m", "racecar.pipelines.cli", "studio", str(run), "--no-browser"]
+    command = [sys.executable, "-m", "racecar.pipelines.commands.cli", "studio", str(run), "--no-browser"]
     command += ["--port", str(port)]
     environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)

@@ -23,15 +23,15 @@ from racecar.mapping import Mapper, MappingConfig
 from racecar.maps.map_files import load_map
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.live.saving.map_saving import MapOutput
+from racecar.pipelines.runs.view.run_folder import load_run
 from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
-from racecar.pipelines.view.run_folder import load_run
 from tests.killed import calls_of, in_fork, killed_after, killed_at
 
 INPUTS = {

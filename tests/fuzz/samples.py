@@ -22,23 +22,23 @@ from racecar.mapping import Mapper, MappingConfig
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map, save_map
-from racecar.maps.sensing.odometry import Odometry
-from racecar.pipelines import cli
 from racecar.pipelines.bags.messages import POINT_CLOUD
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.bags.writer import BagWriter
-from racecar.pipelines.batch.bag_search import find_bags
-from racecar.pipelines.batch.batch_row import mapped_row
-from racecar.pipelines.batch.run_folders import run_folders
+from racecar.pipelines.commands import cli
 from racecar.pipelines.files.config_file import Config, load_config
 from racecar.pipelines.files.edits_file import load_edits
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.session_file import SESSION_FILE, load_session, save_session
 from racecar.pipelines.live.remembered_pose import PoseMemory
+from racecar.pipelines.runs.batch.bag_search import find_bags
+from racecar.pipelines.runs.batch.batch_row import mapped_row
+from racecar.pipelines.runs.batch.run_folders import run_folders
 from racecar.pipelines.runs.mapping_job import MappingJob, is_done
 from racecar.pipelines.runs.source_recording import SourceRecording
-from racecar.pipelines.view.run_folder import load_run
+from racecar.pipelines.runs.view.run_folder import load_run
+from racecar.sensors.odometry import Odometry
 from tests.fuzz.pages import ROOMS, SAID, page_action, sound_messages
 
 if sys.version_info >= (3, 14):

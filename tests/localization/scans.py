@@ -6,8 +6,8 @@ from racecar.localization.sensor.end_points import EndPoints, select_points
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from racecar.maps.sensing.scan import Scan
-from tests.maps.drives import BASE_FROM_LASER, BEARINGS
+from racecar.sensors.scan import Scan
+from tests.sensors.drives import BASE_FROM_LASER, BEARINGS
 
 
 def points_at(ranges: np.ndarray, base_from_laser: Pose = BASE_FROM_LASER) -> EndPoints:

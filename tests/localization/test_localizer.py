@@ -17,11 +17,11 @@ from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, between, compose, wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_buffer import OdometryBuffer
-from racecar.maps.sensing.odometry_faults import OdometryFaults
-from racecar.maps.sensing.scan import Scan
-from tests.maps.drives import BASE_FROM_LASER, BEARINGS, GO_ON, Drive, drive, pose_at, room
+from racecar.sensors.motion.odometry_buffer import OdometryBuffer
+from racecar.sensors.motion.odometry_faults import OdometryFaults
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from tests.sensors.drives import BASE_FROM_LASER, BEARINGS, GO_ON, Drive, drive, pose_at, room
 
 SECOND = 1_000_000_000
 

@@ -5,8 +5,8 @@ from collections.abc import Iterable
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.state.result import MappingResult
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 
 def mapped(messages: Iterable[Scan | Odometry], config: MappingConfig | None = None) -> MappingResult:

@@ -7,7 +7,7 @@ from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
-from tests.mapping.worlds import box, store_of
+from tests.sensors.worlds import box, store_of
 
 BARE_RING = np.concatenate([box(-6, -4, 6, 4), box(-4, -2, 4, 2)])
 """12 x 8 m about a block; half round it looks the same again."""

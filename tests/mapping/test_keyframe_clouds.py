@@ -9,9 +9,9 @@ from racecar.mapping.mapper import Mapper
 from racecar.mapping.state import trimming
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import transform_points
-from racecar.maps.sensing.cloud import Cloud
-from racecar.maps.sensing.scan import Scan
-from tests.mapping.worlds import ROOM, scan_at
+from racecar.sensors.cloud import Cloud
+from racecar.sensors.scan import Scan
+from tests.sensors.worlds import ROOM, scan_at
 
 PERIOD = 100_000_000
 

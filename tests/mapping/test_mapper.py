@@ -13,12 +13,12 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import between, compose, inverse
 from racecar.maps.grid.occupancy_grid import FREE_THRESHOLD
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 from tests.mapping.mapped import mapped, scans_of
 from tests.mapping.mapping_errors import mean_error
-from tests.mapping.worlds import CORRIDOR, scan_at
-from tests.maps.drives import Drive, drive, room
+from tests.sensors.drives import Drive, drive, room
+from tests.sensors.worlds import CORRIDOR, scan_at
 
 
 @cache

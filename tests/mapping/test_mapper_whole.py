@@ -19,13 +19,13 @@ from racecar.mapping.keyframes.drive import Drive
 from racecar.mapping.keyframes.placement import KeyframePlacer
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.odometry.dead_reckoning import DeadReckoning
 from racecar.mapping.state import trimming
 from racecar.mapping.state.mapper_state import MapperState
 from racecar.maps.geometry.se2 import IDENTITY, between
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from tests.maps.drives import pose_at, room, sweep
+from racecar.sensors.motion.dead_reckoning import DeadReckoning
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from tests.sensors.drives import pose_at, room, sweep
 
 EVERY, SPEED, BEAMS = 0.4, 1.5, 60
 """Seconds from scan to scan, m/s, and beams: each scan is a keyframe, at little cost."""

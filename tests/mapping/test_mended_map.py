@@ -11,9 +11,9 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.maps.geometry.se2 import between, compose
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from tests.maps.drives import drive, room
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from tests.sensors.drives import drive, room
 
 COVERED = (11_000_000_000, 14_000_000_000)
 SLIP = np.array([0.5, -0.4, 0.2])

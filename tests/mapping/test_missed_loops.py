@@ -18,8 +18,8 @@ from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.session.session import Session
 from racecar.maps.geometry.se2 import Pose, between, chained, compose
-from racecar.maps.sensing.scan import Scan
-from tests.maps.drives import drive, room
+from racecar.sensors.scan import Scan
+from tests.sensors.drives import drive, room
 
 
 @cache

@@ -7,12 +7,12 @@ import pytest
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.odometry.mounts import Mounts
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from tests.mapping.worlds import BEARINGS, ROOM, scan_at
+from racecar.sensors.motion.mounts import Mounts
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from tests.sensors.worlds import BEARINGS, ROOM, scan_at
 
 FRONT, REAR = np.array([0.3, 0.0, 0.0]), np.array([-0.3, 0.1, np.pi])
 HALF = np.flatnonzero(np.abs(BEARINGS) <= np.pi / 2)

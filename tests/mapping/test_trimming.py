@@ -16,9 +16,9 @@ from racecar.mapping.mapper import Mapper
 from racecar.mapping.state import scan_poses, trimming
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from tests.maps.drives import drive, room
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from tests.sensors.drives import drive, room
 
 KEYFRAMES, DELAY, EVERY, SCANS = 60, 50, 25, 60
 

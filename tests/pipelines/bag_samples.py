@@ -9,11 +9,11 @@ import numpy as np
 from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Ros2Writer
 
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.messages import OLD_TRANSFORMS, TRANSFORMS
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 START = 1_700_000_000_000_000_000
 STEP = 25_000_000

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files import optional_packages
 from racecar.pipelines.files.optional_packages import OPTIONAL
 from tests.pipelines.bag_samples import write_bag
@@ -17,7 +17,7 @@ import sys
 
 sys.modules.update(dict.fromkeys({OPTIONAL!r}))  # whoever imports these fails
 
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 
 sys.exit(run(sys.argv[1:]))
 """

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from tests.pipelines.bag_samples import write_bag
 
 _IMPORT_EVERYTHING = """

@@ -14,7 +14,7 @@ from matplotlib import pyplot
 import racecar
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.writer import BagWriter
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from tests.pipelines.bag_samples import write_bag
 
 WRITTEN = ("map.pgm", "map.yaml", "map.png", "trajectory.tum", "pose_graph.g2o", "session.npz")

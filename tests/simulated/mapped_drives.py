@@ -15,9 +15,9 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, between, compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.scan import Scan
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from benchmarks.slam.logs import find_logs
 from benchmarks.slam.published import PUBLISHED
 from racecar.maps.geometry.se2 import compose
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.evaluation.relations import Relations, load_relations, relation_errors
+from racecar.pipelines.runs.evaluation.relations import Relations, load_relations, relation_errors
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 from tests.mapping.mapped import mapped, scans_of
 
 pytestmark = pytest.mark.slow

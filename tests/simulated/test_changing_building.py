@@ -18,12 +18,12 @@ from racecar.maps.geometry.se2 import Pose, compose, inverse, transform_points
 from racecar.maps.grid.distance_field import distance_to_occupied
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.runs.place_finding import LocalizerSearch
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel, SimulationConfig
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 DAYS, SECONDS = 8, 90.0
 CLEAR = 0.12

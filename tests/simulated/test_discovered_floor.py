@@ -11,8 +11,8 @@ from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.distance_field import sample_field
 from racecar.maps.grid.occupancy_grid import FREE, OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.pipelines.evaluation.wall_fit import distance_to_surface
 from racecar.pipelines.files.session_file import load_session
+from racecar.pipelines.runs.evaluation.wall_fit import distance_to_surface
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.studio.drive.discovery import Discovery
 

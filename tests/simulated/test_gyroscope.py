@@ -16,14 +16,14 @@ from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.turn_fusion import TurnModel
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.motion.turn_fusion import TurnModel
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 SLIPPING: dict[str, Any] = {"noise": "full", "slip": 0.25, "max_speed": 4.0}
 CALM: dict[str, Any] = {"noise": "slight", "max_speed": 2.0}

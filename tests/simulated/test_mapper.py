@@ -9,10 +9,10 @@ from racecar.mapping.config import MappingConfig
 from racecar.mapping.keyframes import constraints
 from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.simulation.floor_canvas import draw_ring
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER
 from racecar.pipelines.simulation.simulator import Simulation, SimulationConfig
+from racecar.sensors.scan import Scan
 from tests.mapping.mapping_errors import errors, mean_error
 from tests.maps.shipped_plans import shipped_plan
 

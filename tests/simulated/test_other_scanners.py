@@ -9,11 +9,11 @@ import pytest
 from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import Pose, between, compose
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.replay import replay
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 from tests.mapping.mapped import mapped
 from tests.mapping.mapping_errors import mean_error
 from tests.maps.shipped_plans import shipped_plan

@@ -9,9 +9,9 @@ from racecar.localization.config import LocalizationConfig
 from racecar.localization.localizer import Localizer
 from racecar.maps.geometry.se2 import compose
 from racecar.maps.grid.ray_casting import cast_rays
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.scan import Scan
 from tests.maps.shipped_plans import shipped_plan
 
 PLACES = np.array([[0.3, 0.0, 0.0], [-0.3, 0.1, np.pi]])

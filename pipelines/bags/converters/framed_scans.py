@@ -4,9 +4,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.registry import Converter
 from racecar.pipelines.bags.messages import frame_name
+from racecar.sensors.scan import Scan
 
 _MOST_FRAMES = 16
 """Of one topic, since no car has more lasers; a driver that numbers its scans' frames means one."""

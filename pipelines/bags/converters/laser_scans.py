@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import wrap_angle
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.scan_reading import (
     AS_STATED,
     LONGEST_RANGE,
@@ -16,8 +15,8 @@ from racecar.pipelines.bags.converters.scan_reading import (
     ScanReading,
     limits,
 )
-from racecar.pipelines.bags.converters.shared_arrays import frozen
 from racecar.pipelines.bags.converters.transforms import SensorPlace
+from racecar.sensors.scan import Scan, frozen
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan

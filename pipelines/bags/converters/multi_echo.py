@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
 from racecar.pipelines.bags.messages import LASER_SCAN, ros2_types
+from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import (

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
-from racecar.maps.sensing.odometry import Odometry
+from racecar.sensors.odometry import Odometry
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__Pose, nav_msgs__msg__Odometry

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import inverse, transform_points
-from racecar.maps.sensing.cloud import Cloud
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.point_fields import positions, time_offsets
 from racecar.pipelines.bags.converters.transforms import SensorPlace
+from racecar.sensors.cloud import Cloud
+from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointCloud2

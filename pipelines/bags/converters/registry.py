@@ -12,9 +12,6 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.converters.imu import ImuConverter, ImuSetup
 from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
 from racecar.pipelines.bags.converters.multi_echo import MultiEchoConverter, first_echoes
@@ -33,6 +30,9 @@ from racecar.pipelines.bags.messages import (
     TRANSFORMS,
     nanoseconds,
 )
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__LaserScan

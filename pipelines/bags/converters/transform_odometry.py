@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.converters.transforms import (
     OdometryLinks,
     ends_of,
@@ -15,6 +14,7 @@ from racecar.pipelines.bags.converters.transforms import (
     seen_from_above,
 )
 from racecar.pipelines.bags.messages import nanoseconds
+from racecar.sensors.odometry import Odometry
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import tf2_msgs__msg__TFMessage

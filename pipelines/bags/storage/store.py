@@ -8,7 +8,6 @@ from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.maps.whole_folders import finish_replacing
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.storage.chunks import BagFile, BagTopic, Damage, RawMessage
 from racecar.pipelines.bags.storage.compression import (
     ZSTD_MAGIC,
@@ -19,6 +18,7 @@ from racecar.pipelines.bags.storage.compression import (
 from racecar.pipelines.bags.storage.folder import METADATA, BagFolder, read_folder
 from racecar.pipelines.bags.storage.formats import file_format, is_packed
 from racecar.pipelines.bags.storage.losses import describe_losses
+from racecar.sensors.findings import Finding
 
 _log = logging.getLogger(__name__)
 

@@ -10,7 +10,6 @@ from sensor_msgs.msg import PointCloud2
 from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, transform_points
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.settings import Settings
 from racecar.pipelines.live.display.node_display import NodeDisplay
 from racecar.pipelines.live.ros.bulk_messages import pose_array_bytes
@@ -18,6 +17,7 @@ from racecar.pipelines.live.ros.messages import cloud_message
 from racecar.pipelines.live.ros.parameters import declare_settings
 from racecar.pipelines.live.ros.qos import is_heard
 from racecar.pipelines.live.work.worker import Worker
+from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView

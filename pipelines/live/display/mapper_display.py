@@ -12,12 +12,12 @@ from racecar.mapping.session.session import Session
 from racecar.mapping.state.growth import Growth
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.live.display.node_display import DrivenPath, NodeDisplay
 from racecar.pipelines.live.monitoring.health import Health
 from racecar.pipelines.live.ros.graph_markers import graph_markers
 from racecar.pipelines.live.ros.qos import LATCHED, is_heard
 from racecar.pipelines.live.work.worker import Worker
+from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
     from racecar.pipelines.live.display.browser_view import LiveView

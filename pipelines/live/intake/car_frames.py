@@ -15,9 +15,9 @@ from racecar.pipelines.bags.converters.transforms import (
     SensorPlace,
     last_name,
 )
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.frames import is_latched
 from racecar.pipelines.bags.sensor_place import SensorPlaces
+from racecar.sensors.findings import Finding
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,9 +2,9 @@
 
 from collections.abc import Callable
 
-from racecar.pipelines.bags.clocks.topic_clock import ClockReports
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.sensors.clocks.topic_clock import ClockReports
+from racecar.sensors.findings import Finding
 
 
 class ClockFaults(ClockReports):

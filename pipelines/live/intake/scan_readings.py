@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, learn_reading
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.sensors.findings import Finding
 
 _EVERY = 100_000_000
 """Nanoseconds between two messages that are kept, so that these show the car at several places."""

@@ -4,17 +4,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from threading import Lock
 
-from racecar.mapping.self_calibration.self_calibration import SelfCalibrator
-from racecar.mapping.self_calibration.turn_agreement import USUAL_LAG
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
-from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrector
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
+from racecar.sensors.corrections import NO_CORRECTIONS, Corrector
+from racecar.sensors.findings import Finding
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.self_calibration.self_calibration import SelfCalibrator
+from racecar.sensors.self_calibration.turn_agreement import USUAL_LAG
+from racecar.sensors.yaw_rate import YawRate
 
 _BATCH = 100
 """Scans and samples that are handed on at once, about a second of them, since handing on takes time too."""

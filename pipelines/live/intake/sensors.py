@@ -8,10 +8,6 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
-from racecar.pipelines.bags.clocks.topic_clock import ClockReports, SteadyClock, TopicClock
 from racecar.pipelines.bags.converters.framed_scans import of_laser
 from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
@@ -26,7 +22,6 @@ from racecar.pipelines.bags.converters.registry import (
     ScanSetup,
 )
 from racecar.pipelines.bags.converters.transforms import SensorPlace
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.messages import (
     TRANSFORMS,
     frame_name,
@@ -43,6 +38,11 @@ from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.intake.scan_readings import ScanReadings
 from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.sensors.clocks.topic_clock import ClockReports, SteadyClock, TopicClock
+from racecar.sensors.findings import Finding
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 _ASSUMED = "assumed identity"
 _REMEMBERED = "the last run"

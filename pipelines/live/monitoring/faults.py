@@ -9,7 +9,7 @@ from pathlib import Path
 from threading import Lock
 from traceback import extract_tb
 
-from racecar.pipelines.bags.findings import Finding
+from racecar.sensors.findings import Finding
 
 _log = logging.getLogger(__name__)
 

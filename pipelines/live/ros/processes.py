@@ -27,7 +27,7 @@ def racecar_process(
 
     Should it not end by that, it is killed.
     """
-    command = [sys.executable, "-m", "racecar.pipelines.cli", *arguments]
+    command = [sys.executable, "-m", "racecar.pipelines.commands.cli", *arguments]
     with log.open("ab") as said:
         process = subprocess.Popen(command, env=environment, stdout=said, stderr=said)
         try:

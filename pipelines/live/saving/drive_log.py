@@ -17,12 +17,12 @@ from typing import BinaryIO, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.maps.sensing.cloud import Cloud
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.live.intake.laser_place import LaserPlace
+from racecar.sensors.cloud import Cloud
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 _RESUMED_WITHIN = 3600.0
 """Seconds after which a log is no longer of the drive that goes on now."""

@@ -9,13 +9,13 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 
 from racecar.maps.geometry.se2 import Pose
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.live.ros.message_types import transform_message_type
 from racecar.pipelines.live.ros.messages import header, odometry_message, time_message, transform_bytes
 from racecar.pipelines.live.ros.qos import LATCHED
 from racecar.pipelines.live.simulated_car.frame_names import FrameNames
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, LaserModel
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 _DEPTH = 100
 """Messages that may wait for a reader, as players of bags have it."""

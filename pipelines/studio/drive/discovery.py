@@ -7,12 +7,12 @@ from racecar.mapping.grid.growing_grid import GrowingGrid
 from racecar.mapping.mapper import Mapper
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.mapping_run import finish_and_save
 from racecar.pipelines.runs.output_places import OutputFolder, check_places
+from racecar.sensors.measurement import Measurement
 
 
 class Discovery:

@@ -10,10 +10,8 @@ from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.scan import Scan
-from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.files.typed_path import typed_path
+from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.drive.discovery import Discovery
 from racecar.pipelines.studio.drive.localizer_panel import LocalizerPanel
@@ -27,6 +25,8 @@ from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, PATH, SCAN, SK
 from racecar.pipelines.studio.pointed import Pointed
 from racecar.pipelines.studio.pointer import Pointer
 from racecar.pipelines.studio.room import Room
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 _PERIODS = {"map": 1.0, "plot": 1.0, "words": 0.25}
 """Seconds from one drawing to the next: what costs more, or is read and not seen, is drawn less often."""

@@ -11,10 +11,10 @@ from racecar.localization.localizer import Localizer
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.replay import feed
-from racecar.pipelines.evaluation.course_filter import CourseFilter, CourseSettings
+from racecar.pipelines.runs.evaluation.course_filter import CourseFilter, CourseSettings
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.scan import Scan
 
 _SHOWN_PARTICLES = 500
 """Of each filter: a browser draws so many arrows in passing, and more would only cover each other."""

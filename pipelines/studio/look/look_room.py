@@ -8,6 +8,7 @@ from viser import uplot
 
 from racecar.maps.geometry.se2 import transform_points
 from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.runs.view.scene import Doubt, Scene
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.look.path_colors import PathColoring, path_colors, path_entry
 from racecar.pipelines.studio.look.time_line import TimeLine
@@ -16,7 +17,6 @@ from racecar.pipelines.studio.outlines import car_outline, cross, ellipse
 from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import CAR, LOOP, PARTICLE, PATH, SCAN, SKY, as_css, by_doubt, stops
 from racecar.pipelines.studio.room import Room
-from racecar.pipelines.view.scene import Doubt, Scene
 
 _NEAR = 12.0
 """Metres that are seen from bottom to top where a doubtful stretch is looked at."""

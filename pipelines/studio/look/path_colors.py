@@ -5,9 +5,9 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.pipelines.runs.view.scene import Scene
 from racecar.pipelines.studio.legend import Entry
 from racecar.pipelines.studio.palette import PATH, Color, by_doubt, by_time, stops
-from racecar.pipelines.view.scene import Scene
 
 _DOUBTFUL_DEVIATION = 0.3
 """Metres of standard deviation of the place that are painted as most doubtful: about the car's width."""

@@ -13,11 +13,10 @@ import numpy as np
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.check import BagCheck
-from racecar.pipelines.bags.findings import Finding
-from racecar.pipelines.batch.run_folders import run_folders
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.literal_markdown import literal
 from racecar.pipelines.files.typed_path import typed_path
+from racecar.pipelines.runs.batch.run_folders import run_folders
 from racecar.pipelines.runs.error_sentences import in_one_sentence
 from racecar.pipelines.runs.mapping_job import MappingJob
 from racecar.pipelines.runs.mapping_run import OPTIMIZING
@@ -29,6 +28,7 @@ from racecar.pipelines.studio.page import Page
 from racecar.pipelines.studio.palette import LOOP
 from racecar.pipelines.studio.room import Room
 from racecar.pipelines.studio.watched import Glimpse, WatchedMap
+from racecar.sensors.findings import Finding
 
 
 class MapBagRoom(Room):

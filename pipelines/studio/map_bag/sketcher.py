@@ -15,8 +15,8 @@ from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import Pose, transform_points
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.grid.thinning import thinned
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.studio.watched import Glimpse
+from racecar.sensors.scan import Scan
 
 _EVERY = 0.5
 """Seconds between two sketches at least: by judgement, as often as one sees something new."""

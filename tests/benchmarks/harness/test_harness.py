@@ -16,7 +16,7 @@ from benchmarks.harness.inputs import chosen, recordings_folder
 from benchmarks.harness.replaced import replaced
 from benchmarks.harness.table import Column, cells, transposed
 from racecar.maps.errors import UserError
-from racecar.pipelines import cli
+from racecar.pipelines.commands import cli
 
 
 @dataclass(frozen=True)

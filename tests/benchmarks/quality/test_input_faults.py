@@ -8,9 +8,9 @@ from benchmarks.quality import input_faults as faults
 from benchmarks.quality.spoiled_maps import SPOILINGS, UNSPOILED
 from racecar.mapping.config import MappingConfig
 from racecar.maps.geometry.se2 import IDENTITY, compose
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 PERIOD = 100_000_000
 BEARINGS = np.linspace(-2.0, 2.0, 41)

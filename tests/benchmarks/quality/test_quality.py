@@ -22,11 +22,11 @@ from racecar.mapping.quality.config import QualityConfig
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.tum import save_tum
 from racecar.pipelines.simulation.simulated_drive import simulate_drive
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.scan import Scan
 from tests.pipelines.bag_samples import START, STEP, write_bag
 
 STRAIGHT = np.column_stack([np.linspace(0.0, 40.0, 161), np.zeros(161), np.zeros(161)])

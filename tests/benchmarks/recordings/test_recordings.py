@@ -22,11 +22,11 @@ from racecar.localization.sensor.end_points import EndPoints, select_points
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, transform_points, wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.simulation.simulated_drive import SimulatedDrive, simulate_drive
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
+from racecar.sensors.scan import Scan
 
 BEARINGS = np.linspace(-2.3, 2.3, 271)
 BASE_FROM_LASER = np.array([0.3, 0.1, 0.2])

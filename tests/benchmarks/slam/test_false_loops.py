@@ -7,7 +7,7 @@ from benchmarks.slam.false_loops import with_false_loops, wrong_loops
 from racecar.mapping.graph.constraint import Constraint
 from racecar.maps.geometry.se2 import between, compose
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.evaluation.relations import Relations, relation_errors
+from racecar.pipelines.runs.evaluation.relations import Relations, relation_errors
 
 LAP = 60
 SCANS_PER_KEYFRAME = 3

@@ -11,7 +11,7 @@ from benchmarks.commands import run
 def test_the_figures_of_a_short_drive(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("racecar.pipelines.warm_up.warm_up", dict)  # its kernels are compiled by other tests
+    monkeypatch.setattr("racecar.pipelines.commands.warm_up.warm_up", dict)
     path = tmp_path / "figures.json"
     assert run(["growth", "--minutes", "0.1", "--json", str(path)]) == 0
     assert "Processor time per scan" in capsys.readouterr().out

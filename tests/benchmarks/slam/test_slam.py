@@ -13,10 +13,10 @@ from benchmarks.slam.false_loops import FalseLoopFigures
 from benchmarks.slam.parts import PARTS
 from benchmarks.slam.slam import LogFigures, left_out, show
 from racecar.maps.geometry.se2 import IDENTITY
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.writer import BagWriter
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
+from racecar.sensors.odometry import Odometry
 
 SCANS = 60
 STEP = 0.05
@@ -47,7 +47,7 @@ def write_log(folder: Path) -> None:
 def test_every_table_and_the_figures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("racecar.pipelines.warm_up.warm_up", dict)  # its kernels are compiled by other tests
+    monkeypatch.setattr("racecar.pipelines.commands.warm_up.warm_up", dict)
     monkeypatch.setattr("benchmarks.slam.slam.PARTS", {name: PARTS[name] for name in SOME_PARTS})
     write_log(tmp_path)
     (tmp_path / "settings.yaml").write_text("mapping:\n  resolution: 0.1\n")
@@ -127,7 +127,7 @@ def test_an_example_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_log_at_fault_is_one_sentence(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr("racecar.pipelines.warm_up.warm_up", dict)
+    monkeypatch.setattr("racecar.pipelines.commands.warm_up.warm_up", dict)
     (tmp_path / "room.bag").write_bytes(b"no bag")
     (tmp_path / "room.relations").write_text("1 2 0 0 0 0 0\n")
     assert run(["slam", "--data", str(tmp_path), "--quiet"]) == 2

@@ -10,7 +10,7 @@ from racecar.localization.odometry.motion_model import MotionStep, odometry_devi
 from racecar.localization.recovery.perception import Perception
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
 from tests.localization.scans import points_at, ranges_from
-from tests.maps.drives import room
+from tests.sensors.drives import room
 
 SLIP = 0.3
 

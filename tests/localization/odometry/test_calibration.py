@@ -11,7 +11,7 @@ from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.odometry.segments import OdometrySegment, OdometrySegments
 from racecar.localization.pose_estimate import PoseEstimate
 from racecar.maps.geometry.se2 import Pose, compose
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.scan import Scan
 
 SLIP = 0.3
 

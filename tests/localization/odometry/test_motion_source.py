@@ -8,9 +8,9 @@ from racecar.localization.odometry.motion_model import MotionStep
 from racecar.localization.odometry.motion_samples import MotionSamples
 from racecar.localization.odometry.motion_source import MotionSource
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_faults import OdometryFaults
-from racecar.maps.sensing.yaw_rate import YawRate
+from racecar.sensors.motion.odometry_faults import OdometryFaults
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.yaw_rate import YawRate
 
 MILLISECOND, SECOND = 1_000_000, 1_000_000_000
 

@@ -6,7 +6,7 @@ from racecar.localization.recovery.perception import Perception
 from racecar.maps.geometry.se2 import Pose, compose
 from tests.localization.corridors import seen_in_corridor, slanted_corridor
 from tests.localization.scans import points_from
-from tests.maps.drives import room
+from tests.sensors.drives import room
 
 PLACES = [(9.0, 2.0, 0.0), (3.0, 3.0, 1.0), (7.5, 6.0, -2.0)]
 

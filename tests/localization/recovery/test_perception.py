@@ -10,7 +10,7 @@ from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import Pose, compose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from tests.localization.scans import points_at, ranges_from
-from tests.maps.drives import BEARINGS, room
+from tests.sensors.drives import BEARINGS, room
 
 NARROW = np.diag([0.04, 0.04, 0.01]) ** 2
 TRUTH = compose(room().map_from_grid, [9.0, 4.0, 0.7])

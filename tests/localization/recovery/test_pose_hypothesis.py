@@ -17,7 +17,7 @@ from racecar.maps.map_files import load_map
 from racecar.maps.shipped import shipped_map
 from tests.localization.corridors import slanted_corridor
 from tests.localization.scans import points_at, points_from, ranges_from
-from tests.maps.drives import pose_at, room
+from tests.sensors.drives import pose_at, room
 
 SECOND = 1_000_000_000
 WRONG_PLACE = np.array([-2.5, 0.5, 2.5])

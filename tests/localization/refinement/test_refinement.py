@@ -9,7 +9,7 @@ from racecar.maps.geometry.se2 import IDENTITY, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from tests.localization.corridors import SIGHT, seen_in_corridor, slanted_corridor
 from tests.localization.scans import points_at, ranges_from
-from tests.maps.drives import BEARINGS, room
+from tests.sensors.drives import BEARINGS, room
 
 CLOUD = np.diag([0.01, 0.01, 0.0025])
 

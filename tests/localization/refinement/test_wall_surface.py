@@ -7,7 +7,7 @@ from racecar.localization.sensor.end_points import EndPoints
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from tests.localization.scans import points_at, ranges_from
-from tests.maps.drives import room
+from tests.sensors.drives import room
 
 
 def learned(grid: OccupancyGrid, farther: float, noise: float, seed: int = 0) -> float:

@@ -5,10 +5,10 @@ from hypothesis import strategies as st
 
 from racecar.localization.sensor.end_points import evenly, select_points
 from racecar.maps.geometry.se2 import IDENTITY, compose, inverse, transform_points
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.odometry_buffer import OdometryBuffer
-from racecar.maps.sensing.scan import Scan
-from tests.maps.drives import BASE_FROM_LASER
+from racecar.sensors.motion.odometry_buffer import OdometryBuffer
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from tests.sensors.drives import BASE_FROM_LASER
 
 
 def make_scan(ranges: np.ndarray, offsets: np.ndarray | None = None) -> Scan:

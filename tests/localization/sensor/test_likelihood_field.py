@@ -24,7 +24,7 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse, transfor
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from tests.localization.furniture import MIDDLE, furnished, hall, rectangle
 from tests.localization.scans import points_at, points_from, ranges_from
-from tests.maps.drives import BASE_FROM_LASER, BEARINGS, room
+from tests.sensors.drives import BASE_FROM_LASER, BEARINGS, room
 
 QUARTER = 0.0125  # metres: of cells of 5 cm
 RESOLUTIONS = (0.02, 0.05, 0.1)

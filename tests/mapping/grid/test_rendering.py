@@ -13,8 +13,8 @@ from racecar.mapping.grid.rendering import Rays, pack_rays, returns_of
 from racecar.mapping.session.session import one_drive
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, UNKNOWN, OccupancyGrid
-from racecar.maps.sensing.scan import Scan
-from tests.mapping.worlds import BEARINGS, ROOM, points_at, scan_at
+from racecar.sensors.scan import Scan
+from tests.sensors.worlds import BEARINGS, ROOM, points_at, scan_at
 
 RESOLUTION = 0.05
 DEFAULT = RenderingConfig()

@@ -6,7 +6,7 @@ import pytest
 from racecar.mapping.keyframes import constraints
 from racecar.mapping.keyframes.constraints import constrain, pairs_along_path
 from racecar.maps.geometry.se2 import between, compose
-from tests.mapping.worlds import CORRIDOR, ROOM, store_of
+from tests.sensors.worlds import CORRIDOR, ROOM, store_of
 
 
 def test_constraints_are_the_true_poses_and_say_what_is_open() -> None:

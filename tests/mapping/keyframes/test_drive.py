@@ -3,8 +3,8 @@ import pytest
 
 from racecar.mapping.keyframes import drive as drive_module
 from racecar.mapping.keyframes.drive import Drive
-from racecar.mapping.odometry.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
 from racecar.maps.geometry.se2 import IDENTITY, compose
+from racecar.sensors.motion.motion_guesses import AT_KEYFRAME, GuessSource, MotionGuesses
 
 WHEELS, SCANS, STEADY = GuessSource
 MOTIONS = {source: np.array([metres, 0.0, 0.0]) for metres, source in enumerate(GuessSource, start=1)}

@@ -8,7 +8,7 @@ from racecar.mapping.keyframes.known_places import ties_to_known
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between
-from tests.mapping.worlds import box, store_of
+from tests.sensors.worlds import box, store_of
 
 RING = np.concatenate(
     [box(-8, -6, 8, 6), box(-4, -2, 4, 2), box(-1, 2, 0, 2.5), box(2, -6, 2.4, -5.4), box(7.5, 1, 8, 3)]

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from racecar.mapping.keyframes.gap import Gap
 from racecar.mapping.keyframes.placement import KeyframePlacer
-from racecar.mapping.odometry.calibration import WheelCalibration
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
-from tests.mapping.worlds import CORRIDOR, ROOM, box, path, store_of
+from racecar.sensors.motion.calibration import WheelCalibration
+from tests.sensors.worlds import CORRIDOR, ROOM, box, path, store_of
 
 WORTH = WheelCalibration().worth(IDENTITY)
 BEFORE = 12

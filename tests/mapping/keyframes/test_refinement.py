@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from racecar.mapping.keyframes.refinement import guess_scans, refine_scans
 from racecar.maps.geometry.se2 import Pose, between, compose
-from tests.mapping.worlds import CORRIDOR, ROOM, path, points_at, store_of
+from tests.sensors.worlds import CORRIDOR, ROOM, path, points_at, store_of
 
 PER_KEYFRAME = 4
 KEYFRAMES = 9

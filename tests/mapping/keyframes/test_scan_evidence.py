@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from racecar.mapping.keyframes.scan_evidence import scan_evidence
-from racecar.mapping.matching.scan_matching import Pairings, match
 from racecar.maps.geometry.se2 import Pose, compose
-from tests.mapping.worlds import CORRIDOR, ROOM, box, path, store_of
+from racecar.sensors.matching.scan_matching import Pairings, match
+from tests.sensors.worlds import CORRIDOR, ROOM, box, path, store_of
 
 
 def evidence(walls: np.ndarray, poses: Pose, places: Pose) -> np.ndarray:

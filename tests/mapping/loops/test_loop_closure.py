@@ -10,7 +10,7 @@ from racecar.mapping.loops import loop_closure, submap_graph, submap_matching
 from racecar.mapping.loops.loop_closure import LoopCloser
 from racecar.mapping.loops.submap_graph import SubmapGraph
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose
-from tests.mapping.worlds import box, store_of
+from tests.sensors.worlds import box, store_of
 
 RING = np.concatenate(
     [box(-6, -4, 6, 4), box(-4, -2, 4, 2), box(-1, 2, 0, 2.5), box(2, -4, 2.4, -3.4), box(5.5, 1, 6, 3)]

@@ -6,10 +6,10 @@ from numpy.typing import NDArray
 from racecar.mapping.graph.constraint import Constraint, ConstraintList, Kind
 from racecar.mapping.grid.rendering import Rays
 from racecar.mapping.loops.loop_history import LoopHistory
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.quality.finished_map import FinishedMap
 from racecar.mapping.session.session import Session, one_drive
 from racecar.maps.geometry.se2 import Pose, between
+from racecar.sensors.matching.scan_store import ScanStore
 
 
 def plain_map(

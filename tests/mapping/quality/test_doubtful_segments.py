@@ -8,7 +8,7 @@ from racecar.mapping.quality.doubtful_segments import doubtful_segments
 from racecar.mapping.quality.map_quality import DoubtfulSegment
 from racecar.mapping.quality.statistics import measure
 from tests.mapping.quality.plain_maps import chain, plain_map
-from tests.mapping.worlds import ROOM, store_of
+from tests.sensors.worlds import ROOM, store_of
 
 THERE = np.column_stack([np.linspace(-3.0, 0.5, 15), np.full(15, -0.6), np.zeros(15)])
 AND_BACK = np.column_stack([np.linspace(0.5, -3.0, 15), np.full(15, 0.2), np.full(15, np.pi)])

@@ -8,7 +8,6 @@ import pytest
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.graph.constraint import ConstraintList
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.quality import statistics
 from racecar.mapping.quality.config import QualityConfig
 from racecar.mapping.quality.finished_map import FinishedMap
@@ -17,10 +16,11 @@ from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.session.session import Session
 from racecar.mapping.state.result import MappingResult
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
-from racecar.maps.sensing.scan import Scan
+from racecar.sensors.matching.scan_store import ScanStore
+from racecar.sensors.scan import Scan
 from tests.mapping.mapped import mapped as mapped_from
 from tests.mapping.mapped import scans_of
-from tests.maps.drives import drive, room
+from tests.sensors.drives import drive, room
 
 MESSAGES = drive(room(), 26.0, np.random.default_rng(1)).messages
 

@@ -10,7 +10,7 @@ from racecar.mapping.quality.jumps import jumps
 from racecar.mapping.quality.map_quality import Verdict
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose, inverse
 from tests.mapping.quality.plain_maps import chain, plain_map
-from tests.mapping.worlds import ROOM, store_of
+from tests.sensors.worlds import ROOM, store_of
 
 COUNT = 41
 MOUNTS = np.array([[0.4, 0.0, 0.0], [-0.8, 0.0, np.pi]])

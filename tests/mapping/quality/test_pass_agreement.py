@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.matching.scan_store import ScanStore
 from racecar.mapping.quality import pass_agreement
 from racecar.mapping.quality.pass_agreement import PassAgreement, agreement_of, near_pairs
+from racecar.sensors.matching.scan_store import ScanStore
 from tests.mapping.quality.plain_maps import plain_map
-from tests.mapping.worlds import ROOM, store_of
+from tests.sensors.worlds import ROOM, store_of
 
 PASS = np.column_stack([np.linspace(-2.5, 0.0, 8), np.full(8, -0.5), np.linspace(0.0, 0.3, 8)])
 PAIRS = np.array([(a, 8 + b) for a in range(8) for b in range(8)])

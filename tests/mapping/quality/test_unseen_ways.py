@@ -12,7 +12,7 @@ from racecar.mapping.quality.map_quality import MapQuality, Verdict
 from racecar.mapping.quality.unseen_ways import unseen_ways
 from racecar.maps.geometry.se2 import between
 from tests.mapping.quality.plain_maps import chain, plain_map
-from tests.mapping.worlds import CORRIDOR, ROOM, store_of
+from tests.sensors.worlds import CORRIDOR, ROOM, store_of
 
 PATH = np.column_stack([np.linspace(-3.0, 2.0, 11), np.zeros(11), np.zeros(11)])
 INFORMATION = np.diag([1e4, 1e4, 1e5])

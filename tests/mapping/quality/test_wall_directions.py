@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from racecar.mapping.matching.scan_store import PreparedScan
 from racecar.mapping.quality.wall_directions import weakest_hold
-from tests.mapping.worlds import CORRIDOR, ROOM, store_of
+from racecar.sensors.matching.scan_store import PreparedScan
+from tests.sensors.worlds import CORRIDOR, ROOM, store_of
 
 PLACE = np.array([[-1.0, 0.0, 0.3]])
 

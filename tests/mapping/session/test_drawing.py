@@ -10,7 +10,7 @@ from racecar.mapping.session.drawing import DrawnMap, Sights, draw_map
 from racecar.mapping.session.session import one_drive
 from racecar.maps.geometry.se2 import Pose, compose, transform_points
 from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
-from tests.mapping.worlds import ROOM, points_at, store_of
+from tests.sensors.worlds import ROOM, points_at, store_of
 
 RESOLUTION, TURN = 0.05, 0.3
 PATH = np.array([[x, 0.2, 0.1 * x] for x in np.arange(-1.0, 1.0, 0.1)])

@@ -12,7 +12,7 @@ from racecar.mapping.session.session import Session
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from tests.mapping.ring_drives import BARE_RING, RING, path, session
-from tests.mapping.worlds import box
+from tests.sensors.worlds import box
 
 ELSEWHERE = np.array([40.0, -25.0, 2.5])
 EARLIER_LASER, LATER_LASER = np.array([0.3, 0.0, 0.0]), np.array([-0.1, 0.05, 3.0])

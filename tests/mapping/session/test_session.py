@@ -8,11 +8,11 @@ import pytest
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
-from racecar.mapping.matching.scan_store import MAX_POINTS
 from racecar.mapping.session.session import Session
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from tests.maps.drives import drive, room
+from racecar.sensors.matching.scan_store import MAX_POINTS
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from tests.sensors.drives import drive, room
 
 
 @pytest.fixture(scope="module")

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from racecar.mapping.arrays import Arrays
 from racecar.mapping.session.session import Session
+from racecar.sensors.arrays import Arrays
 from tests.mapping.mapped import mapped
-from tests.maps.drives import drive, room
+from tests.sensors.drives import drive, room
 
 Change = Callable[[NDArray[np.generic]], object]
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.matching.scan_store import PreparedScan, ScanStore
 from racecar.mapping.session.wall_direction import wall_direction
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
-from tests.mapping.worlds import ROOM, store_of
+from racecar.sensors.matching.scan_store import PreparedScan, ScanStore
+from tests.sensors.worlds import ROOM, store_of
 
 AT = np.array([[0.0, 0.0, 0.3], [0.5, -0.4, 2.0], [-0.6, 0.3, -2.4]])
 

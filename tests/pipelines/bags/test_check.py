@@ -8,7 +8,7 @@ import pytest
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from tests.pipelines.bag_samples import PLACE, bag_of, cut, odometry, read, write_bag, write_scan
 
 

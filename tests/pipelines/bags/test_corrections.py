@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import IDENTITY
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.transforms import SensorPlace
-from racecar.pipelines.bags.corrections import NO_CORRECTIONS, Corrections, Corrector
+from racecar.sensors.corrections import NO_CORRECTIONS, Corrections, Corrector
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 BEARINGS, OFFSETS = np.array([-1.0, 0.0, 2.0]), np.array([0.0, 0.1, 0.3])
 PLACE = np.array([0.1, 0.0, np.pi])

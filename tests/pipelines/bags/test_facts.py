@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from racecar.mapping.matching.line_fitting import MAX_GAP_ANGLE
 from racecar.maps.geometry.se2 import IDENTITY
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.facts import FARTHEST_APART, OdometryFacts, ScanFacts, findings_of_rare_scans
+from racecar.sensors.matching.line_fitting import MAX_GAP_ANGLE
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 SECOND = 10**9
 ALL = tuple(range(10))

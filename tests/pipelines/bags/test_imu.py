@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.messages import IMU
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 from tests.pipelines.bag_samples import (
     PLACE,
     START,

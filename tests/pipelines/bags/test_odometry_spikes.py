@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.reader import BagReader
+from racecar.sensors.odometry import Odometry
 from tests.pipelines.bag_samples import PLACE, bag_of, odometry, write_scan
 
 

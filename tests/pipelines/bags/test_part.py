@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.part import BagPart
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 from tests.pipelines.bag_samples import PLACE, START, bags_of_all_formats, write_bag
 
 COUNT = 80  # scans, two seconds of them

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.messages import LASER_SCAN
 from racecar.pipelines.bags.reader import BagReader
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 from tests.pipelines.bag_samples import (
     BEAMS,
     PLACE,

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.reader import BagReader
+from racecar.sensors.scan import Scan
 from tests.pipelines.bag_samples import bag_of, odometry, read, write_scan
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.bags.replay import feed, replay
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 from tests.pipelines.bag_samples import odometry
 
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import IDENTITY
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.scan_gaps import ScanGaps
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 SECOND = 10**9
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.config_file import Config, load_config
 from racecar.pipelines.files.nested_settings import leaf_fields
 

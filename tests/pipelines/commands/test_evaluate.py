@@ -10,13 +10,13 @@ from PIL import Image
 from racecar.maps.geometry.se2 import wrap_angle
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.map_files import save_map
-from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.messages import POSE
 from racecar.pipelines.bags.writer import BagWriter
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
+from racecar.pipelines.files.pictures import error_picture as module
 from racecar.pipelines.files.tum import save_tum
-from racecar.pipelines.pictures import error_picture as module
+from racecar.sensors.odometry import Odometry
 from tests.pipelines.bag_samples import write_bag
 
 STAMPS = np.arange(400) * 25_000_000 + 10**9

@@ -7,7 +7,7 @@ import typer
 from typer.testing import CliRunner
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.commands.experiment import add_command
 from racecar.pipelines.experiments.catalogue import CATALOGUE, ExperimentEntry, Uses
 from racecar.pipelines.experiments.result import ExperimentSettings

@@ -14,15 +14,15 @@ from racecar.maps.geometry.se2 import IDENTITY
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_ray_fan
 from racecar.maps.map_files import load_map, save_map
-from racecar.maps.sensing.odometry import Odometry
 from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.bags.writer import BagWriter
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.commands.localize import summary
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum, save_tum
+from racecar.sensors.odometry import Odometry
 
 BEARINGS = np.linspace(-2.35, 2.35, 271)
 PERIOD = 50_000_000

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from racecar.mapping.quality.map_quality import DoubtfulSegment, MapQuality, Verdict
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from tests.pipelines.bag_samples import write_bag
 
 WRONG = MapQuality(

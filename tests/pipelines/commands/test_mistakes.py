@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 
 FILES = {
     "empty.bag": "",

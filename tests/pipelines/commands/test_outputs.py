@@ -12,7 +12,7 @@ import pytest
 from typer.models import ArgumentInfo, CommandInfo, OptionInfo
 
 from racecar.maps.map_files import load_map, save_map
-from racecar.pipelines.cli import app, commands_of, run
+from racecar.pipelines.commands.cli import app, commands_of, run
 from racecar.pipelines.commands.outputs import Writes, WritesFolder, written_parameters
 from racecar.pipelines.files.outputs import written_to
 from tests.pipelines.bag_samples import as_sqlite, file_of, write_bag

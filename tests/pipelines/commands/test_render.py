@@ -11,7 +11,7 @@ import yaml
 
 from racecar.maps.geometry.se2 import between, compose
 from racecar.maps.map_files import load_map
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.files.tum import load_tum
 from racecar.pipelines.runs import map_cautions, map_outputs

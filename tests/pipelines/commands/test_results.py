@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.commands.results import where_to_look
 from racecar.pipelines.files.outputs import output_folder
 from tests.pipelines.bag_samples import write_bag

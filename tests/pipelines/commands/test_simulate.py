@@ -8,7 +8,7 @@ import pytest
 
 from racecar.maps.shipped import shipped_names
 from racecar.pipelines.bags.reader import BagReader
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.commands.simulate import simulate
 from racecar.pipelines.commands.simulation_options import CarFlags
 from racecar.pipelines.files.tum import load_tum

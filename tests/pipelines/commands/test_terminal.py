@@ -16,7 +16,7 @@ def trajectory(tmp_path: Path) -> Path:
 
 
 def racecar(*arguments: str | bytes, **more: object) -> "subprocess.CompletedProcess[bytes]":
-    command = [sys.executable, "-m", "racecar.pipelines.cli", *arguments]
+    command = [sys.executable, "-m", "racecar.pipelines.commands.cli", *arguments]
     return subprocess.run(command, stderr=subprocess.PIPE, check=False, **more)  # type: ignore[call-overload, no-any-return]
 
 
@@ -54,7 +54,8 @@ def test_the_output_goes_to_a_full_disk(trajectory: Path) -> None:
 
 
 def test_the_output_is_closed(trajectory: Path) -> None:
-    command = f"{sys.executable} -m racecar.pipelines.cli evaluate {trajectory} --reference {trajectory} >&-"
+    cli = f"{sys.executable} -m racecar.pipelines.commands.cli"
+    command = f"{cli} evaluate {trajectory} --reference {trajectory} >&-"
     done = subprocess.run(["sh", "-c", command], stderr=subprocess.PIPE, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
 

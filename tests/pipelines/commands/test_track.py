@@ -13,10 +13,10 @@ from racecar.maps.grid.centre_line import CentreLine
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.grid.ray_casting import cast_rays
 from racecar.maps.map_files import load_map
-from racecar.pipelines.cli import run
-from racecar.pipelines.evaluation.evaluation import compare
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.pipelines.runs.track_run import MeasuredTrack, save_track
 from racecar.pipelines.simulation.simulator import ground_truth_file
 

@@ -5,9 +5,9 @@ import pytest
 
 from racecar.localization.config import LocalizationConfig
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.autograde import GradedDrive, Grades, grade_drive
 from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
+from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 
 

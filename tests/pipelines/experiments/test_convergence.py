@@ -9,14 +9,14 @@ import pytest
 
 from racecar.localization.config import LocalizationConfig
 from racecar.maps.errors import UserError
-from racecar.pipelines.cli import run
-from racecar.pipelines.evaluation.course_filter import CourseSettings
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.experiments.convergence import converge, converged, seconds_until_small
 from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.recording import BagRecording, StandIn, first_seconds, known_start
 from racecar.pipelines.experiments.start_search import found_start
 from racecar.pipelines.experiments.tracking import Track
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 
 
 def run_of(extents: list[float]) -> Track:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from racecar.localization.config import LocalizationConfig
-from racecar.pipelines.evaluation.course_filter import CourseSettings
 from racecar.pipelines.experiments.figure_style import COURSE_NAME, OURS_NAME
 from racecar.pipelines.experiments.filters import with_motion_noise
 from racecar.pipelines.experiments.noise_sweep import (
@@ -16,6 +15,7 @@ from racecar.pipelines.experiments.noise_sweep import (
     step_response,
     swept,
 )
+from racecar.pipelines.runs.evaluation.course_filter import CourseSettings
 
 PERIOD = 0.05
 

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from racecar.mapping.arrays import Arrays
 from racecar.maps.errors import UserError
 from racecar.pipelines.files.session_file import SESSION_FILE, VERSION, load_arrays, load_session, save_arrays
+from racecar.sensors.arrays import Arrays
 
 ARRAYS: Arrays = {
     "poses": np.arange(6, dtype=np.float64).reshape(2, 3),

@@ -14,13 +14,13 @@ import numpy as np
 
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import TRANSFORMS, nanoseconds, ros2_types
 from racecar.pipelines.simulation.floor_canvas import draw_ring
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
 from racecar.pipelines.simulation.simulator import LaserSweep, Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.odometry import Odometry
 
 SECONDS = 110.0
 

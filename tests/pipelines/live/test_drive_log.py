@@ -10,12 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from racecar.maps.sensing.cloud import Cloud
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog, Entry
+from racecar.sensors.cloud import Cloud
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 RNG = np.random.default_rng(0)
 BEARINGS = np.linspace(-2.0, 2.0, 20)

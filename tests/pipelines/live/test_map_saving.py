@@ -9,15 +9,15 @@ import numpy as np
 
 from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog
 from racecar.pipelines.live.saving.map_saving import MapOutput, save_pickled
-from tests.mapping.worlds import ROOM, scan_at
-from tests.maps.drives import drive, room
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from tests.sensors.drives import drive, room
+from tests.sensors.worlds import ROOM, scan_at
 
 CONFIG = MappingConfig()
 

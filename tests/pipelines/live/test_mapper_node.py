@@ -15,8 +15,8 @@ from racecar.maps.geometry.se2 import Pose, between, compose, inverse
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM
 from racecar.maps.map_files import load_map
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.evaluation.evaluation import compare
 from tests.pipelines.live.live_car import LiveCar, Witness, recorded, ring, wait_for
 
 SEEN_PER_SECOND = 8

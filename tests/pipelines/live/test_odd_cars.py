@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import between, wrap_angle
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER
+from racecar.sensors.odometry import Odometry
 from tests.pipelines.live.live_car import LiveCar, Witness, recorded, wait_for
 from tests.pipelines.live.localizer_stage import Stage, localizer_stage
 

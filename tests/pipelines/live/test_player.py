@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.messages import nanoseconds
 from racecar.pipelines.bags.writer import BagWriter
+from racecar.sensors.odometry import Odometry
 from tests.pipelines.live.live_car import wait_for
 
 SCANS, PERIOD = 20, 50_000_000

@@ -9,7 +9,7 @@ import yaml
 from typer.testing import CliRunner
 
 import racecar.pipelines.live
-from racecar.pipelines.cli import app
+from racecar.pipelines.commands.cli import app
 from tests.pipelines.simulation.test_driven_simulation import GRID
 
 SHARE = Path(racecar.pipelines.live.__file__).parent / "share"

@@ -7,7 +7,7 @@ import pytest
 
 from racecar.maps.grid.occupancy_grid import OCCUPIED, OccupancyGrid
 from racecar.maps.map_files import save_map
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 
 
 @pytest.mark.parametrize(

@@ -6,22 +6,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from racecar.mapping.self_calibration.mount import MotionReading, MountEstimate
-from racecar.mapping.self_calibration.self_calibration import SelfCalibration
-from racecar.mapping.self_calibration.turn_agreement import TurnAgreement
-from racecar.mapping.self_calibration.wheel_track import WheelSigns
 from racecar.maps.geometry.se2 import IDENTITY, Pose, compose
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
-from racecar.pipelines.bags.corrections import Corrections
-from racecar.pipelines.bags.findings import Finding
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.writer import BagWriter
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.runs.calibration_run import calibrate
 from racecar.pipelines.runs.learned_corrections import KnownSensors, learned_corrections
-from tests.mapping.self_calibration.moving_laser import STEP, odometry_of, scans_of, winding_drive
+from racecar.sensors.corrections import Corrections
+from racecar.sensors.findings import Finding
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.self_calibration.mount import MotionReading, MountEstimate
+from racecar.sensors.self_calibration.self_calibration import SelfCalibration
+from racecar.sensors.self_calibration.turn_agreement import TurnAgreement
+from racecar.sensors.self_calibration.wheel_track import WheelSigns
+from racecar.sensors.yaw_rate import YawRate
+from tests.sensors.self_calibration.moving_laser import STEP, odometry_of, scans_of, winding_drive
 
 SECONDS = 16.0
 DRIVE = winding_drive(SECONDS)

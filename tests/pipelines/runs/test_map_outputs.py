@@ -10,7 +10,7 @@ import pytest
 from racecar.mapping.grid.config import RenderingConfig
 from racecar.maps.errors import UserError
 from racecar.maps.grid.tiled_grid import TiledGrid
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files import point_map
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.runs import map_outputs, mapped_bag

@@ -11,18 +11,18 @@ import pytest
 from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.maps.shipped import shipped_map
 from racecar.maps.trajectory import Trajectory
-from racecar.pipelines.evaluation.evaluation import compare
 from racecar.pipelines.files.outputs import output_folder
 from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.evaluation.evaluation import compare
 from racecar.pipelines.runs.interrupts import STOP_SIGNALS
 from racecar.pipelines.runs.map_outputs import MAP_FILES
 from racecar.pipelines.runs.mapping_run import build_map, save_mapping
 from racecar.pipelines.simulation.simulator import Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 BEARINGS = np.deg2rad(np.arange(-135.0, 135.0))
 

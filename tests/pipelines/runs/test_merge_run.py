@@ -10,7 +10,7 @@ import pytest
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import IDENTITY, between, compose
-from racecar.pipelines.cli import run as run_command
+from racecar.pipelines.commands.cli import run as run_command
 from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.report import Report
 from racecar.pipelines.files.run_report import Inputs
@@ -18,7 +18,7 @@ from racecar.pipelines.files.session_file import save_session
 from racecar.pipelines.runs.merge_run import draw_merged, merge_runs
 from racecar.pipelines.runs.source_recording import SourceRecording
 from tests.mapping.ring_drives import RING, path, session
-from tests.mapping.worlds import box
+from tests.sensors.worlds import box
 
 FRAMES = {"whole": IDENTITY, "part": np.array([40.0, -25.0, 2.5]), "other": IDENTITY}
 PLACES = {"whole": path(0.0, 34.0), "part": path(11.0, 20.0), "other": path(0.0, 25.0)}

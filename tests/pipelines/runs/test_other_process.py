@@ -10,10 +10,10 @@ from time import monotonic, sleep
 
 import pytest
 
-from racecar.mapping.threads import thread_count
 from racecar.maps.errors import UserError
-from racecar.pipelines.evaluation.relations import load_relations
+from racecar.pipelines.runs.evaluation.relations import load_relations
 from racecar.pipelines.runs.other_process import in_fresh_process, start_beside
+from racecar.sensors.threads import thread_count
 
 
 def until(is_so: Callable[[], object]) -> None:

@@ -6,12 +6,12 @@ import pytest
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import compose, inverse, transform_points
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
-from racecar.maps.sensing.measurement import Measurement
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.simulation.laser_models import LASERS
 from racecar.pipelines.simulation.simulator_config import LaserKind, NoiseLevel
+from racecar.sensors.measurement import Measurement
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
 
 
 def a_room() -> OccupancyGrid:

@@ -13,9 +13,6 @@ from pydantic import ValidationError
 from racecar.maps.geometry.se2 import Pose, between, compose, interpolate, wrap_angle
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.maps.map_files import load_map
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
-from racecar.maps.sensing.yaw_rate import YawRate
 from racecar.maps.shipped import shipped_map
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.simulation import laser_sensor
@@ -26,6 +23,9 @@ from racecar.pipelines.simulation.simulator import Simulation, write_bag
 from racecar.pipelines.simulation.simulator_config import NoiseLevel, SimulationConfig
 from racecar.pipelines.simulation.walkers import LEG_RADIUS, Walkers
 from racecar.pipelines.simulation.wheel_odometry import measure_odometry
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
 
 GRID = load_map(shipped_map("track"))
 CLEAN = {"range_noise": 0.0, "dropouts": 0.0}

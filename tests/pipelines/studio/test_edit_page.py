@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from racecar.maps.map_files import load_map
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.config_file import load_config
 from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.studio.page import Page

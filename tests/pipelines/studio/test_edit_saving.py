@@ -10,7 +10,7 @@ from racecar.mapping.config import MappingConfig
 from racecar.maps.errors import UserError
 from racecar.maps.grid.edits import Edit
 from racecar.maps.map_files import load_map
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.edits_file import MapEdits, edits_beside
 from racecar.pipelines.studio.edit.saving import Saving, as_the_map_lies
 

@@ -7,9 +7,9 @@ import pytest
 
 from racecar.maps.grid.occupancy_grid import FREE, OCCUPIED, OccupancyGrid
 from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.runs.view.scene import Doubt, ParticleCloud, Scene, Sight
 from racecar.pipelines.studio.look.look_room import LookRoom
 from racecar.pipelines.studio.server.gate import LOOPBACK
-from racecar.pipelines.view.scene import Doubt, ParticleCloud, Scene, Sight
 from tests.pipelines.studio.chromium import opened, running
 
 SCANS = 41

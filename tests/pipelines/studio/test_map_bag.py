@@ -12,7 +12,7 @@ import pytest
 from racecar.maps.errors import UserError
 from racecar.maps.grid.occupancy_grid import OCCUPIED
 from racecar.maps.map_files import load_map
-from racecar.pipelines.cli import run
+from racecar.pipelines.commands.cli import run
 from racecar.pipelines.files.config_file import load_config
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.studio.map_bag.map_bag_room import MapBagRoom

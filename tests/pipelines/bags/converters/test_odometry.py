@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.messages import ODOMETRY
+from racecar.sensors.odometry import Odometry
 from tests.pipelines.bag_samples import STEP, bag_of, numbers_of, odometry, read, write_scan
 
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from racecar.maps.errors import UserError
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.bags.converters.registry import SCAN_CONVERTERS
 from racecar.pipelines.bags.messages import ros2_types
 from racecar.pipelines.live.intake.sensors import Sensors
 from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.sensors.scan import Scan
 from tests.pipelines.bag_samples import START, STEP, bag_of, odometry, read
 
 SONAR = "sensor_msgs/msg/Range"

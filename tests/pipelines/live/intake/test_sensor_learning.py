@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from racecar.maps.geometry.se2 import IDENTITY, compose
-from racecar.maps.sensing.odometry import Odometry
-from racecar.maps.sensing.scan import Scan
 from racecar.pipelines.live.intake.sensor_learning import SensorLearning
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.pipelines.runs.learned_corrections import KnownSensors
-from tests.mapping.self_calibration.moving_laser import odometry_of, scans_of, winding_drive
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from tests.sensors.self_calibration.moving_laser import odometry_of, scans_of, winding_drive
 
 SECONDS = 16.0
 DRIVE = winding_drive(SECONDS)

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from racecar.maps.sensing.odometry import Odometry
 from racecar.pipelines.bags.message_factory import MessageFactory
 from racecar.pipelines.bags.messages import MULTI_ECHO_SCAN, ros2_types
 from racecar.pipelines.live.intake import sensors as sensors_module
 from racecar.pipelines.live.intake.sensors import Sensors
 from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.sensors.odometry import Odometry
 
 FACTORY = MessageFactory(ros2_types(), is_ros1=False)
 START = 1_700_000_000_000_000_000

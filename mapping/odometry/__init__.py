@@ -1,1 +1,0 @@
-"""The laser's motion from scan to scan: wheels, scan odometry, deskewing."""

@@ -1,1 +1,0 @@
-"""What sensors tell: scans, clouds, odometry."""

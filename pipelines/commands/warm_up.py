@@ -1,0 +1,33 @@
+"""Compiles the numba kernels, so that the first real run starts at once.
+
+``python -m racecar.pipelines.commands.warm_up``
+"""
+
+import tempfile
+from pathlib import Path
+
+from racecar.localization.config import LocalizationConfig
+from racecar.localization.warm_up import warm_up as warm_up_localizer
+from racecar.pipelines.files.report import Report
+from racecar.pipelines.runs.demo_run import run_demo
+from racecar.pipelines.simulation.floor_canvas import draw_ring
+
+
+def warm_up() -> None:
+    """Run every stage on a short drive; the compiled kernels stay on disk."""
+    with tempfile.TemporaryDirectory() as folder:
+        run_demo(
+            draw_ring(),
+            Path(folder),
+            Report("warm up"),
+            seed=0,
+            mapping_seconds=14.0,  # more than a round, so that loops are closed
+            localization_seconds=1.0,
+            announce=lambda sentence: None,
+            quiet=True,
+        )
+    warm_up_localizer(LocalizationConfig())  # a search of the map, too, as live nodes begin with
+
+
+if __name__ == "__main__":
+    warm_up()

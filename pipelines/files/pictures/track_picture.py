@@ -1,0 +1,39 @@
+"""track.png: the map with the centre line of the track and both of its edges."""
+
+from pathlib import Path
+
+import numpy as np
+
+from racecar.maps.grid.centre_line import CentreLine
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.trajectory import Trajectory
+from racecar.pipelines.files.pictures.map_picture import (
+    LOOP_COLOR,
+    PATH_COLOR,
+    START_COLOR,
+    add_map_legend,
+    map_figure,
+    save_figure,
+)
+
+_DOTS_PER_INCH = 150
+_ARROW = 1.5
+"""Metres of the arrow that shows which way the track goes. For looks."""
+
+
+def save_track_picture(path: Path, grid: OccupancyGrid, line: CentreLine, title: str) -> None:
+    """Draw a track as PNG. Raises UserError when the place cannot be written to."""
+    ring = np.append(np.arange(len(line.points)), 0)
+    poses = np.column_stack([line.points, np.zeros(len(line.points))])
+    figure, axes = map_figure(grid, Trajectory(np.arange(len(poses)), poses), title)
+    for widths, label in ((line.left, "edges"), (-line.right, None)):
+        edge = (line.points + widths[:, None] * line.normals)[ring]
+        axes.plot(*edge.T, color=LOOP_COLOR, linewidth=1.0, label=label, zorder=3)
+    axes.plot(*line.points[ring].T, color=PATH_COLOR, linewidth=1.4, label="centre line", zorder=4)
+    start, ahead = line.points[0], line.points[1] - line.points[0]
+    tip = start + _ARROW * ahead / np.hypot(*ahead)
+    arrow = {"arrowstyle": "-|>", "color": START_COLOR, "linewidth": 2.0}
+    axes.annotate("", xy=tuple(tip), xytext=tuple(start), arrowprops=arrow, zorder=5)
+    axes.plot(*start, "o", color=START_COLOR, markeredgecolor="white", markersize=9, label="start", zorder=6)
+    add_map_legend(figure, axes)
+    save_figure(path, figure, _DOTS_PER_INCH)

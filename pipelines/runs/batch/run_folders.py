@@ -1,0 +1,85 @@
+"""Which folder the map of each bag goes to: none replaces another's, and a repeated batch finds its own."""
+
+from collections.abc import Iterator, Sequence
+from itertools import count
+from pathlib import Path
+
+from racecar.maps.errors import UserError
+from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
+from racecar.pipelines.bags.storage.recordings import is_bag_folder
+from racecar.pipelines.files.run_report import read_report
+from racecar.pipelines.runs.batch.bag_search import bag_stem
+from racecar.pipelines.runs.map_outputs import MAP_FILES
+from racecar.pipelines.runs.output_places import OutputFolder, check_places
+from racecar.pipelines.runs.source_recording import SourceRecording
+
+_LONGEST_NAME = 120
+"""Characters; file systems take 255 bytes, and many letters take two."""
+
+
+def run_folders(bags: Sequence[Path], out: Path, reserved: Sequence[str] = ()) -> list[Path]:
+    """A folder in ``out`` for each bag, named after it; bags of the same name are told apart by the folders
+    that they lie in, and else by numbers.
+
+    A folder with the run of one of the bags stays that bag's, and one with the run of any other bag, with a
+    bag or with files of others is left alone. Names that are ``reserved`` are not used.
+    """
+    owners = {path.name: _Owner(path) for path in out.iterdir() if path.is_dir()} if out.is_dir() else {}
+    folders: dict[Path, str] = {}
+    taken = {name.casefold() for name in reserved}
+    for is_own in (_Owner.has_content_of, _Owner.is_at_path_of):
+        for bag in bags:
+            own = [] if bag in folders else [name for name, owner in owners.items() if is_own(owner, bag)]
+            name = next((name for name in sorted(own, key=len) if name.casefold() not in taken), None)
+            if name is not None:
+                folders[bag] = name
+                taken.add(name.casefold())
+    taken |= {name.casefold() for name, owner in owners.items() if owner.is_run or not _is_free(out / name)}
+    for bag in bags:
+        if bag not in folders:
+            folders[bag] = next(name for name in _names(bag) if name.casefold() not in taken)
+            taken.add(folders[bag].casefold())
+    return [out / folders[bag] for bag in bags]
+
+
+class _Owner:
+    """The bag whose run lies in a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        report = read_report(folder)
+        self.is_run = report.has("inputs", "bag")
+        self._recording = SourceRecording(report.inputs)
+
+    def has_content_of(self, bag: Path) -> bool:
+        """Wherever it was moved to."""
+        try:
+            return self._recording.fingerprint == bag_fingerprint(bag)
+        except (UserError, OSError):
+            return False
+
+    def is_at_path_of(self, bag: Path) -> bool:
+        """Whatever became of it."""
+        return self._recording.is_at_path_of(bag)
+
+
+def _is_free(folder: Path) -> bool:
+    """Whether a map would replace nothing there."""
+    try:
+        check_places([OutputFolder(folder, lambda: MAP_FILES)], (), force=False)
+    except UserError:
+        return False
+    return not is_bag_folder(folder)
+
+
+def _names(bag: Path) -> Iterator[str]:
+    """drive, then monday-drive, week-monday-drive, and so on, then drive-2, drive-3, without end."""
+    stem = bag_stem(bag)[:_LONGEST_NAME]
+    yield stem
+    name = stem
+    for folder in bag.parents:
+        name = f"{folder.name}-{name}"
+        if not folder.name or len(name) > _LONGEST_NAME:
+            break
+        yield name
+    for number in count(2):
+        yield f"{stem}-{number}"

@@ -1,0 +1,153 @@
+"""What ``--record`` writes: a run as a ROS 2 bag (MCAP) that RViz, Foxglove and ``racecar studio`` show."""
+
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.state.result import MappingResult
+from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.grid.thinning import thinned
+from racecar.maps.map_files import MOST_PIXELS
+from racecar.pipelines.bags.reader import BagReader
+from racecar.pipelines.bags.writer import BagWriter
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+
+RECORD_FOLDER = "record"
+"""In a run's folder; ``record/record.mcap`` is the file in it."""
+MAP_TOPIC, SCAN_TOPIC, ODOM_TOPIC = "/map", "/scan", "/odom"
+POSE_TOPIC, PARTICLES_TOPIC, PATH_TOPIC = "/pf/pose/odom", "/pf/viz/particles", "/path"
+"""Those of the course's particle filter, so that its RViz settings show a recording too."""
+
+_PARTICLES_PERIOD = 100_000_000
+"""Nanoseconds: ten clouds a second are enough to look at."""
+_SHOWN_PARTICLES = 300
+_GROWN = 1.1
+"""A path is written again when it is a tenth longer, so that all together grow only with the drive."""
+_MOST_BEAMS = 8192
+
+
+class Recorder:
+    """Writes a run while it goes on; a context manager. The bag appears whole, or not at all.
+
+    Raises UserError when the place cannot be written to.
+    """
+
+    def __init__(self, folder: Path, grid: OccupancyGrid) -> None:
+        self._writer = BagWriter(folder / RECORD_FOLDER)
+        self._grid = grid
+        self._has_begun = False
+        self._last_particles = -_PARTICLES_PERIOD
+        self._stamps: list[int] = []
+        self._poses: list[Pose] = []
+        self._written = 0
+
+    def __enter__(self) -> "Recorder":
+        self._writer.__enter__()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        if error is None and len(self._stamps) > self._written:
+            self._write_path()
+        self._writer.__exit__(kind, error, traceback)
+
+    def write_odometry(self, odometry: Odometry) -> None:
+        """A sample of the wheels' odometry."""
+        self._writer.write_odometry(odometry, ODOM_TOPIC)
+
+    def write_scan(
+        self, scan: Scan, map_from_base: Pose, covariance: NDArray[np.float64] | None = None
+    ) -> None:
+        """A scan and the pose (3,) it was taken from, as far as known; the first brings the map along."""
+        if self._stamps and scan.stamp <= self._stamps[-1]:
+            return
+        if not self._has_begun:
+            self._has_begun = True
+            self._writer.write_static_transform(scan.base_from_laser)
+            self._writer.write_map(scan.stamp, self._grid, MAP_TOPIC)
+        self._write_ranges(scan)
+        pose = Odometry(scan.stamp, map_from_base, IDENTITY)
+        self._writer.write_odometry(pose, POSE_TOPIC, "map", "base_link", covariance)
+        self._writer.write_transform(scan.stamp, "map", "base_link", map_from_base)
+        self._stamps.append(scan.stamp)
+        self._poses.append(map_from_base)
+        if len(self._stamps) >= _GROWN * self._written:
+            self._write_path()
+
+    def write_particles(self, stamp: int, map_from_base: Pose, weights: NDArray[np.float64]) -> None:
+        """Of particles (N, 3) and weights (N,) a few hundred that stand for all, some times a second."""
+        if stamp - self._last_particles < _PARTICLES_PERIOD:
+            return
+        self._last_particles = stamp
+        self._writer.write_poses(stamp, map_from_base[_stand_ins(weights)], PARTICLES_TOPIC)
+
+    def _write_path(self) -> None:
+        self._written = len(self._stamps)
+        self._writer.write_path(self._stamps, np.array(self._poses), PATH_TOPIC)
+
+    def _write_ranges(self, scan: Scan) -> None:
+        angle_min, increment, ranges = as_even_beams(scan)
+        sweep = float(np.ptp(scan.time_offsets)) if len(ranges) > 1 else 0.0
+        self._writer.write_scan(
+            scan.stamp,
+            ranges,
+            angle_min,
+            increment,
+            sweep / max(len(ranges) - 1, 1),
+            sweep,
+            0.0,
+            scan.max_range,
+            SCAN_TOPIC,
+        )
+
+
+def record_mapping(reader: BagReader, result: MappingResult, folder: Path) -> None:
+    """Read a bag once more and write its scans at the poses that the finished map gave them.
+
+    Where a scan was taken is known only at the end: loops move what a mapper says on the way.
+    """
+    trajectory = result.trajectory
+    poses = dict(zip(trajectory.stamps.tolist(), trajectory.map_from_base, strict=True))
+    with Recorder(folder, thinned(result.tiled, MOST_PIXELS)) as recorder:
+        for message in reader:
+            if isinstance(message, Odometry):
+                recorder.write_odometry(message)
+            elif isinstance(message, Scan) and message.stamp in poses:
+                recorder.write_scan(message, poses[message.stamp])
+            elif message.stamp > trajectory.stamps[-1]:
+                break  # Ctrl-C ended the mapping here
+
+
+def as_even_beams(scan: Scan) -> tuple[float, float, NDArray[np.float32]]:
+    """First bearing, increment (rad) and ranges (N,) on even bearings, as LaserScan wants them.
+
+    Beams that are even already stay as they are; of others each goes to the nearest bearing, of two the
+    nearer range, and a bearing without a beam is nan.
+    """
+    bearings, ranges = scan.bearings, scan.ranges
+    if len(bearings) < 2:
+        return float(bearings[0]) if len(bearings) else 0.0, 1.0, ranges.astype(np.float32)
+    steps = np.diff(bearings)
+    increment = float(np.ptp(bearings) / (len(bearings) - 1))
+    if np.ptp(steps) > 0.1 * increment:
+        increment = max(float(np.median(steps)), float(np.ptp(bearings)) / _MOST_BEAMS)
+    places = np.rint((bearings - bearings[0]) / increment).astype(np.int64)
+    even = np.full(places[-1] + 1, np.nan)
+    np.fmin.at(even, places, ranges)
+    return float(bearings[0]), increment, even.astype(np.float32)
+
+
+def _stand_ins(weights: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Indices, evenly by weight; always the same for the same weights."""
+    count = min(_SHOWN_PARTICLES, len(weights))
+    shares = np.cumsum(weights) / weights.sum()
+    chosen = np.searchsorted(shares, (np.arange(count) + 0.5) / count)
+    return np.minimum(chosen, len(weights) - 1).astype(np.int64)

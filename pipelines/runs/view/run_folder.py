@@ -1,0 +1,152 @@
+"""A run's folder as something to look at: its recording where there is one, else its files."""
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.mapping.graph.constraint import KINDS
+from racecar.maps.errors import UserError
+from racecar.maps.geometry.se2 import between, compose, inverse, transform_points
+from racecar.maps.grid.occupancy_grid import OccupancyGrid
+from racecar.maps.map_files import load_map
+from racecar.maps.trajectory import Trajectory
+from racecar.maps.whole_folders import finish_replacing
+from racecar.pipelines.files.keyframe_times import SAME_PLACE, scans_of_keyframes
+from racecar.pipelines.files.literal_markdown import literal
+from racecar.pipelines.files.run_report import RunReport, Segment, read_report
+from racecar.pipelines.files.session_file import SESSION_FILE, load_session_arrays
+from racecar.pipelines.files.tum import load_tum
+from racecar.pipelines.runs.view.record_file import read_record
+from racecar.pipelines.runs.view.recorder import RECORD_FOLDER
+from racecar.pipelines.runs.view.scene import Doubt, Scene, Sight
+from racecar.sensors.arrays import Arrays
+
+_SCAN_MATCHING, _LOOP_CLOSURE = KINDS.index("scan_matching"), KINDS.index("loop_closure")
+
+
+def load_run(folder: Path) -> Scene:
+    """What a mapping or localization run left in a folder; what of it cannot be read is told beside the rest.
+
+    Raises UserError when it left neither a trajectory nor a recording that can be read.
+    """
+    finish_replacing(folder)
+    report = read_report(folder)
+    scene = _recorded_or_driven(folder, folder.absolute().name, _about(report))
+    try:
+        if scene.grid is None:
+            scene.grid = _find_grid(folder, report)
+    except UserError as error:
+        scene.about += _warning(str(error))
+    try:
+        if (folder / SESSION_FILE).is_file():
+            _add_session(scene, load_session_arrays(folder))
+    except UserError as error:
+        scene.about += _warning(str(error))
+    scene.doubts = _doubts_of(report.quality.segments)
+    return scene
+
+
+def _recorded_or_driven(folder: Path, title: str, about: str) -> Scene:
+    """The recording; without one, or with one that an earlier run left, the trajectory alone."""
+    path = folder / "trajectory.tum"
+    driven = load_tum(path) if path.is_file() else None
+    if (folder / RECORD_FOLDER).is_dir():
+        scene = read_record(folder / RECORD_FOLDER, title, about)
+        if driven is None or _are_same(driven, scene.trajectory):
+            return scene
+        about += "\n\nThe recording in this folder is of an earlier run, so it is ignored."
+    if driven is None:
+        raise UserError(
+            f"{folder} holds no run: there is no trajectory.tum; name a folder that `racecar map` or "
+            "`racecar localize` has written."
+        )
+    return Scene(title, about, driven)
+
+
+def _are_same(driven: Trajectory, recorded: Trajectory) -> bool:
+    return np.array_equal(driven.stamps, recorded.stamps) and np.allclose(
+        driven.map_from_base[:, :2], recorded.map_from_base[:, :2], atol=SAME_PLACE
+    )
+
+
+def _find_grid(folder: Path, report: RunReport) -> OccupancyGrid | None:
+    """The map in the folder, or the one that its report names, if it is still there."""
+    return load_map(folder) if (folder / "map.yaml").is_file() else report.named_map()
+
+
+def _add_session(scene: Scene, arrays: Arrays) -> None:
+    """Keyframes and loop closures; where no scans were recorded, those of the keyframes."""
+    map_from_laser = arrays["map_from_keyframe"]
+    map_from_base = compose(map_from_laser, arrays["keyframe_from_base"])
+    places: NDArray[np.float64] = map_from_base[:, :2]
+    ties, kinds = arrays["constraints.keyframes"], arrays["constraints.kinds"]
+    is_match = kinds == _SCAN_MATCHING
+    first, second = ties[is_match].T
+    solved = between(map_from_laser[first], map_from_laser[second])
+    missed = between(arrays["constraints.poses"][is_match], solved)
+    scene.keyframes = places
+    scene.loops = places[ties[kinds == _LOOP_CLOSURE]]
+    scene.matches, scene.misses = places[ties[is_match]], np.hypot(missed[:, 0], missed[:, 1])
+    if not scene.sights:
+        scene.sights = _sights_of_keyframes(arrays, places, scene.trajectory)
+
+
+def _sights_of_keyframes(arrays: Arrays, places: NDArray[np.float64], trajectory: Trajectory) -> list[Sight]:
+    """The keyframes' scans; a keyframe's time is that of the scan whose pose it has.
+
+    Keyframes of earlier drives have no time in this one and are left out.
+    """
+    scans, are_known = scans_of_keyframes(places, trajectory)
+    ends = np.cumsum(arrays["scans.counts"].astype(np.int64))
+    points = np.split(arrays["scans.points"], ends[:-1])
+    base_from_laser = inverse(arrays["keyframe_from_base"])
+    return [
+        Sight(
+            int(trajectory.stamps[scan]),
+            transform_points(pose, seen.astype(np.float64)).astype(np.float32),
+        )
+        for scan, is_known, pose, seen in zip(scans, are_known, base_from_laser, points, strict=True)
+        if is_known
+    ]
+
+
+def _doubts_of(segments: Iterable[Segment]) -> list[Doubt]:
+    """What the verdict names, of a map or of a localization."""
+    return [
+        _doubt_of(segment, np.array([segment.x_m, segment.y_m]))
+        for segment in segments
+        if segment.x_m is not None and segment.y_m is not None
+    ]
+
+
+def _doubt_of(segment: Segment, place: NDArray[np.float64]) -> Doubt:
+    begin, end = segment.from_s, segment.to_s
+    seconds = None if begin is None or end is None else (begin, end)
+    why = segment.why or f"The car's place was {'lost' if segment.lost else 'not known'}."
+    return Doubt(why, place, seconds)
+
+
+def _about(report: RunReport) -> str:
+    """What a person wants to know first, as Markdown."""
+    path_metres, share = (
+        report.result.path_metres or report.counts.path_metres,
+        report.accuracy.share_on_walls,
+    )
+    lines = [f"## {literal(report.command)}"]
+    for label, value in (
+        ("bag", report.inputs.bag),
+        ("map", report.inputs.map),
+        ("scans", report.counts.scans),
+        ("path", None if path_metres is None else f"{path_metres:.1f} m"),
+        ("verdict", report.quality.verdict),
+        ("end points on walls", None if share is None else f"{share:.0%}"),
+    ):
+        if value is not None:
+            lines.append(f"- {label}: {literal(str(value))}")
+    return "\n".join(lines) + "".join(map(_warning, report.cautions))
+
+
+def _warning(sentence: str) -> str:
+    return f"\n\n**Warning:** {literal(sentence)}"

@@ -1,0 +1,5 @@
+"""What scans, wheels and gyroscope say, on one clock and corrected, and the motion that they show."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,0 +1,86 @@
+"""What can be wrong with a bag, by name and numbers; `sentences` tells people of it."""
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import Any
+
+from racecar.sensors.sentences import COUNTED, SENTENCES
+
+
+@dataclass(frozen=True, init=False)
+class Finding:
+    """Something wrong with a bag."""
+
+    name: str
+    spoils_map: bool
+    """A map made of the bag as it is would be wrong, or not be made at all."""
+    numbers: dict[str, Any]
+    """That its sentence names."""
+
+    def __init__(self, name: str, *, spoils_map: bool = False, **numbers: Any) -> None:
+        for field, value in (("name", name), ("spoils_map", spoils_map), ("numbers", numbers)):
+            object.__setattr__(self, field, value)
+
+    @property
+    def what(self) -> str:
+        """What is wrong."""
+        return self._words[0]
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it."""
+        return self._words[1]
+
+    @property
+    def sentence(self) -> str:
+        """What is wrong and what to do about it."""
+        return " ".join(self._words).rstrip()
+
+    def as_dict(self) -> dict[str, Any]:
+        """For a JSON file."""
+        return {
+            "name": self.name,
+            "what": self.what,
+            "remedy": self.remedy,
+            "spoils_map": self.spoils_map,
+        }
+
+    @property
+    def _words(self) -> tuple[str, str]:
+        sentences = SENTENCES[self.name]
+        if callable(sentences):
+            return sentences(**self.numbers)
+        what, remedy = sentences
+        return what.format(**self.numbers), remedy.format(**self.numbers)
+
+
+def times(count: int) -> str:
+    """Such as "once", "twice" and "3 times"."""
+    return {1: "once", 2: "twice"}.get(count, f"{count} times")
+
+
+_LOST = (
+    "dropped_out_of_order",
+    "empty_scans",
+    "scans_beyond_one_turn",
+    "undecodable_messages",
+    "oversized_messages",
+)
+"""Counts of messages that are missing in the map."""
+_MUCH_LOST = 0.25
+"""Of all messages; a drive of which more is lost has holes that no odometry bridges: by judgement."""
+
+
+def counted_findings(counts: Counter[str]) -> list[Finding]:
+    """What was mended or dropped while reading."""
+    lost = sum(counts[name] for name in _LOST)
+    is_much = lost > _MUCH_LOST * (lost + counts["scans"] + counts["odometry"])
+    findings = [
+        Finding(name, spoils_map=is_much and name in _LOST, count=counts[name])
+        for name in COUNTED
+        if counts[name]
+    ]
+    lacking = counts["scans_without_odometry"]
+    if lacking > 0.01 * counts["scans"] + 2:
+        findings.append(Finding("scans_without_odometry", count=lacking, scans=counts["scans"]))
+    return findings

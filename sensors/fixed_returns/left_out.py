@@ -1,0 +1,106 @@
+"""What was left out of a recording because it moves along with the laser."""
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.sensors.scan import Scan
+
+_SECTORS = 72
+"""Of 5°, so that they name parts of a view well enough to be looked for."""
+_MOST = 0.1
+"""Share of the fullest sector below which one is not named, because it holds no more than the edges of what
+moves along; by judgement."""
+_FEW = 0.01
+"""Share of a scan's returns that is left out by chance, so that such scans do not prolong the time that is
+named; by judgement."""
+_EDGE = 0.02
+"""Quantile by which the nearest and the farthest return are told, so that a stray one does not matter."""
+_STEPS = 0.05
+"""Metres between the ranges that are counted: fine enough, because words tell them to a tenth."""
+_FARTHEST = 400
+"""Steps, 20 m: more is not told apart, because what moves along is nearer, by judgement."""
+
+
+@dataclass(frozen=True)
+class Sector:
+    """A part of the laser's view."""
+
+    begin: float
+    end: float
+    """Degrees, counter-clockwise from where the laser looks."""
+    nearest: float
+    farthest: float
+    """Metres."""
+
+
+class LeftOut:
+    """Counts returns that were left out."""
+
+    def __init__(self) -> None:
+        self.returns = 0
+        self.scans = 0
+        self._of = 0
+        self._first: int | None = None
+        self._stamps: tuple[int, int] | None = None
+        self._counts = np.zeros((_SECTORS, _FARTHEST), dtype=np.int64)
+
+    def begin(self, stamp: int) -> None:
+        """Seconds count from the first of such stamps (nanoseconds)."""
+        self._first = stamp if self._first is None else self._first
+
+    def add(self, scan: Scan, mask: NDArray[np.bool_]) -> None:
+        """A scan that was judged, and which of its beams, (N,), were left out."""
+        self._of += int(np.count_nonzero(scan.is_return))
+        if not mask.any():
+            return
+        left_out = int(np.count_nonzero(mask))
+        if left_out > _FEW * np.count_nonzero(scan.is_return):
+            self._stamps = (scan.stamp if self._stamps is None else self._stamps[0], scan.stamp)
+        self.scans += 1
+        self.returns += left_out
+        sectors = np.floor(scan.bearings[mask] / (2.0 * np.pi) * _SECTORS).astype(np.int64) % _SECTORS
+        steps = np.minimum(scan.ranges[mask] / _STEPS, _FARTHEST - 1).astype(np.int64)
+        np.add.at(self._counts, (sectors, steps), 1)
+
+    @property
+    def share(self) -> float:
+        """Of the returns of the scans that were judged."""
+        return self.returns / max(self._of, 1)
+
+    @property
+    def seconds(self) -> tuple[float, float]:
+        """From the first scan to the first and the last one that lost more than a few returns."""
+        if self._first is None or self._stamps is None:
+            return 0.0, 0.0
+        begin, end = self._stamps
+        return (begin - self._first) * 1e-9, (end - self._first) * 1e-9
+
+    @property
+    def sectors(self) -> list[Sector]:
+        """The parts of the view where they were, neighbours as one, from the right rear on."""
+        counts = np.roll(self._counts, _SECTORS // 2, axis=0)
+        per_sector = counts.sum(axis=1)
+        chosen = per_sector > _MOST * per_sector.max()
+        edges = np.flatnonzero(np.diff(chosen, prepend=False, append=False)).reshape(-1, 2)
+        return [_sector(begin, end, counts[begin:end].sum(axis=0)) for begin, end in edges.tolist()]
+
+    def as_dict(self) -> dict[str, object]:
+        """For report.json."""
+        begin, end = self.seconds
+        return {
+            "returns": self.returns,
+            "share": self.share,
+            "scans": self.scans,
+            "begin_s": begin,
+            "end_s": end,
+            "sectors": [asdict(sector) for sector in self.sectors],
+        }
+
+
+def _sector(begin: int, end: int, counts: NDArray[np.int64]) -> Sector:
+    shares = np.cumsum(counts) / counts.sum()
+    nearest, farthest = np.searchsorted(shares, [_EDGE, 1.0 - _EDGE])
+    begin_degrees, end_degrees = (360.0 / _SECTORS * (k - _SECTORS // 2) for k in (begin, end))
+    return Sector(begin_degrees, end_degrees, float(nearest * _STEPS), float((farthest + 1) * _STEPS))

@@ -1,0 +1,1 @@
+"""Motion from wheels, gyroscope and scans, its faults and its noise."""

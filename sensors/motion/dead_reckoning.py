@@ -1,0 +1,371 @@
+"""Dead reckoning: the laser's motion since the last keyframe, by wheels and gyroscope, by scans and at a
+steady velocity."""
+
+from math import isnan
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from racecar.maps.geometry.se2 import (
+    IDENTITY,
+    Pose,
+    are_apart,
+    between,
+    compose,
+    inverse,
+    transform_points,
+)
+from racecar.sensors.matching.scan_store import PreparedScan
+from racecar.sensors.motion.calibration import WheelCalibration
+from racecar.sensors.motion.deskew import (
+    LaserMotion,
+    by_odometry,
+    by_velocity,
+    deskew,
+    deskew_cloud,
+    seen_by,
+)
+from racecar.sensors.motion.frozen_odometry import FrozenOdometry
+from racecar.sensors.motion.gyro_buffer import GyroBuffer, GyroReading, turn_between
+from racecar.sensors.motion.lag import OdometryLag
+from racecar.sensors.motion.motion_guesses import GuessSource, MotionGuesses
+from racecar.sensors.motion.mounts import Mounts
+from racecar.sensors.motion.odometry_buffer import OdometryBuffer
+from racecar.sensors.motion.scan_odometry import ScanOdometry
+from racecar.sensors.motion.turn_fusion import TurnFusion
+from racecar.sensors.motion.turn_search import with_turn_seen
+from racecar.sensors.motion.velocity_filter import TurnMeasured, VelocityFilter
+from racecar.sensors.odometry import Odometry
+from racecar.sensors.scan import Scan
+from racecar.sensors.yaw_rate import YawRate
+
+_LOST = 1.0, 0.5
+"""Metres or radians by which scan odometry may miss a step between keyframes before it starts again. By
+judgement: it misses less wherever it has not lost its way."""
+_UNSEEN_TURN = 0.2
+"""Radians that scans show while wheels repeat one heading to the last bit, from which on that is no heading.
+By judgement: session_A's car turned by up to 0.09 while it steered straight."""
+_SPARSE_INTERVAL = 0.075
+"""Seconds between two scans from which scan odometry corrects the velocity filter, since when scans come more
+often, the laser moves too little between them for it. Measured on simulated cheap lasers (pytest
+tests/simulated/test_hard_places.py)."""
+_BLIND_INTERVAL = 2_000_000_000
+"""Nanoseconds for which a car without wheel odometry is thought to go on as before while no beam meets
+anything; then it is searched for where it was by then. By judgement: as long as a gap after which it is
+searched for."""
+WORTH_UNTOLD = np.diag(np.array([1.0, 1.0, 1.5]) ** -2.0)
+"""(3, 3) information of the motion over a longer time that nothing measured: m, m, rad. By judgement: a car
+goes that far before anybody wonders."""
+
+
+class _Moment(NamedTuple):
+    """A scan, and where the reference was then, as each source has it in a frame of its own."""
+
+    stamp: int = 0
+    """Nanoseconds."""
+    by_scans: Pose = IDENTITY
+    by_wheels: Pose | None = None
+    by_gyro: GyroReading | None = None
+
+
+class DeadReckoning:
+    """Follows the laser from scan to scan; none of its guesses can be trusted alone.
+
+    Wheels slip, and some logs count backwards; scan odometry sticks along bare corridors and arcs; and a car
+    does not always keep its velocity. Which guess is right shows when a keyframe is matched from each.
+    """
+
+    def __init__(self, odometry_lag: int = 0) -> None:
+        """``odometry_lag`` in nanoseconds, as far as it is known beforehand."""
+        self.calibration = WheelCalibration()
+        self.scans_without_odometry = 0
+        self.scans_left_out = 0
+        """Of further lasers."""
+        self.mounts = Mounts()
+        """As the latest scans have them; what moves is the reference among them."""
+        self.blind_for = 0
+        """Nanoseconds from the last scan before this one that met anything; zero without any."""
+        self.odometry_lag = OdometryLag(odometry_lag)
+        """As it was learned last."""
+        self.cloud: NDArray[np.float64] | None = None
+        """(N, 3) what a sensor with many rows saw in the last scan, corrected for motion, in its frame laid
+        level; None of a planar one."""
+        self.turns = TurnFusion()
+        """What the turns by wheels and gyroscope have proven to be worth."""
+        self.frozen = FrozenOdometry()
+        """When the wheels repeated a pose while the scans moved."""
+        self._unseen_turn = 0.0
+        """Radians that the scans show since the wheels repeat a heading."""
+        self._odometry = OdometryBuffer(lag=odometry_lag)
+        self._gyro = GyroBuffer()
+        self._scan_odometry = ScanOdometry()
+        self._filter = VelocityFilter()
+        self._points: NDArray[np.float64] = np.zeros((0, 2))
+        self._sweep: NDArray[np.float64] = np.zeros((0, 2))
+        self._now = self._keyframe = _Moment()
+        self._seeing_stamp = 0
+        self._last_motion: Pose = IDENTITY
+        self._velocity: Pose = IDENTITY
+
+    def add_odometry(self, odometry: Odometry) -> None:
+        """Take a sample of wheel odometry; one that does not continue the last starts it afresh."""
+        if self.frozen.thaws_with(odometry) or self._odometry.jumps_to(odometry):
+            self._odometry = OdometryBuffer(lag=self.odometry_lag.nanoseconds)
+            self._forget_wheels()
+        self._odometry.add(odometry)
+
+    def add_yaw_rate(self, yaw_rate: YawRate) -> None:
+        """Take a sample of the gyroscope."""
+        self._gyro.add(yaw_rate)
+
+    def can_follow(self, scan: Scan) -> bool:
+        """Whether the motion to a scan can be told: to that of a further laser, by wheels only."""
+        if not self.mounts.is_further(scan.laser):
+            return True
+        can = self._keyframe.by_wheels is not None and self._odometry.covers(scan.stamp)
+        self.scans_left_out += not can
+        return can
+
+    def advance(self, scan: Scan) -> tuple[NDArray[np.float64], MotionGuesses]:
+        """Move on to the next scan; returns its end points (M, 2), corrected for motion, in the frame of its
+        laser, and the guesses of the motion."""
+        self._place_laser(scan)
+        self.blind_for = scan.stamp - self._seeing_stamp if self._seeing_stamp else 0
+        mount = self.mounts.of(scan.laser)
+        last, by_gyro = self._now, self._gyro.reading_at(scan.stamp)
+        self._now = last._replace(by_wheels=self._wheels_at(scan), by_gyro=by_gyro)
+        gyro_turn, seconds = turn_between(last.by_gyro, by_gyro), (scan.stamp - last.stamp) * 1e-9
+        by_wheels = _step(last.by_wheels, self._now.by_wheels)
+        if by_wheels is not None:
+            self.turns.watch(by_wheels, gyro_turn, seconds)
+        turned = self._measured_turn(gyro_turn, seconds, scan)
+        keyframe_from_last = self._filter.keyframe_from_laser
+        is_followed = self.wheel_step() is None and self._filter.advance(scan, mount, turned)
+        is_trusted = is_followed and self._filter.is_trusted
+        steadily = seen_by(mount, by_velocity(self._filter.velocity))
+        within = steadily if is_trusted else self._motion_in_sweep(scan, turned)
+        in_laser, self.cloud = deskew(scan, within), deskew_cloud(scan, within)
+        points = _from_reference(mount, in_laser)
+        if by_wheels is not None:
+            motion = self.corrected(by_wheels, gyro_turn, seconds)
+        elif is_trusted:
+            motion = between(keyframe_from_last, self._filter.keyframe_from_laser)
+        elif len(points) == 0 and self.blind_for > _BLIND_INTERVAL:
+            motion = IDENTITY
+        elif turned is not None:
+            motion = np.array([*self._last_motion[:2], turned.turn])
+        else:
+            motion = with_turn_seen(self._points, points, self._last_motion)
+        self._points = points
+        self._sweep = points if self.cloud is None else _from_reference(mount, self.cloud)
+        by_scans = self._scan_odometry.register(self._sweep, motion)
+        self._last_motion = between(last.by_scans, by_scans)
+        self._now = self._now._replace(stamp=scan.stamp, by_scans=by_scans)
+        if len(points) > 0:
+            self._seeing_stamp = scan.stamp
+        if is_followed and seconds > _SPARSE_INTERVAL:
+            self._filter.observe(between(self._keyframe.by_scans, by_scans))
+        guesses = self.guesses()
+        if not is_followed:
+            self._filter.begin(scan.stamp, guesses.best, self._last_motion / max(seconds, 1e-3))
+        return in_laser, guesses
+
+    def guesses(self) -> MotionGuesses:
+        """Of keyframe_from_laser, by each source that says something."""
+        by: dict[GuessSource, Pose] = {}
+        step = self.wheel_step()
+        if step is not None:
+            by[GuessSource.WHEELS_OR_FILTER] = self.corrected(step, *self.gyro_step())
+        elif self._filter.is_trusted:
+            by[GuessSource.WHEELS_OR_FILTER] = self._filter.keyframe_from_laser
+        by[GuessSource.SCAN_ODOMETRY] = between(self._keyframe.by_scans, self._now.by_scans)
+        by[GuessSource.STEADY_VELOCITY] = self._velocity * (self._now.stamp - self._keyframe.stamp)
+        return MotionGuesses(by)
+
+    def wheel_step(self) -> Pose | None:
+        """(3,) keyframe_from_laser as the wheels measured it, not corrected; None where they did not."""
+        return _step(self._keyframe.by_wheels, self._now.by_wheels)
+
+    @property
+    def wheels_begin(self) -> bool:
+        """Whether the wheels tell where the car is, but did not at the last keyframe: only from the next one
+        on they show a motion, and where scan odometry sticks that may be long in coming."""
+        return self._now.by_wheels is not None and self._keyframe.by_wheels is None
+
+    @property
+    def wheels_repeat(self) -> bool:
+        """Whether the wheels say that the car stands now, which wheels that are frozen say too."""
+        return self._now.by_wheels is not None and self._odometry.repeats_since(self._now.stamp) is not None
+
+    def judge_repeating(self, step: Pose, source: GuessSource, limits: tuple[float, float]) -> None:
+        """Leave out wheels that repeat a pose or heading, until that changes, if the scans contradict them:
+        since the last keyframe they show a ``step`` (3,), which was found from the guess of a ``source``.
+
+        They do where another guess than that of a pose was right, or where all of a step of more than the
+        limits (metres, radians) was made meanwhile. The heading of a car that steers straight ahead repeats
+        too, so some steps have to show together that it turns; where a gyroscope does, it is not missed.
+        """
+        begin = self._odometry.repeats_since(self._now.stamp)
+        if begin is not None:
+            if source != GuessSource.WHEELS_OR_FILTER or (
+                self._is_since_keyframe(begin) and are_apart(step, IDENTITY, limits)
+            ):
+                self._freeze(begin, np.zeros(3))
+            return
+        begin = self._odometry.repeats_since(self._now.stamp, heading_only=True)
+        is_unseen = begin is not None and self._is_since_keyframe(begin) and isnan(self.gyro_step()[0])
+        self._unseen_turn = self._unseen_turn + float(step[2]) if is_unseen else 0.0
+        if begin is not None and abs(self._unseen_turn) > _UNSEEN_TURN:
+            self._freeze(begin, np.array([np.nan, np.nan, 0.0]))
+
+    def doubt_standing(self) -> None:
+        """Leave out wheels that repeat a pose, until that changes: a car that stood would see again what it
+        saw at the last keyframe, but it does not."""
+        begin = self._odometry.repeats_since(self._now.stamp)
+        if begin is not None and self._now.by_wheels is not None:
+            self._freeze(begin, np.zeros(3))
+
+    def _is_since_keyframe(self, begin: int) -> bool:
+        """Whether what the odometry repeats since a stamp (nanoseconds) is all that it says of the step."""
+        return begin - self._odometry.lag <= self._keyframe.stamp
+
+    def _freeze(self, begin: int, unless: Pose) -> None:
+        """Leave out the wheels until their pose changes where ``unless`` (3,) is not NaN."""
+        self.frozen.freeze(begin, self._odometry.latest_pose + unless)
+        self._forget_wheels()
+        self._unseen_turn = 0.0
+
+    def _forget_wheels(self) -> None:
+        """What they told until now does not count any more."""
+        self._now, self._keyframe = (each._replace(by_wheels=None) for each in (self._now, self._keyframe))
+
+    def worth(self, step: Pose) -> NDArray[np.float64]:
+        """(3, 3) information of the most trusted guess of a ``step`` (3,) since the last keyframe."""
+        is_long = self._now.stamp - self._keyframe.stamp > _BLIND_INTERVAL
+        return WORTH_UNTOLD if is_long and self.wheel_step() is None else self.calibration.worth(step)
+
+    def gyro_step(self) -> tuple[float, float]:
+        """The turn since the last keyframe as the gyroscope measured it, and in how many seconds.
+
+        Radians, NaN where it did not.
+        """
+        seconds = (self._now.stamp - self._keyframe.stamp) * 1e-9
+        return turn_between(self._keyframe.by_gyro, self._now.by_gyro), seconds
+
+    def corrected(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
+        """Steps (..., 3) of the reference by the wheels without their systematic errors, and with what the
+        gyroscope says of the turn."""
+        return self.fused(self.calibration.faults.corrected(steps), gyro_turns, seconds)
+
+    def fused(self, steps: Pose, gyro_turns: ArrayLike, seconds: ArrayLike) -> Pose:
+        """Corrected steps (..., 3) of the reference with what the gyroscope says of the turn."""
+        if not self.turns.model.is_used:
+            return steps
+        base_from_reference = self.mounts.base_from_reference
+        base_steps = compose(compose(base_from_reference, steps), inverse(base_from_reference))
+        fused = self.turns.model.fused(base_steps, gyro_turns, seconds)
+        return compose(compose(inverse(base_from_reference), fused), base_from_reference)
+
+    def start_keyframe(
+        self, step: Pose, keyframe: PreparedScan, laser: int = 0, *, is_tied: bool = True
+    ) -> None:
+        """From here on the current scan, of a ``laser``, is the keyframe; since the last one the reference
+        moved by ``step`` (3,), which the scans show if it ``is_tied``."""
+        if is_tied:
+            self._learn_turn(step)
+        else:
+            self.turns.start_anew()
+        self._filter.start_keyframe(keyframe, self.mounts.of(laser))
+        if are_apart(step, between(self._keyframe.by_scans, self._now.by_scans), _LOST):
+            self._begin_scan_odometry()
+        self.frozen.follow(self._now.stamp, step)
+        self.odometry_lag.add_turn(self._now.stamp, float(step[2]))
+        self._velocity = step / max(self._now.stamp - self._keyframe.stamp, 1)
+        self._keyframe = self._now
+
+    def learn_lag(self) -> None:
+        """Learn by how much odometry is stamped late, and apply it; the current scan must be the keyframe."""
+        if self.odometry_lag.learn(self._odometry):
+            self._odometry.lag = self.odometry_lag.nanoseconds
+            if self._now.by_wheels is not None:
+                odom_from_base = self._odometry.pose_at(self._now.stamp)
+                by_wheels = compose(odom_from_base, self.mounts.base_from_reference)
+                self._now = self._keyframe = self._now._replace(by_wheels=by_wheels)
+
+    def _learn_turn(self, step: Pose) -> None:
+        """Compare the turn of the step (3,) between two keyframes with those by wheels and gyroscope."""
+        gyro_turn, seconds = self.gyro_step()
+        by_wheels = self.wheel_step()
+        corrected = None if by_wheels is None else self.calibration.faults.corrected(by_wheels)
+        self.turns.follow(seconds, float(step[2]), gyro_turn, corrected)
+
+    def _measured_turn(self, gyro_turn: float, seconds: float, scan: Scan) -> TurnMeasured | None:
+        """What a gyroscope that has proven right says of the time between two scans."""
+        model = self.turns.model
+        if not model.is_used or isnan(gyro_turn) or seconds <= 0.0:
+            return None
+        turn = model.by_gyro(gyro_turn, seconds)
+        sweep = float(scan.time_offsets.max(initial=0.0))
+        begin, end = self._gyro.angles_at([scan.stamp, scan.stamp + round(sweep * 1e9)]).tolist()
+        rate = model.by_gyro(end - begin, sweep) / sweep if sweep > 1e-3 else turn / seconds
+        variance = model.variance_by_gyro(turn, seconds)
+        return TurnMeasured(turn, variance, rate, self.mounts.base_from_reference)
+
+    def _motion_in_sweep(self, scan: Scan, turned: TurnMeasured | None) -> LaserMotion:
+        """By the wheels, with the turn by the gyroscope where that is believed."""
+        if turned is None:
+            return by_odometry(scan, self._odometry)
+        if len(self._odometry) == 0:
+            return by_velocity(np.array([0.0, 0.0, turned.rate_in_sweep]))
+        at_stamp = self._gyro.angles_at([scan.stamp])
+
+        def correction(steps: Pose, seconds: NDArray[np.float64], stamps: NDArray[np.int64]) -> Pose:
+            turns = self._gyro.angles_at(stamps) - at_stamp
+            return self.turns.model.fused(steps, turns, np.abs(seconds))
+
+        return by_odometry(scan, self._odometry, correction)
+
+    def _begin_scan_odometry(self) -> None:
+        """Begin anew with the current scan.
+
+        Once lost, scan odometry goes on with the motion that misled it, to where its local map is empty and
+        nothing corrects it.
+        """
+        self._scan_odometry = ScanOdometry()
+        self._now = self._now._replace(by_scans=self._scan_odometry.register(self._sweep, IDENTITY))
+        self._last_motion = IDENTITY
+
+    def forget_old_scans(self) -> None:
+        """Of scan odometry; what it measures is the motion since the last keyframe."""
+        self._scan_odometry.forget_old()
+
+    def _place_laser(self, scan: Scan) -> None:
+        """The mount may become known late; what the wheels reported until then is of another point."""
+        moved = self.mounts.take(scan)
+        if moved is None:
+            return
+        self._now, self._keyframe = (
+            each if each.by_wheels is None else each._replace(by_wheels=compose(each.by_wheels, moved))
+            for each in (self._now, self._keyframe)
+        )
+
+    def _wheels_at(self, scan: Scan) -> Pose | None:
+        """odom_from_reference (3,), None where odometry has a gap."""
+        is_frozen = self.frozen.is_frozen_at(scan.stamp + self._odometry.lag)
+        if is_frozen or not self._odometry.covers(scan.stamp):
+            self.scans_without_odometry += 1
+            return None
+        return compose(self._odometry.pose_at(scan.stamp), self.mounts.base_from_reference)
+
+
+def _step(first: Pose | None, second: Pose | None) -> Pose | None:
+    """The motion (3,) from one pose to another; None where either is not known."""
+    return None if first is None or second is None else between(first, second)
+
+
+def _from_reference(mount: Pose | None, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (N, 2) or (N, 3) that a laser on a ``mount`` (3,) saw, as seen from the reference."""
+    if mount is None:
+        return points
+    return np.column_stack([transform_points(mount, points[:, :2]), points[:, 2:]])

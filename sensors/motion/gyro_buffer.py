@@ -1,0 +1,142 @@
+"""The latest yaw rates, summed up to angles; their memory is bounded."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from racecar.sensors.yaw_rate import YawRate
+
+_WIDEST_GAP = 500_000_000
+"""Nanoseconds between two samples over which the rate may be drawn straight; beyond, the turn is not known.
+By judgement, because the slowest IMUs send ten times a second, and may lose a few messages."""
+_LONGEST_EXTRAPOLATION = 150_000_000
+"""Nanoseconds past the last sample for which its rate lasts: a period and a half of the slowest IMUs, so that
+live the next sample may be on its way."""
+
+
+_STUCK_AFTER = 1_000_000_000
+"""Nanoseconds of equal samples after which a gyroscope is dead, since noise makes any two differ; one that is
+read so coarsely that it does not, when the car stands, is not missed then. By judgement."""
+
+
+class GyroReading(NamedTuple):
+    """What a gyroscope has summed up until a moment; only differences mean something."""
+
+    series: int
+    """Number of the uninterrupted series of samples."""
+    angle: float
+    """Radians since some time, with the bias of the gyroscope in it."""
+
+
+def turn_between(before: GyroReading | None, after: GyroReading | None) -> float:
+    """Radians, as measured; NaN where that is not known."""
+    if before is None or after is None or before.series != after.series:
+        return math.nan
+    return after.angle - before.angle
+
+
+class GyroBuffer:
+    """Samples in the order of time. Any number of threads may read, or one may add, but not both at once.
+
+    A gyroscope is dead, and says nothing, as long as its samples are the same number, such as zero, from the
+    first one on or for over a second.
+    """
+
+    def __init__(self, max_samples: int = 4096) -> None:
+        self._max_samples = max_samples
+        self._all = np.empty((2 * max_samples, 2))
+        """Rates, and angles: their sum until each, by the trapezoidal rule."""
+        self._all_stamps = np.empty(2 * max_samples, dtype=np.int64)
+        self._begin = self._end = 0
+        self._series = 0
+        self._first_rate: float | None = None
+        self._changed_at: int | None = None
+        """Nanoseconds of the last sample that differed from the one before."""
+
+    def __len__(self) -> int:
+        return self._end - self._begin
+
+    @property
+    def series(self) -> int:
+        """Number of the uninterrupted series of samples."""
+        return self._series
+
+    @property
+    def latest_stamp(self) -> int | None:
+        """Nanoseconds, None while empty."""
+        return int(self._all_stamps[self._end - 1]) if self._end else None
+
+    def add(self, sample: YawRate) -> None:
+        """Take a sample; one that is no number, or not newer than the last, is left out."""
+        latest = self.latest_stamp
+        if not math.isfinite(sample.rate) or (latest is not None and sample.stamp <= latest):
+            return
+        if self._first_rate is None:
+            self._first_rate = sample.rate
+        if latest is not None and sample.rate != self._all[self._end - 1, 0]:
+            if self._changed_at is not None and not self._is_alive:
+                self.start_anew()
+                latest = None
+            self._changed_at = sample.stamp
+        angle = 0.0
+        if latest is not None:
+            if sample.stamp - latest > _WIDEST_GAP:
+                self.start_anew()
+            else:
+                rate, angle = self._all[self._end - 1].tolist()
+                angle += 0.5 * (rate + sample.rate) * (sample.stamp - latest) * 1e-9
+        if self._end == len(self._all_stamps):
+            kept = slice(self._begin, self._end)
+            count = len(self)
+            self._all_stamps[:count], self._all[:count] = (
+                self._all_stamps[kept].copy(),
+                self._all[kept].copy(),
+            )
+            self._begin, self._end = 0, count
+        self._all_stamps[self._end], self._all[self._end] = sample.stamp, (sample.rate, angle)
+        self._end += 1
+        self._begin = max(self._begin, self._end - self._max_samples)
+
+    @property
+    def _is_alive(self) -> bool:
+        latest, changed_at = self.latest_stamp, self._changed_at
+        return latest is not None and changed_at is not None and latest - changed_at <= _STUCK_AFTER
+
+    def start_anew(self) -> None:
+        """What comes does not continue what was."""
+        self._begin = self._end = 0
+        self._series += 1
+
+    def covers(self, stamp: int) -> bool:
+        """Whether the samples reach to a stamp (nanoseconds), or nearly."""
+        latest = self.latest_stamp
+        if latest is None or not self._is_alive or stamp > latest + _LONGEST_EXTRAPOLATION:
+            return False
+        return bool(stamp >= self._all_stamps[self._begin])
+
+    def reading_at(self, stamp: int) -> GyroReading | None:
+        """What was summed up until a stamp (nanoseconds); None where it is not covered."""
+        if not self.covers(stamp):
+            return None
+        return GyroReading(self._series, float(self.angles_at([stamp])[0]))
+
+    def angles_at(self, stamps: ArrayLike) -> NDArray[np.float64]:
+        """Radians (N,) summed up until stamps (N,) in nanoseconds, all in one series.
+
+        Between samples the rate is interpolated; before the first and past the last it stays as it is.
+        Raises LookupError while empty.
+        """
+        if not self._end:
+            raise LookupError("no yaw rates yet")
+        kept = slice(self._begin, self._end)
+        known, (rates, angles) = self._all_stamps[kept], self._all[kept].T
+        wanted = np.asarray(stamps, dtype=np.int64)
+        left = np.clip(np.searchsorted(known, wanted, side="right") - 1, 0, len(known) - 1)
+        right = np.minimum(left + 1, len(known) - 1)
+        since = (wanted - known[left]) * 1e-9
+        apart = np.maximum(known[right] - known[left], 1) * 1e-9
+        slope = np.where(since > 0.0, (rates[right] - rates[left]) / apart, 0.0)
+        found: NDArray[np.float64] = angles[left] + since * (rates[left] + 0.5 * slope * since)
+        return found

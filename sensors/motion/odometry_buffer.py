@@ -1,0 +1,156 @@
+"""The latest samples of wheel odometry, interpolated at any stamp; their memory is bounded."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.sensors.motion.odometry_buffer_kernels import last_speed, poses_at
+from racecar.sensors.odometry import FASTEST, Odometry, is_jump
+
+STALE_AFTER = 500_000_000
+"""Nanoseconds after the last sample for which it says where the car is: long beside the period of any
+odometry (10 to 100 ms), so that a few lost messages do no harm, and short beside a drive; by judgement."""
+_WIDEST_GAP, _NEAR_A_GAP = 1_000_000_000, 100_000_000
+"""Nanoseconds between two samples over which the path may be drawn straight, and how near to either end of a
+longer gap a pose still holds. By judgement, since a car can turn round in a second, but hardly move within a
+tenth of one."""
+_REPEATS = 3
+"""Equal poses that are no chance: two may be one sample that was sent twice. By judgement."""
+_STANDING: Pose = IDENTITY.copy()  # one that is read-only would be compiled for anew
+
+
+class Extrapolation(NamedTuple):
+    """How the car is taken to go on past the last sample: at its last speed, for a while."""
+
+    longest: int
+    """Nanoseconds, besides the lag of the samples."""
+    speed_over: int
+    """Nanoseconds: the speed is the mean since the latest sample that is so much older, or any older one."""
+    widest_gap: int
+    """Nanoseconds: samples farther apart give no speed."""
+
+
+STAND_STILL = Extrapolation(longest=0, speed_over=100_000_000, widest_gap=np.iinfo(np.int64).max)
+"""Past the last sample the car stands, because an extrapolated speed turns a gap in a log into a jump. Only
+where samples are late it goes on for as long as they are, at the speed of a tenth of a second, so that
+samples stamped in a bunch do not spoil it."""
+
+
+class OdometryBuffer:
+    """Samples in the order of time. Any number of threads may read, or one may add, but not both at once."""
+
+    def __init__(
+        self, max_samples: int = 4096, lag: int = 0, extrapolation: Extrapolation = STAND_STILL
+    ) -> None:
+        self.lag = lag
+        """Nanoseconds by which samples are stamped late."""
+        self.extrapolation = extrapolation
+        """Past the last sample."""
+        self._max_samples = max_samples
+        self._all_stamps = np.empty(2 * max_samples, dtype=np.int64)
+        self._all_poses = np.empty((2 * max_samples, 3))
+        self._begin = self._end = 0
+        self._known_speed: Pose | None = None
+
+    def __len__(self) -> int:
+        return self._end - self._begin
+
+    @property
+    def latest_stamp(self) -> int | None:
+        """Nanoseconds, None while empty."""
+        return int(self._all_stamps[self._end - 1]) if self._end else None
+
+    @property
+    def latest_pose(self) -> Pose:
+        """``odom_from_base`` (3,) at the latest stamp. Raises LookupError while empty."""
+        if not self._end:
+            raise LookupError("no odometry yet")
+        latest: Pose = self._all_poses[self._end - 1].copy()
+        return latest
+
+    @property
+    def samples(self) -> tuple[NDArray[np.int64], Pose]:
+        """Stamps (N,) in nanoseconds and ``odom_from_base`` (N, 3), as far back as they are kept."""
+        return self._stamps.copy(), self._poses.copy()
+
+    def jumps_to(self, odometry: Odometry) -> bool:
+        """Whether a sample does not continue the last one: its poses have another origin."""
+        latest = self.latest_stamp
+        if latest is None:
+            return False
+        seconds = (odometry.stamp - latest) * 1e-9
+        return seconds > 0.0 and is_jump(self._all_poses[self._end - 1], odometry.odom_from_base, seconds)
+
+    def add(self, odometry: Odometry) -> None:
+        """Take a sample; one that is not newer than the last is left out."""
+        latest = self.latest_stamp
+        if latest is not None and odometry.stamp <= latest:
+            return
+        if self._end == len(self._all_stamps):
+            self._all_stamps[: len(self)], self._all_poses[: len(self)] = self._stamps, self._poses
+            self._begin, self._end = 0, len(self)
+        self._all_stamps[self._end], self._all_poses[self._end] = odometry.stamp, odometry.odom_from_base
+        self._end += 1
+        self._known_speed = None
+        self._begin = max(self._begin, self._end - self._max_samples)
+
+    def repeats_since(self, stamp: int, *, heading_only: bool = False) -> int | None:
+        """Nanoseconds of the first of the samples before a stamp that all have the same pose, or heading, to
+        the last bit, as those of a car that stands or of a driver that hangs; None where these are too few to
+        tell."""
+        if not self.covers(stamp):
+            return None
+        poses = self._poses[: int(np.searchsorted(self._stamps, stamp + self.lag, side="right"))]
+        parts = poses[:, 2:] if heading_only else poses
+        if len(parts) < _REPEATS or (parts[-_REPEATS:] != parts[-1]).any():
+            return None
+        differ = np.flatnonzero((parts != parts[-1]).any(axis=1))
+        return int(self._stamps[int(differ[-1]) + 1 if len(differ) else 0])
+
+    def covers(self, stamp: int) -> bool:
+        """Whether samples are so near to a stamp (nanoseconds) that `pose_at` is where the car was."""
+        latest = self.latest_stamp
+        if latest is None or stamp - latest > STALE_AFTER:
+            return False
+        stamps, wanted = self._stamps, stamp + self.lag
+        after = int(np.searchsorted(stamps, wanted, side="right"))
+        if after == len(stamps):
+            return True
+        to_next = int(stamps[after]) - wanted
+        if after == 0:
+            return to_next <= _NEAR_A_GAP
+        since_last = wanted - int(stamps[after - 1])
+        return since_last + to_next <= _WIDEST_GAP or min(since_last, to_next) <= _NEAR_A_GAP
+
+    def pose_at(self, stamps: ArrayLike) -> Pose:
+        """``odom_from_base`` (..., 3) at stamps (...) in nanoseconds.
+
+        Between samples the pose is interpolated, before the first that one stands, and past the last the
+        `Extrapolation` says how the car goes on. Raises LookupError while empty.
+        """
+        if not self._end:
+            raise LookupError("no odometry yet")
+        wanted = np.asarray(stamps, dtype=np.int64)
+        ahead = max(self.lag, 0) + self.extrapolation.longest
+        speed = self._last_speed() if ahead > 0 else _STANDING
+        poses = poses_at(self._stamps, self._poses, wanted.ravel(), self.lag, speed, ahead)
+        return poses if wanted.ndim == 1 else poses.reshape(*wanted.shape, 3)
+
+    def _last_speed(self) -> Pose:
+        """(3,) metres and radians per nanosecond, in the car's frame at the last sample."""
+        if self._known_speed is None:
+            policy = self.extrapolation
+            self._known_speed = last_speed(
+                self._stamps, self._poses, policy.speed_over, policy.widest_gap, FASTEST
+            )
+        return self._known_speed
+
+    @property
+    def _stamps(self) -> NDArray[np.int64]:
+        return self._all_stamps[self._begin : self._end]
+
+    @property
+    def _poses(self) -> Pose:
+        return self._all_poses[self._begin : self._end]
