@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from racecar.localization.filter.particle_kernels import moments_about
+from racecar.localization.filter.particle_kernels import in_heaviest_block, moments_about
 from racecar.maps.geometry.se2 import Pose, mean_angle
 
 _SQUARE = 0.5
@@ -38,14 +38,9 @@ def _heaviest_place(map_from_base: Pose, weights: NDArray[np.float64]) -> Pose:
 
     Each particle is in eight blocks, so that it does not matter where squares and sectors end.
     """
-    square = (map_from_base[:, :2] - map_from_base[:, :2].min(axis=0)) // _SQUARE + 1.0
-    sector = map_from_base[:, 2] // (2.0 * np.pi / _SECTORS)
-    places = np.column_stack([square, sector]).astype(np.int64)
-    corners = places[:, None] - np.indices((2, 2, 2)).reshape(3, 8).T
-    shape = (*places[:, :2].max(axis=0) + 1, _SECTORS)
-    blocks = np.ravel_multi_index(tuple(np.moveaxis(corners, 2, 0)), shape, ("raise", "raise", "wrap"))
-    heaviest = np.bincount(blocks.ravel(), np.repeat(weights, 8)).argmax()
-    is_there = (blocks == heaviest).any(axis=1)
+    squares = ((map_from_base[:, :2] - map_from_base[:, :2].min(axis=0)) // _SQUARE).astype(np.int64)
+    sectors = (map_from_base[:, 2] // (2.0 * np.pi / _SECTORS)).astype(np.int64) % _SECTORS
+    is_there = in_heaviest_block(squares, sectors, _SECTORS, weights)
     there, weights = map_from_base[is_there], weights[is_there]
     x, y = np.average(there[:, :2], axis=0, weights=weights)
     return np.array([x, y, mean_angle(there[:, 2], weights)])

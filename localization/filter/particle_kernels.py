@@ -59,3 +59,30 @@ def moments_about(
     mean = center + off
     mean[2] = wrapped(mean[2])
     return mean, second / total - off.reshape(3, 1) * off, total
+
+
+@njit(cache=True, nogil=True)
+def in_heaviest_block(
+    squares: NDArray[np.int64], sectors: NDArray[np.int64], turn: int, weights: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """(N,) which particles are in the block of two by two squares and two sectors that weighs most.
+
+    Squares (N, 2) count from 0, sectors (N,) are so many to a ``turn``; the first of two is beside the last.
+    """
+    columns, rows = squares[:, 0].max() + 2, squares[:, 1].max() + 2
+    blocks = np.zeros((columns, rows, turn))  # named by their second squares and sectors
+    for i in range(len(weights)):
+        x, y = squares[i]
+        for before in range(2):
+            sector = (sectors[i] + before) % turn
+            blocks[x, y, sector] += weights[i]
+            blocks[x + 1, y, sector] += weights[i]
+            blocks[x, y + 1, sector] += weights[i]
+            blocks[x + 1, y + 1, sector] += weights[i]
+    heaviest = blocks.argmax()
+    sector, y, x = heaviest % turn, heaviest // turn % rows, heaviest // (turn * rows)
+    is_there = np.empty(len(weights), dtype=np.bool_)
+    for i in range(len(weights)):
+        is_near = 0 <= x - squares[i, 0] <= 1 and 0 <= y - squares[i, 1] <= 1
+        is_there[i] = is_near and (sector - sectors[i]) % turn <= 1
+    return is_there
