@@ -23,7 +23,6 @@ from racecar.mapping.keyframes.placement import (
     KeyframePlacer,
     Placement,
 )
-from racecar.mapping.missed_loops import FEEDBACK_ROUNDS, missed_loops
 from racecar.mapping.quality.judgement import judge
 from racecar.mapping.quality.map_quality import MapQuality
 from racecar.mapping.session.drawing import draw_map
@@ -198,8 +197,8 @@ class Mapper:
         state, config = self._state, self._config
         with state.timed("optimization"):
             self._optimize_finally()
-        quality = self._heed_contradictions()
         session = state.session()
+        quality = self._judge(session)
         if earlier is not None:
             with state.timed("merging"):
                 session = merge(earlier, session)
@@ -401,25 +400,3 @@ class Mapper:
         """The verdict on the map of a drive, among the keyframes of all drives in ``session``."""
         with self._state.timed("judging"):
             return judge(finished_map_of(self._state, session), self._config.quality)
-
-    def _heed_contradictions(self) -> MapQuality:
-        """Judge the map; where passes contradict each other, close the loops that were missed, as long as
-        that makes it better. Returns the verdict."""
-        state, config = self._state, self._config
-        quality = self._judge(state.session())
-        for _ in range(FEEDBACK_ROUNDS if config.close_loops else 0):
-            with state.timed("feedback"):
-                missed = missed_loops(quality, state.map_from_keyframe, state.loops)
-            if not missed:
-                break
-            before = state.graph, state.map_from_keyframe, state.reckoning.calibration
-            state.graph = state.graph.followed_by(h.as_constraint() for h in missed)
-            with state.timed("feedback"):
-                self._optimize_finally()
-            changed = self._judge(state.session())
-            if not changed.is_better_than(quality):
-                state.graph, state.map_from_keyframe, state.reckoning.calibration = before
-                break
-            quality = changed
-            state.loops.history.accept([h for h in missed if h.moving.index >= 0])
-        return quality

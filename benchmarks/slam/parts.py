@@ -14,7 +14,7 @@ from benchmarks.harness.replaced import (
     Replacement,
     nothing,
 )
-from racecar.mapping import mapper, schedule
+from racecar.mapping import schedule
 from racecar.mapping.graph import pose_graph
 from racecar.mapping.graph.constraint import Constraint
 from racecar.mapping.keyframes import final_optimization
@@ -85,7 +85,6 @@ PARTS: Mapping[str, tuple[Replacement, ...]] = {
     "search for lost keyframes": ((KeyframePlacer, "_search", _none),),
     "see-through test of loops": (LOOPS_NOT_SEEN_THROUGH,),
     "support of loops": (LOOPS_NOT_SUPPORTED,),
-    "loops that were missed": ((mapper, "missed_loops", _none),),
     "ties to the first pass": ((final_optimization, "pairs_with_first_pass", _no_pairs),),
     "matches that are misled": ((MatchesAlongPath, "misled_steps", _no_step),),
     "loose wheels where refuted": ((Constraint, "loosened", _as_it_is),),

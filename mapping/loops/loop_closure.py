@@ -17,8 +17,8 @@ from racecar.mapping.loops.consistent_support import is_supported
 from racecar.mapping.loops.hypothesis import Hypothesis
 from racecar.mapping.loops.loop_history import LoopHistory
 from racecar.mapping.loops.submap import Submap
-from racecar.mapping.loops.submap_matching import MIN_COVERAGE, match_submaps
-from racecar.mapping.loops.submap_search import MIN_SCORE, SubmapSearch
+from racecar.mapping.loops.submap_matching import match_submaps
+from racecar.mapping.loops.submap_search import SubmapSearch
 from racecar.maps.geometry.se2 import Pose, between
 from racecar.sensors.matching.correlative_search import Window
 from racecar.sensors.matching.scan_store import ScanStore
@@ -37,11 +37,9 @@ class LoopCloser:
 
     store: ScanStore
     history: LoopHistory = field(default_factory=LoopHistory)
-    min_score: float = MIN_SCORE
-    min_coverage: float = MIN_COVERAGE
 
     def __post_init__(self) -> None:
-        self._search = SubmapSearch(self.store, self.min_score, self.history.count)
+        self._search = SubmapSearch(self.store, self.history.count)
 
     def learn_drift(self, poses: Pose, graph: PoseGraph) -> None:
         """Note how much the steps to the newest keyframes at ``poses`` (K, 3) may err, by the pose graph;
@@ -82,6 +80,6 @@ class LoopCloser:
     ) -> Hypothesis | None:
         """The hypothesis that a match from ``guess`` (3,), found within ``reach`` metres, ends in; None when
         the scans refute it."""
-        matched = match_submaps(fixed, moving, poses, guess, self.store, self.min_coverage)
+        matched = match_submaps(fixed, moving, poses, guess, self.store)
         self.history.count("refuted" if matched is None else "verified")
         return None if matched is None else Hypothesis(fixed, moving, *matched, reach)

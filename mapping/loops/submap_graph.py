@@ -61,14 +61,6 @@ class SubmapGraph:
         self.submaps.append(submap)
         return submap
 
-    def submap_about(self, metres: float) -> Submap:
-        """A submap beside those of the path, about the keyframe that was reached after so many metres."""
-        path = np.array(self.path)
-        middle = min(int(np.searchsorted(path, metres)), len(path) - 1)
-        first = int(np.searchsorted(path, path[middle] - _HALF_LENGTH))
-        end = int(np.searchsorted(path, path[middle] + _HALF_LENGTH, side="right"))
-        return Submap(-1, first, middle, end - 1)
-
     @property
     def keyframes_with_variances(self) -> int:
         """How many keyframes there are whose variances are known."""

@@ -10,7 +10,7 @@ from racecar.sensors.matching.scan_matching import Pairings, match
 from racecar.sensors.matching.scan_store import ScanStore
 from racecar.sensors.matching.see_through import see_through
 
-MIN_COVERAGE = 0.3
+_MIN_COVERAGE = 0.3
 """Of all points, the least share that lies on the surfaces that the other scans see. By judgement: what
 cannot be judged speaks neither for a loop nor against it."""
 _MIN_AGREEMENT = 0.9
@@ -33,7 +33,7 @@ _MAX_RESIDUAL = 0.04
 
 
 def match_submaps(
-    fixed: Submap, moving: Submap, poses: Pose, guess: Pose, store: ScanStore, min_coverage: float
+    fixed: Submap, moving: Submap, poses: Pose, guess: Pose, store: ScanStore
 ) -> tuple[Pose, NDArray[np.float64]] | None:
     """Match two submaps, of keyframes at ``poses`` (K, 3), from ``guess`` (3,), which is fixed_from_moving.
 
@@ -58,7 +58,7 @@ def match_submaps(
     if residual > _MAX_RESIDUAL:
         return None
     seen = see_through(store, pairs, fixed_poses[a], compose(pose, moving_poses[b]))
-    if seen.agreement < _MIN_AGREEMENT or seen.coverage < min_coverage:
+    if seen.agreement < _MIN_AGREEMENT or seen.coverage < _MIN_COVERAGE:
         return None
     hessian = _INDEPENDENT_PAIRS * result.hessians[0] / len(pairs)
     return pose, match_information(hessian, residual)

@@ -11,7 +11,7 @@ from racecar.maps.geometry.se2 import Pose, between
 from racecar.sensors.matching.correlative_search import Fit, LikelihoodPyramid, Window, search
 from racecar.sensors.matching.scan_store import ScanStore
 
-MIN_SCORE = 0.2
+_MIN_SCORE = 0.2
 """Least mean likelihood of the points at a place that is accepted. By judgement: two submaps of a laser that
 sees 4 m far share a third of what they show where their paths cross."""
 AMBIGUOUS_SHARE = 0.85
@@ -35,9 +35,9 @@ _MOST_PYRAMIDS = 48
 class SubmapSearch:
     """Searches submaps of a store; it keeps the likelihood pyramids of those searched on last."""
 
-    def __init__(self, store: ScanStore, min_score: float, count: Callable[[str], None]) -> None:
+    def __init__(self, store: ScanStore, count: Callable[[str], None]) -> None:
         """``count`` is called with each thing that happens: ``searched``, ``scored``, ``ambiguous``."""
-        self._store, self._min_score, self._count = store, min_score, count
+        self._store, self._count = store, count
         self._pyramids: dict[Submap, LikelihoodPyramid] = {}
 
     def find(self, fixed: Submap, moving: Submap, poses: Pose, window: Window) -> Pose | None:
@@ -61,8 +61,8 @@ class SubmapSearch:
         """
         base = WITHOUT_DRIFT.reach
         near_window = Window(base + _LIKELY_SHARE * (window.reach - base), window.turn)
-        near = search(fixed, points, guess, near_window, self._min_score, AMBIGUOUS_SHARE)
-        least = self._min_score if near is None else min(near.score / AMBIGUOUS_SHARE, 1.0)
+        near = search(fixed, points, guess, near_window, _MIN_SCORE, AMBIGUOUS_SHARE)
+        least = _MIN_SCORE if near is None else min(near.score / AMBIGUOUS_SHARE, 1.0)
         far = search(fixed, points, guess, window, least, AMBIGUOUS_SHARE)
         fit = near if far is None else far
         if fit is None:

@@ -69,16 +69,6 @@ class MapQuality:
     doubts: tuple[str, ...] = ()
     """The first of the reasons: what the expected errors do not allow for."""
 
-    def is_better_than(self, other: "MapQuality") -> bool:
-        """Do passes contradict each other less, and is less error expected? The first is asked because any
-        further constraint makes a graph look certain, right or wrong."""
-        through = "looked_through_by_passes"
-        return (
-            self.error_per_10_m < other.error_per_10_m
-            and self.error_of_whole < other.error_of_whole
-            and self.statistics[through] < other.statistics[through]
-        )
-
     @property
     def summary(self) -> str:
         """One line for people."""
