@@ -22,7 +22,7 @@ test: .venv/installed-dev
 	$(BIN)/pytest -n $(WORKERS) --no-loadscope-reorder
 
 docs: .venv/installed-docs
-	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict  # it is pinned below 2
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict  # it is pinned below 2
 	$(BIN)/python tests/checks/foreign_resources.py build/docs
 
 package: .venv/installed-dev

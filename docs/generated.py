@@ -15,6 +15,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.pipelines.commands.cli import app
 from racecar.pipelines.files.config_template import bounds_in_words
+from tests.checks import one_scan
 
 _MARKER = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
 
@@ -101,4 +102,5 @@ _WRITERS: dict[str, Callable[[], Iterator[str]]] = {
     "commands": _commands,
     "mapping": lambda: _settings(MappingConfig),
     "localization": lambda: _settings(LocalizationConfig),
+    "one_scan": one_scan.table,
 }
