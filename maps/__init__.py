@@ -1,4 +1,4 @@
-"""The common ground: poses, scans, odometry, occupancy grids and their files, ray casting."""
+"""Shared basics: poses, scans, odometry, occupancy grids and their files, ray casting."""
 
 import lazy_loader
 

@@ -1,4 +1,4 @@
-"""The error for everything a user can cause and mend."""
+"""The error for everything a user can cause and fix."""
 
 
 class UserError(Exception):

@@ -1,4 +1,4 @@
-"""Grey images written strip by strip, since the image of a large map is larger than its grid in tiles."""
+"""Write grey images strip by strip, since the image of a large map is larger than its tiled grid."""
 
 import struct
 import zlib
@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-"""Of a PNG, by definition (ISO/IEC 15948)."""
+"""First bytes of a PNG, by definition (ISO/IEC 15948)."""
 _GREY, _GREY_WITH_OPACITY = 0, 4
 """Colour types of a PNG, by definition."""
 
 
 def write_pgm(strips: Iterable[NDArray[np.uint8]], shape: tuple[int, int], file: BinaryIO) -> None:
-    """Write an image of so many rows and columns as a binary PGM, from strips (rows, columns), top first."""
+    """Write a binary PGM of shape (rows, columns) from strips (rows, columns), top first."""
     rows, columns = shape
     file.write(f"P5\n{columns} {rows}\n255\n".encode())
     for strip in strips:
@@ -23,7 +23,7 @@ def write_pgm(strips: Iterable[NDArray[np.uint8]], shape: tuple[int, int], file:
 
 
 def write_png(strips: Iterable[NDArray[np.uint8]], shape: tuple[int, int], file: BinaryIO) -> None:
-    """Write it as a PNG; strips (rows, columns, 2) hold opacity, too."""
+    """Write a PNG likewise; strips (rows, columns, 2) also hold opacity."""
     rows, columns = shape
     file.write(_SIGNATURE)
     compressor = zlib.compressobj()
@@ -32,7 +32,7 @@ def write_png(strips: Iterable[NDArray[np.uint8]], shape: tuple[int, int], file:
             kind = _GREY if strip.ndim == 2 else _GREY_WITH_OPACITY
             file.write(_chunk(b"IHDR", struct.pack(">IIBBBBB", columns, rows, 8, kind, 0, 0, 0)))
         lines = strip.reshape(len(strip), -1)
-        unfiltered = np.pad(lines, ((0, 0), (1, 0)))  # each line begins with the number of its filter: none
+        unfiltered = np.pad(lines, ((0, 0), (1, 0)))  # each line begins with its filter type: none
         file.write(_chunk(b"IDAT", compressor.compress(unfiltered.tobytes())))
     file.write(_chunk(b"IDAT", compressor.flush()))
     file.write(_chunk(b"IEND", b""))

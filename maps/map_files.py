@@ -1,9 +1,9 @@
-"""Map files of ROS map_server and nav2: a YAML file beside an image.
+"""Map files of ROS map_server and nav2: a YAML file and an image.
 
-What the pixels mean follows nav2_map_server's ``map_io.cpp``: the brightness of a pixel is the mean of its
-colour channels, the darker the more occupied (the other way round with ``negate``). The modes are
-``trinary`` (occupied, free, unknown), ``scale`` (graded between the thresholds, transparent is unknown) and
-``raw`` (the brightness 0 to 100 is the percentage itself).
+Pixels are read as in nav2_map_server's ``map_io.cpp``: the brightness of a pixel is the mean of its colour
+channels, and darker is more occupied (the reverse with ``negate``). The modes are ``trinary`` (occupied,
+free, unknown), ``scale`` (graded between the thresholds; transparent is unknown) and ``raw`` (the brightness,
+0 to 100, is the percentage itself).
 """
 
 import math
@@ -35,29 +35,29 @@ from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
 Mode = Literal["trinary", "scale", "raw"]
 MODES: tuple[Mode, ...] = get_args(Mode)
 _IMAGE_ENDS: dict[Mode, str] = {"trinary": ".pgm", "scale": "_image.png", "raw": ".pgm"}
-"""Of an image, after the name of its YAML file; not ``.png``, since ``map.png`` shows the path as well."""
+"""Image name after that of its YAML file; not ``.png``, since ``map.png`` also shows the path."""
 MOST_PIXELS = 9000 * 9000
-"""Of an image that is read, since a file of any size may claim any number: in colours these take 0.4 GB."""
+"""Most pixels of an image, since a small file may claim any size: in colour these take 0.4 GB."""
 IMAGE_FORMATS = ("PPM", "PNG", "BMP", "JPEG", "TIFF", "GIF")
 OCCUPIED_THRESHOLD = 0.65
 BLACK, GREY, WHITE = 0, 205, 254
-"""What map_saver draws for occupied, unknown and free."""
+"""Values that map_saver draws for occupied, unknown and free."""
 
 _FINEST, _COARSEST = 0.001, 10.0
-"""Metres per cell: lasers of small cars err by a centimetre, and a car is lost in a cell larger than a room,
-so that a resolution beyond has the wrong unit."""
+"""Metres per cell. Lasers of small cars err by a centimetre, and a car is lost in a cell larger than a room:
+a resolution outside this range has the wrong unit."""
 _FARTHEST_ORIGIN = 1e8
-"""Metres, since the earth's circumference is 4e7 and no map's coordinates are larger."""
+"""Metres. No map's coordinates are larger, since the earth's circumference is 4e7."""
 _MOST_YAW = 6.3
-"""Radians: a whole turn and a little; what is larger was meant as degrees."""
+"""Radians, slightly more than a full turn; larger values were meant as degrees."""
 _STRIP = 256
-"""Rows of an image that are worked on at a time, because NumPy takes eight bytes for each pixel of them, and
-large grids are kept in tiles of what was seen."""
+"""Image rows processed at a time, because NumPy takes eight bytes per pixel and large grids are stored as
+tiles."""
 
 
 @dataclass(frozen=True)
 class _Header:
-    """The contents of the YAML file."""
+    """Contents of the YAML file."""
 
     image: Path
     resolution: float
@@ -69,7 +69,7 @@ class _Header:
 
 
 def find_map(path: str | Path) -> Path:
-    """The YAML file meant by a path: itself, the ``map.yaml`` of a folder, or the name of a shipped map."""
+    """The YAML file that a path means: itself, ``map.yaml`` in a folder, or a shipped map by name."""
     path = Path(path)
     finish_replacing(path)
     if path.is_dir():
@@ -85,9 +85,9 @@ def find_map(path: str | Path) -> Path:
 
 
 def load_map(path: str | Path) -> OccupancyGrid:
-    """The grid in a map's YAML file, in a folder's ``map.yaml``, or of a shipped map's name.
+    """Load the grid of a map's YAML file, of a folder's ``map.yaml``, or of a shipped map by name.
 
-    Raises UserError for everything that can be wrong with the two files.
+    Raises UserError for anything that is wrong with the two files.
     """
     yaml_path = find_map(path)
     header = _read_header(yaml_path)
@@ -95,7 +95,7 @@ def load_map(path: str | Path) -> OccupancyGrid:
 
 
 def image_of_map(yaml_path: Path) -> Path:
-    """The image that a map's YAML file names. Raises UserError when it is no such file."""
+    """The image named in a map's YAML file. Raises UserError when the file is no such YAML."""
     return _read_header(yaml_path).image
 
 
@@ -107,11 +107,11 @@ def save_map(
     occupied_threshold: float = OCCUPIED_THRESHOLD,
     free_threshold: float = FREE_THRESHOLD,
 ) -> None:
-    """Write an image and then the YAML file that names it, each beside and renamed.
+    """Write an image, then the YAML file that names it; each is written to a temporary file and renamed.
 
-    Cells from one probability on are occupied, up to the other free. Between them they become unknown in
-    ``trinary`` mode, as with map_saver, and keep their percent in ``scale``, whose image is a PNG since only
-    transparent pixels are unknown there. ``raw`` keeps every cell as it is. What was written is read as such.
+    Cells at or above one probability are occupied, up to the other free. In ``trinary`` mode, cells between
+    become unknown, as with map_saver. ``scale`` keeps their percentage; its image is a PNG, since only
+    transparent pixels are unknown there. ``raw`` keeps every cell as it is. Readers get what was written.
     """
     yaml_path = Path(yaml_path)
     image_path = yaml_path.with_name(yaml_path.stem + _IMAGE_ENDS[mode])
@@ -134,7 +134,7 @@ def save_map(
 def save_map_image(
     grid: Raster, path: Path, *, mode: Mode, occupied_threshold: float, free_threshold: float
 ) -> None:
-    """Write the image of `save_map` alone, its top row the farthest along y: a PNG or a PGM, by its name."""
+    """Write only the image of `save_map`, top row farthest along y: a PNG or a PGM, by its name."""
     pixels = _pixel_of_cell(mode, occupied_threshold, free_threshold)
     strips = (
         pixels[grid.rows(max(0, until - _STRIP), until)[::-1].astype(np.int16) - UNKNOWN]
@@ -146,7 +146,7 @@ def save_map_image(
 
 
 def as_written(grid: TiledGrid, *, mode: Mode, occupied_threshold: float, free_threshold: float) -> TiledGrid:
-    """The grid that whoever reads what `save_map` writes sees."""
+    """The grid that a reader of the files of `save_map` gets."""
     pixels = _pixel_of_cell(mode, occupied_threshold, free_threshold)
     image = Image.fromarray(pixels[None], mode="LA" if mode == "scale" else "L")
     header = _Header(Path(), 1.0, np.zeros(3), False, OCCUPIED_THRESHOLD, FREE_THRESHOLD, mode)
@@ -156,7 +156,7 @@ def as_written(grid: TiledGrid, *, mode: Mode, occupied_threshold: float, free_t
 
 
 def _pixel_of_cell(mode: Mode, occupied_threshold: float, free_threshold: float) -> NDArray[np.uint8]:
-    """(102,) or, with opacity, (102, 2) the pixel of an unknown cell, and then of each percentage."""
+    """(102,), or with opacity (102, 2), pixels: first the unknown cell's, then one per percentage."""
     percent = np.arange(UNKNOWN, OCCUPIED + 1)
     is_unknown = percent == UNKNOWN
     if mode == "raw":
@@ -221,7 +221,7 @@ def _entry(entries: dict[str, Any], key: str, yaml_path: Path) -> Any:
 
 
 def _short(value: Any) -> str:
-    """A value in a message, on one line, for it may be anything."""
+    """Format any value on one line of a message."""
     short = reprlib.Repr()
     short.maxstring = short.maxother = 120
     return " ".join(short.repr(value).split())
@@ -236,7 +236,7 @@ def _number(entries: dict[str, Any], key: str, yaml_path: Path) -> float:
 
 
 def _as_number(value: Any) -> float | None:
-    """A finite number, also one that YAML 1.1 takes for text (5e-2); None for anything else."""
+    """A finite number, also one that YAML 1.1 reads as text (5e-2); None for anything else."""
     if isinstance(value, bool) or not isinstance(value, int | float | str):
         return None
     try:
@@ -270,7 +270,7 @@ def _negate(entries: dict[str, Any], yaml_path: Path) -> bool:
 
 
 def _image_path(entries: dict[str, Any], yaml_path: Path) -> Path:
-    """The image's path, held to the YAML file's folder: a map from a stranger must not read other files."""
+    """The image's path, confined to the YAML file's folder: maps must not read other files."""
     name = _entry(entries, "image", yaml_path)
     if not isinstance(name, str) or not name or not _can_be_a_name(name):
         raise UserError(
@@ -289,7 +289,7 @@ def _image_path(entries: dict[str, Any], yaml_path: Path) -> Path:
 
 
 def _can_be_a_name(text: str) -> bool:
-    """Whether a file can be called so; YAML may hold half a character, written as an escape."""
+    """Whether a text is a valid file name; YAML escapes may hold half a surrogate pair."""
     try:
         return b"\0" not in os.fsencode(text)
     except UnicodeEncodeError:
@@ -297,7 +297,7 @@ def _can_be_a_name(text: str) -> bool:
 
 
 def _read_cells(header: _Header, yaml_path: Path) -> NDArray[np.int8]:
-    """(rows, columns) of the image, the lowest first."""
+    """(rows, columns) cells of the image, lowest row first."""
     image = _open_image(header.image, yaml_path)
     cells = np.empty((image.height, image.width), dtype=np.int8)
     try:
@@ -307,13 +307,13 @@ def _read_cells(header: _Header, yaml_path: Path) -> NDArray[np.int8]:
                 cells[image.height - top - strip.height : image.height - top] = _cells_of(strip, header)[::-1]
     except MemoryError:
         raise
-    except Exception as error:  # as when it is opened
+    except Exception as error:  # same causes as for opening it
         raise _unreadable(header.image, yaml_path, error) from error
     return cells
 
 
 def _cells_of(image: Image.Image, header: _Header) -> NDArray[np.int8]:
-    """(rows, columns) of an image, the highest first."""
+    """(rows, columns) cells of an image, highest row first."""
     brightness, full, transparent = _brightness(image, header.mode)
     cells = _percent_of_brightness(header, full)[brightness]
     if header.mode == "scale":
@@ -322,10 +322,10 @@ def _cells_of(image: Image.Image, header: _Header) -> NDArray[np.int8]:
 
 
 def _brightness(image: Image.Image, mode: str) -> tuple[NDArray[np.uint16], int, NDArray[np.bool_]]:
-    """Sums of each pixel's channels (rows, columns), that of a white pixel, and which pixels are not opaque.
+    """Channel sums (rows, columns) of an image, the sum of a white pixel, and which pixels are not opaque.
 
-    Integers, so that equal pixels fall on the same side of a threshold whatever the kind of image.
-    As in nav2, alpha counts as a fourth channel in trinary mode and not in the others.
+    Sums are integers, so equal pixels fall on the same side of a threshold in every image format. As in nav2,
+    alpha counts as a fourth channel in trinary mode only.
     """
     if image.mode.startswith("I"):
         grey = np.clip(np.asarray(image), 0, 65535).astype(np.uint16)
@@ -354,7 +354,7 @@ def _open_image(image_path: Path, yaml_path: Path) -> Image.Image:
         ) from error
     except MemoryError:
         raise
-    except Exception as error:  # Pillow's decoders raise whatever they trip over.
+    except Exception as error:  # Pillow's decoders raise arbitrary exceptions.
         raise _unreadable(image_path, yaml_path, error) from error
     return image
 
@@ -369,14 +369,14 @@ def _unreadable(image_path: Path, yaml_path: Path, error: Exception) -> UserErro
 
 @contextmanager
 def _silence() -> Iterator[None]:
-    """Pillow warns of what it reads all the same."""
+    """Silence Pillow's warnings about files that it can read."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
 
 
 def _percent_of_brightness(header: _Header, full: int) -> NDArray[np.int8]:
-    """(full + 1,) the cell's value for each brightness."""
+    """(full + 1,) cell value of each brightness."""
     shade = np.arange(full + 1) / full
     occupancy = shade if header.negate else np.arange(full, -1, -1) / full
     if header.mode == "raw":

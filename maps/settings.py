@@ -1,4 +1,4 @@
-"""What the settings of every component have in common."""
+"""The base class of all settings."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -7,9 +7,9 @@ from pydantic import BaseModel, ConfigDict, model_validator
 
 
 class Settings(BaseModel):
-    """Typed fields, each with its unit, meaning and the reason of its value; a misspelt key is an error.
+    """Typed fields with unit, meaning and the reason for each value; a misspelt key is an error.
 
-    Of settings nested in these, single ones may be given: the others keep the values that they have here.
+    Nested settings may be given in part: the other fields keep their defaults.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
@@ -24,7 +24,7 @@ class Settings(BaseModel):
 
 
 def _over(default: Any, value: Any) -> Any:
-    """The values of a section over its defaults, if it is one."""
+    """Merge the values of a section into its defaults; other values stay as they are."""
     if not (isinstance(default, BaseModel) and isinstance(value, Mapping)):
         return value
     kept = {name: getattr(default, name) for name in type(default).model_fields if name not in value}

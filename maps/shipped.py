@@ -1,4 +1,4 @@
-"""The maps that come with the project."""
+"""The maps that ship with the project."""
 
 from pathlib import Path
 
@@ -6,12 +6,12 @@ _FOLDER = Path(__file__).parent / "shipped"
 
 
 def shipped_names() -> list[str]:
-    """The names that stand for a map wherever a map file is asked for."""
+    """Names that are accepted wherever a map file is."""
     return sorted(path.stem for path in _FOLDER.glob("*.yaml"))
 
 
 def shipped_map(name: str) -> Path:
-    """The YAML file of a shipped map; KeyError for a name that is none."""
+    """The YAML file of a shipped map. Raises KeyError for an unknown name."""
     if name not in shipped_names():
         raise KeyError(name)
     return _FOLDER / f"{name}.yaml"

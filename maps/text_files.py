@@ -1,4 +1,4 @@
-"""Text files that a user names."""
+"""Read text files named by a user."""
 
 import os
 from pathlib import Path
@@ -6,13 +6,13 @@ from pathlib import Path
 from racecar.maps.errors import UserError
 
 MOST_BYTES = 200_000_000
-"""Because a trajectory of twelve hours at 40 Hz is no longer, and a device such as /dev/zero has no end."""
+"""Size limit, because twelve hours of trajectory at 40 Hz are less and /dev/zero has no end."""
 
 
 def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
-    """The contents of a UTF-8 file, or of a pipe.
+    """Contents of a UTF-8 file or a pipe.
 
-    Raises UserError when there is none, when it is not text, and when it is longer than it may be.
+    Raises UserError when it is missing, not text, or longer than ``most_bytes``.
     """
     try:
         with open(path, "rb", opener=_open_at_once) as file:
@@ -32,7 +32,7 @@ def read_text(path: str | Path, most_bytes: int = MOST_BYTES) -> str:
 
 
 def _open_at_once(path: str, flags: int) -> int:
-    """Open a file; a pipe that nobody writes to is empty, where it would be waited for without end."""
+    """Open a file without blocking: a pipe without a writer is empty instead of being waited for forever."""
     descriptor = os.open(path, flags | os.O_NONBLOCK)
     os.set_blocking(descriptor, True)
     return descriptor

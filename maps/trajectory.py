@@ -10,7 +10,7 @@ from racecar.maps.geometry.se2 import Pose, interpolate
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """``map_from_base`` at the stamp of each scan, ascending in time."""
+    """``map_from_base`` at the stamp of each scan, in ascending order."""
 
     stamps: NDArray[np.int64]
     """(N,) nanoseconds."""
@@ -21,8 +21,8 @@ class Trajectory:
         return len(self.stamps)
 
     def poses_at(self, stamps: NDArray[np.int64]) -> Pose:
-        """``map_from_base`` (M, 3) at stamps (M,) in nanoseconds, drawn straight between two poses and held
-        beyond the ends."""
+        """``map_from_base`` (M, 3) at stamps (M,) in nanoseconds, interpolated linearly and held constant
+        beyond both ends."""
         last = len(self) - 1
         after = np.clip(np.searchsorted(self.stamps, stamps), min(1, last), last)
         before = np.maximum(after - 1, 0)

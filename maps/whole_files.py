@@ -1,7 +1,7 @@
-"""Files appear whole or not at all: written beside their place and renamed at the end.
+"""Atomic writes: files are written beside their destination and renamed at the end.
 
-Beside is a folder ``.racecar-…``, which is removed again. That of a run that was killed is removed by a later
-one: whoever writes into such a folder holds a lock on it, which the system takes from a process that ends.
+Temporary files live in a folder ``.racecar-…``, which is removed afterwards. Folders of killed runs are
+removed by later ones: a writer holds a lock on its folder, and the system releases it when the process ends.
 """
 
 import errno
@@ -20,16 +20,15 @@ from racecar.maps.errors import UserError
 
 _PREFIX = ".racecar-"
 _WITHOUT_SYNC = (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP)
-"""What file systems answer that know no fsync."""
+"""Errors from file systems without fsync."""
 
 
 @contextmanager
 def write_atomically(path: Path) -> Iterator[Path]:
     """Yield a path of the same name in an empty folder beside `path`, and rename it to `path` on success.
 
-    Missing parent folders are made. On an error nothing is left behind. What links point to is replaced, and
-    what is no file, such as a device or a pipe, is written into. Raises UserError when the place cannot be
-    written to.
+    Missing parent folders are created. Nothing is left behind on an error. Links are followed; devices and
+    pipes are written into. Raises UserError when the destination is not writable.
     """
     if path.is_dir():
         raise UserError(f"{path} is a folder; name a file to write to.")
@@ -46,9 +45,9 @@ def write_atomically(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def staging_folder(home: Path, path: Path) -> Iterator[Path]:
-    """Yield a new folder in `home`, which is made if missing, and remove it in the end.
+    """Yield a new folder in `home`, created if missing, and remove it at the end.
 
-    Raises UserError that names `path`, for whose sake it is wanted, when `home` cannot be written to.
+    Raises UserError naming `path`, which will be written through it, when `home` is not writable.
     """
     try:
         home.mkdir(parents=True, exist_ok=True)
@@ -64,7 +63,7 @@ def staging_folder(home: Path, path: Path) -> Iterator[Path]:
 
 
 def move_into_place(source: Path, destination: Path) -> None:
-    """Let a file take the place of another, or flow into what is no file. Raises OSError."""
+    """Replace a file by another, or copy into a device or pipe. Raises OSError."""
     if is_stream(destination):
         with source.open("rb") as contents, _open_stream(destination) as stream:
             shutil.copyfileobj(contents, stream)
@@ -80,7 +79,7 @@ def move_into_place(source: Path, destination: Path) -> None:
 
 
 def sync(path: Path) -> None:
-    """Have the disk hold the contents of a file, or the names in a folder, if power fails. Raises OSError."""
+    """Flush a file's contents or a folder's entries to disk. Raises OSError."""
     descriptor = os.open(path, os.O_RDONLY)
     try:
         os.fsync(descriptor)
@@ -92,12 +91,12 @@ def sync(path: Path) -> None:
 
 
 def is_staged(path: Path) -> bool:
-    """Whether a path lies in a staging folder, which reaches the disk as a whole when its time comes."""
+    """Whether a path lies in a staging folder, which is flushed to disk as a whole later."""
     return any(part.startswith(_PREFIX) for part in path.parts)
 
 
 def is_stream(path: Path) -> bool:
-    """Whether a path leads to a device, a pipe or a socket, or to this process's own output."""
+    """Whether a path leads to a device, a pipe, a socket or this process's own output."""
     try:
         there = path.stat()
     except OSError:
@@ -107,13 +106,13 @@ def is_stream(path: Path) -> bool:
 
 
 def cannot_write(path: Path, error: OSError) -> UserError:
-    """What to tell when a place cannot be written to."""
+    """The error for a place that cannot be written to."""
     reason = " ".join((error.strerror or str(error)).lower().split()).rstrip(".")
     return UserError(f"Cannot write to {path}: {reason}; choose another place.")
 
 
 def _staging_place(path: Path) -> Path:
-    """A folder on the file system that a file goes to; for what is no file, that of temporary files."""
+    """A folder on the destination's file system; for streams, the folder of temporary files."""
     return Path(tempfile.gettempdir()) if is_stream(path) else Path(os.path.realpath(path)).parent
 
 
@@ -122,19 +121,19 @@ def _open_stream(path: Path) -> BinaryIO:
     if own is None:
         descriptor = os.open(
             path, os.O_WRONLY | os.O_NONBLOCK
-        )  # a pipe that nobody reads is an error at once
+        )  # opening a pipe without a reader fails at once
         os.set_blocking(descriptor, True)
     else:
         with suppress(ValueError, AttributeError):
-            (sys.stdout if own == 1 else sys.stderr).flush()  # what was printed before stands before
+            (sys.stdout if own == 1 else sys.stderr).flush()  # keeps the order of what was printed before
         descriptor = os.dup(own)
     return os.fdopen(descriptor, "wb")
 
 
 def _own_output(there: os.stat_result) -> int | None:
-    """The descriptor of this process's output or error output, if that is meant.
+    """File descriptor of this process's stdout or stderr if ``there`` is one of them.
 
-    Written to by itself it goes on where it is; a file that it leads to would be replaced under it otherwise.
+    Writing to the descriptor continues at its position; replacing the file behind it would cut it off.
     """
     for descriptor in (1, 2):
         with suppress(OSError):
@@ -144,19 +143,19 @@ def _own_output(there: os.stat_result) -> int | None:
 
 
 def _locked_folder(home: Path) -> tuple[Path, int]:
-    """A new folder, and the descriptor that holds its lock."""
+    """A new folder and the descriptor that holds its lock."""
     while True:
         folder = Path(tempfile.mkdtemp(prefix=_PREFIX, dir=home))
         lock = os.open(folder, os.O_RDONLY)
-        with suppress(OSError):  # a file system without locks, where nothing that was abandoned is removed
+        with suppress(OSError):  # without file locks, abandoned folders are never removed
             fcntl.flock(lock, fcntl.LOCK_EX)
         if folder.exists():
             return folder, lock
-        os.close(lock)  # another run took it for abandoned before it was locked
+        os.close(lock)  # another run removed it as abandoned before it was locked
 
 
 def remove_abandoned(home: Path) -> None:
-    """Remove the folders of runs that were killed: those that nobody holds the lock of."""
+    """Remove the folders of killed runs: those that no process has locked."""
     for folder in home.glob(f"{_PREFIX}*"):
         with suppress(OSError):
             lock = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)

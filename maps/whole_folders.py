@@ -1,9 +1,9 @@
-"""A folder holds the files of one run: those of a new one take the place of the old one's all together.
+"""Replace all files of a run in a folder together.
 
-They are written into a folder beside. Once that is renamed to ``.racecar.new``, inside the folder that they
-go to, the new run is what that folder holds. Then its namesakes of the old run are removed, and its own files
-renamed into their places. What is left to do when the process is killed is done by the next one that reads
-the folder or writes into it.
+New files are written into a folder beside it. That folder is renamed to ``.racecar.new`` inside the
+destination; from then on the new run counts. Then the old run's files of the same names are removed, and the
+new files are renamed into their places. If the process is killed, the next one that reads from or writes to
+the folder completes this.
 """
 
 import errno
@@ -17,30 +17,30 @@ from racecar.maps.errors import UserError
 from racecar.maps.whole_files import cannot_write, is_staged, is_stream, move_into_place, sync
 
 MOVED_LAST = "report.json"
-"""So that whoever waits for it finds all other files."""
+"""Moved last, so that whoever waits for it finds all other files."""
 _PENDING = ".racecar.new"
 _ATTEMPTS = 10
-"""At most so many other runs end up in one folder at the same moment."""
+"""Runs that may end in one folder at the same moment, at most."""
 _REMOVED = ".wh."
-"""Before the name of a file that the new run removes, as in the layers of container images."""
+"""Prefix of a file that the new run removes, as in the layers of container images."""
 
 
 def remove_with(place: Path) -> None:
-    """Let the new run that is being written remove the file that the old one may have in this place."""
+    """Mark a file of the old run for removal when the new run replaces it."""
     place.with_name(_REMOVED + place.name).touch()
 
 
 def names_in(new: Path) -> tuple[str, ...]:
-    """What is on top of a new run, in order; names of folders end in a slash."""
+    """Sorted top-level names of a new run; names of folders end in a slash."""
     there = [path for path in new.iterdir() if not path.name.startswith(_REMOVED)]
     return tuple(sorted(f"{path.name}/" if path.is_dir() else path.name for path in there))
 
 
 def begin_replacing(folder: Path, new: Path) -> None:
-    """Make all that lies in the folder ``new`` the files of ``folder``, which is made if missing.
+    """Commit the files in ``new`` as those of ``folder``, which is created if missing.
 
-    Both are on one disk. `finish_replacing` has to follow. Raises UserError when a file cannot go to its
-    place or an earlier replacement cannot be finished, and OSError; nothing has changed then.
+    Both must be on one disk. Call `finish_replacing` afterwards. Raises OSError, or UserError when a file
+    cannot be put in place or an earlier replacement cannot be completed; nothing has changed then.
     """
     for source, target in _moves(new, folder):
         if is_stream(target):
@@ -57,9 +57,9 @@ def begin_replacing(folder: Path, new: Path) -> None:
 
 
 def finish_replacing(folder: Path) -> None:
-    """Do what a killed run left to be done in a folder, or in one that this lies in.
+    """Complete the replacement that a killed run left in a folder or in one of its parents.
 
-    Comes before every look at what is in a folder. Raises UserError when it cannot be done.
+    Call it before every look into a folder. Raises UserError when that is impossible.
     """
     for place in (folder, *folder.absolute().parents):
         pending = place / _PENDING
@@ -88,7 +88,7 @@ def _make_pending(folder: Path, new: Path) -> None:
 
 
 def _is_there(pending: Path) -> bool:
-    """Whether there is one, and, in a folder such as /tmp, into which strangers may write, of this user."""
+    """Whether a pending replacement exists; in shared folders such as /tmp it must belong to this user."""
     with suppress(OSError):
         if pending.is_dir():
             is_shared = bool(pending.parent.stat().st_mode & stat.S_ISVTX)
@@ -104,9 +104,9 @@ def _finish(pending: Path) -> None:
     try:
         is_locked = _lock(lock)
         if not pending.is_dir() or not os.path.samestat(os.fstat(lock), pending.stat()):
-            return  # another process has done it
+            return  # another process has completed it
         moves = _moves(pending, pending.parent)
-        if is_locked:  # else another process may be at it, and these be new ones
+        if is_locked:  # without the lock, another process may be moving, and the targets may be new
             for source, target in reversed(moves):
                 _place(source, target).unlink(missing_ok=True)
         for source, target in moves:
@@ -119,7 +119,7 @@ def _finish(pending: Path) -> None:
 
 
 def _lock(descriptor: int) -> bool:
-    """Wait for the lock of a folder; False on a file system without locks."""
+    """Wait for the lock of a folder; False if the file system has no locks."""
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX)
     except OSError:
@@ -128,7 +128,7 @@ def _lock(descriptor: int) -> bool:
 
 
 def _moves(new: Path, folder: Path) -> list[tuple[Path, Path]]:
-    """Each file of a new run and its place."""
+    """Each file of a new run and its destination."""
     moves = []
     for below, _, names in os.walk(new, topdown=False):
         target = folder / Path(below).relative_to(new)
@@ -142,7 +142,7 @@ def _is_removal(source: Path) -> bool:
 
 
 def _place(source: Path, target: Path) -> Path:
-    """What is replaced: not a link, but what it leads to. What is removed may be a link."""
+    """The path to replace: links are followed, except for a file to be removed."""
     return target if _is_removal(source) else Path(os.path.realpath(target))
 
 
@@ -160,7 +160,7 @@ def _move(source: Path, target: Path) -> None:
 
 
 def _require_room(source: Path, target: Path) -> None:
-    """Raises UserError where a file could not be moved."""
+    """Raise UserError where a file cannot be moved to its destination."""
     real = _place(source, target)
     home = next(folder for folder in real.parents if os.path.lexists(folder))
     if real.is_dir():

@@ -1,9 +1,8 @@
-"""YAML from strangers: read with limits, and with one plain reason when it cannot be.
+"""Parse untrusted YAML with limits, and give one plain reason when it is rejected.
 
-PyYAML's safe loader makes nothing but plain values, yet it recurses as deep as the text does, keeps the last
-of two equal keys, and lets a few lines of aliases stand for more values than a machine holds ("billion
-laughs"). Its constructors raise whatever a value trips over: ValueError for the 99th month, IndexError for
-an empty number.
+PyYAML's safe loader builds only plain values. But it recurses as deep as the text does, keeps the last of two
+equal keys, and lets a few lines of aliases expand to more values than fit in memory ("billion laughs"). Its
+constructors raise arbitrary errors: ValueError for the 99th month, IndexError for an empty number.
 """
 
 from typing import Any
@@ -12,19 +11,19 @@ import yaml
 from yaml.nodes import MappingNode, Node, ScalarNode
 
 MOST_BYTES = 200_000
-"""Of a text that people write, since every setting there is takes two thirds of that with its comment."""
+"""Size limit of a hand-written text, since all settings with their comments take two thirds of it."""
 _DEEPEST = 40
 """Levels of nesting, because settings have four and the parser recurses."""
 _MOST_NODES = 100_000
-"""Values, those that aliases stand for counted each time, because a text of `MOST_BYTES` has half as many."""
+"""Values, aliases counted at every use, because a text of `MOST_BYTES` holds half as many."""
 
 
 class UnreadableYamlError(ValueError):
-    """Why a text is no YAML that is taken here: a clause that follows "because"."""
+    """Why a YAML text is rejected: a clause that follows "because"."""
 
 
 def parse_yaml(text: str) -> Any:
-    """The value that a YAML text holds. Raises UnreadableYamlError."""
+    """Parse a YAML text. Raises UnreadableYamlError."""
     loader = None
     try:
         loader = _LimitedLoader(text)
@@ -36,14 +35,14 @@ def parse_yaml(text: str) -> Any:
         raise UnreadableYamlError(f"{line} is not valid YAML ({_one_line(error.problem)})") from error
     except yaml.YAMLError as error:
         raise UnreadableYamlError("it is not a YAML text file") from error
-    except Exception as error:  # PyYAML's constructors raise whatever a value trips over.
+    except Exception as error:  # PyYAML's constructors raise arbitrary exceptions.
         line = f"line {loader.line_at_work + 1}" if loader else "it"
         reason = f" ({_one_line(error)})" if isinstance(error, ValueError) else ""
         raise UnreadableYamlError(f"{line} holds a value that cannot be read{reason}") from error
 
 
 class _LimitedLoader(yaml.SafeLoader):
-    """A safe loader that counts values, and levels, and refuses keys that stand twice."""
+    """A safe loader that limits the number of values and the depth, and rejects repeated keys."""
 
     def __init__(self, text: str) -> None:
         self.line_at_work = 0
@@ -65,7 +64,7 @@ class _LimitedLoader(yaml.SafeLoader):
         if self._depth > _DEEPEST:
             raise UnreadableYamlError(f"line {line} is nested more than {_DEEPEST} levels deep")
         if anchor is not None and not isinstance(event, yaml.AliasEvent):
-            self._nodes_of_anchor[anchor] = _MOST_NODES  # one that is not finished would hold itself
+            self._nodes_of_anchor[anchor] = _MOST_NODES  # an alias inside its own anchor would be infinite
         node = super().compose_node(parent, index)
         self._depth -= 1
         if anchor is not None and not isinstance(event, yaml.AliasEvent):

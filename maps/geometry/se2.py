@@ -19,7 +19,7 @@ IDENTITY.flags.writeable = False
 
 
 def wrap_angle(angle: ArrayLike) -> NDArray[np.float64]:
-    """The same angles in (-π, π]."""
+    """Wrap angles to (-π, π]."""
     wrapped: NDArray[np.float64] = _wrapped(np.asarray(angle, dtype=np.float64))
     return wrapped
 
@@ -40,10 +40,10 @@ def between(world_from_a: ArrayLike, world_from_b: ArrayLike) -> Pose:
 
 
 def adjoint(a_from_b: ArrayLike) -> NDArray[np.float64]:
-    """(..., 3, 3) for poses (..., 3): carries a twist from the tangent frame of b to that of a.
+    """Adjoint (..., 3, 3) of poses (..., 3): maps a twist from the tangent frame of b to that of a.
 
     Solà, Deray and Atchuthan, "A micro Lie theory for state estimation in robotics", 2018, equation 159. The
-    transpose carries an information matrix of a twist the other way, ``adjoint.T @ information @ adjoint``.
+    transpose maps the information matrix of a twist the other way, ``adjoint.T @ information @ adjoint``.
     """
     x, y, yaw = np.moveaxis(np.asarray(a_from_b, dtype=np.float64), -1, 0)
     matrix = np.zeros((*np.shape(yaw), 3, 3))
@@ -56,13 +56,13 @@ def adjoint(a_from_b: ArrayLike) -> NDArray[np.float64]:
 
 
 def are_apart(pose: Pose, other: Pose, limits: tuple[float, float]) -> bool:
-    """Are two poses (3,) farther apart, or turned more, than ``limits`` in metres and radians?"""
+    """Whether two poses (3,) differ by more than ``limits`` in metres or radians."""
     x, y, turn = between(pose, other)
     return bool(np.hypot(x, y) > limits[0] or abs(turn) > limits[1])
 
 
 def transform_points(a_from_b: ArrayLike, points_in_b: ArrayLike) -> NDArray[np.float64]:
-    """Points (N, 2) of frame b, given in frame a; the pose is one of shape (3,)."""
+    """Transform points (N, 2) from frame b to frame a by one pose (3,)."""
     x, y, yaw = np.asarray(a_from_b, dtype=np.float64)
     cos, sin = np.cos(yaw), np.sin(yaw)
     rotation = np.array([[cos, -sin], [sin, cos]])
@@ -71,7 +71,7 @@ def transform_points(a_from_b: ArrayLike, points_in_b: ArrayLike) -> NDArray[np.
 
 
 def interpolate(start: ArrayLike, end: ArrayLike, fraction: ArrayLike) -> Pose:
-    """Between two poses at constant rate, yaw the short way round; a fraction may lie outside [0, 1]."""
+    """Interpolate at constant rate, yaw the short way round; fractions outside [0, 1] extrapolate."""
     start, end = np.asarray(start, dtype=np.float64), np.asarray(end, dtype=np.float64)
     step = end - start
     step[..., 2] = wrap_angle(step[..., 2])
@@ -81,7 +81,7 @@ def interpolate(start: ArrayLike, end: ArrayLike, fraction: ArrayLike) -> Pose:
 
 
 def chained(steps: ArrayLike) -> Pose:
-    """(N + 1, 3) poses from the identity on, each a step (N, 3) further."""
+    """Accumulate steps (N, 3) into poses (N + 1, 3), starting at the identity."""
     steps = np.asarray(steps, dtype=np.float64)
     yaw = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
     cos, sin = np.cos(yaw[:-1]), np.sin(yaw[:-1])
@@ -98,7 +98,7 @@ def mean_angle(angles: ArrayLike, weights: NDArray[np.float64] | None = None) ->
 
 
 def _composed(trigonometry: Any, left: Sequence[Any], right: Sequence[Any]) -> tuple[Any, Any, Any]:
-    """x, y and yaw of the result: of numbers, with ``math``, or of arrays, with ``numpy``."""
+    """x, y and yaw of the result, for numbers with ``math`` or for arrays with ``numpy``."""
     cos, sin = trigonometry.cos(left[2]), trigonometry.sin(left[2])
     x, y, yaw = right
     return left[0] + cos * x - sin * y, left[1] + sin * x + cos * y, _wrapped(left[2] + yaw)
@@ -119,8 +119,8 @@ def _wrapped(angle: Any) -> Any:
 
 
 def _broadcast(formula: Callable[..., tuple[Any, Any, Any]], *poses: ArrayLike) -> Pose:
-    """A formula of poses (..., 3). Single ones are worked out as plain numbers: they are met all the time,
-    and NumPy takes four times as long for them."""
+    """Apply a formula to poses (..., 3). Single poses use plain floats: they are frequent, and NumPy takes
+    four times as long for them."""
     arrays = [np.asarray(pose, dtype=np.float64) for pose in poses]
     if all(array.ndim == 1 for array in arrays):
         return np.array(formula(math, *(array.tolist() for array in arrays)))

@@ -1,4 +1,4 @@
-"""Planar poses inside compiled loops, one at a time, as `se2` has them for everything else."""
+"""The planar poses of `se2`, one at a time, for compiled loops."""
 
 import math
 
@@ -14,8 +14,8 @@ _PER_RADIAN = 1.0 / _TURN
 
 @njit(cache=True, nogil=True, inline="always")
 def wrapped(angle: float) -> float:
-    """The same angle in [-π, π)."""
-    turns: float = np.floor(angle * _PER_RADIAN + 0.5)  # math's makes an integer, which no vector has
+    """Wrap an angle to [-π, π)."""
+    turns: float = np.floor(angle * _PER_RADIAN + 0.5)  # math.floor returns an integer, which no vector has
     return angle - _TURN * turns
 
 
@@ -39,7 +39,7 @@ def step_between(world_from_a: Pose, world_from_b: Pose) -> Pose:
 
 @njit(cache=True, nogil=True)
 def inverse_of_symmetric(symmetric: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(3, 3) from the upper triangle of a symmetric matrix (3, 3), by its cofactors."""
+    """Inverse (3, 3) of a symmetric matrix (3, 3) by cofactors; only its upper triangle is read."""
     a, b, c = symmetric[0, 0], symmetric[0, 1], symmetric[0, 2]
     d, e, f = symmetric[1, 1], symmetric[1, 2], symmetric[2, 2]
     inverse = np.empty((3, 3))

@@ -1,4 +1,4 @@
-"""The middle of a race track, and how far it is to both sides."""
+"""The centre line of a race track and the track's width on both sides."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,31 +23,31 @@ from racecar.maps.grid.occupancy_grid import (
 from racecar.maps.grid.ray_casting import cast_rays
 
 _FINE = 5
-"""Points at which a width is measured for each point of the line, since a thin post may stand between two."""
+"""Width measurements per point of the line, since a thin post may stand between two points."""
 _FARTHEST = 100.0
-"""Metres at which a side is sought, since no lane is wider."""
+"""Longest width in metres that is searched for, since no lane is wider."""
 _SMALLEST_OBSTACLE = 0.02
-"""Square metres of unseen floor that bound a track; less is a gap between beams. By judgement."""
+"""Square metres of unseen floor that bound a track, chosen by judgement; less is a gap between beams."""
 _WALL_RADIUS = 0.08
-"""Metres about the beginning of a wall's cells in which its returns are looked for. By judgement: more than
-lasers err, less than what stands at a wall is away from it. Measured on the shipped track: without it, cells
-of 2 cm make widths 2.7 cm too small."""
+"""Metres around the start of a wall's cells within which its returns are averaged. Chosen by judgement: more
+than lasers err, less than the distance to the next object. Measured on the shipped track: without it, 2 cm
+cells make widths 2.7 cm too small."""
 
 
 @dataclass(frozen=True, eq=False)
 class CentreLine:
-    """A closed line in the direction of driving; its last point is followed by the first one."""
+    """A closed line in the direction of driving; the last point connects to the first."""
 
     points: NDArray[np.float64]
     """(N, 2) metres in the map."""
     right: NDArray[np.float64]
-    """(N,) metres to what bounds the track, along the normal."""
+    """(N,) metres to the right-hand boundary, along the normal."""
     left: NDArray[np.float64]
-    """(N,) likewise."""
+    """(N,) metres to the left-hand boundary, along the normal."""
 
     @property
     def length(self) -> float:
-        """Metres, once round."""
+        """Length of the closed line in metres."""
         return float(np.sum(np.hypot(*(np.roll(self.points, -1, axis=0) - self.points).T)))
 
     @property
@@ -57,7 +57,7 @@ class CentreLine:
 
     @property
     def crossed(self) -> NDArray[np.int64]:
-        """(M,) the points whose normals, as long as the track is wide, cross those of later points."""
+        """(M,) indices of points whose normals, as long as the track is wide, cross those of later points."""
         right = self.points - self.right[:, None] * self.normals
         left = self.points + self.left[:, None] * self.normals
         across = linestrings(np.stack([right, left], axis=1))
@@ -73,13 +73,13 @@ def centre_line(
     spacing: float,
     smoothing: float,
 ) -> CentreLine | None:
-    """The middle of the track on which a lap (N, 2) was driven: as far from all that bounds it inside the lap
-    as from all outside. None where nothing bounds it on one of the sides.
+    """The centre line of the track on which a lap (N, 2) was driven: equally far from everything that bounds
+    it inside and outside the lap. None where one side has no boundary.
 
-    It is a level line of the difference of both distances, so that it is closed and does not cross itself.
-    Widths end where the ``returns`` (M, 2) lie, in metres, as occupied cells are as thick as these scatter.
-    Points are ``spacing`` metres apart, and smoothed over ``smoothing`` metres, a standard deviation; with
-    0.3 normals as long as the shipped track is wide cross one another, with 0.5, as measured, none.
+    It is a level line of the difference of both distances, hence closed and free of self-intersections.
+    Widths end at the ``returns`` (M, 2), in metres, because occupied cells are as thick as the returns
+    scatter. Points are ``spacing`` metres apart and smoothed by a Gaussian of ``smoothing`` metres. At 0.3,
+    normals as long as the shipped track is wide cross one another; at 0.5, as measured, none do.
     """
     blocked = _blocked(grid)
     inside = polygon2mask(grid.cells.shape, grid.raster_of(np.array(inside_of(lap).exterior.coords)))
@@ -102,18 +102,18 @@ def centre_line(
 
 
 def _blocked(grid: OccupancyGrid) -> NDArray[np.bool_]:
-    """(rows, columns) what no car can be on: walls, and what nobody saw but for gaps between beams."""
+    """(rows, columns) cells a car cannot be on: walls, and unseen areas larger than gaps between beams."""
     is_free = (grid.cells != UNKNOWN) & (grid.cells <= 100 * FREE_THRESHOLD)
     is_wall = grid.cells >= OCCUPIED_FROM
     unseen, _ = label(~is_free & ~is_wall)
     square_metres = np.bincount(unseen.ravel()) * grid.resolution**2
-    square_metres[0] = 0.0  # all that is no unseen cell
+    square_metres[0] = 0.0  # label 0 is everything that was seen
     is_obstacle: NDArray[np.bool_] = square_metres > _SMALLEST_OBSTACLE
     return is_wall | is_obstacle[unseen]
 
 
 def _evenly(ring: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
-    """(N, 2) points on a closed line, evenly and about that far apart; a whole number of `_FINE` of them."""
+    """Resample a closed line to evenly spaced points (N, 2); N is a multiple of `_FINE`."""
     closed = np.concatenate([ring, ring[:1]])
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(closed, axis=0).T)))
     count = _FINE * max(2, round(along[-1] / spacing / _FINE))
@@ -122,12 +122,12 @@ def _evenly(ring: NDArray[np.float64], spacing: float) -> NDArray[np.float64]:
 
 
 def _smoothed(ring: NDArray[np.float64], points: float) -> NDArray[np.float64]:
-    """A closed line smoothed over so many of its points."""
+    """Smooth a closed line by a Gaussian with a standard deviation of ``points`` points."""
     return ring if points == 0.0 else np.asarray(gaussian_filter1d(ring, points, axis=0, mode="wrap"))
 
 
 def _area(ring: NDArray[np.float64]) -> float:
-    """Square metres inside a closed line; negative where it goes round clockwise."""
+    """Signed area in square metres; negative for a clockwise line."""
     (x, y), (next_x, next_y) = ring.T, np.roll(ring, -1, axis=0).T
     return float(np.sum(x * next_y - next_x * y)) / 2.0
 
@@ -145,8 +145,8 @@ def _widths(
     ring: NDArray[np.float64],
     towards: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """(N,) metres from points of a closed line, in directions (N, 2), to the nearest wall: to the middle of
-    the returns about the place where the first occupied cell begins."""
+    """(N,) metres from points of a closed line, in directions (N, 2), to the nearest wall. A wall is where
+    its returns lie on average, around the start of the first occupied cell."""
     headings = np.arctan2(towards[:, 1], towards[:, 0])
     widths = cast_rays(walls, np.column_stack([ring, headings]), np.zeros(len(ring)), _FARTHEST)
     is_met = np.flatnonzero(np.isfinite(widths))
@@ -159,5 +159,5 @@ def _widths(
 
 
 def _narrowest(widths: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(N / _FINE,) the least of the widths (N,) about each point that is kept."""
+    """(N / _FINE,) smallest of the widths (N,) around each kept point."""
     return np.asarray(minimum_filter1d(widths, _FINE, mode="wrap"))[::_FINE]

@@ -1,4 +1,4 @@
-"""How far each place is from the nearest obstacle."""
+"""Distance from each cell to the nearest obstacle."""
 
 import math
 
@@ -14,7 +14,7 @@ from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 def distance_to_occupied(grid: OccupancyGrid) -> NDArray[np.float32]:
     """(rows, columns) metres from each cell's centre to that of the nearest occupied cell.
 
-    Where nothing is occupied the grid's diagonal stands for "far".
+    On a grid without occupied cells, the grid's diagonal.
     """
     occupied = grid.cells >= OCCUPIED_FROM
     if not occupied.any():
@@ -27,9 +27,9 @@ def distance_to_occupied(grid: OccupancyGrid) -> NDArray[np.float32]:
 def sample_field(
     field: NDArray[np.float32], grid: OccupancyGrid, points_in_map: ArrayLike
 ) -> NDArray[np.float32]:
-    """(N,) the field (rows, columns) of a grid at points (N, 2), bilinear between the centres of cells.
+    """(N,) values of a field (rows, columns) at points (N, 2), bilinear between cell centres.
 
-    Beyond the grid the nearest edge cell's value stands.
+    Points outside the grid take the value of the nearest edge cell.
     """
     points_in_grid = transform_points(inverse(grid.map_from_grid), points_in_map)
     rows_and_columns = points_in_grid[:, ::-1].T / grid.resolution - 0.5
@@ -39,17 +39,17 @@ def sample_field(
 
 @njit(cache=True, nogil=True)
 def fill_distances(is_source: NDArray[np.bool_], spacing: float, distances: NDArray[np.float32]) -> None:
-    """Fill distances (rows, columns) from each cell's centre to that of the nearest source, of which there is
-    at least one; cells lie ``spacing`` apart.
+    """Fill distances (rows, columns) from each cell's centre to that of the nearest source; cells are
+    ``spacing`` apart. At least one source is required.
 
     A. Meijster, J. B. T. M. Roerdink, W. H. Hesselink: A general algorithm for computing distance transforms
-    in linear time, Mathematical Morphology and its Applications, 2000. Where it works is the result itself;
-    SciPy's takes 24 bytes more for each cell.
+    in linear time, Mathematical Morphology and its Applications, 2000. It works in place; SciPy's needs 24
+    bytes more per cell.
     """
     rows, columns = is_source.shape
     beyond = rows + columns
-    for row in range(rows):  # first the cells to the nearest source of the same column, of which 32 bits
-        for column in range(columns):  # of a float hold 16 million exactly
+    for row in range(rows):  # first the cells to the nearest source in the same column: a 32-bit float holds
+        for column in range(columns):  # integers up to 16 million exactly
             if is_source[row, column]:
                 distances[row, column] = 0
             elif row == 0:
@@ -77,7 +77,7 @@ def fill_distances(is_source: NDArray[np.bool_], spacing: float, distances: NDAr
 
 @njit(cache=True, nogil=True)
 def _lower_envelope(heights: NDArray[np.int64], nearest: NDArray[np.int64], since: NDArray[np.int64]) -> int:
-    """Which column's parabola is the lowest, ``nearest[k]`` from column ``since[k]`` on; the last k."""
+    """Lower envelope of parabolas: column ``nearest[k]`` from column ``since[k]`` on. Returns the last k."""
     last = 0
     nearest[0] = since[0] = 0
     for column in range(1, len(heights)):

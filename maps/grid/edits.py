@@ -1,4 +1,4 @@
-"""Edits of a map: what people know better than scans, drawn over the grid at every rendering."""
+"""Edits of a map: what people know better than the scans, drawn over the grid at every rendering."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -18,25 +18,25 @@ EDIT_KINDS: tuple[EditKind, ...] = get_args(EditKind)
 
 @dataclass(frozen=True, eq=False)
 class Edit:
-    """An area, or a wall, and what becomes of it."""
+    """An area or a wall, and what to do with it."""
 
     kind: EditKind
-    """``erase``: what was seen there becomes free; ``free``, ``unknown``: all of it does; ``wall``: it is
-    occupied; ``keepout``, ``speed``: the map stays as it is, they are in masks of their own."""
+    """``erase``: seen cells become free; ``free``, ``unknown``: all cells do; ``wall``: cells become
+    occupied; ``keepout``, ``speed``: the map stays as it is, these go into separate masks."""
     points: NDArray[np.float64]
-    """(N, 2) metres in the map: the corners of a polygon, or from where to where a wall goes."""
+    """(N, 2) metres in the map: corners of a polygon, or vertices of a wall."""
     width: float = 0.0
-    """Metres of a wall, which is a cell wide at least."""
+    """Thickness of a wall in metres; at least one cell is drawn."""
     limit: float = 0.0
     """Metres per second in a ``speed`` area."""
 
     def moved(self, new_from_map: Pose) -> "Edit":
-        """The same in another frame."""
+        """The same edit in another frame."""
         return replace(self, points=transform_points(new_from_map, self.points))
 
 
 def edited(grid: TiledGrid, edits: Iterable[Edit]) -> TiledGrid:
-    """The grid with edits drawn over it, the later over the earlier ones."""
+    """The grid with edits drawn over it; later edits win."""
     for edit in edits:
         if edit.kind == "erase":
             grid = _drawn_over(grid, edit, FREE, only_known=True)
@@ -46,7 +46,7 @@ def edited(grid: TiledGrid, edits: Iterable[Edit]) -> TiledGrid:
 
 
 def keepout_mask(grid: TiledGrid, edits: Iterable[Edit]) -> TiledGrid:
-    """100 where no robot may be, else 0, on the cells of a grid."""
+    """Keepout mask over the cells of a grid: 100 where no robot may go, else 0."""
     mask = replace(grid, tiles={}, elsewhere=FREE)
     for edit in edits:
         if edit.kind == "keepout":
@@ -55,8 +55,8 @@ def keepout_mask(grid: TiledGrid, edits: Iterable[Edit]) -> TiledGrid:
 
 
 def speed_mask(grid: TiledGrid, edits: Iterable[Edit]) -> tuple[TiledGrid, float]:
-    """How fast a robot may be on the cells of a grid, 1 to 100, and 0 where there is no limit; and the metres
-    per second that 1 stands for. Where areas overlap, the lowest limit holds."""
+    """Speed mask over the cells of a grid, 1 to 100, 0 where there is no limit; and the metres per second per
+    unit. Where areas overlap, the lowest limit holds."""
     limited = [edit for edit in edits if edit.kind == "speed"]
     unit = max((edit.limit for edit in limited), default=0.0) / OCCUPIED
     mask = replace(grid, tiles={}, elsewhere=0)
@@ -66,7 +66,7 @@ def speed_mask(grid: TiledGrid, edits: Iterable[Edit]) -> tuple[TiledGrid, float
 
 
 def _drawn_over(grid: TiledGrid, edit: Edit, value: int, *, only_known: bool = False) -> TiledGrid:
-    """The grid with a value in the cells that an edit covers, or in those of them that are known."""
+    """The grid with a value in the cells that an edit covers, optionally only in known cells."""
     tiles = dict(grid.tiles)
     for tile, area in covered(grid, edit):
         cells = grid.tile(tile)
@@ -75,21 +75,21 @@ def _drawn_over(grid: TiledGrid, edit: Edit, value: int, *, only_known: bool = F
 
 
 def covered(grid: TiledGrid, edit: Edit) -> Iterator[tuple[Tile, NDArray[np.bool_]]]:
-    """Tiles of which an edit covers cells, and (TILE, TILE) which: those whose centres lie in it; of a wall
-    also those that its line passes."""
-    from skimage.draw import polygon2mask  # few maps have edits, and it takes a while to load
+    """Tiles that an edit touches and (TILE, TILE) which of their cells it covers: those whose centre lies
+    inside. A wall also covers the cells its line crosses."""
+    from skimage.draw import polygon2mask  # slow to import, and few maps have edits
 
     rings = [grid.raster_of(ring) for ring in _rings(edit)]
     line = _passed(grid, edit.points) if edit.kind == "wall" else np.zeros((0, 2), dtype=np.int64)
     corners = np.concatenate([*rings, line])
     if len(corners) == 0:
-        return  # a wall that lies beyond the grid
+        return  # the wall lies outside the grid
     low = np.clip(np.floor(corners.min(axis=0)), 0, grid.shape).astype(np.int64)
     high = np.clip(np.ceil(corners.max(axis=0)) + 1, 0, grid.shape).astype(np.int64)
     for tile in tiles_in(*(slice(*span) for span in zip(low.tolist(), high.tolist(), strict=True))):
         first = np.array(tile.first_cell)
         area = np.zeros((TILE, TILE), dtype=np.bool_)
-        for ring in rings:  # the first is the outer one
+        for ring in rings:  # the first ring is the outline, the others are holes
             area ^= polygon2mask(area.shape, ring - first)
         here = line - first
         area[tuple(here[np.all((here >= 0) & (here < TILE), axis=1)].T)] = True
@@ -100,7 +100,7 @@ def covered(grid: TiledGrid, edit: Edit) -> Iterator[tuple[Tile, NDArray[np.bool
 
 
 def _rings(edit: Edit) -> list[NDArray[np.float64]]:
-    """(N, 2) metres in the map: the outline of what an edit covers, then its holes; no thin wall has any."""
+    """Rings (N, 2) in metres: the outline of what an edit covers, then its holes. Thin walls have none."""
     if edit.kind != "wall":
         return [edit.points]
     if edit.width == 0.0:
@@ -112,7 +112,7 @@ def _rings(edit: Edit) -> list[NDArray[np.float64]]:
 
 
 def _passed(grid: TiledGrid, points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(M, 2) the cells of a grid from point to point (N, 2), without a gap through which a ray would pass."""
+    """(M, 2) cells along a polyline (N, 2), without gaps that a ray could pass through."""
     passed = []
     for start, end in pairwise(points):
         steps = 2 + int(np.ceil(4.0 * np.hypot(*(end - start)) / grid.resolution))

@@ -1,4 +1,4 @@
-"""A closed lap in the path of a car: from a place back to it, in the same direction."""
+"""Find a closed lap in a car's path: back to the same place in the same direction."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,19 +8,19 @@ from shapely import LineString, Polygon, node, polygonize
 from racecar.maps.geometry.se2 import Pose, wrap_angle
 
 _STEP = 0.1
-"""Metres between points of the path that are compared, since a lap need not close to the centimetre."""
+"""Metres between the points of the path that are compared, since a lap need not close to the centimetre."""
 _SHORTEST = 5.0
-"""Metres of path of a lap at least. By judgement: a small car's smallest circle is 4 m."""
+"""Minimum length of a lap in metres. Chosen by judgement: a small car's tightest circle is 4 m."""
 CLOSING_DISTANCE = 2.0
-"""Metres from where a lap began to where it ends, at most; a straight line closes it. By judgement: less than
-from a lane to the lane beside it."""
+"""Maximum gap in metres between start and end of a lap, closed by a straight line. Chosen by judgement: less
+than the distance between two lanes."""
 _CLOSING_TURN = 0.8
-"""Radians between both headings, at most. By judgement: who crosses the path comes at a right angle."""
+"""Maximum difference of headings in radians. Chosen by judgement: crossing paths meet at a right angle."""
 
 
 def find_lap(map_from_base: Pose) -> NDArray[np.float64] | None:
-    """(N, 2) metres in the map: the first lap among poses (K, 3) that closes well, in the direction in which
-    it was driven and without the first point at its end; None where there is none."""
+    """(N, 2) metres in the map: the first lap among poses (K, 3) that closes well, in driving direction and
+    without repeating its first point; None where there is none."""
     path, headings = _evenly(map_from_base[:, :2])
     if len(path) < 2:
         return None
@@ -38,7 +38,7 @@ def find_lap(map_from_base: Pose) -> NDArray[np.float64] | None:
 
 
 def _evenly(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points (N, 2) that many metres apart along a path, and the directions (N,) there, in radians."""
+    """Resample a path to points (N, 2) `_STEP` metres apart, with headings (N,) in radians."""
     steps = np.hypot(*np.diff(places, axis=0).T)
     moves = np.append(True, steps > 0.0)
     places, along = places[moves], np.append(0.0, np.cumsum(steps[steps > 0.0]))
@@ -49,6 +49,6 @@ def _evenly(places: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[n
 
 
 def inside_of(lap: NDArray[np.float64]) -> Polygon:
-    """What a lap goes round; of one that crosses itself, as where a car spun, the largest part."""
+    """The area that a lap encloses. If the lap crosses itself, as after a spin, the largest part."""
     loops = polygonize([node(LineString([*lap, lap[0]]))])
     return max(loops.geoms, key=lambda loop: loop.area, default=Polygon())

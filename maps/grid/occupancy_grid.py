@@ -1,4 +1,4 @@
-"""The occupancy grid: what is known of each cell of the floor."""
+"""Occupancy grid: how certainly each cell is occupied."""
 
 from dataclasses import dataclass
 
@@ -12,21 +12,21 @@ UNKNOWN = -1
 FREE = 0
 OCCUPIED = 100
 OCCUPIED_FROM = 50
-"""Percent; a cell at least this occupied is an obstacle and stops a ray."""
+"""Percent from which a cell is an obstacle and stops a ray."""
 FREE_THRESHOLD = 0.196
-"""Probability up to which a cell is free, since ``map_server`` draws it so."""
+"""Probability up to which a cell is free, since ``map_server`` uses this value."""
 
 
 @dataclass(frozen=True, eq=False)
 class OccupancyGrid(Raster):
-    """Cells over the plane, in the convention of ``nav_msgs/OccupancyGrid``."""
+    """Occupancy grid in the convention of ``nav_msgs/OccupancyGrid``."""
 
     cells: NDArray[np.int8]
     """(rows, columns): -1 unknown, else percent occupied, 0 to 100. Row 0 is at the origin, rows go up y."""
     resolution: float
     """Metres per cell."""
     map_from_grid: Pose
-    """(3,) pose of the outer corner of cell (0, 0); the yaw may be any (MIT's maps have 3.14)."""
+    """(3,) pose of the outer corner of cell (0, 0); any yaw is allowed (MIT's maps have 3.14)."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -35,5 +35,5 @@ class OccupancyGrid(Raster):
         return rows, columns
 
     def rows(self, first: int, until: int) -> NDArray[np.int8]:
-        """(until - first, columns) cells of some rows."""
+        """(until - first, columns) cells of a range of rows."""
         return self.cells[first:until]

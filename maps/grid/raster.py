@@ -1,4 +1,4 @@
-"""Cells over the plane: where they lie, whatever they hold and however that is kept."""
+"""The geometry of a raster, independent of how its cells are stored."""
 
 from abc import ABC, abstractmethod
 
@@ -14,7 +14,7 @@ class Raster(ABC):
     resolution: float
     """Metres per cell."""
     map_from_grid: Pose
-    """(3,) pose of the outer corner of cell (0, 0); the yaw may be any (MIT's maps have 3.14)."""
+    """(3,) pose of the outer corner of cell (0, 0); any yaw is allowed (MIT's maps have 3.14)."""
 
     @property
     @abstractmethod
@@ -23,11 +23,11 @@ class Raster(ABC):
 
     @abstractmethod
     def rows(self, first: int, until: int) -> NDArray[np.int8]:
-        """(until - first, columns) cells of some rows."""
+        """(until - first, columns) cells of a range of rows."""
 
     @property
     def size(self) -> int:
-        """How many cells there are."""
+        """Number of cells."""
         rows, columns = self.shape
         return rows * columns
 
@@ -38,22 +38,23 @@ class Raster(ABC):
         return columns * self.resolution, rows * self.resolution
 
     def coarser(self, most_cells: int) -> float:
-        """Metres per cell, in whole centimetres, of which the same ground has so many at most."""
+        """Finest resolution, in whole centimetres, at which the same area has at most ``most_cells``
+        cells."""
         return float(np.ceil(100.0 * self.resolution * np.sqrt(self.size / most_cells))) / 100.0
 
     def cell_of(self, points_in_map: ArrayLike) -> NDArray[np.int64]:
-        """(N, 2) row and column of points (N, 2); they may lie outside the grid."""
+        """(N, 2) row and column of points (N, 2), which may lie outside the grid."""
         points_in_grid = transform_points(inverse(self.map_from_grid), points_in_map)
         return np.floor(points_in_grid[:, ::-1] / self.resolution).astype(np.int64)
 
     def raster_of(self, points_in_map: ArrayLike) -> NDArray[np.float64]:
-        """(N, 2) row and column of points (N, 2), fractions and all; 0 is the middle of the first cell."""
+        """(N, 2) fractional row and column of points (N, 2); 0 is the centre of the first cell."""
         points_in_grid = transform_points(inverse(self.map_from_grid), points_in_map)
         raster: NDArray[np.float64] = points_in_grid[:, ::-1] / self.resolution - 0.5
         return raster
 
     def center_of(self, cells: ArrayLike) -> NDArray[np.float64]:
-        """(N, 2) centres in the map frame of cells (N, 2), row and column."""
+        """(N, 2) centres in the map frame of cells (N, 2) given as row and column."""
         points_in_grid = (np.asarray(cells, dtype=np.float64)[:, ::-1] + 0.5) * self.resolution
         return transform_points(self.map_from_grid, points_in_grid)
 

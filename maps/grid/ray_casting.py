@@ -1,7 +1,7 @@
-"""Ranges that a laser would measure in a map, exact to the cell's edge.
+"""Ranges that a laser would measure in a map, exact to the edges of cells.
 
-A cell stops a ray when it is at least half occupied (``OCCUPIED_FROM``); unknown cells are looked through.
-A ray that starts in an occupied cell measures 0; one that meets nothing measures inf.
+Cells that are at least half occupied (``OCCUPIED_FROM``) stop a ray; unknown cells do not. A ray that starts
+in an occupied cell measures 0, a ray without a hit inf.
 """
 
 import math
@@ -18,7 +18,7 @@ from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 def _enter_grid(
     row: float, column: float, row_step: float, column_step: float, rows: int, columns: int
 ) -> tuple[float, float]:
-    """First and last distance in cells at which the ray is over the grid; first > last when it never is."""
+    """First and last distance, in cells, at which the ray is over the grid; first > last when it never is."""
     first, last = 0.0, math.inf
     for start, step, size in ((row, row_step, rows), (column, column_step, columns)):
         if step == 0.0:
@@ -36,17 +36,17 @@ def _enter_grid(
 def cast_one(
     cells: NDArray[np.int8], row: float, column: float, row_step: float, column_step: float, reach: float
 ) -> float:
-    """Distance in cells to the near edge of the first occupied cell; inf when none within reach.
+    """Distance in cells to the near edge of the first occupied cell; inf when none is within reach.
 
-    (row, column) is the start in cells, fractions and all, (row_step, column_step) the unit direction.
-    J. Amanatides, A. Woo: A Fast Voxel Traversal Algorithm for Ray Tracing, Eurographics 1987.
+    (row, column) is the start in fractional cells, (row_step, column_step) the unit direction. J. Amanatides,
+    A. Woo: A Fast Voxel Traversal Algorithm for Ray Tracing, Eurographics 1987.
     """
     rows, columns = cells.shape
     first, last = _enter_grid(row, column, row_step, column_step, rows, columns)
     if first > last:
         return math.inf
     distance = first
-    # Rounding may put the entry a hair outside, so the cell is held to the grid.
+    # Rounding may put the entry slightly outside, so the cell is clamped to the grid.
     r = min(max(math.floor(row + first * row_step), 0), rows - 1)
     c = min(max(math.floor(column + first * column_step), 0), columns - 1)
     row_direction, row_spacing, next_row = 0, math.inf, math.inf
@@ -125,7 +125,7 @@ def cast_rays(
 ) -> NDArray[np.float64]:
     """(N,) metres: bearing i of (N,) from pose i of (N, 3) or all from one (3,); inf beyond ``max_range``.
 
-    With a pose for each bearing a sweep is cast from a moving laser.
+    One pose per bearing casts the sweep of a moving laser.
     """
     bearings = np.ascontiguousarray(bearings, dtype=np.float64)
     starts = np.broadcast_to(in_cells(grid, map_from_laser), (len(bearings), 3))
@@ -135,7 +135,7 @@ def cast_rays(
 
 
 def in_cells(grid: OccupancyGrid, map_from_laser: ArrayLike) -> Pose:
-    """(..., 3) row and column in cells, fractions and all, and heading over the grid of poses (..., 3)."""
+    """(..., 3) fractional row, column and heading on the grid, of poses (..., 3)."""
     grid_from_laser = between(grid.map_from_grid, map_from_laser)
     starts = grid_from_laser[..., [1, 0, 2]] / np.array([grid.resolution, grid.resolution, 1.0])
     return np.ascontiguousarray(starts)

@@ -1,4 +1,4 @@
-"""A huge grid shown with fewer cells."""
+"""Downsample a huge grid for display."""
 
 import numpy as np
 
@@ -6,16 +6,16 @@ from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 from racecar.maps.grid.raster import Raster
 
 _STRIP = 512
-"""Rows of a huge grid that are thinned at a time, to hold few of its cells at once."""
+"""Rows thinned at a time, so that only few cells of a huge grid are in memory at once."""
 
 
 def thinning(grid: Raster, most_cells: int) -> int:
-    """How many rows, and columns, become one where a grid is to have so many cells at most."""
+    """Downsampling factor per axis at which a grid has at most ``most_cells`` cells."""
     return max(1, int(np.ceil(np.sqrt(grid.size / most_cells))))
 
 
 def thinned(grid: Raster, most_cells: int) -> OccupancyGrid:
-    """With blocks of cells in place of a huge grid's; a block shows its most occupied cell."""
+    """A huge grid in blocks of cells; each block shows its most occupied cell."""
     step = thinning(grid, most_cells)
     rows, columns = grid.shape
     blocks = np.full((-(-rows // step), -(-columns // step)), UNKNOWN, dtype=np.int8)

@@ -1,4 +1,4 @@
-"""An occupancy grid in tiles, of which only those exist where something was seen.
+"""An occupancy grid in tiles that exist only where something was seen.
 
 A drive of some kilometres crosses a plane of billions of cells and sees a few per cent of them.
 """
@@ -16,39 +16,39 @@ from racecar.maps.grid.occupancy_grid import UNKNOWN, OccupancyGrid
 from racecar.maps.grid.raster import Raster
 
 TILE = 256
-"""Cells of a tile's side, by judgement: a room or two, and few bytes lost around what was seen."""
+"""Cells along a tile's side. Chosen by judgement: a room or two, with few unseen cells around it."""
 _MOST_CELLS = 1_000_000_000
-"""Of a grid in one piece: a gigabyte, to which whoever works on it adds several."""
+"""Most cells of a grid in one piece: a gigabyte, and whoever works on it needs several more."""
 
 
 class Tile(NamedTuple):
-    """Which tile: so many tiles up and to the right of the one with cell (0, 0)."""
+    """Column and row of a tile, counted from the tile with cell (0, 0)."""
 
     row: int
     column: int
 
     @property
     def first_cell(self) -> tuple[int, int]:
-        """Row and column."""
+        """Row and column of its first cell."""
         return self.row * TILE, self.column * TILE
 
 
 @dataclass(frozen=True, eq=False)
 class TiledGrid(Raster):
-    """Cells as those of an `OccupancyGrid`."""
+    """Tiled storage for the cells of an `OccupancyGrid`."""
 
     tiles: dict[Tile, NDArray[np.int8]]
-    """(TILE, TILE) each. Those at the upper and right edge reach beyond the grid, where they are cut off."""
+    """(TILE, TILE) each. Tiles at the upper and right edge reach beyond the grid and are cut off there."""
     height: int
-    """Rows."""
+    """Number of rows."""
     width: int
-    """Columns."""
+    """Number of columns."""
     resolution: float
     """Metres per cell."""
     map_from_grid: Pose
     """(3,) pose of the outer corner of cell (0, 0)."""
     elsewhere: int = UNKNOWN
-    """What the cells are of which there is no tile."""
+    """Value of cells without a tile."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -56,11 +56,11 @@ class TiledGrid(Raster):
         return self.height, self.width
 
     def rows(self, first: int, until: int) -> NDArray[np.int8]:
-        """(until - first, columns) cells of some rows."""
+        """(until - first, columns) cells of a range of rows."""
         return self.window(slice(first, until), slice(0, self.width))
 
     def window(self, rows: slice, columns: slice) -> NDArray[np.int8]:
-        """The cells of some rows and columns, which may lie beyond the grid."""
+        """Cells in a range of rows and columns, which may reach beyond the grid."""
         cells = np.full((rows.stop - rows.start, columns.stop - columns.start), self.elsewhere, dtype=np.int8)
         for tile in tiles_in(rows, columns):
             if tile in self.tiles:
@@ -77,7 +77,7 @@ class TiledGrid(Raster):
         return self.window(slice(row, row + TILE), slice(column, column + TILE))
 
     def in_one_piece(self) -> OccupancyGrid:
-        """The same grid with all its cells. Raises UserError when these are too many."""
+        """The same grid as one array. Raises UserError when it has too many cells."""
         if self.size > _MOST_CELLS:
             raise UserError(
                 f"A map of {self.width} × {self.height} cells is too large to be held in one piece; draw it "
@@ -87,7 +87,7 @@ class TiledGrid(Raster):
 
 
 def tiles_in(rows: slice, columns: slice) -> Iterator[Tile]:
-    """The tiles that hold cells of some rows and columns."""
+    """Tiles that hold cells in a range of rows and columns."""
     for row in range(rows.start // TILE, -(-rows.stop // TILE)):
         for column in range(columns.start // TILE, -(-columns.stop // TILE)):
             yield Tile(row, column)

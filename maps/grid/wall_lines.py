@@ -1,4 +1,4 @@
-"""The walls of a grid as lines: the middle of what is occupied, as a draughtsman would draw it."""
+"""Walls of a grid as polylines along the middle of the occupied cells, as in a floor plan."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,14 +8,14 @@ from skimage.morphology import skeletonize
 from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM, OccupancyGrid
 
 _STEPS = ((0, 1), (1, 0), (1, 1), (1, -1))
-"""Rows and columns to half of a cell's eight neighbours, since each pair of neighbours is joined once."""
+"""Row and column steps to half of a cell's eight neighbours, since each pair of neighbours is joined once."""
 
 
 def wall_lines(grid: OccupancyGrid, tolerance: float | None = None) -> list[NDArray[np.float64]]:
-    """Polylines (N, 2), metres in the map; those that end where they begin are closed.
+    """Polylines (N, 2) in metres in the map; a closed one ends where it begins.
 
-    No point of the skeleton (Zhang and Suen, "A fast parallel algorithm for thinning digital patterns", 1984)
-    lies farther from them than a ``tolerance`` in metres: a cell, if none is given.
+    Points of the skeleton (Zhang and Suen, "A fast parallel algorithm for thinning digital patterns", 1984)
+    deviate from them by at most ``tolerance`` metres, one cell by default.
     """
     skeleton = np.pad(skeletonize(grid.cells >= OCCUPIED_FROM), 1)
     steps = np.concatenate([_joined(skeleton, *step) for step in _STEPS])
@@ -25,8 +25,8 @@ def wall_lines(grid: OccupancyGrid, tolerance: float | None = None) -> list[NDAr
 
 
 def _joined(skeleton: NDArray[np.bool_], rows: int, columns: int) -> NDArray[np.int64]:
-    """(N, 2, 2) row and column of both cells of a skeleton, with a margin, that lie one step apart; not
-    diagonally where a third cell leads round the corner."""
+    """(N, 2, 2) pairs of neighbouring skeleton cells, as row and column with a margin. Diagonal pairs are
+    left out where a third cell connects both."""
     to = np.roll(skeleton, (-rows, -columns), axis=(0, 1))
     are = skeleton & to
     if rows and columns:
@@ -38,7 +38,7 @@ def _joined(skeleton: NDArray[np.bool_], rows: int, columns: int) -> NDArray[np.
 def _posts(
     grid: OccupancyGrid, skeleton: NDArray[np.bool_], steps: NDArray[np.int64]
 ) -> list[NDArray[np.float64]]:
-    """What is thin all round leaves one cell and no line: a line across that cell."""
+    """Lines for isolated posts: thinning leaves a single cell and no line, so a line is drawn across it."""
     alone = skeleton.copy()
     rows, columns = steps.reshape(-1, 2).T
     alone[rows, columns] = False
@@ -48,5 +48,5 @@ def _posts(
 
 
 def _centres(grid: OccupancyGrid, padded_cells: NDArray[np.generic]) -> NDArray[np.float64]:
-    """(N, 2, 2) metres in the map, of cells (N, 2, 2) that count from the margin."""
+    """(N, 2, 2) metres in the map of cells (N, 2, 2) counted with the margin."""
     return grid.center_of(np.asarray(padded_cells, dtype=np.float64).reshape(-1, 2) - 1).reshape(-1, 2, 2)
