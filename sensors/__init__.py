@@ -1,4 +1,4 @@
-"""What scans, wheels and gyroscope say, on one clock and corrected, and the motion that they show."""
+"""Scans, wheels and gyroscope on one clock, corrected, and the motion that they show."""
 
 import lazy_loader
 

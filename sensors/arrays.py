@@ -1,4 +1,4 @@
-"""State as named arrays: what a mapper is made of, without a word about files."""
+"""The state of a mapper as named arrays, independent of files."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, TypeAlias, TypeVar
@@ -15,16 +15,16 @@ Number = TypeVar("Number", bound=np.generic)
 
 
 class ArrayLayout(NamedTuple):
-    """What an array is like."""
+    """Expected type and shape of an array."""
 
     kinds: str
-    """NumPy's letters of the types it may have: f float, i and u integers, b bool, U text."""
+    """Allowed dtype kinds as NumPy's letters: f float, i and u integers, b bool, U text."""
     shape: tuple[str | int, ...]
-    """Its sizes; those with a name are the same wherever it stands."""
+    """Expected sizes; a named size must be the same wherever it appears."""
 
 
 def check_layout(arrays: Mapping[str, NDArray[np.generic]], layouts: Mapping[str, ArrayLayout]) -> None:
-    """Raises ValueError that names the array that is missing, or not of its type or shape."""
+    """Raise ValueError naming the array that is missing or has the wrong type or shape."""
     sizes: dict[str, int] = {}
     for name, layout in layouts.items():
         if name not in arrays:
@@ -39,12 +39,12 @@ def check_layout(arrays: Mapping[str, NDArray[np.generic]], layouts: Mapping[str
 
 
 def named(part: str, arrays: Mapping[str, NDArray[np.generic]]) -> Arrays:
-    """The arrays of a part, under names that tell the part."""
+    """Prefix the names of arrays with the name of their part."""
     return {f"{part}.{name}": array for name, array in arrays.items()}
 
 
 def part_of(part: str, arrays: Mapping[str, NDArray[np.generic]]) -> Arrays:
-    """The arrays of one part, under its own names for them."""
+    """The arrays of one part, with the prefix removed from their names."""
     prefix = f"{part}."
     return {name[len(prefix) :]: array for name, array in arrays.items() if name.startswith(prefix)}
 
@@ -52,22 +52,22 @@ def part_of(part: str, arrays: Mapping[str, NDArray[np.generic]]) -> Arrays:
 def pack(
     rows: Sequence[NDArray[Number]], empty: NDArray[Number]
 ) -> tuple[NDArray[Number], NDArray[np.int64]]:
-    """Rows (N_k, ...) as one (sum of N_k, ...) and their lengths (K,); ``empty`` (0, ...) says the type."""
+    """Concatenate rows (N_k, ...) to (sum of N_k, ...), with lengths (K,); ``empty`` is (0, ...)."""
     lengths = np.array([len(row) for row in rows], dtype=np.int64)
     return np.concatenate([empty, *rows]), lengths
 
 
 def unpack(packed: NDArray[Number], lengths: NDArray[np.generic]) -> list[NDArray[Number]]:
-    """The arrays that were packed, each with memory of its own."""
+    """Split packed rows again; each array gets its own memory."""
     ends = np.cumsum(lengths.astype(np.int64))
     return [packed[end - n : end].copy() for n, end in zip(lengths.tolist(), ends.tolist(), strict=True)]
 
 
 def side_by_side(rows: Sequence[NDArray[Number]]) -> list[NDArray[Number]]:
-    """The same rows (N_k, ...) as parts of one block of memory.
+    """The same rows (N_k, ...) as views of one block of memory.
 
-    Thousands of blocks that stay, each of a few kilobytes, lie among what comes and goes, and hold its pages
-    back from the machine.
+    Thousands of long-lived blocks of a few kilobytes fragment the heap and keep its pages from being returned
+    to the system.
     """
     if not rows:
         return []
@@ -75,5 +75,5 @@ def side_by_side(rows: Sequence[NDArray[Number]]) -> list[NDArray[Number]]:
 
 
 def pose_or_nan(pose: Pose | None) -> Pose:
-    """(3,) a pose, NaN where there is none."""
+    """(3,) the pose, or NaN for None."""
     return np.full(3, np.nan) if pose is None else np.asarray(pose, dtype=np.float64)

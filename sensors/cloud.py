@@ -1,4 +1,4 @@
-"""What a LiDAR with many rows sees in one turn."""
+"""One revolution of a multi-row LiDAR."""
 
 from dataclasses import dataclass
 
@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True, eq=False)
 class Cloud:
-    """N points in the laser frame laid level: x and y as in the plane, z the height above the base."""
+    """N points in the levelled laser frame: x and y as in the plane, z the height above the base."""
 
     points: NDArray[np.float32]
     """(N, 3) metres."""
     time_offsets: NDArray[np.float32]
-    """(N,) seconds from the scan's stamp to each point; all zero when the sensor does not tell."""
+    """(N,) seconds from the scan's stamp to each point; all zero when the sensor does not report them."""

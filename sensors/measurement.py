@@ -1,4 +1,4 @@
-"""What sensors of a car send."""
+"""Measurements from the sensors of a car."""
 
 from typing import TypeAlias
 
@@ -7,4 +7,4 @@ from racecar.sensors.scan import Scan
 from racecar.sensors.yaw_rate import YawRate
 
 Measurement: TypeAlias = Scan | Odometry | YawRate
-"""One of them; each has a stamp."""
+"""Any measurement; each has a stamp."""

@@ -1,4 +1,4 @@
-"""Bearings of beams that lie over another angle than a driver states."""
+"""Rescale the bearings of scans whose field of view differs from what the driver states."""
 
 from dataclasses import replace
 
@@ -10,11 +10,11 @@ from racecar.sensors.scan import Scan
 
 
 def scaled_bearings(scan: Scan, factor: float) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Bearings (M,) in ascending order, and the beams (M,) that look there; those that then look where
-    another one does already are left out.
+    """Bearings (M,) in ascending order and the indices (M,) of their beams; beams that would overlap others
+    are removed.
 
-    What looks ahead goes on doing so where the beams lie evenly to both sides; else the first one stays where
-    it is, because drivers count from it.
+    If the beams are symmetric, straight ahead is kept. Otherwise the first beam keeps its bearing, because
+    drivers count from there.
     """
     bearings, beams = _continuous(scan)
     step = float(np.median(np.diff(bearings))) if len(bearings) > 1 else 0.0
@@ -27,9 +27,9 @@ def scaled_bearings(scan: Scan, factor: float) -> tuple[NDArray[np.float64], NDA
 
 
 def _continuous(scan: Scan) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
-    """Bearings (N,) in which there is no leap by a turn where the sweep looks backwards, and the beams (N,).
+    """Unwrapped bearings (N,), without a jump where the sweep passes behind the laser, and beams (N,).
 
-    Their middle is within half a turn; a sweep of a whole turn begins with its first beam in time.
+    Their middle is within half a turn; a full-turn sweep begins with its first beam in time.
     """
     gaps = np.diff(scan.bearings, append=scan.bearings[0] + 2.0 * np.pi)
     is_whole_turn = bool(gaps.max() < 1.5 * np.median(gaps))
@@ -41,6 +41,6 @@ def _continuous(scan: Scan) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
 
 
 def with_bearings_scaled(scan: Scan, factor: float) -> Scan:
-    """The scan over the other angle."""
+    """The scan with rescaled bearings."""
     bearings, order = scaled_bearings(scan, factor)
     return replace(scan, bearings=bearings, ranges=scan.ranges[order], time_offsets=scan.time_offsets[order])

@@ -1,4 +1,4 @@
-"""One sweep of a LiDAR, as seen in the plane."""
+"""A planar LiDAR scan."""
 
 from dataclasses import dataclass
 
@@ -11,32 +11,32 @@ from racecar.sensors.cloud import Cloud
 
 @dataclass(frozen=True, eq=False)
 class Scan:
-    """A sweep of N beams, ascending in bearing.
+    """A sweep of N beams, in ascending order of bearing.
 
-    ``ranges`` tell three things apart: a finite number is a return, ``inf`` a miss (nothing within
-    ``max_range``) and ``nan`` no information (NaN padding, zeros, readings below the sensor's minimum).
+    ``ranges`` are finite for a return, ``inf`` for a miss (nothing within ``max_range``) and ``nan`` for no
+    information (NaN padding, zeros, readings below the sensor's minimum).
     """
 
     stamp: int
-    """Nanoseconds; the time to which the sweep's pose belongs (the header stamp)."""
+    """Nanoseconds; the time of the sweep's pose (the header stamp)."""
     bearings: NDArray[np.float64]
     """(N,) radians in the laser frame, strictly ascending."""
     ranges: NDArray[np.float64]
     """(N,) metres."""
     time_offsets: NDArray[np.float64]
-    """(N,) seconds from ``stamp`` to each beam; all zero when the sensor does not tell."""
+    """(N,) seconds from ``stamp`` to each beam; all zero when the sensor does not report them."""
     base_from_laser: Pose
-    """(3,) the sensor's place on the car."""
+    """(3,) pose of the sensor on the car."""
     max_range: float
-    """Metres; readings at or beyond are misses."""
+    """Metres; readings at or beyond it are misses."""
     cloud: Cloud | None = None
-    """All that a sensor with many rows saw, of which the beams are a section; None of a planar sensor."""
+    """The full cloud of a multi-row sensor, of which the beams are a slice; None for a planar sensor."""
     laser: int = 0
-    """Which of the car's lasers, numbered from 0; those of one number are at one place."""
+    """Index of the laser on the car, from 0; scans with one index share a mount."""
 
     @property
     def is_return(self) -> NDArray[np.bool_]:
-        """(N,) beams that met something."""
+        """(N,) whether a beam hit something."""
         return np.isfinite(self.ranges)
 
     def points_in_laser(self) -> NDArray[np.float64]:
@@ -46,11 +46,11 @@ class Scan:
         return np.column_stack([ranges * np.cos(bearings), ranges * np.sin(bearings)])
 
     def points_in_base(self) -> NDArray[np.float64]:
-        """(M, 2) end points of the returns, not corrected for the car's motion during the sweep."""
+        """(M, 2) end points of the returns, without deskewing."""
         return transform_points(self.base_from_laser, self.points_in_laser())
 
 
 def frozen(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The array itself, not writeable from now on, because many scans share it."""
+    """Make an array read-only, because many scans share it."""
     values.flags.writeable = False
     return values

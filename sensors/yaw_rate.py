@@ -1,13 +1,13 @@
-"""Samples of a gyroscope."""
+"""Gyroscope samples."""
 
 from dataclasses import dataclass
 
 
 @dataclass(frozen=True, eq=False)
 class YawRate:
-    """One reading of how fast the car turns."""
+    """One gyroscope reading."""
 
     stamp: int
     """Nanoseconds."""
     rate: float
-    """Radians per second about the base's z axis, counter-clockwise, as measured."""
+    """Radians per second about the base's z axis, counter-clockwise, uncorrected."""

@@ -1,1 +1,1 @@
-"""Returns that do not belong to the world: they move along with the laser."""
+"""Detect returns that are fixed to the robot and not part of the world."""

@@ -1,4 +1,4 @@
-"""Cells of bearing and range in which returns move along: votes of single returns, put together."""
+"""Pool votes on single returns in cells of bearing and range."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -6,19 +6,19 @@ from numpy.typing import NDArray
 from racecar.sensors.scan import Scan
 
 _ANGLE = 0.05
-"""Radians of a cell; by judgement: a few beams of a coarse laser."""
+"""Radians of a cell. Chosen by judgement: a few beams of a coarse laser."""
 _RANGE = 0.2
-"""Metres of a cell; by judgement: twice what is fixed."""
+"""Metres of a cell. Chosen by judgement: twice the tolerance of fixed returns."""
 _MIN_SHARE = 0.2
-"""Share of a cell's returns that must move along for those that are open to be left out too; by judgement:
-one in five is no chance."""
+"""Share of fixed returns in a cell from which its undecided ones are removed too. Chosen by judgement: one in
+five is no coincidence."""
 
 
 def in_cells(scans: list[Scan], tallies: list[NDArray[np.int8]]) -> list[NDArray[np.bool_]]:
-    """For each scan, (N,) which of its beams move along, by the votes (N,) on them.
+    """For each scan, (N,) which of its beams are fixed returns, given the votes (N,) on them.
 
-    Of returns at like bearings and ranges some may be open, as those of a wall that is driven along and those
-    of all that is seen while the laser stands. They move along where the votes on the others say so.
+    Some returns stay undecided, such as those of a wall along the path or of a standing laser. They count as
+    fixed where the votes on others at similar bearing and range say so.
     """
     cells = [_cells_of(scan) for scan in scans]
     count = 1 + max(int(cell.max(initial=0)) for cell in cells)
@@ -36,7 +36,7 @@ def in_cells(scans: list[Scan], tallies: list[NDArray[np.int8]]) -> list[NDArray
 
 
 def _cells_of(scan: Scan) -> NDArray[np.int64]:
-    """(N,) numbers of cells; 0 where there is no return."""
+    """(N,) cell numbers; 0 where a beam has no return."""
     bearings = np.floor(scan.bearings / _ANGLE).astype(np.int64)
     around = int(np.ceil(2.0 * np.pi / _ANGLE))
     ranges = (np.where(scan.is_return, scan.ranges, 0.0) / _RANGE).astype(np.int64)

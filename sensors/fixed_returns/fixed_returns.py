@@ -1,10 +1,10 @@
-"""Returns that move along with the laser are left out before a recording is mapped.
+"""Remove returns that move with the laser before a recording is mapped.
 
-A robot's own posts, the body of who carries it, and the floor that a tilted laser sees stay at one bearing
-and range while the robot moves; to scan matching they say that it stands. So each return is compared with
-scans before and after, by the motion that wheels measured or, where these stand, by scan odometry. What is
-at the same bearing and range there, although one of the two scans looks through the place where the other one
-has it, moves along. Walls that are driven along keep their range too, but are where the motion puts them.
+A robot's own posts, its carrier's body, and the floor seen by a tilted laser stay at one bearing and range
+while the robot moves, and bias scan matching towards standstill. So each return is compared with earlier and
+later scans, by the motion from the wheels or, while these stand, from scan odometry. A return is fixed if
+another scan has one at the same bearing and range, although one of the two sees through the place where the
+other has it. Walls along the path keep their range too, but lie where the motion predicts.
 """
 
 from collections.abc import Iterable, Iterator
@@ -17,57 +17,57 @@ from racecar.maps.geometry.se2 import Pose, between, compose
 from racecar.sensors.fixed_returns.cells import in_cells
 from racecar.sensors.fixed_returns.laser_path import laser_path
 from racecar.sensors.fixed_returns.left_out import LeftOut
-from racecar.sensors.fixed_returns.vote_kernels import ALONG, APART, LIMITS, WORLD, partners, votes
+from racecar.sensors.fixed_returns.vote_kernels import APART, FIXED, LIMITS, WORLD, partners, votes
 from racecar.sensors.measurement import Measurement
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
 
 _MARGIN = 1_000_000_000
-"""Nanoseconds of odometry that are kept before a block's first scan, so that it can be interpolated there: by
-judgement longer than from one sample to the next."""
+"""Nanoseconds of odometry kept before a block's first scan for interpolation. Chosen by judgement: longer
+than the interval between two samples."""
 _BLOCK = 10_000_000_000
-"""Nanoseconds that are judged together; by judgement: as long as someone carries a robot."""
+"""Nanoseconds that are judged together. Chosen by judgement: as long as someone carries a robot."""
 _MIN_WORLD = 0.1
-"""Share of a scan's returns, of those that move along or of the others, whichever are more, that must have
-moved as the motion says, for it to be believed, since when wheels spin all returns seem to move along.
-Measured: usually 0.2 to 0.6."""
+"""The motion between two scans is trusted if at least this share of returns, relative to the larger of the
+fixed and the other ones, has moved with it, since when wheels spin all returns seem fixed. Measured: usually
+0.2 to 0.6."""
 _MIN_SCANS = 4
-"""Scans, each apart from the last, that a block must have to be judged; by judgement: fewer see one thing."""
+"""Scans, each apart from the last, needed to judge a block. Chosen by judgement: fewer see one thing."""
 _MIN_SHARE = 0.08
-"""Share of a block's returns, that move along by what came before and by what came after, from which they are
-left out. Measured: aces, fr079 and intel stay below 0.015; posts and cables of a robot, which do no harm,
-below 0.08; floors and carriers have up to 0.4."""
+"""Share of a block's returns, fixed according to both earlier and later scans, from which they are removed.
+Measured: aces, fr079 and intel stay below 0.015; posts and cables of a robot, which do no harm, below 0.08;
+floors and carriers have up to 0.4."""
 _MIN_SHARE_AGAIN = 0.01
-"""The same once there was such a block: a tilted laser stays tilted, though the floor comes into view and
-goes. By judgement: about the most of clean logs. Measured: without it four in five of the floor's returns
-stay (python -m benchmarks worlds --world 'tilted short')."""
+"""The same after the first such block: a tilted laser stays tilted, though the floor comes into view and
+goes. Chosen by judgement: about the most of clean logs. Measured: without it four in five of the floor's
+returns stay (python -m benchmarks worlds --world 'tilted short')."""
 
 
 @dataclass(eq=False)
 class _Block:
-    """Measurements that are judged together, and what is needed of them."""
+    """A block of measurements, and the data needed to judge it."""
 
     messages: list[Measurement] = field(default_factory=list)
     scans: list[Scan] = field(default_factory=list)
-    """Of the first laser, (N,)."""
+    """(N,) scans of the first laser."""
     poses: Pose = field(default_factory=lambda: np.zeros((0, 3)))
-    """(N, 3) of the laser."""
+    """(N, 3) poses of the laser."""
     segments: NDArray[np.int64] = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
-    """(N,) within which poses are comparable."""
+    """(N,) segment ids; poses are comparable only within a segment."""
 
 
 class FixedReturns:
-    """Takes measurements in the order of time, and gives all of them back two blocks of time later."""
+    """Filter measurements in time order, with a delay of two blocks."""
 
     def __init__(self) -> None:
         self._odometry: list[Odometry] = []
         self._laser: int | None = None
         self._is_proven = False
         self.left_out = LeftOut()
-        """What was left out so far."""
+        """Statistics of the removed returns so far."""
 
     def filtered(self, messages: Iterable[Measurement]) -> Iterator[Measurement]:
-        """The same measurements, the scans without what moves along."""
+        """Yield the same measurements, with fixed returns removed from the scans."""
         before, block = _Block(), None
         for after in self._blocks(messages):
             self._follow(block or before, after)
@@ -79,8 +79,8 @@ class FixedReturns:
             yield from self._judged(before, block, _Block())
 
     def _blocks(self, messages: Iterable[Measurement]) -> Iterator[_Block]:
-        """Each but the last ends before the scan that comes a block of time after its first one. Clouds are
-        large and not judged, so that they are not held."""
+        """Split measurements into blocks of `_BLOCK` nanoseconds, counted from the first scan. A cloud ends
+        its block: clouds are large and not judged, so they are not held back."""
         block, begin = _Block(), None
         for message in messages:
             if isinstance(message, Scan):
@@ -98,7 +98,7 @@ class FixedReturns:
         yield block
 
     def _follow(self, before: _Block, block: _Block) -> None:
-        """Find where the laser was in a block, on from the last scan ``before``."""
+        """Track the laser through a block, continuing from the last scan ``before``."""
         if not block.scans:
             return
         path, segments = laser_path([*before.scans[-1:], *block.scans], self._odometry)
@@ -110,14 +110,14 @@ class FixedReturns:
         self._odometry = [sample for sample in self._odometry if sample.stamp > last - _MARGIN]
 
     def _judged(self, before: _Block, block: _Block, after: _Block) -> Iterator[Measurement]:
-        """The messages of a block, its scans without what moves along."""
+        """The messages of a block, with fixed returns removed from its scans."""
         masks = self._masks(before, block, after) if block.scans else {}
         for message in block.messages:
             mask = masks.get(id(message))
             yield message if mask is None else _without(message, mask)
 
     def _masks(self, before: _Block, block: _Block, after: _Block) -> dict[int, NDArray[np.bool_]]:
-        """By a scan's identity, (N,) which of its beams are left out."""
+        """(N,) masks of removed beams, by id of the scan."""
         scans = [*before.scans, *block.scans, *after.scans]
         poses = np.concatenate([before.poses, block.poses, after.poses])
         segments = np.concatenate([before.segments, block.segments, after.segments])
@@ -134,7 +134,7 @@ class FixedReturns:
         return {id(scan): mask for scan, mask in zip(block.scans, masks, strict=True) if mask.any()}
 
     def _is_judged(self, own: range, scans: list[Scan], poses: Pose, pairs: NDArray[np.int64]) -> bool:
-        """Whether so many returns of a block move along that they mislead; some of its scans show it."""
+        """Whether enough returns of a block are fixed to bias scan matching; tests scans that are apart."""
         count, returns, along, last = 0, 0, 0, -1
         for index in own:
             if last >= 0 and pairs[index, 0] < last:
@@ -153,14 +153,14 @@ class FixedReturns:
     def _tallies(
         self, index: int, scans: list[Scan], poses: Pose, others: NDArray[np.int64]
     ) -> NDArray[np.int8]:
-        """(N,) the votes on a scan's returns by the other ones, whose motion enough returns confirm."""
+        """(N,) sum of votes on a scan's returns by the scans whose relative motion is confirmed."""
         scan = scans[index]
         tallies = np.zeros(len(scan.ranges), dtype=np.int8)
         for other in others[others >= 0].tolist():
             seen = scans[other]
             motion = between(poses[other], poses[index])
             found = votes(scan.ranges, scan.bearings, seen.ranges, seen.bearings, motion, LIMITS)
-            along, world = np.count_nonzero(found == ALONG), np.count_nonzero(found == WORLD)
+            along, world = np.count_nonzero(found == FIXED), np.count_nonzero(found == WORLD)
             if world >= _MIN_WORLD * max(along, np.count_nonzero(scan.is_return) - along):
                 tallies += found
         return tallies

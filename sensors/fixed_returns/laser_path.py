@@ -1,4 +1,4 @@
-"""Where the laser was at each scan: by the wheels, or by the scans where the wheels stand and it moves."""
+"""Track the laser's pose: by the wheels, or by the scans where it moves while the wheels stand still."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,22 +13,21 @@ from racecar.sensors.self_calibration.wheel_track import WheelTrack
 _SECOND = 1_000_000_000
 """Nanoseconds, by definition."""
 _STANDS = (0.05, 0.1)
-"""Metres and radians in a second below which the wheels stand; by judgement: what an encoder's noise
-makes."""
+"""Metres and radians in a second below which the wheels stand still. Chosen by judgement: encoder noise."""
 _MIN_CHANGED = 0.3
-"""Share of the ranges that changed in that second from which the laser moved nonetheless; by judgement: more
-than people who walk by, less than what a carrier leaves of the view."""
+"""Share of ranges changed in that second from which the laser moved nonetheless. Chosen by judgement: more
+than people walking by, less than what a carrier leaves of the view."""
 _MIN_STANDING = 2
-"""Such seconds from which the scans are followed, which takes longer; by judgement: in one a slow turn may
-begin."""
+"""Number of such seconds from which scan odometry is used, which is slower. Chosen by judgement: a slow turn
+may begin in one."""
 
 
 def laser_path(scans: list[Scan], odometry: list[Odometry]) -> tuple[Pose, NDArray[np.int64]]:
-    """Poses (N, 3) of the laser in the middle of each sweep, and segments (N,) within which they are
+    """Poses (N, 3) of the laser in the middle of each sweep, and segment ids (N,) within which they are
     comparable.
 
-    The wheels know nothing of a robot that is carried, but the ranges change: then, and without wheels, the
-    scans are followed.
+    Wheels do not notice that a robot is carried, but ranges change. In this case, and without wheels, the
+    scans are tracked.
     """
     middle = round(middle_of(scans[0]) * 1e9)
     stamps = np.array([scan.stamp + middle for scan in scans], dtype=np.int64)
@@ -47,7 +46,7 @@ def laser_path(scans: list[Scan], odometry: list[Odometry]) -> tuple[Pose, NDArr
 
 
 def _moves_without_wheels(scans: list[Scan], stamps: NDArray[np.int64], odom_from_base: Pose) -> bool:
-    """Whether many ranges change in seconds in which the wheels stand."""
+    """Whether many ranges change in seconds in which the wheels stand still."""
     found, index = 0, 0
     while True:
         later = int(np.searchsorted(stamps, stamps[index] + _SECOND))
@@ -60,10 +59,10 @@ def _moves_without_wheels(scans: list[Scan], stamps: NDArray[np.int64], odom_fro
 
 
 def _changed(scan: Scan, later: Scan) -> float:
-    """Share of the ranges that changed by more than what is fixed."""
+    """Share of ranges that changed by more than the tolerance of fixed returns."""
     if len(scan.ranges) != len(later.ranges):
         return 0.0
-    with np.errstate(invalid="ignore"):  # of two misses
+    with np.errstate(invalid="ignore"):  # both are misses
         change = np.abs(later.ranges - scan.ranges)
     change = change[np.isfinite(change)]
     return float(np.mean(change > LIMITS.fixed)) if len(change) else 0.0

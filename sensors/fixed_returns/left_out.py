@@ -1,4 +1,4 @@
-"""What was left out of a recording because it moves along with the laser."""
+"""Statistics of the returns removed as fixed to the robot."""
 
 from dataclasses import asdict, dataclass
 
@@ -8,35 +8,35 @@ from numpy.typing import NDArray
 from racecar.sensors.scan import Scan
 
 _SECTORS = 72
-"""Of 5°, so that they name parts of a view well enough to be looked for."""
+"""Sectors of 5°, so that a reported sector is easy to find on the robot."""
 _MOST = 0.1
-"""Share of the fullest sector below which one is not named, because it holds no more than the edges of what
-moves along; by judgement."""
+"""Share of the fullest sector below which a sector is not reported, because it holds only the edges of fixed
+objects; chosen by judgement."""
 _FEW = 0.01
-"""Share of a scan's returns that is left out by chance, so that such scans do not prolong the time that is
-named; by judgement."""
+"""Share of a scan's returns removed by chance, so that such scans do not extend the reported time; chosen by
+judgement."""
 _EDGE = 0.02
-"""Quantile by which the nearest and the farthest return are told, so that a stray one does not matter."""
+"""Quantile used as nearest and farthest return, so that outliers do not matter."""
 _STEPS = 0.05
-"""Metres between the ranges that are counted: fine enough, because words tell them to a tenth."""
+"""Metres per histogram bin: fine enough, because reports round to a tenth."""
 _FARTHEST = 400
-"""Steps, 20 m: more is not told apart, because what moves along is nearer, by judgement."""
+"""Number of bins, 20 m. Chosen by judgement: fixed objects are nearer."""
 
 
 @dataclass(frozen=True)
 class Sector:
-    """A part of the laser's view."""
+    """A sector of the laser's view."""
 
     begin: float
     end: float
-    """Degrees, counter-clockwise from where the laser looks."""
+    """Degrees, counter-clockwise from straight ahead."""
     nearest: float
     farthest: float
     """Metres."""
 
 
 class LeftOut:
-    """Counts returns that were left out."""
+    """Count removed returns."""
 
     def __init__(self) -> None:
         self.returns = 0
@@ -47,11 +47,11 @@ class LeftOut:
         self._counts = np.zeros((_SECTORS, _FARTHEST), dtype=np.int64)
 
     def begin(self, stamp: int) -> None:
-        """Seconds count from the first of such stamps (nanoseconds)."""
+        """Start the clock at the first stamp (nanoseconds); later calls have no effect."""
         self._first = stamp if self._first is None else self._first
 
     def add(self, scan: Scan, mask: NDArray[np.bool_]) -> None:
-        """A scan that was judged, and which of its beams, (N,), were left out."""
+        """Add a judged scan and the mask (N,) of its removed beams."""
         self._of += int(np.count_nonzero(scan.is_return))
         if not mask.any():
             return
@@ -66,12 +66,12 @@ class LeftOut:
 
     @property
     def share(self) -> float:
-        """Of the returns of the scans that were judged."""
+        """Removed share of all returns in judged scans."""
         return self.returns / max(self._of, 1)
 
     @property
     def seconds(self) -> tuple[float, float]:
-        """From the first scan to the first and the last one that lost more than a few returns."""
+        """Seconds from the first scan to the first and the last one that lost more than a few returns."""
         if self._first is None or self._stamps is None:
             return 0.0, 0.0
         begin, end = self._stamps
@@ -79,7 +79,7 @@ class LeftOut:
 
     @property
     def sectors(self) -> list[Sector]:
-        """The parts of the view where they were, neighbours as one, from the right rear on."""
+        """Sectors with removed returns, neighbours merged, counter-clockwise starting behind the laser."""
         counts = np.roll(self._counts, _SECTORS // 2, axis=0)
         per_sector = counts.sum(axis=1)
         chosen = per_sector > _MOST * per_sector.max()
@@ -87,7 +87,7 @@ class LeftOut:
         return [_sector(begin, end, counts[begin:end].sum(axis=0)) for begin, end in edges.tolist()]
 
     def as_dict(self) -> dict[str, object]:
-        """For report.json."""
+        """The summary in report.json."""
         begin, end = self.seconds
         return {
             "returns": self.returns,

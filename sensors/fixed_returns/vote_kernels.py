@@ -1,4 +1,4 @@
-"""Whether each return of a scan is of something in the world or moves along, by another scan."""
+"""Vote whether each return of a scan is part of the world or fixed to the robot, given another scan."""
 
 from typing import NamedTuple
 
@@ -6,42 +6,42 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-WORLD, OPEN, ALONG = -1, 0, 1
-"""Votes, of such signs so that they can be added up."""
+WORLD, UNDECIDED, FIXED = -1, 0, 1
+"""Votes, with signs such that they can be summed."""
 _WIDEST = 0.35
-"""Radians to each side in which a thing is looked for, since right before the laser it has any bearing."""
+"""Radians to each side of the search window, since an object right before the laser may have any bearing."""
 
 
 class Limits(NamedTuple):
-    """What two returns of one thing have in common."""
+    """Tolerances for two returns of one object."""
 
     fixed: float = 0.1
-    """Metres by which ranges at one bearing may differ if they are of one thing that moves along; by
-    judgement: the floor's unevenness, seen at a grazing angle."""
+    """Metres by which ranges of a fixed object may differ at one bearing. Chosen by judgement: unevenness of
+    the floor at a grazing angle."""
     tolerance: float = 0.15
-    """Metres within which two returns are of one thing in the world; by judgement: what wheels err over the
-    distance between two scans, and the skew of a sweep."""
+    """Metres within which two returns belong to one object of the world. Chosen by judgement: wheel error
+    between two scans plus the skew of a sweep."""
     through: float = 0.25
-    """Metres beyond a return from which another scan looked through its place; by judgement: more than the
-    tolerance."""
+    """Metres beyond a return from which another scan sees through its place. Chosen by judgement: more than
+    the tolerance."""
     dropouts: int = 2
-    """Beams to each side that stand in for one that came back empty; by judgement: of some lasers half do."""
+    """Beams to each side that may stand in for a miss. Chosen by judgement: some lasers miss with half."""
 
 
 class Apart(NamedTuple):
-    """Where two scans were that show what moves along."""
+    """How far apart two scans must be to show fixed returns."""
 
     reach: float = 5.0
-    """Seconds within which they are compared; by judgement: in these a slow robot drives the distance, and
+    """Seconds between two compared scans at most. Chosen by judgement: a slow robot covers the distance, and
     wheels drift less than the tolerance."""
     distance: float = 0.5
-    """Metres between them; by judgement: several times the tolerance."""
+    """Metres between them. Chosen by judgement: several times the tolerance."""
     angle: float = 0.35
-    """Radians that may do instead. Measured: 20° on the spot show who carries a robot, and nobody in other
-    recordings."""
+    """Radians between them as an alternative. Measured: 20° on the spot reveal a robot's carrier, and nobody
+    in other recordings."""
     max_angle: float = 1.0
-    """Radians up to which they are compared at the distance: what is round and near shows by the distance
-    only. By judgement: narrow fields of view still overlap."""
+    """Radians up to which scans are compared at the distance, since round objects nearby show only in
+    distance. Chosen by judgement: narrow fields of view still overlap."""
 
 
 LIMITS, APART = Limits(), Apart()
@@ -56,12 +56,12 @@ def votes(
     other_from_here: NDArray[np.float64],
     limits: Limits,
 ) -> NDArray[np.int8]:
-    """(N,) of each return of a scan with ranges and bearings (N,), by another one (M,) whose laser sees this
-    one at ``other_from_here`` (3,).
+    """(N,) votes on the returns of a scan with ranges and bearings (N,) by another scan (M,), whose laser
+    sees this one at ``other_from_here`` (3,).
 
-    A return that the other scan has at the same place, but not at the same bearing and range, is of the
-    world. One that it has at the same bearing and range, while either scan looks through the place where the
-    other one has it, moves along. All else is open: along a wall both hold.
+    A return is part of the world if the other scan has it at the same place but not at the same bearing and
+    range. It is fixed if the other scan has it at the same bearing and range, while either scan sees through
+    the place where the other has it. Otherwise it is undecided: along a wall both hold.
     """
     found = np.zeros(len(ranges), dtype=np.int8)
     x, y, turn = other_from_here
@@ -88,8 +88,8 @@ def votes(
             continue
         along, aside = fixed * np.cos(bearing) - x, fixed * np.sin(bearing) - y
         here = _look(ranges, bearings, (cos * along + sin * aside, cos * aside - sin * along), limits)
-        if here != WORLD and (here == ALONG or there == ALONG):
-            found[beam] = ALONG
+        if here != WORLD and (here == FIXED or there == FIXED):
+            found[beam] = FIXED
     return found
 
 
@@ -97,8 +97,8 @@ def votes(
 def _look(
     ranges: NDArray[np.float64], bearings: NDArray[np.float64], point: tuple[float, float], limits: Limits
 ) -> int:
-    """At a point, metres in the laser's frame: does a scan have a return there (WORLD), do all its returns
-    about that bearing that nothing hides lie beyond (ALONG), or neither?"""
+    """What a scan sees at a point in the laser's frame, in metres: a return (WORLD), only returns beyond it
+    on all unobstructed beams (FIXED), or neither (UNDECIDED)."""
     distance, bearing = np.hypot(point[0], point[1]), np.arctan2(point[1], point[0])
     if bearing < bearings[0]:
         bearing += 2.0 * np.pi
@@ -109,16 +109,16 @@ def _look(
     last = min(np.searchsorted(bearings, bearing + half) + 1, len(ranges))
     seen, beyond = 0, 0
     if bearing < bearings[0] - half or bearing > bearings[-1] + half:
-        return OPEN
+        return UNDECIDED
     for k in range(first, last):
         if np.isfinite(ranges[k]):
             aside = bearings[k] - bearing
             if (ranges[k] - distance) ** 2 + ranges[k] * distance * aside**2 < limits.tolerance**2:
                 return WORLD
-            if ranges[k] > distance - limits.through:  # what is nearer hides the place, and says nothing
+            if ranges[k] > distance - limits.through:  # nearer returns occlude the place
                 seen += 1
                 beyond += ranges[k] > distance + limits.through
-    return ALONG if 0 < seen == beyond else OPEN
+    return FIXED if 0 < seen == beyond else UNDECIDED
 
 
 @njit(cache=True, nogil=True)
@@ -128,9 +128,9 @@ def partners(
     seconds: NDArray[np.float64],
     apart: Apart,
 ) -> NDArray[np.int64]:
-    """(N, 2) of scans at poses (N, 3) and times (N,): the nearest one before each, and after it, that is the
-    distance away; where the laser turns by the largest angle before, or comes not that far, the nearest one
-    that is the angle away. It is -1 where there is none of its segment within reach (seconds)."""
+    """(N, 2) partners of scans at poses (N, 3) and times (N,): the nearest earlier and later ones at the
+    required distance. Where the laser first turns by more than the largest angle, or stays too close, the
+    nearest at the required angle. -1 where no scan of its segment qualifies within ``reach`` (seconds)."""
     found = np.full((len(poses), 2), -1, dtype=np.int64)
     for scan in range(len(poses)):
         for side in range(2):

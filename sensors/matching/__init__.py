@@ -1,5 +1,5 @@
-"""Scan matching: point-to-line, correlative, and the tests of a match.
+"""Scan matching, point-to-line and correlative, and tests that verify a match.
 
-Long inner loops stand in files of their own, ``*_kernels.py``: numba's cache belongs to a file, and a change
-anywhere in it compiles all its loops anew, which takes up to ten seconds.
+Long kernels are in separate files, ``*_kernels.py``: numba caches per file, and any change to a file
+recompiles all its kernels, which takes up to ten seconds.
 """

@@ -1,7 +1,7 @@
-"""Correlative scan matching by branch and bound: where in a window does one submap fit another?
+"""Correlative scan matching by branch and bound: find one submap's pose in another within a window.
 
 Olson, "Real-time correlative scan matching", ICRA 2009; Hess et al., "Real-time loop closure in 2D LIDAR
-SLAM", ICRA 2016. The search is exact on its grid: nothing in the window fits better than what it returns.
+SLAM", ICRA 2016. The search is exact on its grid: no pose in the window scores higher than the result.
 """
 
 import math
@@ -20,29 +20,28 @@ from racecar.sensors.matching.correlative_search_kernels import (
 )
 
 CELL = 0.1
-"""Metres between the places that are tried. Measured in a prototype: point-to-line alignment corrects the
-rest."""
+"""Search resolution in metres. Measured in a prototype: point-to-line matching corrects the rest."""
 ANGLE_STEP = math.radians(0.75)
-"""Radians between the headings that are tried, because at 8 m it moves a point by one cell."""
+"""Search resolution in radians, because at 8 m it moves a point by one cell."""
 _BLUR = 0.12
-"""Metres, standard deviation of how far a point may lie from those of the other scan: a little over a cell,
-so that no wall falls between two places."""
+"""Metres, standard deviation of the blurred likelihood: slightly more than a cell, so that no wall falls
+between two poses of the grid."""
 _APART = int(1.0 / CELL), int(math.radians(10.0) / ANGLE_STEP)
-"""Cells and steps, 1 m and 10 degrees, from the best place beyond which another is a place of its own, that
-makes the best ambiguous. Measured in a prototype on aces, fr079 and intel."""
+"""Cells and steps, 1 m and 10 degrees, beyond which another pose is a separate peak that makes the best one
+ambiguous. Measured in a prototype on aces, fr079 and intel."""
 _LEVELS = 6
-"""Of the pyramid, so that a block of the highest, 32 cells, spans the usual window: the result is the same
-with any number of levels."""
+"""Pyramid levels, so that a block of the top level, 32 cells, spans the usual window. The number does not
+change the result."""
 _BORDER = 4
-"""Cells left about the points, since beyond some standard deviations of the blur a cell's likelihood is
-nought."""
+"""Margin of cells around the points, since beyond some standard deviations of the blur the likelihood is
+zero."""
 _FULL = 255
-"""The likelihood one, the largest number of 8 bits: the pyramids are kept so because it saves memory."""
+"""Likelihood one as the largest 8-bit number: the pyramids are stored so because it saves memory."""
 
 
 @dataclass(frozen=True, eq=False)
 class Window:
-    """Where to look, about a guess."""
+    """Search window around an initial guess."""
 
     reach: float
     """Metres to each side."""
@@ -52,24 +51,24 @@ class Window:
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """The best place in a window."""
+    """Best pose in a window."""
 
     pose: Pose
     """(3,) fixed_from_moving."""
     score: float
-    """Mean likelihood of the moved points, 0 to 1."""
+    """Mean likelihood of the transformed points, 0 to 1."""
     runner_up: float = 0.0
-    """Score of a second place, clearly apart from the first, as a share of the best; 0 when all others stay
-    below the share that was asked for, or none was."""
+    """Score of a second, separate peak relative to the best; 0 when all others stay below the requested
+    share, or when none was requested."""
 
 
 class LikelihoodPyramid:
-    """How likely a point of another scan falls on each cell, and the maxima over ever larger blocks."""
+    """Likelihood of a point of another scan per cell, and its maxima over ever larger blocks."""
 
     def __init__(self, points: NDArray[np.float64], radius: float) -> None:
-        """``points`` (N, 2) in the submap's frame; those beyond ``radius`` metres are left out.
+        """Build from ``points`` (N, 2) in the submap's frame within ``radius`` metres.
 
-        Where none is left, nothing fits anywhere.
+        Without any such points, nothing matches.
         """
         near = points[np.abs(points).max(axis=1) < radius]
         if len(near) == 0:
@@ -92,7 +91,7 @@ class LikelihoodPyramid:
         self._origin = low - margin
 
     def cells_of(self, points: NDArray[np.float64]) -> NDArray[np.int32]:
-        """(..., 2) row and column of points (..., 2) of the submap's frame."""
+        """(..., 2) row and column of points (..., 2) in the submap's frame."""
         rows_and_columns = np.floor(points[..., ::-1] / CELL).astype(np.int64)
         cells: NDArray[np.int64] = rows_and_columns - self._origin[::-1]
         return cells.astype(np.int32)
@@ -107,11 +106,11 @@ def search(
     runner_up_share: float | None = None,
     excluded: Exclusion = NO_EXCLUSION,
 ) -> Fit | None:
-    """The pose (3,) near ``guess`` at which ``moving_points`` (N, 2) lie best on ``fixed``, but for those
-    that are ``excluded``.
+    """The pose (3,) near ``guess`` at which ``moving_points`` (N, 2) score best on ``fixed``, except for
+    ``excluded`` poses.
 
-    None when the best score lies below ``min_score``; a runner-up is sought above ``runner_up_share`` of the
-    best, or not at all.
+    None when the best score is below ``min_score``. The runner-up is searched for above ``runner_up_share``
+    of the best score; by default it is not.
     """
     turns, cells = _turned(fixed, moving_points, guess, window.turn)
     reach = max(int(np.ceil(window.reach / CELL)), 1)
@@ -130,8 +129,8 @@ def search(
 def search_apart(
     fixed: LikelihoodPyramid, moving_points: NDArray[np.float64], known: Pose, reach: float, min_score: float
 ) -> Fit | None:
-    """The best place for ``moving_points`` (N, 2) clearly apart from a ``known`` one (3,), up to ``reach``
-    metres to each side of the fixed submap's origin and in any heading; None below ``min_score``."""
+    """The best pose of ``moving_points`` (N, 2) clearly apart from a ``known`` one (3,), within ``reach``
+    metres of the fixed submap's origin along each axis and at any heading; None below ``min_score``."""
     column, row = np.rint(known[:2] / CELL).astype(np.int64)
     about_known = Exclusion(int(np.ceil(np.pi / ANGLE_STEP)), int(row), int(column), *_APART)
     heading, anywhere = np.array([0.0, 0.0, known[2]]), Window(reach, np.pi)
@@ -141,7 +140,7 @@ def search_apart(
 def _turned(
     fixed: LikelihoodPyramid, points: NDArray[np.float64], guess: Pose, turn: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-    """(A,) the turns that are tried about a guess (3,), and (A, N, 2) the cells of points (N, 2) at each."""
+    """Rotations (A,) to try around a guess (3,), and cells (A, N, 2) of points (N, 2) at each rotation."""
     half_turns = int(np.ceil(turn / ANGLE_STEP))
     turns = np.arange(-half_turns, half_turns + 1, dtype=np.float64) * ANGLE_STEP
     cos, sin = np.cos(guess[2] + turns), np.sin(guess[2] + turns)

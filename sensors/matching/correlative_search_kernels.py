@@ -8,19 +8,19 @@ from numpy.typing import NDArray
 
 
 class Exclusion(NamedTuple):
-    """The leaves that are left out: those about one of them."""
+    """Leaves excluded from the search: those close to a given one."""
 
     angle: int
-    """Its index, -1 where none is left out."""
+    """Angle index of that leaf; -1 excludes nothing."""
     row: int
     column: int
     cells: int
-    """How far about it."""
+    """Excluded distance around it, in cells."""
     angles: int
 
 
 NO_EXCLUSION = Exclusion(-1, 0, 0, 0, 0)
-"""All leaves count, by definition of the first field."""
+"""Nothing is excluded, by definition of the first field."""
 
 
 @njit(cache=True, nogil=True)
@@ -52,7 +52,7 @@ def _score(level: NDArray[np.uint8], cells: NDArray[np.int32], dr: int, dc: int)
 def _push(
     stack: NDArray[np.int64], depth: int, level: int, angle: int, row: int, column: int, score: int
 ) -> None:
-    # One number after the other: a row at once takes two seconds to compile.
+    # Assigned one by one: assigning a whole row takes two seconds longer to compile.
     stack[depth, 0], stack[depth, 1], stack[depth, 2] = level, angle, row
     stack[depth, 3], stack[depth, 4] = column, score
 
@@ -68,10 +68,10 @@ def branch_and_bound(
 ) -> tuple[int, int, int, int]:
     """Best (score, angle, row shift, column shift) with a score above ``floor``; score -1 when there is none.
 
-    ``pyramid`` (L, rows, columns): level h holds the maximum over a block of 2^h cells, which bounds
-    every score inside the block from above. ``cells`` (A, N, 2) are the points' cells at each angle, already
-    moved so that the grid of level 0 begins ``2^(L-1)`` cells inside. Shifts run over [-reach, reach].
-    ``first_only`` returns the first leaf above the floor instead of the best.
+    ``pyramid`` (L, rows, columns): level h holds maxima over blocks of 2^h cells, upper bounds of every score
+    inside the block. ``cells`` (A, N, 2) are the points' cells at each angle, shifted so that the grid of
+    level 0 begins ``2^(L-1)`` cells inside. Shifts range over [-reach, reach]. ``first_only`` returns the
+    first leaf above the floor instead of the best.
     """
     top = len(pyramid) - 1
     step = 1 << top
@@ -122,7 +122,7 @@ def branch_and_bound(
                     if child > best:
                         _push(stack, depth, h - 1, a, r, c, child)
                         depth += 1
-            # The most promising child is looked at first.
+            # The most promising child is visited first.
             for i in range(first_child + 1, depth):
                 j = i
                 while j > first_child and stack[j - 1, 4] > stack[j, 4]:

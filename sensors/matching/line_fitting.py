@@ -1,4 +1,4 @@
-"""Lines through neighbouring returns of a scan, from which normals come."""
+"""Fit lines through neighbouring returns of a scan to estimate normals."""
 
 import math
 from typing import TypeAlias
@@ -8,33 +8,32 @@ from numba import njit
 from numpy.typing import NDArray
 
 _HALF_ANGLE = math.radians(3.0)
-"""Radians of bearing to each side of a return whose returns its line goes through. Measured: a prototype took
-three beams to each side of one degree between beams, six of half a degree."""
+"""Radians of bearing to each side of a return that its line spans. Measured: a prototype took three beams to
+each side at one degree between beams, six at half a degree."""
 _HALF_WIDTH = 0.12
-"""Metres to each side that a line spans at least, eight times the usual noise, because near by an angle is
-less than that."""
+"""Metres to each side that a line spans at least, eight times the usual noise, because at close range the
+angle spans less."""
 MAX_GAP_ANGLE = math.radians(8.0)
-"""Returns farther apart than this many radians seen from the sensor lie on two surfaces. By judgement: on a
-wall that is met at 7 degrees, beams one degree apart leave no wider gap."""
+"""Returns farther apart than this many radians, seen from the sensor, lie on two surfaces. Chosen by
+judgement: on a wall at 7 degrees incidence, beams one degree apart leave no wider gap."""
 _MIN_GAP = 0.15
-"""Metres within which two returns lie on one surface, however near. By judgement: ten times the usual noise,
+"""Metres within which two returns always lie on one surface. Chosen by judgement: ten times the usual noise,
 less than a doorway."""
 _MAX_RMS = 0.04
-"""Metres, root mean square distance of a line's returns from it, above which the surface is not straight. By
-judgement: noise of 3 cm, as of cheap lasers, still passes."""
+"""Root mean square distance of returns from their line, in metres, above which the surface is not straight.
+Chosen by judgement: noise of 3 cm, as of cheap lasers, still passes."""
 _MAX_ASPECT = 0.05
-"""Variance across a line as a share of that along it, above which noise leaves it no direction and it is
-tried again through more returns. By judgement: the normal of six returns then errs by five degrees. Without
-further attempts, 3 cm of noise put aces 1.4 m wrong; with them it cost 4 %
-(tests/simulated/test_altered_logs.py)."""
+"""Ratio of the variances across and along a line above which its direction is too noisy and it is refitted to
+more returns. Chosen by judgement: the normal of six returns then errs by five degrees. Without refitting, 3
+cm of noise put aces 1.4 m wrong; with it, it cost 4 % (tests/simulated/test_altered_logs.py)."""
 _ATTEMPTS, _WIDENING = 4, 1.5
-"""How often a line is tried, and by what factor it grows from one attempt to the next. By judgement: the
-fourth spans 3.4 times as much as the first."""
+"""Number of fits, and the factor by which the line grows each time. Chosen by judgement: the fourth line
+spans 3.4 times as much as the first."""
 _MIN_POINTS = 4
-"""Returns of a line at least, because two always lie on one, and of three the noise is hardly known."""
+"""Minimum number of returns of a line, because two always lie on one and three hardly show the noise."""
 _USUAL_NOISE = 0.015
-"""Metres, standard deviation of a range. Returns are moved onto their line as far as they scatter more
-(Wiener filter). By judgement: precise scans, of 2 mm, must stay as measured."""
+"""Metres, usual standard deviation of a range. Returns that scatter more are moved towards their line (Wiener
+filter). Chosen by judgement: precise scans, of 2 mm, must stay as measured."""
 
 _Points: TypeAlias = NDArray[np.float32]
 
@@ -43,10 +42,9 @@ _Points: TypeAlias = NDArray[np.float32]
 def _neighbours(
     points: _Points, i: int, reach: float, max_gap: float
 ) -> tuple[int, float, float, float, float, float]:
-    """Count of the points about point ``i``, their mean (x, y) seen from it and covariance (xx, xy, yy).
+    """Count of the points around point ``i``, their mean (x, y) relative to it and covariance (xx, xy, yy).
 
-    On both sides they are taken up to ``reach``, two at least, and not beyond a jump from one surface to
-    another.
+    On each side they are taken up to ``reach``, at least two, and not across a jump to another surface.
     """
     count = 1
     sx = sy = sxx = sxy = syy = 0.0
@@ -75,13 +73,13 @@ def _neighbours(
 
 @njit(cache=True, nogil=True)
 def fit_lines(points: _Points, on_lines: _Points, normals: _Points) -> None:
-    """Lines through points (N, 2) sorted by bearing and their neighbours, more of them where noise leaves a
-    line no direction.
+    """Fit lines through points (N, 2) sorted by bearing, and through more neighbours where noise hides the
+    direction.
 
     ``on_lines`` (N, 2) are the points moved towards their lines: all the way where they scatter far more than
-    the usual noise, hardly where less. ``normals`` (N, 2) look towards the sensor; where a surface is not
-    straight they are (0, 0), and its points stay. A point at either end, or at the seam behind the sensor,
-    where bearings jump, has neighbours on one side only.
+    the usual noise, hardly where less. ``normals`` (N, 2) point to the sensor; where a surface is not
+    straight, normals are (0, 0) and points stay. A point at either end, or at the seam behind the sensor
+    where bearings wrap, has neighbours on one side only.
     """
     for i in range(len(points)):
         for axis in range(2):

@@ -1,4 +1,4 @@
-"""Scan matching: move one group of scans until it lies on another."""
+"""Scan matching: align one group of scans with another."""
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields
@@ -12,36 +12,36 @@ from racecar.sensors.matching.scan_store import ScanStore
 from racecar.sensors.threads import thread_count
 
 _INITIAL_DISTANCE = 0.5
-"""Metres within which partners of points are searched for at first, where the caller does not say. Measured
-in a prototype on aces, fr079 and intel, as is the next."""
+"""Default of the initial correspondence distance in metres. Measured in a prototype on aces, fr079 and intel,
+as is the next."""
 _KERNEL_WIDTH = 0.04
-"""Metres off its line at which a point weighs a quarter (Geman and McClure, 1987), likewise."""
+"""Residual in metres at which a point's weight is a quarter (Geman and McClure, 1987), likewise."""
 _NO_PRIOR = np.zeros((3, 3))
-"""The information of a guess that is worth nothing, by definition."""
+"""No prior information, by definition."""
 _WORKERS = 2
 """Threads at most, since the computers of small cars have few cores and other work to do."""
 _WORTH_THREADS = 64
-"""Groups from which on threads are used, since starting them takes as long as matching a few groups. By
-judgement."""
+"""Number of groups from which threads are used, since starting them takes as long as matching a few. Chosen
+by judgement."""
 
 
 @dataclass(frozen=True, eq=False)
 class Matches:
-    """The outcome for G groups."""
+    """Results for G groups."""
 
     poses: Pose
     """(G, 3) fixed_from_moving."""
     hessians: NDArray[np.float64]
     """(G, 3, 3) in the tangent frame of the moving group, for residuals of unit variance."""
     overlap: NDArray[np.float64]
-    """(G,) share of the points that found a partner."""
+    """(G,) share of points that found a correspondence."""
     residual: NDArray[np.float64]
-    """(G,) weighted root mean square distance to the lines, metres."""
+    """(G,) weighted root mean square point-to-line distance, metres."""
     weight: NDArray[np.float64]
-    """(G,) sum of the robust weights."""
+    """(G,) sum of robust weights."""
 
     def with_more(self, others: "Matches") -> "Matches":
-        """These groups and then the others."""
+        """Concatenate these groups and others."""
         return Matches(
             *(np.concatenate([getattr(self, each.name), getattr(others, each.name)]) for each in fields(self))
         )
@@ -49,20 +49,20 @@ class Matches:
 
 @dataclass(frozen=True, eq=False)
 class Pairings:
-    """Which scan meets which, at which place: rows ``starts[g]`` to ``starts[g + 1]`` belong to group g."""
+    """Pairs of scans with their initial poses; rows ``starts[g]`` to ``starts[g + 1]`` belong to group g."""
 
     starts: NDArray[np.int64]
     """(G + 1,)"""
     pairs: NDArray[np.int64]
     """(P, 2) fixed scan, moving scan."""
     fixed_poses: Pose
-    """(P, 3) of the fixed scan in the fixed frame."""
+    """(P, 3) pose of the fixed scan in the fixed frame."""
     moving_poses: Pose
-    """(P, 3) of the moving scan in its group's frame."""
+    """(P, 3) pose of the moving scan in its group's frame."""
 
 
 def one_to_one(pairs: NDArray[np.int64]) -> Pairings:
-    """Each pair (P, 2) is a group of its own: the pose sought is that of the moving scan in the fixed one."""
+    """One group per pair (P, 2), to find the pose of the moving scan in the frame of the fixed one."""
     count = len(pairs)
     return Pairings(np.arange(count + 1), pairs, np.zeros((count, 3)), np.zeros((count, 3)))
 
@@ -78,12 +78,12 @@ def match(
     prior_information: NDArray[np.float64] = _NO_PRIOR,
     both_ways: bool = True,
 ) -> Matches:
-    """Match G groups from their guesses (G, 3).
+    """Match G groups from initial guesses (G, 3).
 
-    Partners are sought up to ``initial_distance`` metres at first, and those ``kernel_width`` metres off
-    their line weigh a quarter. Points of the moving scans are laid on lines of the fixed ones and,
-    ``both_ways``, the other way round. ``prior_information`` (3, 3), in the units of the Hessian, ties each
-    pose to its guess."""
+    Points of the moving scans are aligned with lines of the fixed ones and, ``both_ways``, vice versa. The
+    search for correspondences begins at ``initial_distance`` metres; a residual of ``kernel_width`` metres is
+    weighted a quarter. ``prior_information`` (3, 3), in the units of the Hessian, is that of the guesses.
+    """
     choices = MatchChoices(initial_distance, kernel_width, both_ways)
     groups = len(guesses)
     poses = np.array(guesses, dtype=np.float64)

@@ -1,6 +1,6 @@
 """Point-to-line matching of two polar scans: the inner loops.
 
-Small arrays are copied one number after the other: NumPy's ways to do it take seconds to compile.
+Small arrays are copied element by element: NumPy's ways take seconds to compile.
 """
 
 from typing import NamedTuple
@@ -12,48 +12,46 @@ from numpy.typing import NDArray
 from racecar.maps.geometry.se2_kernels import composed, inverse_of_symmetric, step_between
 
 TABLE_SIZE = 360
-"""Bearing bins of the look-up table, one per degree, since few beams of a scan then share a bin. The table
-has one entry more, so that a bin's end is the next one's start."""
+"""Bearing bins of the look-up table, one per degree, since then few beams of a scan share a bin. One extra
+entry marks the end of the last bin."""
 
 UNIT = 2**15 - 1
-"""The length of a normal, the largest number of 16 bits: normals are kept so because it halves their
-memory."""
+"""Length of a normal, the largest 16-bit number: normals are stored so because it halves their memory."""
 
 _FINAL_DISTANCE, _SHRINKAGE = 0.15, 0.7
-"""Metres within which partners are searched for in the end, and by what factor the distance shrinks with each
-iteration. Measured in a prototype on aces, fr079 and intel; from the usual initial distance in four."""
+"""Final correspondence distance in metres, and the factor by which it shrinks per iteration. Measured in a
+prototype on aces, fr079 and intel; reached from the default in four iterations."""
 _MIN_NORMAL_AGREEMENT = 0.7
-"""Cosine of the angle between the normals of partners, at least, so that the two sides of a thin wall, or the
-two walls of a corner, are none: 45 degrees."""
+"""Minimum cosine of the angle between normals of a correspondence, 45 degrees, so that the two sides of a
+thin wall or the two walls of a corner are never matched."""
 NORMAL_VARIANCE = 0.01
-"""Square radians by which a normal's direction errs: what noisy normals pretend to know along a bare
-corridor, per unit of weight. By judgement: normals err by six degrees."""
+"""Variance of a normal's direction in square radians: the spurious information of noisy normals along a bare
+corridor, per unit of weight. Chosen by judgement: normals err by six degrees."""
 _MAX_ITERATIONS = 12
-"""Steps of Gauss-Newton at most. By judgement: most matches end sooner, by their small steps."""
+"""Maximum number of Gauss-Newton steps. Chosen by judgement: most matches converge sooner."""
 _MIN_TERMS = 6.0
-"""Points with a partner, summed over the scans of a match, below which the pose is left as it is. By
+"""Minimum number of correspondences over all scans of a match; with fewer the pose is kept. Chosen by
 judgement: twice the three unknowns."""
 _LITTLE = 0.003
-"""Metres by which points may move before their partners are sought again, since below that nothing changes
-but the time: a quarter of it, as measured on aces, fr079 and intel."""
+"""Metres by which points may move before correspondences are searched again, since below that only the time
+changes: a quarter less, as measured on aces, fr079 and intel."""
 _FAR = 10.0
-"""Metres at which all points are taken to be when a turn is counted as a movement: indoors few are farther,
-so that hardly one moves by more than `_LITTLE` unnoticed."""
+"""Assumed range of all points, in metres, when a rotation is converted to a displacement: indoors few are
+farther, so that hardly one moves by more than `_LITTLE` unnoticed."""
 _SPARE = 0.05
-"""Metres beyond the distance of partners that are searched too, so that a point without one need not be
-looked for again until it has moved so far. It changes the time and no match, since what it skips is known to
-be empty."""
+"""Extra metres of search radius, so that a point without a correspondence is not searched again before it has
+moved that far. Affects only the time, since what it skips is known to be empty."""
 _DAMPING = 1e-3
-"""Of the sum of weights, added to the diagonal of the normal equations (Levenberg, 1944), so that a direction
-that no line observes takes no step."""
+"""Share of the sum of weights, added to the diagonal of the normal equations (Levenberg, 1944), so that
+unobserved directions take no step."""
 _SMALL_STEP = 1e-4
-"""Metres and radians of a step after which a match has ended, since lasers measure ten times as coarsely."""
+"""Convergence threshold in metres and radians, since lasers measure ten times as coarsely."""
 _NO_WEIGHT = 1e-9
-"""Sum of weights that stands for none, so that a match without a point has a residual of zero."""
+"""Lower bound of the sum of weights, so that a match without points has a residual of zero."""
 
 _ANY_ORDER = {"reassoc", "arcp", "contract", "nsz"}
-"""Sums may be worked out in any order, which takes a tenth off the time; infinities and NaN stay what they
-are (LLVM's flags)."""
+"""Allow reordering of sums, which saves a tenth of the time; infinities and NaN are respected (LLVM's
+flags)."""
 
 _FloatArray = NDArray[np.float32]
 _Normals = NDArray[np.int16]
@@ -61,36 +59,36 @@ _Matrix = NDArray[np.float64]
 
 
 class MatchChoices(NamedTuple):
-    """What the caller of a match says."""
+    """Options of a match."""
 
     initial_distance: float
     kernel_width: float
     both_ways: bool
-    """Whether points of the fixed scans are laid on lines of the moving ones too."""
+    """Whether points of the fixed scans are also matched to lines of the moving ones."""
 
 
 class PackedScans(NamedTuple):
     """R scans of at most N points each."""
 
     points: _FloatArray
-    """(R, N, 2) metres, ascending in bearing."""
+    """(R, N, 2) metres, in ascending order of bearing."""
     normals: _Normals
     """(R, N, 2) of length `UNIT`, (0, 0) where a point has none."""
     counts: NDArray[np.int32]
-    """(R,) of the points that are meant."""
+    """(R,) number of valid points."""
     tables: NDArray[np.int16]
-    """(R, TABLE_SIZE + 1) as `fill_bearing_table` leaves them."""
+    """(R, TABLE_SIZE + 1) from `fill_bearing_table`."""
 
 
 class PairedRows(NamedTuple):
-    """P pairs of scans that are matched jointly."""
+    """P pairs of scans that are matched together."""
 
     rows: NDArray[np.int64]
-    """(P, 2) of the fixed scan and of the moving one, among their packed scans."""
+    """(P, 2) indices of the fixed and the moving scan among their packed scans."""
     fixed_poses: _Matrix
-    """(P, 3) of the fixed scan in the fixed frame."""
+    """(P, 3) pose of the fixed scan in the fixed frame."""
     moving_poses: _Matrix
-    """(P, 3) of the moving scan in the frame of the moving group."""
+    """(P, 3) pose of the moving scan in the frame of the moving group."""
 
 
 class _PolarScan(NamedTuple):
@@ -99,32 +97,31 @@ class _PolarScan(NamedTuple):
     points: _FloatArray
     normals: _Normals
     size: int
-    """Of its points, those that are meant."""
+    """Number of valid points."""
     table: NDArray[np.int16]
 
 
 class _Partners(NamedTuple):
-    """What is known of the N points of a source from the iterations before."""
+    """Correspondences of the N source points from earlier iterations."""
 
     nearest: NDArray[np.int16]
-    """(N,) the target point that was nearest, -1 for none."""
+    """(N,) nearest target point, -1 for none."""
     alone: _FloatArray
-    """(N, 3) a place in the target's frame, and a distance within which no target point lies about it."""
+    """(N, 3) a position in the target's frame, and the radius around it without target points."""
 
 
 class _Frames(NamedTuple):
-    """Where the two scans of a pair lie."""
+    """Relative poses of the two scans of a pair."""
 
     target_from_source: _Matrix
     moving: _Matrix
-    """(3,) the moving scan in the frame of the moving group."""
+    """(3,) pose of the moving scan in the frame of the moving group."""
     is_forward: bool
-    """Whether the source is the scan that moves."""
+    """Whether the source is the moving scan."""
 
 
 class _NormalEquations(NamedTuple):
-    """Weighted sums over all point-to-line terms; the step is (x, y, yaw) in the frame of the moving
-    group."""
+    """Weighted sums over all point-to-line terms for a step (x, y, yaw) in the frame of the moving group."""
 
     xx: float
     xy: float
@@ -133,20 +130,20 @@ class _NormalEquations(NamedTuple):
     y_yaw: float
     yaw_yaw: float
     x: float
-    """Of the gradient, like the next two."""
+    """Gradient, with the next two."""
     y: float
     yaw: float
     weight: float
     squared: float
-    """Of the residuals."""
+    """Weighted sum of squared residuals."""
     terms: float
     points: float
-    """That could have had a term."""
+    """Number of points that could have a correspondence."""
 
 
 @njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def fill_bearing_table(points: _FloatArray, table: NDArray[np.int16]) -> None:
-    """For each bearing bin the index of the first point (N, 2), sorted by bearing, that is not before it."""
+    """Fill a table with the index of the first point (N, 2), sorted by bearing, at or after each bin."""
     index = 0
     for bin_ in range(TABLE_SIZE + 1):
         start = -np.pi + bin_ * (2.0 * np.pi / TABLE_SIZE)
@@ -157,7 +154,7 @@ def fill_bearing_table(points: _FloatArray, table: NDArray[np.int16]) -> None:
 
 @njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def first_by_bearing(x: float, y: float, table: NDArray[np.int16]) -> int:
-    """Index of a point near the bearing of (x, y), by the look-up table."""
+    """Index of a point near the bearing of (x, y), from the look-up table."""
     bin_ = int((np.arctan2(y, x) + np.pi) * (TABLE_SIZE / (2.0 * np.pi)))
     return int(table[min(max(bin_, 0), TABLE_SIZE)])
 
@@ -166,11 +163,10 @@ def first_by_bearing(x: float, y: float, table: NDArray[np.int16]) -> int:
 def nearest_from(
     start: int, x: float, y: float, points: _FloatArray, count: int, max_distance: float
 ) -> tuple[int, float]:
-    """Index of the point nearest to (x, y) within ``max_distance``, -1 if none, and how far it is, squared.
+    """Index of the point nearest to (x, y) within ``max_distance``, -1 if none, and its squared distance.
 
-    Points are sorted by bearing. Those after ``start``, which is within half a turn, and then those before it
-    are looked at, until they lie so far to the side that none beyond can be nearer; those across the seam
-    behind the sensor are not.
+    Points are sorted by bearing; ``start`` is within half a turn. Points after it, then before it are scanned
+    until the lateral distance rules out any nearer one. The seam behind the sensor is not crossed.
     """
     best, best_squared = -1, max_distance * max_distance
     for step in (1, -1):
@@ -192,7 +188,7 @@ def nearest_from(
 
 @njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def _is_alone(x: float, y: float, alone: _FloatArray, max_distance: float) -> bool:
-    """Is (x, y) still so near to where it was ``alone`` (3,) that no point lies within ``max_distance``?"""
+    """Whether (x, y) is so close to its place in ``alone`` (3,) that no point is within ``max_distance``."""
     spare = alone[2] - max_distance
     dx, dy = x - alone[0], y - alone[1]
     return bool(spare > 0.0 and dx * dx + dy * dy < spare * spare)
@@ -209,9 +205,8 @@ def _with_terms(
     is_new: bool,
     choices: MatchChoices,
 ) -> _NormalEquations:
-    """The sums with the point-to-line terms of one pair of scans, in one direction, added.
-
-    Partners up to ``max_distance`` are sought where ``is_new``, else those of the last time taken again."""
+    """The sums plus the point-to-line terms of one pair of scans in one direction. Correspondences up to
+    ``max_distance`` are searched if ``is_new``, else those of the last iteration reused."""
     xx, xy, x_yaw, yy, y_yaw, yaw_yaw, gx, gy, gyaw, weights, squares, terms, points = sums
     c, s = np.cos(frames.target_from_source[2]), np.sin(frames.target_from_source[2])
     tx, ty = frames.target_from_source[0], frames.target_from_source[1]
@@ -237,7 +232,7 @@ def _with_terms(
         nx, ny = target.normals[j, 0] / UNIT, target.normals[j, 1] / UNIT
         if nx == 0.0 and ny == 0.0:
             continue
-        # The target's normal seen from the source.
+        # Normal of the target in the source's frame.
         ax, ay = c * nx + s * ny, -s * nx + c * ny
         sx, sy = source.normals[i, 0] / UNIT, source.normals[i, 1] / UNIT
         if (sx != 0.0 or sy != 0.0) and ax * sx + ay * sy < _MIN_NORMAL_AGREEMENT:
@@ -245,7 +240,7 @@ def _with_terms(
         residual = nx * (x - target.points[j, 0]) + ny * (y - target.points[j, 1])
         ratio = kernel_width * kernel_width / (kernel_width * kernel_width + residual * residual)
         weight = ratio * ratio
-        # Normal and lever arm in the frame of the moving group, where the step is taken.
+        # Normal and lever arm in the frame of the moving group, in which the step is taken.
         if frames.is_forward:
             j0, j1 = mc * ax - ms * ay, ms * ax + mc * ay
             lx, ly = mc * px - ms * py + moving[0], ms * px + mc * py + moving[1]
@@ -272,11 +267,11 @@ def _with_terms(
 
 @njit(cache=True, nogil=True, fastmath=_ANY_ORDER)
 def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
-    """Take the direction along which the surfaces let the scan slide out of the normal equations.
+    """Remove the degenerate direction, along which the scan can slide, from the normal equations.
 
-    Along a bare corridor the translational information is not zero but what noisy normals pretend:
-    their variance (square radians) times the sum of weights. That much is subtracted from the smaller
-    eigenvalue, by shrinking the Jacobian along its eigenvector.
+    Along a bare corridor, noisy normals still contribute translational information: their variance (square
+    radians) times the sum of weights. It is subtracted from the smaller eigenvalue by shrinking the Jacobian
+    along its eigenvector.
     """
     a, b, d = hessian[0, 0], hessian[0, 1], hessian[1, 1]
     mean, half = 0.5 * (a + d), 0.5 * (a - d)
@@ -287,7 +282,7 @@ def remove_sliding(hessian: _Matrix, gradient: _Matrix, weight: float) -> None:
     if kept > 0.0 and small > 0.0:
         shrink = np.sqrt(kept / small)
     angle = 0.5 * np.arctan2(2.0 * b, a - d) + 0.5 * np.pi
-    # The projection (p, q; q, r) that leaves ``shrink`` of the eigenvector, from both sides.
+    # The projection (p, q; q, r), applied from both sides, keeps ``shrink`` of the eigenvector.
     x, y = np.cos(angle), np.sin(angle)
     p, q, r = 1.0 - (1.0 - shrink) * x * x, (shrink - 1.0) * x * y, 1.0 - (1.0 - shrink) * y * y
     hessian[0, 0] = p * (p * a + q * b) + q * (p * b + q * d)
@@ -314,14 +309,14 @@ def match_group(
     hessian: _Matrix,
     quality: _Matrix,
 ) -> None:
-    """Move ``pose`` (3,), fixed_from_moving, to where the moving scans' points lie on the fixed ones' lines
-    and, where both ways are asked for, the fixed ones' on the moving ones'.
+    """Optimize ``pose`` (3,), fixed_from_moving, in place: align moving scans' points with fixed scans'
+    lines.
 
-    The fixed scans are among ``targets``, the moving ones among ``sources``. Iteratively reweighted
-    Gauss-Newton on SE(2) with the step on the right, Geman-McClure weights, and a correspondence distance
-    that shrinks; ``prior_information`` (3, 3) ties the pose to where it started. ``hessian`` (3, 3) is left
-    in the tangent frame of the moving group, for residuals of unit variance; ``quality`` (3,) as the share of
-    points that found a partner, the weighted root mean square residual and the sum of weights."""
+    Iteratively reweighted Gauss-Newton on SE(2) with right increments, Geman-McClure weights and a shrinking
+    correspondence distance. ``prior_information`` (3, 3) is that of the initial pose; ``targets`` hold the
+    fixed scans, ``sources`` the moving ones. Fills ``hessian`` (3, 3) in the tangent frame of the moving
+    group, for unit variance, and ``quality`` (3,): matched share, residual in metres, sum of weights.
+    """
     sums = _NormalEquations(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     gradient, regular, step = np.zeros(3), np.zeros((3, 3)), np.zeros(3)
     start = pose.copy()
@@ -392,7 +387,7 @@ def match_groups(
     hessians: _Matrix,
     qualities: _Matrix,
 ) -> None:
-    """``match_group`` for G groups: group g owns rows ``starts[g]`` to ``starts[g + 1]`` of ``pairs``."""
+    """`match_group` for G groups: group g owns rows ``starts[g]`` to ``starts[g + 1]`` of ``pairs``."""
     for g in range(len(poses)):
         a, b = starts[g], starts[g + 1]
         own = PairedRows(pairs.rows[a:b], pairs.fixed_poses[a:b], pairs.moving_poses[a:b])

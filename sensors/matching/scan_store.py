@@ -1,4 +1,4 @@
-"""Prepared scans: points sorted by bearing with their normals, packed for the matching kernels."""
+"""Prepared scans, sorted by bearing with normals, packed for the matching kernels."""
 
 from copy import copy
 from dataclasses import dataclass
@@ -17,27 +17,27 @@ from racecar.sensors.matching.scan_matching_kernels import (
 )
 
 MAX_POINTS = 361
-"""Beams kept of a scan: half a degree over 180°, since rows of one length are what the kernels take; denser
-scans are thinned once the normals are known."""
+"""Beams kept per scan, half a degree over 180°, since kernels take rows of one length; denser scans are
+downsampled after normals are estimated."""
 
 _BY_ROW = ("_points", "_normals", "_counts", "_tables")
 _ROOM = 256
-"""Rows to spare, since to double them would take up to as much memory again; a few hundred are copied
-seldom."""
+"""Spare rows per reallocation, since doubling could waste as much memory again; copying a few hundred is
+rare."""
 
 
 @dataclass(frozen=True, eq=False)
 class PreparedScan:
-    """The returns of one scan in the laser frame at its stamp."""
+    """Returns of one scan in the laser frame at its stamp."""
 
     points: NDArray[np.float32]
-    """(N, 2) metres, ascending in bearing; noise is smoothed along straight surfaces."""
+    """(N, 2) metres, in ascending order of bearing; noise is smoothed along straight surfaces."""
     normals: NDArray[np.float32]
     """(N, 2) unit vectors towards the sensor, (0, 0) where the surface is not straight."""
 
 
 def prepare_scan(points_in_laser: NDArray[np.float64]) -> PreparedScan:
-    """Sort points (N, 2) by bearing, fit lines to them and thin to at most ``MAX_POINTS``."""
+    """Sort points (N, 2) by bearing, fit lines to them and keep at most ``MAX_POINTS``."""
     points = points_in_laser[_bearing_order(points_in_laser)].astype(np.float32)
     on_lines, normals = np.empty_like(points), np.empty_like(points)
     fit_lines(points, on_lines, normals)
@@ -46,7 +46,7 @@ def prepare_scan(points_in_laser: NDArray[np.float64]) -> PreparedScan:
 
 
 def thin(points_in_laser: NDArray[np.float64]) -> NDArray[np.float64]:
-    """At most ``MAX_POINTS`` of points (N, 2), evenly by bearing."""
+    """Downsample points (N, 2) to at most ``MAX_POINTS``, evenly by bearing."""
     step = _step(len(points_in_laser))
     return points_in_laser[_bearing_order(points_in_laser)[::step]] if step > 1 else points_in_laser
 
@@ -60,7 +60,7 @@ def _step(count: int) -> int:
 
 
 class ScanStore:
-    """A growing array of prepared scans. Some may be trimmed: they are as if they had seen nothing."""
+    """A growing array of prepared scans. Trimmed scans behave as if they had no points."""
 
     def __init__(self, capacity: int = 64) -> None:
         self._row_of = np.zeros(capacity, dtype=np.int32)
@@ -76,16 +76,16 @@ class ScanStore:
 
     @property
     def row_of(self) -> NDArray[np.int32]:
-        """(K,) the row of `packed` that holds each scan; row 0 is that of all scans without a point."""
+        """(K,) row of `packed` for each scan; row 0 belongs to all scans without points."""
         return self._row_of[: self._size]
 
     @property
     def is_kept(self) -> NDArray[np.bool_]:
-        """(K,) whether there are points of each scan."""
+        """(K,) whether a scan's points are kept."""
         return self.row_of > 0
 
     def packed(self) -> PackedScans:
-        """By rows, as the kernels take them."""
+        """All rows, as the kernels take them."""
         rows = slice(self._rows)
         return PackedScans(self._points[rows], self._normals[rows], self._counts[rows], self._tables[rows])
 
@@ -95,7 +95,7 @@ class ScanStore:
         return self._points[row, : self._counts[row]]
 
     def add(self, scan: PreparedScan) -> int:
-        """Append; returns the scan's index."""
+        """Append a scan; returns its index."""
         if self._size == len(self._row_of):
             self._row_of = _with_room(self._row_of, 2 * self._size)
         self._row_of[self._size] = self._fill_row(scan) if len(scan.points) else 0
@@ -103,12 +103,12 @@ class ScanStore:
         return self._size - 1
 
     def cut(self, size: int) -> None:
-        """Forget the scans from number ``size`` on, which nobody has a copy of."""
+        """Remove scans from index ``size`` on, which no copy of the store may share."""
         self._rows -= int(np.count_nonzero(self._row_of[size : self._size]))
         self._size = size
 
     def trim(self, indices: NDArray[np.int64]) -> None:
-        """Forget the points of some scans; their memory is free once nobody has a copy of the store."""
+        """Drop the points of some scans. Their memory is freed once no copy of the store uses it."""
         row_of = self.row_of.copy()
         row_of[indices] = 0
         kept = np.flatnonzero(row_of)
@@ -120,7 +120,7 @@ class ScanStore:
             setattr(self, name, _with_room(rows[kept_rows], len(kept_rows) + _ROOM))
 
     def only(self, chosen: NDArray[np.bool_]) -> "ScanStore":
-        """A store of some of the scans (K,)."""
+        """A store of the chosen scans (K,)."""
         store = copy(self)
         store.trim(np.flatnonzero(~chosen))
         store._row_of, store._size = store.row_of[chosen], int(np.count_nonzero(chosen))
@@ -134,7 +134,7 @@ class ScanStore:
             self.add(PreparedScan(points[row, meant], _of_unit_length(normals[row, meant])))
 
     def to_arrays(self) -> Arrays:
-        """Points and normals of all scans, one after the other, and how many each has."""
+        """Points and normals of all scans, concatenated, and the number of each."""
         points, normals, counts, _ = self.packed()
         kept = self.row_of[self.is_kept]
         is_meant = np.arange(MAX_POINTS) < counts[kept, None]
@@ -146,7 +146,7 @@ class ScanStore:
 
     @classmethod
     def from_arrays(cls, arrays: Arrays) -> "ScanStore":
-        """The store that was written so."""
+        """Rebuild a store from `to_arrays`."""
         store = cls(max(int(np.count_nonzero(arrays["counts"])), 64))
         points = unpack(arrays["points"].astype(np.float32), arrays["counts"])
         normals = unpack(arrays["normals"].astype(np.float32), arrays["counts"])
@@ -172,7 +172,7 @@ def _of_unit_length(normals: NDArray[np.int16]) -> NDArray[np.float32]:
 
 
 def _with_room(array: NDArray[Any], capacity: int) -> NDArray[Any]:
-    """The same with zeros after it."""
+    """The array padded with zeros to ``capacity`` rows."""
     grown = np.zeros((capacity, *array.shape[1:]), dtype=array.dtype)
     grown[: len(array)] = array
     return grown

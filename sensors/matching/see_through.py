@@ -1,7 +1,7 @@
-"""Verification of a loop closure that is independent of how it was found: the see-through test.
+"""See-through test: verify a loop closure independently of how it was found.
 
-If two scans see the same place from the poses claimed, one's points must lie on the other's surfaces or
-hidden behind them. A point that the other scan looks through refutes the claim.
+If two scans see the same place from their assumed poses, points of one lie on the other's surfaces or are
+occluded. A point that the other scan sees through contradicts the loop closure.
 """
 
 import math
@@ -16,25 +16,25 @@ from racecar.sensors.matching.scan_matching_kernels import TABLE_SIZE
 from racecar.sensors.matching.scan_store import ScanStore
 
 _MIN_RANGE, _MAX_RANGE = 0.3, 20.0
-"""Metres from the viewer between which a point is judged, because nearer the car itself and bearings that
-jump mislead, and farther off beams lie far apart."""
+"""Range in metres from the viewer in which points are judged, because closer the car itself and noisy
+bearings mislead, and farther away beams are sparse."""
 _TOLERANCE = 0.12
-"""Metres before or behind a surface that still count as on it. By judgement: drift within a submap and noise
-together."""
+"""Metres before or behind a surface that count as on it. Chosen by judgement: drift within a submap plus
+noise."""
 _TOLERANCE_PER_METRE = 0.02
-"""By how many metres that grows per metre from the viewer. By judgement: one degree of heading on a surface
-that is met at 45 degrees."""
+"""Growth of that tolerance per metre of range. Chosen by judgement: one degree of heading error on a surface
+at 45 degrees."""
 _MAX_GAP = math.radians(2.5)
-"""Radians between two returns of the viewer, up to which what lies between them is known. By judgement: one
+"""Radians between two returns of the viewer up to which the space between is known. Chosen by judgement: one
 missing beam of a laser of one degree."""
 _SPACINGS = 1.5
-"""The same in usual spacings of the viewer's returns, because of lasers of few beams nothing would be known
-otherwise: no beam is missing."""
+"""The same as a multiple of the viewer's usual spacing, because sparse lasers would otherwise decide nothing:
+less than one missing beam."""
 
 
 @dataclass(frozen=True)
 class SeeThrough:
-    """How the points of all scan pairs fared."""
+    """Counts of points over all scan pairs."""
 
     on_surface: int
     looked_through: int
@@ -42,24 +42,24 @@ class SeeThrough:
 
     @property
     def agreement(self) -> float:
-        """Share of the judged points that lie on a surface."""
+        """Share of judged points on a surface."""
         return self.on_surface / max(self.on_surface + self.looked_through, 1)
 
     @property
     def coverage(self) -> float:
-        """Share of all points that lie on a surface."""
+        """Share of all points on a surface."""
         return self.on_surface / max(self.on_surface + self.looked_through + self.undecided, 1)
 
 
 def see_through(store: ScanStore, pairs: NDArray[np.int64], first: Pose, second: Pose) -> SeeThrough:
-    """Judge scan pairs (P, 2) of ``store``, at ``first`` and ``second`` (P, 3) in one frame, both ways."""
+    """Judge scan pairs (P, 2) of ``store`` both ways, at ``first`` and ``second`` (P, 3) in one frame."""
     return SeeThrough(*see_through_each(store, pairs, first, second).sum(axis=0).tolist())
 
 
 def see_through_each(
     store: ScanStore, pairs: NDArray[np.int64], first: Pose, second: Pose
 ) -> NDArray[np.int64]:
-    """(P, 3) the same of each pair: points on a surface, looked through, undecided."""
+    """(P, 3) counts per pair: points on a surface, seen through, undecided."""
     tallies = np.zeros((len(pairs), 3), dtype=np.int64)
     points, _, counts, tables = store.packed()
     first_from_second = between(first, second)
@@ -84,11 +84,10 @@ def _count(
     viewer_table: NDArray[np.int16],
     tally: NDArray[np.int64],
 ) -> None:
-    """Add to ``tally``: points (N, 2) that lie on the surfaces of the viewer's (M, 2), that it looks through,
-    that it cannot judge.
+    """Count points (N, 2) that lie on the viewer's surfaces (M, 2), are seen through or cannot be judged.
 
-    A point is judged where the viewer has beams on both sides of its bearing, near enough to each other, and
-    it lies beyond both or before both of their returns.
+    A point is judged where the viewer has beams close by on both sides of its bearing, and it lies either
+    beyond or before both returns.
     """
     max_gap = max(_MAX_GAP, _SPACINGS * _usual_spacing(viewer))
     c, s = np.cos(viewer_from_points[2]), np.sin(viewer_from_points[2])
@@ -113,7 +112,7 @@ def _count(
             continue
         before = np.sqrt(viewer[j - 1, 0] ** 2 + viewer[j - 1, 1] ** 2)
         after = np.sqrt(viewer[j, 0] ** 2 + viewer[j, 1] ** 2)
-        # A point near either return, or between them on the line that joins them, lies on the surface.
+        # A point near either return, or near the line that joins them, lies on the surface.
         near, far = min(before, after), max(before, after)
         slack = _TOLERANCE + _TOLERANCE_PER_METRE * distance
         if near - slack <= distance <= far + slack:
@@ -126,8 +125,7 @@ def _count(
 
 @njit(cache=True, nogil=True)
 def _usual_spacing(viewer: NDArray[np.float32]) -> float:
-    """Radians from one of (M, 2) returns to the next, the median; 0 where these are so many that it is no gap
-    anyway."""
+    """Median spacing in radians of the viewer's returns (M, 2); 0 where they are too dense to matter."""
     if len(viewer) < 2 or len(viewer) * _MAX_GAP > 2.0 * np.pi:
         return 0.0
     spacing = np.median(np.diff(np.arctan2(viewer[:, 1], viewer[:, 0])))

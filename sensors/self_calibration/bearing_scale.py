@@ -1,7 +1,7 @@
-"""Whether the beams lie over another angle than they state, by walls that are bent and turns that are off.
+"""Detect a wrong angle increment from bent walls and mismatched turns.
 
-A recording whose increment is wrong by a factor, and agrees with its own ``angle_max``, contradicts itself
-nowhere; but straight walls are bent in it, and its scans turn by too little or too much, by the same factor.
+A recording whose increment is off by a factor, and matches its ``angle_max``, looks consistent. But straight
+walls are bent in it, and its scans turn too little or too much, by the same factor.
 """
 
 from collections.abc import Sequence
@@ -14,30 +14,30 @@ from racecar.sensors.self_calibration.turn_agreement import RIGHT_FACTOR, TurnAg
 from racecar.sensors.self_calibration.wall_straightness import WallStraightness
 
 _USUAL_SPANS = np.radians([360.0, 270.0, 240.0, 180.0])
-"""Over which most lasers look, so that walls, which tell a factor to some per cent, need tell no better."""
+"""Fields of view of most lasers, so that a factor known from walls to some per cent is made exact."""
 _SAME_SPAN = 0.04
-"""Share within which a span is a usual one: walls tell a factor to 2 %, measured on 15 recordings."""
+"""Relative tolerance of a field of view: walls show a factor to 2 %, measured on 15 recordings."""
 _OTHER_UNITS = 5.0
-"""Factor beyond which a turn tells nothing of the scans' angles, because it is in other units."""
+"""Factor beyond which a turn does not count, because it is in other units."""
 _RIGHT_FACTOR = 1.2
-"""Factor within which bearings are as stated. Measured on 30 recordings: walls that agree say 0.94 to
-1.03."""
+"""Factor within which bearings are accepted as stated. Measured on 30 recordings: walls that agree say 0.94
+to 1.03."""
 _AGREED_FACTOR = 1.1
-"""The same beyond which bearings are not as stated if wheels, gyroscope and walls all say so. Measured:
-wheels and gyroscope of simulated cars turn as the scans within 1.04, walls as above."""
+"""The same where wheels, gyroscope and walls all agree that bearings are wrong. Measured: wheels and
+gyroscope of simulated cars turn as the scans within 1.04, walls as above."""
 _CLOSE_AGREEMENT = 1.05
 """Factor by which these may then differ. Measured with angles stated 1.2 times as wide: 1.01."""
 _AGREEMENT = 1.15
-"""Factor by which walls and turns may differ and yet say the same. Measured on a simulated drive with stated
+"""Factor by which walls and turns may differ and still agree. Measured on a simulated drive with stated
 angles half as wide: 1.04."""
 
 
 @dataclass(frozen=True)
 class BearingScale:
-    """Beams that lie over another angle than is stated."""
+    """Scale error of a laser's bearings."""
 
     factor: float
-    """True angles over those stated."""
+    """True angles relative to stated ones."""
     is_certain: bool
     """Whether walls and turns both show it."""
 
@@ -45,11 +45,11 @@ class BearingScale:
 def bearing_scale(
     walls: WallStraightness | None, turns: Sequence[TurnAgreement], scan: Scan
 ) -> BearingScale | None:
-    """Judged by the walls and by the turns of other sensors; None where the angles seem right.
+    """Estimate from walls and the turns of other sensors; None where the angles seem right.
 
-    Walls that are bent where turns agree are no fault: there are round rooms, whose walls ask for smaller
-    angles. Without turns only larger ones are believed, as no place has walls that bulge everywhere. A factor
-    that is near 1 is believed where walls, wheels and gyroscope all show it.
+    Bent walls with matching turns are no fault: walls of round rooms suggest smaller angles. Without turns,
+    only larger angles are accepted, as no place has walls that bulge everywhere. A factor near 1 is accepted
+    only where walls, wheels and gyroscope all show it.
     """
     turns = [each for each in turns if 1.0 / _OTHER_UNITS < abs(each.ratio) < _OTHER_UNITS]
     if walls is None:
@@ -70,7 +70,7 @@ def bearing_scale(
 
 
 def _do_all_agree(by_walls: float, turns: Sequence[TurnAgreement]) -> bool:
-    """Whether two other sensors, and the walls, show nearly the same factor."""
+    """Whether two other sensors and the walls show nearly the same factor."""
     factors = [by_walls, *(1.0 / abs(each.ratio) for each in turns)]
     is_sure = any(each.is_beyond(_AGREED_FACTOR) for each in turns)
     are_off = all(_apart(factor, 1.0) > _AGREED_FACTOR for factor in factors)
@@ -79,12 +79,12 @@ def _do_all_agree(by_walls: float, turns: Sequence[TurnAgreement]) -> bool:
 
 
 def _apart(factor: float, other: float) -> float:
-    """By what factor, at least 1."""
+    """Ratio of two factors, at least 1."""
     return max(factor / other, other / factor)
 
 
 def _usual(factor: float, scan: Scan) -> float:
-    """The factor that makes the span of a scan a usual one, where that is nearly the same."""
+    """The factor that gives a scan a usual field of view, if nearly the same; else the factor itself."""
     step, count = float(np.median(np.diff(scan.bearings))), len(scan.bearings)
     spans = step * np.array(
         [count, *[count - 1] * (len(_USUAL_SPANS) - 1)]

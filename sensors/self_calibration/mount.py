@@ -1,9 +1,9 @@
-"""Where the laser sits on the base, and how far the wheels go for each metre by the scans.
+"""Estimate the laser's pose on the base, and the ratio of path lengths by wheels and by scans.
 
-With the base moved by (w, θ) in its own frame, the laser by (s, θ) in its own, and the laser at (l, φ) on the
-base, ``w + R(θ) l = l + k R(φ) s``: hand-eye calibration in the plane, with the ratio k of both paths. This
-is linear in l and k (cos φ, sin φ) [Censi et al., "Simultaneous calibration of odometry and sensor parameters
-for mobile robots", T-RO 2013, section V].
+If the base moves by (w, θ) in its own frame, the laser by (s, θ) in its own, and the laser is mounted at (l,
+φ), then ``w + R(θ) l = l + k R(φ) s``: planar hand-eye calibration with path ratio k. This is linear in l and
+k (cos φ, sin φ) [Censi et al., "Simultaneous calibration of odometry and sensor parameters for mobile
+robots", T-RO 2013, section V].
 """
 
 from dataclasses import dataclass
@@ -18,85 +18,82 @@ from racecar.sensors.self_calibration.shown_distance import shows_distance
 from racecar.sensors.self_calibration.wheel_track import WheelSigns, WheelTrack, motion_pairs
 
 FARTHEST_LASER = 1.0
-"""Metres that a laser sits from the middle of the turns at most; by judgement: half a car."""
+"""Maximum distance in metres of a laser from the centre of rotation. Chosen by judgement: half a car."""
 _MIN_YAW_ERROR = 0.15
-"""Radians by which a yaw must surely be off to be worth a look. Measured on recordings that are right: 0.05
-at most, and 0.15 with a scan in two seconds."""
+"""Radians of certain yaw error from which it is considered. Measured on recordings that are right: 0.05 at
+most, and 0.15 with a scan in two seconds."""
 _MIN_UNEXPLAINED_YAW = 0.26
-"""The same, 15°, where slip may be why; by judgement: slip and steering make some degrees."""
+"""The same, 15°, where slip may be the cause. Chosen by judgement: slip and steering cause some degrees."""
 LEAST_PATH, _MOST_PATH = 0.84, 1.15
-"""Path by wheels over path by scans beyond which one of the two is wrong. Measured on recordings that are
+"""Range of the path ratio, wheels over scans, beyond which one is wrong. Measured on recordings that are
 right: 0.87 to 1.05; the mapper learns 10 % by itself, and with 20 % it bends a simulated building."""
 _MIN_DISTANCE = 0.05
-"""Metres that base and laser must travel in a window to have a direction; by judgement: five times the noise
-of a track."""
+"""Metres that base and laser must travel in a window to have a direction. Chosen by judgement: five times the
+noise of a track."""
 _MAX_TURN_DIFFERENCE = 0.15
-"""Radians by which both may differ in a window that is used; by judgement: a slip or a lost track."""
+"""Radians by which their rotations may differ. Chosen by judgement: more is slip or a lost track."""
 _NOISE = 0.005
-"""Metres; motions over a window are never taken to be better; by judgement: what a track jitters by."""
+"""Metres, lower bound of the noise of motions over a window. Chosen by judgement: jitter of a track."""
 _USUAL_DISTANCE = 0.3
-"""Metres, standard deviation of the laser's place about the base's origin before anything was seen; by
-judgement: half a small robot."""
+"""Metres, prior standard deviation of the laser's position about the base's origin. Chosen by judgement: half
+a small robot."""
 _PRIOR = np.diag([(_NOISE / _USUAL_DISTANCE) ** 2] * 2 + [1e-9] * 2)
-"""(4, 4) information, in units of the noise, that the laser sits near the base's origin, since without turns
-nothing else tells."""
+"""(4, 4) prior information, in units of the noise, that the laser is near the base's origin, since without
+turns its position is unobservable."""
 _MIN_CONSISTENCY = 0.7
-"""Mean cosine of the angle between the directions of travel by wheels and by scans from which a place is
-believed. Measured: 0.9 to 1 on robots that drive, 0.72 and more where scans were lost now and then, 0.66 and
-less where hardly one was followed."""
+"""Minimum mean cosine of the angle between directions of travel by wheels and by scans. Measured: 0.9 to 1 on
+robots that drive, 0.72 and more where scans were lost now and then, 0.66 and less where hardly one was
+followed."""
 _MAX_MISSED = 0.2
-"""Share of the travel that may stay unexplained, in half of the windows, where the scans were followed well
-enough to tell a distance. Measured: 0.01 to 0.17 on recordings whose scans were, 0.24 to 0.94 where they were
-not."""
+"""Maximum median share of unexplained travel for scans tracked well enough to measure distance. Measured:
+0.01 to 0.17 on recordings whose scans were, 0.24 to 0.94 where they were not."""
 _MAX_DOUBT_OF_RIVAL = 0.5
-"""Share of what one reading lacks to full consistency that a better one may lack. Measured on a simulated
-drive: 0.005 where only the yaw is inverted."""
+"""Inconsistency of a better reading relative to another, at most. Measured on a simulated drive: 0.005 where
+only the yaw is inverted."""
 _MAX_PATH_RATIO = 4.0
-"""Ratio of both paths, or its inverse, beyond which no place is believed; by judgement: feet for
-metres are 3.3."""
+"""Largest accepted path ratio, or its inverse. Chosen by judgement: feet for metres are 3.3."""
 _MAX_YAW_SIGMA, _MAX_RIGHT_ANGLE_SIGMA = 0.05, 0.1
-"""Radians, standard deviation of the yaw at most, and near a multiple of a right angle; by judgement: three
-degrees, and to the next right angle it is fifteen times the other."""
+"""Radians, maximum standard deviation of the yaw, in general and near a multiple of a right angle. Chosen by
+judgement: three degrees, and to the next right angle it is fifteen times the other."""
 _RIGHT_ANGLE_TOLERANCE = 0.18
-"""Radians, ten degrees, about a multiple of a right angle within which a laser is taken to be mounted so; by
-judgement: people mount along edges."""
+"""Radians, ten degrees, within which a yaw is rounded to a multiple of a right angle. Chosen by judgement:
+lasers are mounted along edges."""
 _MAX_SIDEWAYS = 0.1
-"""Sine of the angle between the wheels' travel and their own axis up to which they drive along it. By
-judgement: six degrees, less than the least error of a yaw."""
+"""Sine of the angle between travel and heading up to which wheels drive straight ahead. Chosen by judgement:
+six degrees, less than the smallest yaw error."""
 _MAX_ONE_WAY = 0.55
-"""Length of the mean of the directions of travel, as unit vectors, up to which a robot drove hither and
-thither, so that a slope on which it slips to one side does not look like a laser that is turned. Measured in
-simulation: 0.58 where it had gone up such a slope and half of the way back, and still seemed turned."""
+"""Length of the mean unit vector of travel up to which a robot drove back and forth, so that slipping
+sideways on a slope is not taken for a rotated laser. Measured in simulation: 0.58 where it had gone up such a
+slope and half of the way back, and still seemed turned."""
 _MAX_OFFSET_SIGMA = 0.03
-"""Metres, standard deviation of the laser's offset from the base up to which it is used; by judgement: a cell
-of the map."""
+"""Metres, maximum standard deviation of an offset that is used. Chosen by judgement: a cell of the map."""
 
 
 @dataclass(frozen=True, eq=False)
 class MountEstimate:
-    """The laser's place as the motions have it, and the ratio of both paths."""
+    """The laser's mount and the path ratio, estimated from motion."""
 
     base_from_laser: Pose
     """(3,)"""
     sigmas: Pose
-    """(3,) standard deviations."""
+    """(3,) standard deviations in metres and radians."""
     consistency: float
-    """Mean cosine of the angle between the directions of travel by wheels and by scans."""
+    """Mean cosine of the angle between directions of travel by wheels and by scans."""
     missed: float
-    """Share of the travel by wheels that scans and place do not explain, in half of the windows."""
+    """Median share of the wheels' travel that scans and mount do not explain."""
     path_ratio: float
-    """Path by wheels over path by scans."""
+    """Path length by wheels relative to that by scans."""
     path_sigma: float
-    """Standard deviation of that."""
+    """Standard deviation of the path ratio."""
     sideways: float
-    """Sine of the angle between the travel by wheels and their own axis, in half of the windows."""
+    """Median sine of the angle between the wheels' travel and their heading."""
     one_way: float
-    """Length of the mean of the directions of travel by wheels, as unit vectors: 1 where it is always one."""
+    """Length of the mean unit vector of the wheels' travel: 1 if it is always in one direction."""
 
     @property
     def is_certain(self) -> bool:
-        """Whether the motions leave no doubt about the yaw; less is asked for at a right angle, along which
-        lasers are mounted. A laser that seems to sit beside its robot was followed wrongly."""
+        """Whether the yaw is beyond doubt. Near a right angle, along which lasers are mounted, less is
+        required. A laser that seems to be outside its robot was tracked wrongly."""
         distance, sigma = np.hypot(*self.base_from_laser[:2]), self.sigmas[:2].max()
         return (
             self.consistency >= _MIN_CONSISTENCY
@@ -107,45 +104,45 @@ class MountEstimate:
 
     @property
     def is_clear(self) -> bool:
-        """Whether the motions also agree so well that they tell a distance."""
+        """Whether the motions also agree well enough to measure distance."""
         return self.is_certain and self.missed < _MAX_MISSED
 
     @property
     def has_wrong_path(self) -> bool:
-        """Whether wheels and scans surely go distances that differ by more than those of a sound robot."""
+        """Whether the path ratio is certainly out of range."""
         low, high = (self.path_ratio + sign * SIGMAS * self.path_sigma for sign in (-1.0, 1.0))
         return self.is_clear and (high < LEAST_PATH or low > _MOST_PATH)
 
-    def yaw_error(self, told: Pose) -> float:
-        """Radians by which the yaw differs from that of the place (3,) that is ``told``; zero where slip may
-        be why, or chance."""
+    def yaw_error(self, stated: Pose) -> float:
+        """Radians by which the yaw differs from that of the ``stated`` mount (3,); zero where slip or chance
+        may be the cause."""
         least = _MIN_YAW_ERROR if self.cannot_slip else _MIN_UNEXPLAINED_YAW
-        return self._error_beyond(least, told)
+        return self._error_beyond(least, stated)
 
-    def leaves_open(self, told: Pose) -> bool:
-        """Whether more motions would show if the yaw of the place (3,) that is ``told`` is wrong, or slip is
-        why it seems so."""
-        return self._error_beyond(_MIN_YAW_ERROR, told) != 0.0 and self.yaw_error(told) == 0.0
+    def leaves_open(self, stated: Pose) -> bool:
+        """Whether more motion could decide if the yaw of the ``stated`` mount (3,) is wrong or slip is the
+        cause."""
+        return self._error_beyond(_MIN_YAW_ERROR, stated) != 0.0 and self.yaw_error(stated) == 0.0
 
-    def _error_beyond(self, least: float, told: Pose) -> float:
-        error = float(wrap_angle(self.base_from_laser[2] - told[2]))
+    def _error_beyond(self, least: float, stated: Pose) -> float:
+        error = float(wrap_angle(self.base_from_laser[2] - stated[2]))
         return error if abs(error) - SIGMAS * float(self.sigmas[2]) > least else 0.0
 
     @property
     def cannot_slip(self) -> bool:
-        """Whether the wheels drive along their own axis, and did so hither and thither, so that it is not
-        they whose yaw is off, unless by half a turn."""
+        """Whether slip is ruled out as the cause of a yaw error, unless of half a turn: the wheels drove
+        straight ahead, and back and forth."""
         return self.sideways < _MAX_SIDEWAYS and self.one_way < _MAX_ONE_WAY
 
     @property
     def is_at_right_angle(self) -> bool:
-        """Whether the laser looks along an axis of the base, or nearly."""
+        """Whether the laser is nearly aligned with an axis of the base."""
         yaw = float(self.base_from_laser[2])
         return abs(yaw - _right_angle(yaw)) < _RIGHT_ANGLE_TOLERANCE
 
     def as_mounted(self) -> Pose:
-        """(3,) the place with the yaw of a right angle where it is nearly that, and with an offset only where
-        that shows, in metres of the scans if those of the wheels are others."""
+        """(3,) the mount to use: yaw rounded to a right angle if close, offsets only where significant, in
+        metres of the scans if those of the wheels differ."""
         x, y, yaw = self.base_from_laser.tolist()
         scale = self.path_ratio if self.has_wrong_path else 1.0
         if self.is_at_right_angle:
@@ -159,7 +156,7 @@ class MountEstimate:
 
 @dataclass(frozen=True, eq=False)
 class MotionReading:
-    """How wheels must be read to tell of the same motion as the scans of an upright laser."""
+    """Signs and mount with which wheels and the scans of an upright laser show the same motion."""
 
     mount: MountEstimate
     wheel_signs: WheelSigns
@@ -168,9 +165,9 @@ class MotionReading:
 def read_motion(track: ScanTrack, wheels: WheelTrack, lag: int, *, is_inverted: bool) -> MotionReading | None:
     """The reading that fits; None where the robot travelled too little.
 
-    Wheels whose path is the mirror image of what their own yaw says contradict themselves: they do not travel
-    where they look. Wheels that are the mirror image of the truth do not, and look like a laser that hangs
-    upside down; so with turns that are ``is_inverted`` either is possible.
+    Wheels whose path mirrors their own yaw contradict themselves: they do not travel where they head. Wheels
+    that mirror the truth are consistent and look like an upside-down laser. So if turns are ``is_inverted``,
+    either is possible.
     """
     sound, contradicting = (
         (WheelSigns.MIRRORED, WheelSigns.YAW_INVERTED)
@@ -186,7 +183,7 @@ def read_motion(track: ScanTrack, wheels: WheelTrack, lag: int, *, is_inverted: 
 
 
 def _mount_by(track: ScanTrack, wheels: WheelTrack, lag: int) -> MountEstimate | None:
-    """The place that explains the motions best; None where the base travelled too seldom."""
+    """The mount that best explains the motions; None where the base travelled too little."""
     motions = motion_pairs(track, wheels, lag)
     laser, base = motions.by_scans, motions.by_wheels
     travels = (np.hypot(*base[:, :2].T) > _MIN_DISTANCE) & (np.hypot(*laser[:, :2].T) > _MIN_DISTANCE)
@@ -204,11 +201,11 @@ def _mount_by(track: ScanTrack, wheels: WheelTrack, lag: int) -> MountEstimate |
     along = np.array([0.0, 0.0, cos, sin]) / ratio
     across = np.array([0.0, 0.0, -sin, cos]) / ratio**2
     variances = np.append(np.diag(fit.covariance)[:2], across @ fit.covariance @ across)
-    predicted, told = (equations @ fit.solution)[travels], base[travels, :2]
-    lengths = np.hypot(*predicted.T) * np.hypot(*told.T)
-    cosines = (predicted * told).sum(axis=1) / np.maximum(lengths, 1e-9)
-    misses = np.hypot(*(predicted - told).T) / np.hypot(*told.T)
-    courses = np.arctan2(told[:, 1], told[:, 0])
+    predicted, driven = (equations @ fit.solution)[travels], base[travels, :2]
+    lengths = np.hypot(*predicted.T) * np.hypot(*driven.T)
+    cosines = (predicted * driven).sum(axis=1) / np.maximum(lengths, 1e-9)
+    misses = np.hypot(*(predicted - driven).T) / np.hypot(*driven.T)
+    courses = np.arctan2(driven[:, 1], driven[:, 0])
     headings = wheels.at(track.stamps[motions.begins[travels]] + lag)[:, 2]
     return MountEstimate(
         base_from_laser=np.array([x, y, np.arctan2(sin, cos)]),
@@ -223,7 +220,7 @@ def _mount_by(track: ScanTrack, wheels: WheelTrack, lag: int) -> MountEstimate |
 
 
 def _equations(laser: Pose, turns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(W, 2, 4) by which (x, y, k cos, k sin) of the mount make the base's motion of the laser's (W, 3)."""
+    """(W, 2, 4) maps (x, y, k cos, k sin) of the mount to the base's motion, given the laser's (W, 3)."""
     cos, sin = np.cos(turns) - 1.0, np.sin(turns)
     along = np.stack([-cos, sin, laser[:, 0], -laser[:, 1]], axis=1)
     across = np.stack([-sin, -cos, laser[:, 1], laser[:, 0]], axis=1)
@@ -231,5 +228,5 @@ def _equations(laser: Pose, turns: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _right_angle(yaw: float) -> float:
-    """The multiple of a right angle that is nearest."""
+    """The nearest multiple of a right angle."""
     return float(np.rint(yaw / (0.5 * np.pi)) * 0.5 * np.pi)

@@ -1,4 +1,4 @@
-"""Odometry that the scans contradict from end to end: it is not to be believed, or not in its turns."""
+"""Detect odometry that the scans contradict throughout: it is unusable, or its turns are."""
 
 from collections.abc import Sequence
 from enum import Enum
@@ -13,44 +13,42 @@ from racecar.sensors.self_calibration.robust_fit import MIN_BLOCKS
 from racecar.sensors.self_calibration.wheel_track import MotionPairs
 
 _MIN_DISTANCE, _MIN_TURN = 0.1, 0.1
-"""Metres that the scans must move, or radians that they must turn, in a window that counts; by judgement: ten
-times the noise of a track."""
+"""Metres or radians that the scans must move in a window that counts. Chosen by judgement: ten times the
+noise of a track."""
 _STILL = 0.02
-"""Share of these that the wheels may move in such a window and be still; by judgement: noise of an
-encoder."""
+"""Share of these below which the wheels stand still. Chosen by judgement: encoder noise."""
 _STILL_OF_DISTANCE = 0.05
-"""Share of what the scans travel that the wheels may report and go nowhere; by judgement: drift to the
-side."""
+"""Share of the scans' travel that the wheels may report and still go nowhere. Chosen by judgement: drift to
+the side."""
 _MIN_SHARE = 0.95
-"""Of these windows in which the wheels must be still; by judgement: the track may be lost in some."""
+"""Share of such windows in which the wheels must stand. Chosen by judgement: a track may get lost."""
 _MIN_JUMPS = 5
-"""Steps faster than any robot below which odometry is possible; by judgement: drivers start anew."""
+"""Number of impossibly fast steps below which odometry is accepted. Chosen by judgement: drivers restart."""
 _MAX_JUMP_SHARE = 0.005
-"""Share of the steps that may be so; by judgement: a yaw in degrees jumps wherever it wraps, and where the
-robot turns."""
+"""Accepted share of such steps. Chosen by judgement: a yaw in degrees jumps at every wrap and turn."""
 
 
 class OdometryFault(Enum):
-    """What is wrong with it, for people."""
+    """A fault of odometry, as worded for people."""
 
     STUCK = "is stuck, standing still while the scans move"
-    """As from a driver that sends a constant. A robot that is carried looks the same, unless a gyroscope is
-    in its odometry."""
+    """Typical of a driver that sends a constant. A carried robot looks the same, unless its odometry uses a
+    gyroscope."""
     WITHOUT_DISTANCE = "turns but goes nowhere while the scans do"
-    """As of a driver that integrates a gyroscope alone, or of a robot that is carried."""
+    """Typical of a driver that integrates only a gyroscope, or of a carried robot."""
     WITHOUT_TURNS = "never turns while the scans do"
-    """As integrated from the speed alone."""
+    """Typical of integrating only the speed."""
     IMPOSSIBLE = "moves or turns faster than any robot"
-    """As in millimetres or degrees."""
+    """Typical of millimetres or degrees."""
 
 
 def odometry_fault(samples: Sequence[Odometry], motions: MotionPairs) -> OdometryFault | None:
-    """What is wrong with samples that were taken in those motions, if anything is."""
+    """The fault of odometry samples over these motions, if any."""
     return OdometryFault.IMPOSSIBLE if _is_impossible(samples) else _fault_in(motions)
 
 
 def _is_impossible(samples: Sequence[Odometry]) -> bool:
-    """Whether so many steps between samples are jumps that no restart of a driver explains them."""
+    """Whether there are more jumps between samples than restarts of a driver explain."""
     jumps = sum(
         is_jump(before.odom_from_base, after.odom_from_base, (after.stamp - before.stamp) * 1e-9)
         for before, after in pairwise(samples)
@@ -59,7 +57,7 @@ def _is_impossible(samples: Sequence[Odometry]) -> bool:
 
 
 def _fault_in(motions: MotionPairs) -> OdometryFault | None:
-    """Whether the wheels are still, or do not turn, in nearly all windows in which the scans do."""
+    """Whether the wheels stand still, or do not turn, in nearly all windows in which the scans do."""
     travelled, wheels_travelled = (np.hypot(*each[:, :2].T) for each in (motions.by_scans, motions.by_wheels))
     turned, wheels_turned = (np.abs(each[:, 2]) for each in (motions.by_scans, motions.by_wheels))
     stand, stay = wheels_travelled <= _STILL * _MIN_DISTANCE, wheels_turned <= _STILL * _MIN_TURN
@@ -71,7 +69,7 @@ def _fault_in(motions: MotionPairs) -> OdometryFault | None:
 
     if are_nearly_all(stand & stay, travels | turns):
         return OdometryFault.STUCK
-    # Wherever the laser sits, it does not come so far by turning.
+    # Turning alone cannot move the laser that far, wherever it is mounted.
     goes_far = travelled > _MIN_DISTANCE + FARTHEST_LASER * turned
     if are_nearly_all(wheels_travelled < _STILL_OF_DISTANCE * travelled, goes_far):
         return OdometryFault.WITHOUT_DISTANCE

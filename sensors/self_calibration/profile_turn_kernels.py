@@ -1,4 +1,4 @@
-"""Comparing range profiles at many turns."""
+"""Compare range profiles at many rotations."""
 
 import numpy as np
 from numba import njit
@@ -13,9 +13,9 @@ def profile_differences(
     max_difference: float,
     min_share: float,
 ) -> NDArray[np.float64]:
-    """(2 steps + 1,) mean difference of two cyclic profiles (B,), each at most ``max_difference``, with the
-    later one shifted by -steps to steps bins; inf where fewer bins are known in both than ``min_share`` of
-    the most at any shift."""
+    """(2 steps + 1,) mean difference of two cyclic profiles (B,), clipped at ``max_difference``, with the
+    later one shifted by -steps to steps bins. inf where the bins known in both are fewer than ``min_share``
+    of the most at any shift."""
     bins = len(before)
     sums, counts = np.zeros(2 * steps + 1), np.zeros(2 * steps + 1)
     for index in range(2 * steps + 1):

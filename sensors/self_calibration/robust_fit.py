@@ -1,9 +1,8 @@
-"""A linear fit that outliers do not bend, and how far it may be off.
+"""Linear least squares, robust to outliers, with a covariance.
 
-Cauchy weights, found by reweighting, keep wheels that slip and scans that were followed wrongly from
-deciding. Windows of one block of time overlap and err together, so the covariance is the sandwich estimate
-over blocks [Liang and Zeger, "Longitudinal data analysis using generalized linear models", Biometrika 73,
-1986].
+Cauchy weights, by iterative reweighting, suppress slipping wheels and badly tracked scans. Windows within a
+block of time overlap and have correlated errors, so the covariance is the sandwich estimate over blocks
+[Liang and Zeger, "Longitudinal data analysis using generalized linear models", Biometrika 73, 1986].
 """
 
 from dataclasses import dataclass
@@ -12,19 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 BLOCK = 1_000_000_000
-"""Nanoseconds of a block; by judgement: as long as a window."""
+"""Nanoseconds of a block. Chosen by judgement: as long as a window."""
 MIN_BLOCKS = 6
-"""Blocks below which nothing is decided, since their spread is not known from fewer."""
+"""Minimum number of blocks for a decision, since fewer do not show their spread."""
 SIGMAS = 3.0
-"""Standard deviations by which something is surely so, because that is usual."""
+"""Standard deviations of a significant result, because that is usual."""
 
 _ROUNDS = 10
-"""Of reweighting, since the weights hardly change after a few."""
+"""Iterations of reweighting, since weights hardly change after a few."""
 
 
 @dataclass(frozen=True, eq=False)
 class RobustFit:
-    """N unknowns."""
+    """Estimate of N unknowns."""
 
     solution: NDArray[np.float64]
     """(N,)"""
@@ -40,10 +39,10 @@ def robust_fit(
     noise: float,
     prior: NDArray[np.float64],
 ) -> RobustFit:
-    """Of equations (W, M, N) with targets (W, M), M of them in each of W windows that belong to blocks (W,).
+    """Solve equations (W, M, N) for targets (W, M), M in each of W windows that belong to blocks (W,).
 
-    The targets are never taken to be better than their ``noise``; the ``prior`` (N, N) is information about
-    unknowns near zero, in units of that noise.
+    Targets have at least this ``noise``; the ``prior`` (N, N) is information that the unknowns are near zero,
+    in units of the noise.
     """
     weights = np.ones(len(targets))
     for _ in range(_ROUNDS):
@@ -62,12 +61,12 @@ def robust_fit(
 
 
 def mean_over_blocks(values: NDArray[np.float64], blocks: NDArray[np.int64]) -> tuple[float, float]:
-    """Of values (W,) that belong to blocks (W,), and its standard deviation, in the same way."""
+    """Mean of values (W,) that belong to blocks (W,), and its standard deviation, estimated likewise."""
     _, block = np.unique(blocks, return_inverse=True)
     mean = float(values.mean())
     return mean, float(np.linalg.norm(np.bincount(block, values - mean))) / len(values)
 
 
 def blocks_at(stamps: NDArray[np.int64]) -> NDArray[np.int64]:
-    """(W,) the block of time that each of stamps (W,), nanoseconds, is in."""
+    """(W,) block indices of stamps (W,) in nanoseconds."""
     return stamps // BLOCK

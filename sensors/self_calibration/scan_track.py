@@ -1,4 +1,4 @@
-"""The laser followed from scan to scan by the scans alone, so that what is said of it can be checked."""
+"""Track the laser by its scans alone, to check other sensors against it."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
@@ -13,51 +13,51 @@ from racecar.sensors.scan import Scan
 from racecar.sensors.self_calibration.profile_turn import bearing_profile, turn_between
 
 _MIN_INTERVAL = 0.07
-"""Seconds between two scans that are followed, at least, because the laser hardly moves in less: every third
-scan of a laser of 40 a second, every one of an RPLIDAR."""
+"""Minimum interval in seconds between tracked scans, because the laser hardly moves in less: every third scan
+of a laser of 40 a second, every one of an RPLIDAR."""
 _MAX_INTERVAL = 1.0
-"""Seconds between two scans beyond which a track is not continued; by judgement: a robot can turn anywhere
+"""Seconds between two scans beyond which a new segment begins. Chosen by judgement: a robot can turn anywhere
 meanwhile."""
 _TURN_SEARCH_INTERVAL = 0.075
-"""Seconds between two scans from which the turn is searched; by judgement: in less a robot turns by less than
-registration bears."""
+"""Interval in seconds from which the rotation is searched. Chosen by judgement: in less, a robot turns by
+less than registration tolerates."""
 _STANDING_CHANGE = 0.01
-"""Metres by which a range must change to count as changed; by judgement: the resolution of SICK lasers."""
+"""Metres by which a range must change to count. Chosen by judgement: the resolution of SICK lasers."""
 _STANDING_SHARE = 0.05
-"""Share of the ranges that may have changed while the laser stands; by judgement: someone walks by."""
+"""Share of ranges that may change while the laser stands. Chosen by judgement: someone walks by."""
 _MAX_POINTS = 400
-"""Points of a scan that are registered, for speed; by judgement: the beams of common lasers."""
+"""Points of a scan that are registered, for speed. Chosen by judgement: the beams of common lasers."""
 _JITTER = 0.02
-"""Metres and radians from one scan to the next below which nothing counts as travelled or turned; by
-judgement: the noise of a match."""
+"""Metres and radians between scans below which motion counts as none. Chosen by judgement: the noise of a
+match."""
 
 
 @dataclass(frozen=True, eq=False)
 class ScanTrack:
-    """N scans, and where the laser was in the middle of each sweep."""
+    """N scans and the laser's poses in the middle of each sweep."""
 
     scans: list[Scan]
     """(N,)"""
     stamps: NDArray[np.int64]
-    """(N,) nanoseconds, of the middle of the sweep: where it was is known whatever the order of the beams."""
+    """(N,) nanoseconds, in the middle of the sweep, where the pose does not depend on the beam order."""
     track_from_laser: Pose
     """(N, 3)"""
     segment: NDArray[np.int64]
-    """(N,) ascending; only poses of one segment are comparable."""
+    """(N,) ascending segment ids; only poses of one segment are comparable."""
 
     def __len__(self) -> int:
         return len(self.stamps)
 
     def velocities(self) -> Pose:
-        """(N, 3) metres and radians per second in the laser's frame: the mean between the scan before and
-        the one after; NaN at the ends of a segment."""
+        """(N, 3) metres and radians per second in the laser's frame, averaged from the previous to the next
+        scan; NaN at the ends of a segment."""
         velocities = np.full((len(self), 3), np.nan)
         if len(self) < 3:
             return velocities
         before, after = slice(None, -2), slice(2, None)
         seconds = (self.stamps[after] - self.stamps[before]) * 1e-9
         motion = between(self.track_from_laser[before], self.track_from_laser[after])
-        half = -0.5 * motion[:, 2]  # the chord, seen from the laser in between
+        half = -0.5 * motion[:, 2]  # the chord in the frame of the laser halfway
         x, y = motion[:, 0].copy(), motion[:, 1].copy()
         motion[:, 0], motion[:, 1] = (
             np.cos(half) * x - np.sin(half) * y,
@@ -69,15 +69,15 @@ class ScanTrack:
 
 
 class ScanTracker:
-    """Follows the laser by registering each scan against those before, with steady motion as the guess.
+    """Track the laser by registering each scan against earlier ones, with constant velocity as the guess.
 
-    Scans come in the order of time; those that come sooner than the shortest interval are left out, and those
-    that see what the last one saw are not registered.
+    Scans must be in time order. Those within the minimum interval are skipped; those that see the same as the
+    last are not registered.
     """
 
     def __init__(self, sweep_scale: float = 1.0) -> None:
-        """``sweep_scale`` multiplies the time offsets of the beams, counted from the middle of the sweep:
-        -1 reverses their order."""
+        """``sweep_scale`` multiplies the beams' time offsets about the middle of the sweep: -1 reverses their
+        order."""
         self._sweep_scale = sweep_scale
         self._scans: list[Scan] = []
         self._stamps: list[int] = []
@@ -87,15 +87,15 @@ class ScanTracker:
         self._velocity: Pose = IDENTITY
         self._registered: tuple[Scan, NDArray[np.float64]] | None = None
         self.turned = 0.0
-        """Radians, to and fro, but for jitter."""
+        """Total rotation in radians, either way, without jitter."""
         self.distance = 0.0
-        """Metres, but for jitter."""
+        """Path length in metres, without jitter."""
 
     def __len__(self) -> int:
         return len(self._scans)
 
     def add(self, scan: Scan) -> bool:
-        """Take the next scan; whether it is part of the track."""
+        """Add the next scan; returns whether it is part of the track."""
         stamp = scan.stamp + round(middle_of(scan) * 1e9)
         seconds = (stamp - self._stamps[-1]) * 1e-9 if self._stamps else np.inf
         if seconds < _MIN_INTERVAL:
@@ -112,7 +112,7 @@ class ScanTracker:
         return True
 
     def track(self) -> ScanTrack:
-        """What was followed so far."""
+        """The track so far."""
         return ScanTrack(
             self._scans.copy(),
             np.array(self._stamps, dtype=np.int64),
@@ -154,7 +154,7 @@ class ScanTracker:
 
 
 def track_of(scans: Iterable[Scan], sweep_scale: float = 1.0) -> ScanTrack:
-    """Scans in the order of time, followed."""
+    """Track scans in time order."""
     tracker = ScanTracker(sweep_scale)
     for scan in scans:
         tracker.add(scan)
@@ -162,7 +162,7 @@ def track_of(scans: Iterable[Scan], sweep_scale: float = 1.0) -> ScanTrack:
 
 
 def deskewed(scan: Scan, velocity: Pose, sweep_scale: float) -> NDArray[np.float64]:
-    """End points (M, 2) of the returns in the laser frame in the middle of the sweep, the beams' times scaled
+    """Deskewed end points (M, 2) in the laser frame in the middle of the sweep, with the beams' times scaled
     about it."""
     offsets = sweep_scale * (scan.time_offsets - middle_of(scan))
     return deskew(replace(scan, time_offsets=offsets), by_velocity(velocity))
@@ -174,10 +174,10 @@ def middle_of(scan: Scan) -> float:
 
 
 def _sees_the_same(scan: Scan, later: Scan) -> bool:
-    """Whether so few returns have moved that the laser has not."""
+    """Whether so few returns changed that the laser cannot have moved."""
     if len(scan.ranges) != len(later.ranges):
         return False
-    with np.errstate(invalid="ignore"):  # of two misses
+    with np.errstate(invalid="ignore"):  # both are misses
         change = np.abs(later.ranges - scan.ranges)
     change = change[np.isfinite(change)]
     moved = np.count_nonzero(change > _STANDING_CHANGE)

@@ -1,4 +1,4 @@
-"""What the beginning of a recording proves about its sensors: all estimators over one track of its scans."""
+"""Self-calibration from the beginning of a recording: run all estimators on one scan track."""
 
 from dataclasses import dataclass, replace
 
@@ -21,38 +21,38 @@ from racecar.sensors.self_calibration.wheel_track import WheelTrack, motion_pair
 from racecar.sensors.yaw_rate import YawRate
 
 _MIN_SCANS = 60
-"""Scans that are followed at least; by judgement: some seconds."""
+"""Minimum number of tracked scans. Chosen by judgement: some seconds."""
 _MAX_SCANS = 2000
-"""Scans that are followed at most, so that it takes seconds; by judgement: two minutes of a fast laser."""
+"""Most tracked scans, so that it takes seconds. Chosen by judgement: two minutes of a fast laser."""
 _ENOUGH_TURN, _ENOUGH_DISTANCE = 3.0, 3.0
-"""Radians, to and fro, and metres of path after which they may suffice, if nothing speaks against the
-recording; by judgement: half of what its faults need."""
+"""Radians, either way, and metres of path that may suffice if no fault is suspected. Chosen by judgement:
+half of what finding faults needs."""
 _MAX_LEVEL = 8
-"""By what factor both may grow while something is open; by judgement: a minute or two."""
+"""Factor by which both may grow while a question is open. Chosen by judgement: a minute or two."""
 
 
 @dataclass(frozen=True, eq=False)
 class SelfCalibration:
-    """What was proved; None or unknown where the recording does not tell."""
+    """Calibration results; None or unknown where the recording does not show them."""
 
     sweep_order: SweepOrder = SweepOrder.UNKNOWN
     turns: TurnAgreement | None = None
-    """How the wheels' turns agree with the scans', with the beams where they are."""
+    """Agreement of the wheels' turns with those of the scans, after sorting the beams."""
     reading: MotionReading | None = None
-    """Where the laser sits, which signs are wrong, and how far the wheels go."""
+    """Mount of the laser, wrong signs and path ratio."""
     odometry_fault: OdometryFault | None = None
     bearing_scale: BearingScale | None = None
-    """Of scans whose beams lie over another angle than they state."""
+    """Scale error of the bearings."""
     gyro_turns: TurnAgreement | None = None
-    """How those of the gyroscope do."""
+    """Agreement of the gyroscope's turns with those of the scans."""
 
 
 class SelfCalibrator:
-    """Takes scans and odometry of the beginning of a recording, in the order of time, until they suffice."""
+    """Collect scans and odometry from the beginning of a recording, in time order, until they suffice."""
 
     def __init__(self, *, asks_wheels: bool = True, max_lag: int = MAX_LAG) -> None:
-        """Without ``asks_wheels`` it is asked for the order of the beams alone. Clocks that are not expected
-        to be farther apart are asked about lags up to ``max_lag`` nanoseconds."""
+        """Without ``asks_wheels``, only the beam order is estimated. Lags are searched up to ``max_lag``
+        nanoseconds, for clocks that are known to be closer."""
         self._max_lag = max_lag
         self._asks_order, self._asks_wheels = True, asks_wheels
         self._tracker = ScanTracker()
@@ -62,16 +62,16 @@ class SelfCalibrator:
         self._level = 1
 
     def add_odometry(self, odometry: Odometry) -> None:
-        """Take a sample of wheel odometry."""
+        """Add a wheel odometry sample."""
         if self._asks_wheels:
             self._odometry.append(odometry)
 
     def add_yaw_rate(self, yaw_rate: YawRate) -> None:
-        """Take a sample of the gyroscope: asked for its scale, its lag, and turns that wheels lack."""
+        """Add a gyroscope sample, to estimate its scale and lag, and turns that wheels lack."""
         self._yaw_rates.append(yaw_rate)
 
     def add_scan(self, scan: Scan) -> None:
-        """Take a scan; of several lasers only the first is followed."""
+        """Add a scan; of several lasers only the first is tracked."""
         if self._first is None:
             self._first = scan
             self._asks_order = self._asks_order and has_sweep_times(scan)
@@ -80,10 +80,10 @@ class SelfCalibrator:
 
     @property
     def is_done(self) -> bool:
-        """Whether the scans so far are enough, or more would not help."""
+        """Whether the scans so far suffice, or more would not help."""
         tracker = self._tracker
         if self._first is not None and not (self._asks_order or self._asks_wheels or self._yaw_rates):
-            return len(tracker) >= _MIN_SCANS  # which show whether walls are straight
+            return len(tracker) >= _MIN_SCANS  # enough to judge straight walls
         return len(tracker) >= _MAX_SCANS or (
             len(tracker) >= _MIN_SCANS
             and tracker.turned > self._level * _ENOUGH_TURN
@@ -91,8 +91,8 @@ class SelfCalibrator:
         )
 
     def wants_more(self, learned: SelfCalibration) -> bool:
-        """Whether more of the recording should be looked at, since what is ``learned`` leaves something
-        open, or the little that there was speaks against the recording."""
+        """Whether to read more of the recording: something in ``learned`` is open, or little data suggests a
+        fault."""
         is_first, self._level = self._level == 1, 2 * self._level
         is_open = self._asks_order and learned.sweep_order == SweepOrder.UNKNOWN
         if self._asks_wheels and learned.odometry_fault is None:
@@ -102,7 +102,7 @@ class SelfCalibrator:
         return is_open and len(self._tracker) < _MAX_SCANS and self._level <= _MAX_LEVEL
 
     def _is_clear(self, learned: SelfCalibration) -> bool:
-        """Whether the wheels agree with the scans, as far as such few motions can show."""
+        """Whether the wheels agree with the scans, as far as so few motions show."""
         turns, reading = learned.turns, learned.reading
         if turns is None or turns.is_inverted or abs(turns.lag) > USUAL_LAG:
             return False
@@ -119,8 +119,8 @@ class SelfCalibrator:
         )
 
     def estimate(self, expected_lag: int = 0) -> SelfCalibration:
-        """What they prove. ``expected_lag`` in nanoseconds is how much later than scans the wheels are
-        stamped by the times of recording."""
+        """Estimate everything. ``expected_lag`` is the delay in nanoseconds of wheel stamps after scan stamps
+        according to the times of recording."""
         followed = track = self._tracker.track()
         turns, gyro_turns = self._turns(followed, expected_lag)
         scale = self._bearing_scale(followed, [each for each in (turns, gyro_turns) if each is not None])
@@ -144,13 +144,13 @@ class SelfCalibrator:
 
     def _bearing_scale(self, track: ScanTrack, turns: list[TurnAgreement]) -> BearingScale | None:
         if self._first is None or self._first.cloud is not None:
-            return None  # what was measured as points has the right angles
+            return None  # clouds are points, so their angles are right
         return bearing_scale(wall_straightness(track.scans), turns, self._first)
 
     def _turns(
         self, track: ScanTrack, expected_lag: int
     ) -> tuple[TurnAgreement | None, TurnAgreement | None]:
-        """Of the wheels, and of the gyroscope beside them."""
+        """Agreement of the wheels and, given their lag, of the gyroscope."""
         wheels, gyro = WheelTrack.of(self._odometry), WheelTrack.of_turns(self._yaw_rates)
         turns = turn_agreement(track, wheels, expected_lag, self._max_lag)
         lag = expected_lag if turns is None else turns.lag

@@ -1,4 +1,4 @@
-"""Whether scans show how far they went: along a bare corridor they show no motion."""
+"""Whether scans can observe distance travelled: along a bare corridor they cannot."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,12 +7,12 @@ from racecar.maps.geometry.se2 import Pose
 from racecar.sensors.scan import Scan
 
 _MIN_SHOWN = 0.15
-"""Mean square of the cosine between surfaces' normals and the direction of travel, from which scans show how
-far they went. Measured: 0.1 in the barest corridor of a simulated building, 0.25 and more in rooms; nothing
-changes between 0.1 and 0.3 there."""
+"""Mean squared cosine between surface normals and direction of travel from which distance is observable.
+Measured: 0.1 in the barest corridor of a simulated building, 0.25 and more in rooms; nothing changes between
+0.1 and 0.3 there."""
 _GAP = 6.0
-"""Times the distance of two neighbouring beams at which their returns are of one surface, because walls are
-met aslant."""
+"""Gap of neighbouring returns on one surface in multiples of the beam spacing, because walls are seen
+obliquely."""
 
 
 def shows_distance(scan: Scan, motion: Pose) -> bool:
@@ -23,10 +23,10 @@ def shows_distance(scan: Scan, motion: Pose) -> bool:
 
 
 def _normals(scan: Scan) -> NDArray[np.float64]:
-    """(N, 2) of the surfaces between returns that are two degrees or more apart, in the laser's frame."""
+    """(N, 2) normals of the surfaces between returns at least two degrees apart, in the laser's frame."""
     is_hit = np.isfinite(scan.ranges) & (scan.ranges > 0.0)
     bearings, ranges = scan.bearings[is_hit], scan.ranges[is_hit]
-    apart = 2 * max(len(bearings) // 180, 1)  # so that noise does not tilt what is near
+    apart = 2 * max(len(bearings) // 180, 1)  # so that noise does not tilt surfaces nearby
     if len(bearings) <= apart:
         return np.zeros((0, 2))
     points = np.column_stack([ranges * np.cos(bearings), ranges * np.sin(bearings)])

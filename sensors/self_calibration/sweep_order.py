@@ -1,11 +1,11 @@
-"""Whether the beams of a scan were measured in the order in which they are recorded.
+"""Check whether beams were measured in the order in which they are recorded.
 
-Drivers of the RPLIDAR kind turn the array of ranges round, to count counter-clockwise, and leave the
-``time_increment`` positive: scans are then skewed twice instead of corrected. Two scans of the same place
-that turned differently while they were taken fit best with the right order. So the scans are followed with
-either, pairs of them are matched where each has them, and are weighed by how much of them fits.
+RPLIDAR drivers reverse the array of ranges to count counter-clockwise, but leave ``time_increment`` positive.
+Deskewing then doubles the skew. Two scans of one place with different turn rates fit best in the right order.
+So the scans are tracked in both orders, pairs of them are matched at either track's poses, and the overlap is
+compared.
 
-The sweep's duration is not estimated: it is biased towards nought where registration follows a skewed scan.
+The sweep's duration is not estimated: it is biased towards zero when registration follows a skewed scan.
 """
 
 from enum import Enum
@@ -22,38 +22,38 @@ from racecar.sensors.self_calibration.robust_fit import MIN_BLOCKS, SIGMAS, bloc
 from racecar.sensors.self_calibration.scan_track import ScanTrack, deskewed, track_of
 
 _MAX_APART = 1_600_000_000
-"""Nanoseconds between the two scans of a pair, at most, so that they see nearly the same; by judgement."""
+"""Nanoseconds between the scans of a pair at most, so that they see nearly the same; chosen by judgement."""
 _MIN_RATE_DIFFERENCE = 0.2
-"""Radians per second by which the two scans of a pair must turn differently, since two that turn alike are
-skewed alike; by judgement: with a sweep of a tenth of a second, a degree."""
+"""Difference of turn rates in radians per second that a pair needs, since equal rates skew equally. Chosen by
+judgement: with a sweep of a tenth of a second, a degree."""
 _MAX_PAIRS = 500
-"""That are matched, so that it takes half a second. Measured: three times as many show the order no
-better."""
+"""Maximum number of matched pairs, so that it takes half a second. Measured: three times as many show the
+order no better."""
 
 
 class SweepOrder(Enum):
-    """In which order of time the beams come."""
+    """Temporal order of the beams."""
 
     UNKNOWN = "unknown"
-    """Too few turns, or no times: taken as recorded."""
+    """Too few turns, or no beam times: taken as recorded."""
     AS_RECORDED = "as recorded"
     REVERSED = "reversed"
 
 
 class OrderedTrack(NamedTuple):
-    """The order of the beams, and the track of the scans that are read so."""
+    """The order of the beams, and the track when they are read in it."""
 
     order: SweepOrder
     track: ScanTrack
 
 
 def has_sweep_times(scan: Scan) -> bool:
-    """Whether there is an order of beams to ask about; points of a cloud bear their times one by one."""
+    """Whether there is a beam order to check; points of a cloud have their own times."""
     return scan.cloud is None and bool(np.ptp(scan.time_offsets) > 0.0)
 
 
 def in_sweep_order(track: ScanTrack) -> OrderedTrack:
-    """Of a ``track``, which was followed with the recorded order.
+    """Order and track, given the ``track`` in recorded order.
 
     Measured on 55 recordings: 7 of 7 whose order is reversed show it by 4.4 standard deviations and more, one
     of 12 seconds too; the others speak for it by no more than 1.2.
@@ -73,7 +73,7 @@ def in_sweep_order(track: ScanTrack) -> OrderedTrack:
 
 
 def _telling_pairs(track: ScanTrack, turn_rates: NDArray[np.float64]) -> NDArray[np.int64]:
-    """(P, 2) scans of nearly the same time that differ in their turn rates (N,)."""
+    """(P, 2) scans close in time that differ in turn rate (N,)."""
     ends = np.searchsorted(track.stamps, track.stamps + _MAX_APART, side="right")
     pairs = np.array(
         [(first, second) for first, end in enumerate(ends.tolist()) for second in range(first + 1, end)],
@@ -86,7 +86,7 @@ def _telling_pairs(track: ScanTrack, turn_rates: NDArray[np.float64]) -> NDArray
 
 
 def _fitting(track: ScanTrack, pairs: NDArray[np.int64], sweep_scale: float) -> NDArray[np.float64]:
-    """(P,) weight of what fits, per point, of pairs (P, 2) of scans that are read as they were followed."""
+    """(P,) matched weight per point of scan pairs (P, 2), deskewed as they were tracked."""
     members, rows = np.unique(pairs, return_inverse=True)
     velocities, store = track.velocities(), ScanStore(len(members))
     for member in members.tolist():

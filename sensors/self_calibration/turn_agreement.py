@@ -1,10 +1,9 @@
-"""Which lag of another sensor's clock, and which scale of its turns, agrees with the turns that scans show.
+"""Estimate lag and scale of another sensor's turns relative to those of the scans.
 
-Turns are the one motion that laser and base have in common wherever the laser sits, so they are compared
-before anything is known of the mount. The lag is that of the cross-correlation of both angular rates [Furgale
-et al., "Unified temporal and spatial calibration for multi-sensor systems", IROS 2013], with absolute
-differences, since wheels slip. The scale is near 1 unless one of the two counts in other units, to the other
-side, or, of scans, over another angle than it states.
+Laser and base turn alike wherever the laser is mounted, so turns are compared before the mount is known. The
+lag is that of the cross-correlation of both turn rates [Furgale et al., "Unified temporal and spatial
+calibration for multi-sensor systems", IROS 2013], with absolute differences, since wheels slip. The scale is
+near 1 unless one sensor uses other units, the opposite sign or, for scans, wrong angles.
 """
 
 from dataclasses import dataclass
@@ -19,60 +18,60 @@ from racecar.sensors.self_calibration.scan_track import ScanTrack
 from racecar.sensors.self_calibration.wheel_track import WheelTrack, turns_at
 
 MAX_LAG = 5_000_000_000
-"""Nanoseconds to each side that are tried; by judgement: computers whose clocks are not synchronized are
-seconds apart, or so far that no turn tells."""
+"""Nanoseconds to each side that are searched. Chosen by judgement: unsynchronized clocks are seconds apart,
+or so far that no turn shows it."""
 USUAL_LAG = 400_000_000
-"""Nanoseconds that wheels and scans may be apart without a clock being wrong, since buses and drivers delay
-so much. Measured on strangers' recordings: up to 0.33 s."""
+"""Nanoseconds of lag without a clock being wrong, since buses and drivers cause as much. Measured on
+strangers' recordings: up to 0.33 s."""
 RIGHT_FACTOR = 1.4
-"""Factor between the turns of both within which none is wrong. Measured on recordings that are right: 0.80 to
-1.07; steering that is not calibrated is off by so much."""
+"""Ratio of the turns of both within which neither is wrong. Measured on recordings that are right: 0.80 to
+1.07; uncalibrated steering reaches this ratio."""
 _STEP = 20_000_000
-"""Nanoseconds from one lag tried to the next, because odometry usually comes so often."""
+"""Nanoseconds between searched lags, because odometry usually has this period."""
 _PEAK_WIDTH = 500_000_000
-"""Nanoseconds about the best lag within which others are the same hypothesis; by judgement: a window."""
+"""Nanoseconds around the best lag that are the same hypothesis. Chosen by judgement: a window."""
 _MAX_DIFFERENCE = 0.3
-"""Radians by which turns may differ in a window; more counts as much. By judgement: a slip."""
+"""Radians at which the difference of turns in a window is clipped. Chosen by judgement: a slip."""
 _MIN_COVERED = 0.5
-"""Share of the turns that the other must cover at a lag; by judgement: half of a drive shows it."""
+"""Share of the turns that the other must cover at a lag. Chosen by judgement: half of a drive."""
 _MIN_TURN = 1.5
-"""Radians that the scans must have turned, to and fro; by judgement: a quarter turn there and back."""
+"""Radians that the scans must turn in total. Chosen by judgement: a quarter turn there and back."""
 _MIN_TURN_OF_FAR_LAG = 4.0
-"""The same for a lag beyond the usual, since there are many of them, and one fits few turns by chance."""
+"""The same for an unusual lag, since there are many of them, and one fits few turns by chance."""
 _MAX_SHARE_LEFT = 0.6
-"""Share of the scans' turns that the other may leave where they agree. Measured on 30 recordings: the true
+"""Unexplained share of the scans' turns, at most, for agreement. Measured on 30 recordings: the true
 hypothesis leaves 0.03 to 0.55, a wrong one mostly over 1."""
 _MAX_SHARE_OF_RIVAL = 0.6
-"""Share of what the best other hypothesis leaves that one which speaks against the recording may leave.
-Measured likewise: 0.04 to 0.1 where it is true, 0.8 and more elsewhere."""
+"""Unexplained share of a fault relative to the best other hypothesis, at most. Measured likewise: 0.04 to 0.1
+where it is true, 0.8 and more elsewhere."""
 _NOISE = 0.0005
-"""Radians; turns are never taken to be better, since a match is not; by judgement."""
+"""Radians, lower bound of the noise of turns, since a match is no better; chosen by judgement."""
 
 
 @dataclass(frozen=True)
 class TurnAgreement:
-    """The hypothesis about another sensor's turns that fits the scans'."""
+    """The hypothesis about another sensor's turns that best fits the scans'."""
 
     lag: int
-    """Nanoseconds by which its samples are stamped later than the scans."""
+    """Nanoseconds by which its stamps are later than the scans'."""
     ratio: float
-    """Radians that the scans turn while the other reports one; negative where it turns to the other side."""
+    """Radians turned by the scans per radian of the other sensor; negative if signs are opposite."""
     sigma: float
-    """Standard deviation of that."""
+    """Standard deviation of the ratio."""
     share_left: float
-    """Share of the scans' turns that the other then leaves unexplained."""
+    """Share of the scans' turns that remains unexplained."""
 
     @property
     def is_inverted(self) -> bool:
-        """Whether one of the two counts turns backwards."""
+        """Whether one of the two has the wrong sign."""
         return self.ratio < 0.0
 
     def differs(self, other: float, share: float) -> bool:
-        """Whether the ratio is surely more than a share away from another one."""
+        """Whether the ratio significantly differs from another by more than a share of it."""
         return abs(self.ratio - other) > share * abs(other) + SIGMAS * self.sigma
 
     def is_beyond(self, factor: float) -> bool:
-        """Whether one of the two surely turns by more than so many times the other."""
+        """Whether the ratio or its inverse is significantly above a factor."""
         size = abs(self.ratio)
         return size - SIGMAS * self.sigma > factor or size + SIGMAS * self.sigma < 1.0 / factor
 
@@ -80,11 +79,10 @@ class TurnAgreement:
 def turn_agreement(
     track: ScanTrack, other: WheelTrack, expected_lag: int = 0, max_lag: int = MAX_LAG
 ) -> TurnAgreement | None:
-    """The hypothesis that fits; None where none does, or too little was turned.
+    """The hypothesis that fits; None where none does, or the scans turned too little.
 
-    One that speaks against the recording, of inverted turns or a lag beyond the usual, must fit far better
-    than all that do not. About the ``expected_lag`` (nanoseconds), which the times of recording suggest, a
-    lag does not speak against it.
+    Hypotheses of a fault, inverted turns or an unusual lag, must fit far better than all others. Lags near
+    ``expected_lag`` (nanoseconds), from the times of recording, are no fault.
     """
     lags = _lags(expected_lag, max_lag)
     windows = turns_at(track, other, lags)
@@ -95,7 +93,7 @@ def turn_agreement(
     is_near = np.minimum(np.abs(lags), np.abs(lags - expected_lag)) <= USUAL_LAG
     best = int(np.argmin(shares))
     is_usual = is_near & (ratios > 0.0)
-    # Where the turns are inverted whatever the lag, the usual ones still do not speak against the clocks.
+    # If turns are inverted at every lag, usual lags still do not indicate a clock fault.
     of_usual = np.where(is_usual if is_usual.any() else is_near, shares, np.inf)
     usual = int(np.argmin(of_usual))
     rivals = shares[np.abs(lags - lags[best]) > _PEAK_WIDTH]
@@ -114,15 +112,15 @@ def turn_agreement(
 
 
 def _lags(expected_lag: int, max_lag: int) -> NDArray[np.int64]:
-    """(L,) nanoseconds that are tried, ascending: about none, and about the expected one."""
+    """(L,) ascending lags in nanoseconds to search, around zero and around the expected one."""
     many, few = max_lag // _STEP, USUAL_LAG // _STEP
     about_expected = round(expected_lag / _STEP) + np.arange(-few, few + 1)
     return np.union1d(np.arange(-many, many + 1), about_expected).astype(np.int64) * _STEP
 
 
 def _ratios(windows: TurnWindows) -> NDArray[np.float64]:
-    """(L,) by which the other's turns must be multiplied, at each lag, by least squares; 1 or -1 where that
-    is nearly so, since few sensors do not count as they state."""
+    """(L,) least-squares ratio of the turns at each lag; rounded to 1 or -1 if close, since few sensors have
+    a wrong scale."""
     by_other = windows.is_covered * windows.by_other
     ratios = by_other @ windows.turns / np.maximum((by_other**2).sum(axis=1), 1e-12)
     is_as_stated = (np.abs(ratios) < RIGHT_FACTOR) & (np.abs(ratios) > 1.0 / RIGHT_FACTOR)
@@ -130,7 +128,7 @@ def _ratios(windows: TurnWindows) -> NDArray[np.float64]:
 
 
 def _shares_left(windows: TurnWindows, ratios: NDArray[np.float64]) -> NDArray[np.float64]:
-    """(L,) of the turns what the other's leave; inf for lags at which they cover too little."""
+    """(L,) unexplained share of the turns; inf at lags where the other sensor covers too little."""
     left = np.abs(windows.turns - ratios[:, None] * windows.by_other)
     differences = np.minimum(left, _MAX_DIFFERENCE)
     all_turns = np.minimum(np.abs(windows.turns), _MAX_DIFFERENCE)
@@ -141,7 +139,7 @@ def _shares_left(windows: TurnWindows, ratios: NDArray[np.float64]) -> NDArray[n
 
 
 def _ratio_at(track: ScanTrack, windows: TurnWindows, index: int) -> tuple[float, float]:
-    """The ratio at one of the lags, and its standard deviation, which is infinite for few blocks of time."""
+    """Ratio at one of the lags and its standard deviation, infinite with too few blocks of time."""
     is_covered = windows.is_covered[index]
     blocks = blocks_at(track.stamps[windows.begins[is_covered]])
     by_other, turns = windows.by_other[index, is_covered], windows.turns[is_covered]
@@ -155,8 +153,8 @@ def _ratio_at(track: ScanTrack, windows: TurnWindows, index: int) -> tuple[float
 def _shown_lag(
     track: ScanTrack, windows: TurnWindows, lags: NDArray[np.int64], found: tuple[int, int], ratio: float
 ) -> int | None:
-    """The lag about the one that was found, if blocks of time agree that it is not the one that was expected
-    there."""
+    """The refined lag around the one found, if blocks of time agree that it differs from the expected one;
+    else None."""
     near = np.abs(lags - found[0]) <= _PEAK_WIDTH
     is_covered = np.asarray(windows.is_covered[near].all(axis=0))
     both = windows.chosen(is_covered).turning()

@@ -1,9 +1,9 @@
-"""By what factor the bearings of the beams must be multiplied for walls to be straight.
+"""Estimate the bearing scale that makes walls straight.
 
-On a straight wall the inverse range is a cosine of the bearing, ``1 / r = cos(θ - φ) / d``. Where the
-bearings are stated a factor too small it oscillates by that factor faster, so the frequency that explains a
-piece of a wall best is the factor. One piece tells it to some per cent, and curved walls tell another; where
-most pieces of many scans agree, it is the laser's.
+On a straight wall the inverse range is a cosine of the bearing, ``1 / r = cos(θ - φ) / d``. If bearings are
+stated too small by a factor, it oscillates faster by that factor, so the best-fitting frequency is the
+factor. One piece of wall shows it to some per cent, and curved walls show another. Where most pieces in many
+scans agree, it is the laser's.
 """
 
 from collections.abc import Sequence
@@ -15,48 +15,48 @@ from numpy.typing import NDArray
 from racecar.sensors.scan import Scan
 
 _FACTORS = np.exp(np.arange(-60, 61) * 0.02)
-"""(F,) that are tried, to 3.3 and its inverse; in steps of 2 %, since a piece of a wall tells no better."""
+"""(F,) candidate factors, to 3.3 and its inverse, in 2 % steps, since a wall is no more accurate."""
 _GUESSES = (1.0, 2.0)
-"""Factors for which pieces are as wide as they should be at first; the second because few walls are wide
-enough where angles are stated half."""
+"""Initial factors for the width of pieces; the second because few walls are wide enough where angles are
+stated half."""
 _ROUNDS, _CLOSE = 3, 1.05
-"""Of looking again, with pieces as wide as the factor found so far makes them, unless it is nearly the one
-before, because each piece that is too narrow errs more."""
+"""Rounds with pieces resized by the last factor, and the change at which they end, because narrow pieces err
+more."""
 _FINEST = 0.003
-"""Metres to which a wall is straight at best, so that pieces that fit by chance do not count for more."""
+"""Metres, lower bound of a wall's straightness, so that lucky fits do not dominate."""
 _WIDTH = 0.7
-"""Radians of a piece of a wall, 40°. Measured on 30 recordings: wider ones are rare, of narrower ones each
-errs by 10 %."""
+"""Radians of a piece of wall, 40°. Measured on 30 recordings: wider ones are rare, of narrower ones each errs
+by 10 %."""
 _MIN_BEAMS = 12
-"""Beams of a piece at least; by judgement, against noise."""
+"""Minimum number of beams of a piece. Chosen by judgement, against noise."""
 _MAX_SCANS, _MIN_SCANS = 100, 15
-"""That are looked at, for speed, and that must have a wall that tells; by judgement: some seconds of a
-drive."""
+"""Maximum number of scans, for speed, and minimum number with a usable wall. Chosen by judgement: some
+seconds of a drive."""
 _MIN_WALLS = 30
-"""Pieces that tell, at least; by judgement: two a scan."""
+"""Minimum number of usable pieces. Chosen by judgement: two a scan."""
 _MAX_SPREAD = 1.35
-"""Ratio of the upper and the lower quartile of the factors at most. Measured: 1.05 to 1.25 between walls, 1.4
+"""Maximum ratio of the upper and lower quartiles of the factors. Measured: 1.05 to 1.25 between walls, 1.4
 and more where clutter or bends prevail."""
 _MAX_OBLIQUENESS = 3.0
-"""Ratio of the longest and the shortest range of a piece at most; by judgement: beyond are corners and
+"""Maximum ratio of the longest and shortest range of a piece. Chosen by judgement: beyond are corners and
 doors."""
 _MAX_NOISE = 0.03
-"""Metres by which a straight wall may be rough; by judgement: what common lasers err by."""
+"""Metres of roughness of a straight wall at most. Chosen by judgement: the error of common lasers."""
 _MIN_GAIN = 3.0
-"""Times as much that the worst factor must leave as the best one; by judgement: else the piece tells
-nothing."""
+"""Residual ratio of the worst and the best factor that a usable piece needs. Chosen by judgement: else it
+shows nothing."""
 
 
 @dataclass(frozen=True)
 class WallStraightness:
-    """The factor under which walls are straight."""
+    """The bearing scale that makes walls straight."""
 
     factor: float
-    """True bearings over those stated."""
+    """True bearings relative to stated ones."""
 
 
 def wall_straightness(scans: Sequence[Scan]) -> WallStraightness | None:
-    """The factor; None where there are too few walls or these do not agree."""
+    """Estimate the factor; None where walls are too few or disagree."""
     chosen = scans[:: 1 + len(scans) // (_MAX_SCANS + 1)]
     return next((found for guess in _GUESSES if (found := _found_from(guess, chosen))), None)
 
@@ -73,17 +73,17 @@ def _found_from(factor: float, scans: Sequence[Scan]) -> WallStraightness | None
 
 @dataclass(frozen=True, eq=False)
 class _Pieces:
-    """P pieces of scans, of B beams that are ``step`` radians apart."""
+    """P pieces of scans with B beams, ``step`` radians apart."""
 
     step: float
     ranges: NDArray[np.float64]
     """(P, B) metres."""
     scan: NDArray[np.int64]
-    """(P,) which one each is of."""
+    """(P,) index of the scan of each."""
 
 
 def _pieces(scans: Sequence[Scan], width: float) -> list[_Pieces]:
-    """Those that are ``width`` radians wide, as stated, by scans of equal beams."""
+    """Pieces of ``width`` stated radians, grouped by scans with equal beams."""
     by_step: dict[tuple[int, float], list[tuple[int, NDArray[np.float64]]]] = {}
     for number, scan in enumerate(scans):
         step = float(np.median(np.diff(scan.bearings))) if len(scan.bearings) > 1 else 0.0
@@ -102,7 +102,7 @@ def _pieces(scans: Sequence[Scan], width: float) -> list[_Pieces]:
 
 
 def _whole_pieces(scan: Scan, beams: int, step: float) -> NDArray[np.float64]:
-    """(P, B) ranges of neighbouring beams that all met something, not too aslant."""
+    """(P, B) ranges of consecutive beams that all hit something, not too obliquely."""
     begins = slice(None, None, max(beams // 2, 1))
     ranges = np.lib.stride_tricks.sliding_window_view(scan.ranges, beams)[begins]
     bearings = np.lib.stride_tricks.sliding_window_view(scan.bearings, beams)[begins]
@@ -128,7 +128,7 @@ def _agreed(pieces: Sequence[_Pieces]) -> WallStraightness | None:
 
 
 def _factors_of(pieces: _Pieces) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """(T,) the factors of the pieces that tell, and of which scans (T,) they are."""
+    """(T,) factors of usable pieces, and the scans (T,) they come from."""
     left = _metres_left(pieces)
     least = left.min(axis=1)
     is_telling = (least < _MAX_NOISE) & (left.max(axis=1) > _MIN_GAIN * np.maximum(least, _FINEST))
@@ -136,7 +136,7 @@ def _factors_of(pieces: _Pieces) -> tuple[NDArray[np.float64], NDArray[np.int64]
 
 
 def _metres_left(pieces: _Pieces) -> NDArray[np.float64]:
-    """(P, F) by which they deviate from a straight wall with the bearings multiplied by each factor."""
+    """(P, F) deviation from a straight wall in metres, for bearings multiplied by each factor."""
     squares, inverse = pieces.ranges**2, 1.0 / pieces.ranges
     beams = pieces.ranges.shape[1]
     bearings = pieces.step * (np.arange(beams) - 0.5 * (beams - 1))

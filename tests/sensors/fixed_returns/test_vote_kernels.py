@@ -3,7 +3,7 @@
 import numpy as np
 
 from racecar.maps.geometry.se2 import Pose, between
-from racecar.sensors.fixed_returns.vote_kernels import ALONG, APART, LIMITS, OPEN, WORLD, partners, votes
+from racecar.sensors.fixed_returns.vote_kernels import APART, FIXED, LIMITS, UNDECIDED, WORLD, partners, votes
 from tests.sensors.worlds import BEARINGS, CORRIDOR, box, ranges
 
 ROOM = box(-3.0, -2.0, 4.0, 2.5)
@@ -23,20 +23,20 @@ def share(found: np.ndarray, what: int, least: float, most: float) -> float:
 def test_walls_that_come_nearer_are_of_the_world() -> None:
     found = vote(ranges(ROOM, NOW), ranges(ROOM, BEFORE))
     assert share(found, WORLD, -25.0, 25.0) == 1.0
-    assert not np.any(found == ALONG)
+    assert not np.any(found == FIXED)
 
 
 def test_walls_that_are_driven_along_leave_it_open() -> None:
     found = vote(ranges(CORRIDOR, NOW), ranges(CORRIDOR, BEFORE))
-    assert share(found, OPEN, -110.0, -20.0) == 1.0
-    assert share(found, OPEN, 20.0, 110.0) == 1.0
+    assert share(found, UNDECIDED, -110.0, -20.0) == 1.0
+    assert share(found, UNDECIDED, 20.0, 110.0) == 1.0
 
 
 def test_what_stays_before_the_laser_moves_along() -> None:
     thing = np.where(np.abs(BEARINGS) < 0.5, 1.5, np.inf)
     found = vote(np.minimum(thing, ranges(ROOM, NOW)), np.minimum(thing, ranges(ROOM, BEFORE)))
-    assert share(found, ALONG, -25.0, 25.0) > 0.9
-    assert share(found, ALONG, 40.0, 135.0) == 0.0
+    assert share(found, FIXED, -25.0, 25.0) > 0.9
+    assert share(found, FIXED, 40.0, 135.0) == 0.0
 
 
 def test_beams_that_come_back_empty_leave_it_to_those_beside_them() -> None:
@@ -44,7 +44,7 @@ def test_beams_that_come_back_empty_leave_it_to_those_beside_them() -> None:
     before = np.minimum(thing, ranges(ROOM, BEFORE))
     before[::2] = np.inf
     found = vote(np.minimum(thing, ranges(ROOM, NOW)), before)
-    assert share(found, ALONG, -25.0, 25.0) > 0.9
+    assert share(found, FIXED, -25.0, 25.0) > 0.9
 
 
 def test_another_place_is_asked_before_another_heading() -> None:
