@@ -15,6 +15,7 @@ from racecar.localization.config import LocalizationConfig
 from racecar.mapping.config import MappingConfig
 from racecar.pipelines.commands.cli import app
 from racecar.pipelines.files.config_template import bounds_in_words
+from racecar.sensors.config import SensorConfig
 from tests.checks import one_scan
 
 _MARKER = re.compile(r"^<!-- generated: (\w+) -->$", re.MULTILINE)
@@ -100,6 +101,7 @@ def _cell(text: str) -> str:
 
 _WRITERS: dict[str, Callable[[], Iterator[str]]] = {
     "commands": _commands,
+    "sensors": lambda: _settings(SensorConfig),
     "mapping": lambda: _settings(MappingConfig),
     "localization": lambda: _settings(LocalizationConfig),
     "one_scan": one_scan.table,

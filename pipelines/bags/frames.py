@@ -8,8 +8,8 @@ twice; only where odometry is sought there, and the car stands that long, the lo
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
-from racecar.pipelines.bags.converters.transforms import FrameLinks
-from racecar.pipelines.bags.messages import OLD_TRANSFORMS, TRANSFORMS
+from racecar.pipelines.bags.converters.transforms import FrameLinks, is_latched, namespace_of
+from racecar.pipelines.bags.messages import TRANSFORM_TYPES
 from racecar.pipelines.bags.storage.chunks import BagTopic
 
 _FIRST_LOOK = 60_000_000_000
@@ -33,22 +33,12 @@ def transform_topics(topics: Mapping[str, BagTopic], near: str) -> list[list[str
     found = [
         topic.name
         for topic in topics.values()
-        if topic.message_type in (TRANSFORMS, OLD_TRANSFORMS) and topic.message_count
+        if topic.message_type in TRANSFORM_TYPES and topic.message_count
     ]
     own = [name for name in found if near.startswith(namespace_of(name) + "/")]
     others = sorted({namespace_of(name) for name in found if name not in own})
     groups = [own, *([name for name in found if namespace_of(name) == each] for each in others)]
     return [group for group in groups if group]
-
-
-def namespace_of(topic: str) -> str:
-    """Of ``/robot1/tf`` the part ``/robot1``."""
-    return topic.rpartition("/")[0]
-
-
-def is_latched(topic: str) -> bool:
-    """Whether the links on a topic are meant to be fixed."""
-    return topic.rpartition("/")[2] == "tf_static"
 
 
 def look_at_links(topics: list[str], decoded: Decoded, sensor_frame: str, wants_odometry: bool) -> FrameLinks:
@@ -66,7 +56,7 @@ def look_at_links(topics: list[str], decoded: Decoded, sensor_frame: str, wants_
 def _take(links: FrameLinks, messages: Iterable[tuple[str, int, Any]]) -> None:
     for topic, _, message in messages:
         for transform in message.transforms:
-            links.add(transform, topic, is_latched=is_latched(topic))
+            links.add(transform, topic)
 
 
 def _until_known(

@@ -24,6 +24,7 @@ IMU = "sensor_msgs/msg/Imu"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 OLD_TRANSFORMS = "tf/msg/tfMessage"
 """The same, of the first ``tf`` of ROS 1."""
+TRANSFORM_TYPES = (TRANSFORMS, OLD_TRANSFORMS)
 OCCUPANCY_GRID = "nav_msgs/msg/OccupancyGrid"
 PATH = "nav_msgs/msg/Path"
 ACKERMANN = "ackermann_msgs/msg/AckermannDriveStamped"
@@ -39,7 +40,7 @@ _LARGEST_QUATERNION = 1e6
 def ros1_types() -> Typestore:
     """The message types of ROS 1, with those of ``/tf`` that its store lacks."""
     store = get_typestore(Stores.ROS1_NOETIC)
-    for name in (TRANSFORMS, OLD_TRANSFORMS):
+    for name in TRANSFORM_TYPES:
         store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", name))
     return store
 

@@ -5,20 +5,17 @@ from functools import partial
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.converters.odometry import PoseSource, planar_pose, pose_source
-from racecar.pipelines.bags.converters.registry import (
-    ODOMETRY_CONVERTERS,
-    TRANSFORM_CONVERTERS,
-    YAW_RATE_CONVERTERS,
-    OdometrySetup,
-)
+from racecar.pipelines.bags.converters.registry import ODOMETRY_CONVERTERS, YAW_RATE_CONVERTERS, Converter
+from racecar.pipelines.bags.converters.transform_odometry import TransformOdometryConverter
 from racecar.pipelines.bags.converters.transforms import FrameLinks, OdometryLinks
 from racecar.pipelines.bags.frames import look_at_links, transform_topics
-from racecar.pipelines.bags.messages import frame_name
+from racecar.pipelines.bags.messages import TRANSFORM_TYPES, frame_name
 from racecar.pipelines.bags.samples import Samples, decoded, first_samples
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.store import BagStore
 from racecar.pipelines.bags.topics import choose_imu, choose_odometry
 from racecar.sensors.findings import Finding
+from racecar.sensors.odometry import Odometry
 
 
 class MotionSources:
@@ -79,16 +76,18 @@ class MotionSources:
             return self.odometry_links.base_frame
         return frame_name(self.odometry.messages[0].child_frame_id) if self.odometry else ""
 
-    @property
-    def odometry_setup(self) -> OdometrySetup:
-        """For the converter of the odometry."""
-        return OdometrySetup(self._integrate_twist, self.odometry_links)
+    def odometry_converter(self, counts: Counter[str]) -> Converter[Odometry]:
+        """Of the messages on its topics; counts what it mends."""
+        if self.odometry_links is not None:
+            return TransformOdometryConverter(self.odometry_links, counts)
+        assert self.odometry is not None
+        return ODOMETRY_CONVERTERS[self.odometry.topic.message_type](self._integrate_twist, counts)
 
     def _open_odometry(self, odom_topic: str | None) -> PoseSource:
         """Choose a topic of Odometry messages; what there is of motion in it."""
-        types = (*ODOMETRY_CONVERTERS, *(TRANSFORM_CONVERTERS if odom_topic else ()))
+        types = (*ODOMETRY_CONVERTERS, *(TRANSFORM_TYPES if odom_topic else ()))
         topic = choose_odometry(self._store.topics, types, odom_topic, self._scan_topic, self._findings)
-        if topic is None or topic.message_type in TRANSFORM_CONVERTERS:
+        if topic is None or topic.message_type in TRANSFORM_TYPES:
             self._named_transforms = topic
             return PoseSource.NOTHING
         samples = first_samples(self._store, topic)
@@ -147,9 +146,7 @@ class MotionSources:
                 )
             self.odometry_links = found
             topic = self._store.topics[found.driving_topic]
-            self.odometry = first_samples(
-                self._store, topic, TRANSFORM_CONVERTERS[topic.message_type](self.odometry_setup, Counter())
-            )
+            self.odometry = first_samples(self._store, topic, self.odometry_converter(Counter()))
             self._findings += [
                 Finding(
                     "odometry_link_stands",

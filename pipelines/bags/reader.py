@@ -10,20 +10,16 @@ from typing import Any
 
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.bags.car_frames import CarFrames
 from racecar.pipelines.bags.converters.framed_scans import FramedScanConverter
-from racecar.pipelines.bags.converters.imu import ImuSetup
-from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
-    ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
     SINGLE_ECHOES,
-    TRANSFORM_CONVERTERS,
     YAW_RATE_CONVERTERS,
     Converter,
-    ScanSetup,
     stamp_of,
 )
-from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, learn_reading
+from racecar.pipelines.bags.converters.scan_reading import AS_STATED, ScanReading, ScanSetup, learn_reading
 from racecar.pipelines.bags.facts import OdometryFacts, ScanFacts, YawRateFacts, findings_of_rare_scans
 from racecar.pipelines.bags.motion_sources import MotionSources
 from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
@@ -32,7 +28,6 @@ from racecar.pipelines.bags.part import BagPart
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
 from racecar.pipelines.bags.samples import Samples, decode_or_count, decoded, first_samples
 from racecar.pipelines.bags.scan_gaps import ScanGaps
-from racecar.pipelines.bags.sensor_place import SensorPlaces
 from racecar.pipelines.bags.storage.chunks import BagTopic
 from racecar.pipelines.bags.storage.fingerprint import bag_fingerprint
 from racecar.pipelines.bags.storage.store import BagStore
@@ -40,6 +35,7 @@ from racecar.pipelines.bags.topics import choose_scans, list_topics
 from racecar.sensors.clocks.clock_rate import ClockRate, drift_finding
 from racecar.sensors.clocks.recorded_stamps import RecordedStamps
 from racecar.sensors.clocks.topic_clock import SteadyClock
+from racecar.sensors.config import SensorConfig
 from racecar.sensors.corrections import NO_CORRECTIONS, Corrections, Corrector
 from racecar.sensors.findings import Finding, counted_findings
 from racecar.sensors.measurement import Measurement
@@ -70,24 +66,23 @@ class BagReader:
         use_odometry: bool = True,
         use_imu: bool = True,
         base_from_laser: Pose | None = None,
-        min_height: float = SECTION_HEIGHTS[0],
-        max_height: float = SECTION_HEIGHTS[1],
         start: float = 0.0,
         duration: float | None = None,
+        sensors: SensorConfig | None = None,
     ) -> None:
         """Open a bag and find out what it holds.
 
         Of several ``scan_topic`` all scans are read, each with the place of its own frame.
-        ``base_from_laser`` (3,), or (4,) with a roll, overrides the transforms in the bag. Of a PointCloud2
-        the points between ``min_height`` and ``max_height`` (metres above the base frame) make the scan; the
-        cloud of a planar sensor is taken whole. What was recorded before ``start``, in seconds since the
-        bag's first message, is left out, and so is what came ``duration`` seconds later. Raises UserError
-        when the path holds no bag, a named topic is not in it, or not one scan can be read.
+        ``base_from_laser`` (3,), or (4,) with a roll, overrides the transforms in the bag. What was recorded
+        before ``start``, in seconds since the bag's first message, is left out, and so is what came
+        ``duration`` seconds later. ``sensors`` says what of their readings counts. Raises UserError when the
+        path holds no bag, a named topic is not in it, or not one scan can be read.
         """
+        self.sensors = sensors or SensorConfig()
+        """What of their readings counts, from the next iteration on."""
         self._part = BagPart(start, duration)
         self._store = BagStore(Path(path))
         self._findings: list[Finding] = []
-        self._place_findings: list[Finding] = []
         self._readings: dict[str, ScanReading] = {}
         self._corrections = NO_CORRECTIONS
         try:
@@ -102,16 +97,14 @@ class BagReader:
                 use_imu=use_imu,
                 is_place_given=base_from_laser is not None,
             )
-            self._places = SensorPlaces(
-                links, self._motion.odometry_child, base_from_laser, self._place_findings
-            )
+            self._frames = CarFrames(base_from_laser, links=links)
+            self._frames.name_odometry_child(self._motion.odometry_child)
             for frame in dict.fromkeys(frame for samples in self._scans for frame in samples.frames):
-                self._places.place(frame)
+                self._frames.placed(frame)
             self._part.require(self._store, self.scan_topics)
         except BaseException:
             self._store.close()
             raise
-        self._heights = (min_height, max_height)
         self._gaps, self._repeats, self._spikes = ScanGaps(), RepeatedScans(), OdometrySpikes()
         self.scan_facts = ScanFacts()
         """What the scans read so far are like."""
@@ -201,18 +194,18 @@ class BagReader:
     def base_from_laser(self) -> Pose:
         """(3,) the first sensor's place on the car."""
         corrected = self._corrections.base_from_laser
-        return self._places.place(self._scan_frame).pose if corrected is None else corrected
+        return self._frames.placed(self._scan_frame).pose if corrected is None else corrected
 
     @property
     def laser_is_upside_down(self) -> bool:
         """Whether the first sensor counts its bearings clockwise, seen from above."""
-        return self._corrections.is_upside_down != self._places.place(self._scan_frame).is_upside_down
+        return self._corrections.is_upside_down != self._frames.placed(self._scan_frame).is_upside_down
 
     @property
     def base_from_laser_source(self) -> str:
         """``flag``, ``tf_static``, ``tf``, ``base frame``, ``assumed identity`` or ``motion``."""
         is_corrected = self._corrections.base_from_laser is not None
-        return "motion" if is_corrected else self._places.place(self._scan_frame).source
+        return "motion" if is_corrected else self._frames.placed(self._scan_frame).source
 
     @property
     def header_offsets(self) -> tuple[int | None, int | None]:
@@ -235,19 +228,20 @@ class BagReader:
             "scan_topic": self.scan_topic,
             "odom_topic": self.odom_topic,
             "odometry": self.odometry_source,
-            "base_frame": self._places.base_frame(self._scan_frame),
+            "base_frame": self._frames.placed(self._scan_frame).base_frame,
             "base_from_laser": self.base_from_laser,
             "base_from_laser_source": self.base_from_laser_source,
+            "sensors": self.sensors.model_dump(),
             **self._corrections.inputs,
         }
         if self._motion.imu is not None:
             inputs["imu_topic"] = self.imu_topic
         if len(self._scans) > 1:
             inputs["scan_topics"] = self.scan_topics
-        if len(self._places.frames) > 1:
+        if len(self._frames.places) > 1:
             inputs["lasers"] = {
                 frame: {"base_from_laser": place.pose, "source": place.source}
-                for frame, place in self._places.frames.items()
+                for frame, place in self._frames.places.items()
             }
         return inputs
 
@@ -270,7 +264,7 @@ class BagReader:
             *(Finding("bag_damaged", loss=loss) for loss in self._store.losses),
             *self._store.notes,
             *self._findings,
-            *(self._place_findings if self._corrections.base_from_laser is None else ()),
+            *self._place_findings,
             *self._corrections.findings,
             *self._gaps.findings,
             *self._repeats.findings,
@@ -282,6 +276,12 @@ class BagReader:
             *findings_of_rare_scans(self.scan_facts, self.odometry_facts),
             *self.yaw_rate_facts.findings,
         ]
+
+    @property
+    def _place_findings(self) -> list[Finding]:
+        """What is doubtful about the places of the sensors, unless it was corrected."""
+        places = self._frames.places.values() if self._corrections.base_from_laser is None else ()
+        return [finding for place in places for finding in place.findings]
 
     def _clock_drifts(self) -> list[Finding]:
         """Of odometry or IMU against the scans, unless a clock was set or showed no time."""
@@ -405,27 +405,22 @@ class BagReader:
             for samples in self._scans
         }
         if self._motion.odometry is not None:
-            new_converter = {**ODOMETRY_CONVERTERS, **TRANSFORM_CONVERTERS}[
-                self._motion.odometry.topic.message_type
-            ]
-            converters |= dict.fromkeys(
-                self._motion.odometry_topics, new_converter(self._motion.odometry_setup, self._counter)
-            )
+            converter = self._motion.odometry_converter(self._counter)
+            converters |= dict.fromkeys(self._motion.odometry_topics, converter)
         if self._motion.imu is not None:
-            base, frame = self._places.base_frame(self._scan_frame), self._motion.imu.frames[0]
-            setup = ImuSetup(self._places.links.fixed().between(base, frame) if base else None)
-            converters[self._motion.imu.topic.name] = YAW_RATE_CONVERTERS[
-                self._motion.imu.topic.message_type
-            ](setup, self._counter)
+            topic, frame = self._motion.imu.topic, self._motion.imu.frames[0]
+            base_from_imu = self._frames.between(self._frames.placed(self._scan_frame).base_frame, frame)
+            converters[topic.name] = YAW_RATE_CONVERTERS[topic.message_type](base_from_imu, self._counter)
         return converters
 
     def _new_scan_converter(self, samples: Samples, frame: str) -> Converter[Scan]:
+        place = self._frames.placed(frame)
         setup = ScanSetup(
-            self._places.place(frame),
-            points_are_in_base=frame == self._places.base_frame(frame),
+            place,
             longest_sweep=min(_LONGEST_SWEEP, 1.5 * samples.gap(frame)),
-            heights=self._heights,
+            points_are_in_base=frame == place.base_frame,
             reading=self._readings.get(samples.topic.name, AS_STATED),
+            config=self.sensors,
         )
         return SCAN_CONVERTERS[samples.topic.message_type](setup, self._counter)
 

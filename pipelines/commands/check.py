@@ -4,7 +4,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from racecar.pipelines.commands.options import BagArgument, JsonOption, QuietOption, ReadingFlags
+from racecar.pipelines.commands.options import (
+    BagArgument,
+    ConfigOption,
+    JsonOption,
+    QuietOption,
+    ReadingFlags,
+)
 from racecar.pipelines.commands.results import NOT_GOOD_ENOUGH, where_figures_are
 
 if TYPE_CHECKING:
@@ -16,7 +22,9 @@ if TYPE_CHECKING:
 
 
 def check(
+    *,
     bag: BagArgument,
+    config: ConfigOption = None,
     reading: ReadingFlags,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit code 3 when a map of the bag would be wrong.")
@@ -31,9 +39,10 @@ def check(
     In a script: racecar check drive.bag --strict --quiet && racecar map drive.bag --out runs/drive
     """
     from racecar.pipelines.commands.tables import print_tables
+    from racecar.pipelines.files.config_file import load_config
     from racecar.pipelines.files.report import write_json
 
-    with reading.parsed().open(bag) as reader:
+    with reading.parsed().open(bag, load_config(config).sensors) as reader:
         from racecar.pipelines.runs.checked_bag import check_reader  # once the bag's faults are reported
 
         result = check_reader(reader, quiet=quiet)

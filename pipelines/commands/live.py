@@ -126,8 +126,7 @@ def localize(
     if initial_pose is not None and anywhere:
         raise UserError("--initial-pose and --global exclude each other; give one of them.")
     loaded = load_config(config)
-    settings = loaded.localization
-    start_beside(partial(warm_up_filter, settings))
+    start_beside(partial(warm_up_filter, loaded.localization))
     start = LocalizerStart(
         grid=None if map is None else load_map(map),
         initial_pose=None if initial_pose is None else np.array(initial_pose),
@@ -140,8 +139,8 @@ def localize(
         _page(view, "racecar localizer", view_port, tells_places=True) as page,
         ros_node("racecar_localizer", context.obj) as node,
     ):
-        localizer = LocalizerNode(node, settings, start, page)
-        warm_up(settings)
+        localizer = LocalizerNode(node, loaded, start, page)
+        warm_up(loaded.localization)
         localizer.start()
         try:
             spin(node, localizer.survive, stop)
@@ -187,9 +186,10 @@ def map(
     from racecar.pipelines.live.work.free_memory import keep_memory_together
     from racecar.pipelines.runs.interrupts import stop_request
 
-    settings = load_config(config).mapping
+    settings = load_config(config)
     tell = teller(quiet=False)
-    output = MapOutput(out, settings, {"live": True, "settings": settings.model_dump()})
+    run = {"live": True, "settings": settings.mapping.model_dump(), "sensors": settings.sensors.model_dump()}
+    output = MapOutput(out, settings, run)
     with output_folder(out):
         pass  # so that no drive is in vain
     keep_memory_together()

@@ -75,7 +75,7 @@ def localize(
     report = Report("racecar localize")
     loaded = load_config(config)
     report.add("inputs", {"bag": bag, "map": map, "config": config})
-    with output_folder(out) as folder, reading.parsed().open(bag) as reader:
+    with output_folder(out) as folder, reading.parsed().open(bag, loaded.sensors) as reader:
         grid = load_map(map)
         with report.stage("loading"):  # after bag and map, so that their faults are reported at once
             from racecar.localization.verdict.drive_quality import DriveVerdict

@@ -88,7 +88,7 @@ def _is_number(argument: str) -> bool:
 def parse_laser_pose(text: str) -> tuple[float, ...]:
     """x, y, yaw and perhaps roll. Raises UserError."""
     from racecar.maps.errors import UserError
-    from racecar.pipelines.bags.sensor_place import slip_in
+    from racecar.pipelines.bags.car_frames import slip_in
 
     try:
         numbers = tuple(float(number) for number in text.replace(",", " ").split())

@@ -13,6 +13,7 @@ from racecar.maps.settings import Settings
 from racecar.maps.text_files import read_text
 from racecar.maps.yaml_text import MOST_BYTES, UnreadableYamlError, parse_yaml
 from racecar.pipelines.files.nested_settings import nearest_name, section_at, without_empty_sections
+from racecar.sensors.config import SensorConfig
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -21,8 +22,9 @@ _LONGEST_NAME = 100
 
 
 class Config(Settings):
-    """The settings, one section per stage."""
+    """The settings: a section for the sensors, and one per stage."""
 
+    sensors: SensorConfig = Field(default_factory=SensorConfig)
     mapping: MappingConfig = Field(default_factory=MappingConfig)
     localization: LocalizationConfig = Field(default_factory=LocalizationConfig)
 

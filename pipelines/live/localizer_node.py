@@ -21,6 +21,7 @@ from racecar.maps.geometry.se2 import IDENTITY, Pose, between, compose, inverse
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
 from racecar.pipelines.bags.messages import frame_name, nanoseconds
+from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.live.display.localizer_display import DISPLAY_WORK, LocalizerDisplay
 from racecar.pipelines.live.display.words import localizer_words
 from racecar.pipelines.live.intake.first_messages import Arrived
@@ -81,13 +82,13 @@ class LocalizerNode(LiveNode):
     def __init__(
         self,
         node: Any,
-        config: LocalizationConfig,
+        config: Config,
         start: LocalizerStart,
         view: "LiveView | None" = None,
     ) -> None:
         """Surveys the map. Raises UserError when that or a parameter is at fault."""
-        super().__init__(node, "localizer", _WORK, _SIDE_WORK, moves_laser=True)
-        self._config = declare_settings(node, config)
+        super().__init__(node, "localizer", _WORK, _SIDE_WORK, config.sensors, moves_laser=True)
+        self._config = declare_settings(node, config.localization)
         self._begin = start
         self._maps_taken = 0
         self._localizer: Localizer | None = None

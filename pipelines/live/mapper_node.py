@@ -72,14 +72,14 @@ class MapperNode(LiveNode):
 
     def __init__(self, node: Any, output: MapOutput, log: DriveLog, view: "LiveView | None" = None) -> None:
         """Raises UserError that names a parameter at fault."""
-        super().__init__(node, "mapper", _WORK, _SIDE_WORK, moves_laser=False)
-        self._output, self._log, self._mapper = output, log, Mapper(output.config)
+        super().__init__(node, "mapper", _WORK, _SIDE_WORK, output.config.sensors, moves_laser=False)
+        config = output.config.mapping
+        self._output, self._log, self._mapper = output, log, Mapper(config)
         self._earlier: list[Mapper] = []
         """Of the drives that were broken off for long, in their order."""
         self._is_mapping_logged = log.broken_off is not None
         self._is_cut_short = False
         self._drawer = Worker("drawer", DRAWING_WORK, self.faults, self.survive)
-        config = output.config
         self._display = MapperDisplay(
             node,
             self.parameters.map_frame,
@@ -307,7 +307,7 @@ class MapperNode(LiveNode):
 
     def _begin_another(self) -> None:
         self._earlier.append(self._mapper)
-        self._mapper = Mapper(self._output.config)
+        self._mapper = Mapper(self._output.config.mapping)
         self._display.begin_anew()
 
     def _publish(self, stamp: Any, scan: Scan, map_from_base: Pose) -> None:

@@ -26,6 +26,7 @@ from racecar.pipelines.live.ros.transforms import TransformBroadcaster
 from racecar.pipelines.live.work.schedule import Schedule
 from racecar.pipelines.live.work.worker import Worker
 from racecar.pipelines.runs.learned_corrections import KnownSensors
+from racecar.sensors.config import SensorConfig
 from racecar.sensors.motion.frozen_odometry import FrozenOdometry
 from racecar.sensors.motion.turn_fusion import TurnModel
 
@@ -53,10 +54,12 @@ class LiveNode(ABC):
         name: str,
         work: Mapping[str, int],
         side_work: Mapping[str, int],
+        sensors: SensorConfig,
         *,
         moves_laser: bool,
     ) -> None:
         """``work`` and ``side_work``: the kinds of each thread's work and how much of each may wait;
+        ``sensors`` says what of their readings counts;
         ``moves_laser``: whether the laser's place may change meanwhile.
 
         Raises UserError that names a parameter at fault.
@@ -71,6 +74,7 @@ class LiveNode(ABC):
             integrate_twist=self.parameters.odometry == "twist",
             faults=self.faults,
             aside=lambda work: self.side.inbox.put("reading", work),
+            config=sensors,
         )
         self.transforms = TransformBroadcaster(node, self.parameters)
         self.worker = Worker("worker", work, self.faults, self.survive)

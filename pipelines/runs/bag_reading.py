@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from racecar.pipelines.bags.reader import BagReader
+from racecar.sensors.config import SensorConfig
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,7 @@ class BagReading:
     duration: float | None = None
     """Seconds; None: to the end."""
 
-    def open(self, bag: Path) -> BagReader:
+    def open(self, bag: Path, sensors: SensorConfig) -> BagReader:
         """The bag, read so. Raises UserError when it cannot be."""
         return BagReader(
             bag,
@@ -36,4 +37,5 @@ class BagReading:
             base_from_laser=None if self.base_from_laser is None else np.array(self.base_from_laser),
             start=self.start,
             duration=self.duration,
+            sensors=sensors,
         )

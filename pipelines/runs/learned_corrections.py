@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.geometry.se2 import Pose
-from racecar.pipelines.bags.sensor_place import in_words
+from racecar.pipelines.bags.car_frames import in_words
 from racecar.sensors.corrections import Corrections
 from racecar.sensors.findings import Finding
 from racecar.sensors.motion.turn_fusion import MAX_SCALE_ERROR

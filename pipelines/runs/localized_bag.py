@@ -120,13 +120,14 @@ def localize_bag(
 
     Raises UserError, with what is wrong and what to do in one sentence.
     """
-    with opened_bag(bag) as reader:
+    settings = load_config(config)
+    with opened_bag(bag, settings.sensors) as reader:
         report, path = Report("racecar.localize_bag"), None if isinstance(map, OccupancyGrid) else Path(map)
         report.add("inputs", {"bag": reader.path, "map": path})
         return localize_reader(
             reader,
             map if isinstance(map, OccupancyGrid) else load_map(map),
-            load_config(config),
+            settings,
             report,
             map_path=path,
             initial_pose=initial_pose,

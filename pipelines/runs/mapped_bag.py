@@ -121,12 +121,13 @@ def map_bag(
 
     Raises UserError, with what is wrong and what to do in one sentence.
     """
-    with opened_bag(bag) as reader:
+    settings = load_config(config)
+    with opened_bag(bag, settings.sensors) as reader:
         report = Report("racecar.map_bag")
         report.add("inputs", {"bag": reader.path})
         return map_reader(
             reader,
-            load_config(config),
+            settings,
             report,
             continued=None if continued is None else Path(continued),
             initial_pose=initial_pose,

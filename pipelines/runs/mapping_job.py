@@ -58,6 +58,7 @@ class MappingJob:
         decisive = {
             "bag": bag_fingerprint,
             "settings": self.config.mapping.model_dump(mode="json"),
+            "sensors": self.config.sensors.model_dump(mode="json"),
             "reading": asdict(self.reading),
             "continued": None if self.continued is None else str(self.continued),
             "initial_pose": self.initial_pose,
@@ -80,7 +81,7 @@ def carry_out(
     reading and what was read becomes the map. Raises UserError.
     """
     report.add("inputs", {"bag": job.bag, "config": job.config_file})
-    with output_folder(job.out) as folder, job.reading.open(job.bag) as reader:
+    with output_folder(job.out) as folder, job.reading.open(job.bag, job.config.sensors) as reader:
         with report.stage("loading"):  # after the bag was opened, so that its faults are reported at once
             from racecar.pipelines.runs.edited_folders import edits_of_new_map
             from racecar.pipelines.runs.map_outputs import outputs_with

@@ -24,6 +24,7 @@ from racecar.maps.map_files import load_map
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.bags.replay import feed
 from racecar.pipelines.commands.cli import run
+from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.edits_file import edits_beside
 from racecar.pipelines.files.run_report import read_report
 from racecar.pipelines.files.session_file import load_session
@@ -159,7 +160,7 @@ def _save_live(resolution: float) -> None:
     with BagReader(Path("a.bag")) as reader:
         for message in reader:
             feed(message, mapper)
-    MapOutput(Path("out"), config, {"live": True}).save([mapper])
+    MapOutput(Path("out"), Config(mapping=config), {"live": True}).save([mapper])
 
 
 MAP = ("map", "a.bag", "--out", "out", "--record")

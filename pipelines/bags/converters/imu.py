@@ -2,7 +2,6 @@
 
 import math
 from collections import Counter
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,27 +18,15 @@ _TURNING = 0.2
 """Radians per second about another axis that no car which tilts reaches for long: by judgement."""
 
 
-@dataclass(frozen=True, eq=False)
-class ImuSetup:
-    """What is known of an IMU before its messages are converted."""
-
-    base_from_imu: NDArray[np.float64] | None = None
-    """(4, 4) its place on the car; None where nothing says how it is mounted, and then its z axis counts."""
-
-    @property
-    def up(self) -> tuple[float, float, float]:
-        """The base's z axis in the frame of the IMU."""
-        if self.base_from_imu is None:
-            return 0.0, 0.0, 1.0
-        x, y, z = self.base_from_imu[2, :3].tolist()
-        return x, y, z
-
-
 class ImuConverter:
     """Makes yaw rates of messages and counts what it dropped."""
 
-    def __init__(self, setup: ImuSetup, counts: Counter[str]) -> None:
-        self._up, self._counts = setup.up, counts
+    def __init__(self, base_from_imu: NDArray[np.float64] | None, counts: Counter[str]) -> None:
+        """``base_from_imu`` (4, 4) is its place on the car; None where nothing says how it is mounted, and
+        then its z axis counts."""
+        self._up = (np.eye(4) if base_from_imu is None else base_from_imu)[2, :3].tolist()
+        """The base's z axis in the frame of the IMU."""
+        self._counts = counts
 
     def convert(self, message: "sensor_msgs__msg__Imu", stamp: int) -> YawRate | None:
         """The yaw rate; None where the message holds none."""

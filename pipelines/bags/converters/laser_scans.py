@@ -8,14 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import wrap_angle
-from racecar.pipelines.bags.converters.scan_reading import (
-    AS_STATED,
-    LONGEST_RANGE,
-    WIDEST,
-    ScanReading,
-    limits,
-)
-from racecar.pipelines.bags.converters.transforms import SensorPlace
+from racecar.pipelines.bags.converters.scan_reading import LONGEST_RANGE, WIDEST, ScanSetup, limits
 from racecar.sensors.scan import Scan, frozen
 
 if TYPE_CHECKING:
@@ -42,19 +35,9 @@ class _Layout:
 class LaserScanConverter:
     """Makes scans of messages and counts what it mended."""
 
-    def __init__(
-        self,
-        place: SensorPlace,
-        longest_sweep: float,
-        counts: Counter[str],
-        reading: ScanReading = AS_STATED,
-    ) -> None:
-        """``longest_sweep`` in seconds: a ``time_increment`` that makes a sweep longer is not believed."""
-        self._place = place.pose
-        self._is_mirrored = place.is_upside_down
-        self._longest_sweep = longest_sweep
-        self._counts = counts
-        self._reading = reading
+    def __init__(self, setup: ScanSetup, counts: Counter[str]) -> None:
+        self._setup, self._reading, self._counts = setup, setup.reading, counts
+        self._place = setup.place.pose
         self._layout: _Layout | None = None
 
     def convert(self, message: "sensor_msgs__msg__LaserScan", stamp: int) -> Scan | None:
@@ -66,7 +49,7 @@ class LaserScanConverter:
         if layout.span > WIDEST:  # no sweep: which of the beams belong together is unknown
             self._counts["scans_beyond_one_turn"] += 1
             return None
-        if not abs(message.time_increment) * (len(message.ranges) - 1) <= self._longest_sweep:
+        if not abs(message.time_increment) * (len(message.ranges) - 1) <= self._setup.longest_sweep:
             self._counts["time_increments_ignored"] += 1
         ranges, max_range = self._clean_ranges(message)
         if layout.order is not None:
@@ -100,9 +83,9 @@ class LaserScanConverter:
         if count < 2 or not np.isfinite(angle_min) or not 0 < abs(increment) < np.pi:
             return None
         bearings = angle_min + increment * np.arange(count)
-        bearings = wrap_angle(-bearings if self._is_mirrored else bearings)
+        bearings = wrap_angle(-bearings if self._setup.place.is_upside_down else bearings)
         sweep = abs(time_increment) * (count - 1)
-        if not sweep <= self._longest_sweep:
+        if not sweep <= self._setup.longest_sweep:
             time_increment = 0.0
         time_offsets = time_increment * np.arange(count, dtype=np.float64)
         order = np.argsort(bearings, kind="stable")
@@ -116,11 +99,17 @@ class LaserScanConverter:
     def _clean_ranges(self, message: "sensor_msgs__msg__LaserScan") -> tuple[NDArray[np.float64], float]:
         """Ranges with misses as inf and invalid readings as nan, and the range at which misses begin."""
         min_range, max_range = limits(message, self._reading.unit)
-        if not 0 < max_range < LONGEST_RANGE:
+        config = self._setup.config
+        if config.max_range is not None:
+            max_range = config.max_range
+        elif not 0 < max_range < LONGEST_RANGE:
             max_range = RANGE_LIMIT
             self._counts["scans_without_range_max"] += 1
         max_range = min(max_range, self._reading.nearest_miss)
-        min_range = min_range if 0 < min_range < max_range else 1e-6
+        if config.min_range is not None:
+            min_range = config.min_range
+        elif not 0 < min_range < max_range:
+            min_range = 1e-6
         with np.errstate(invalid="ignore"):  # damaged bytes may hold signalling NaN
             ranges = np.array(message.ranges, dtype=np.float64)
         if self._reading.unit != 1.0:

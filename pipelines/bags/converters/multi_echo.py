@@ -1,10 +1,12 @@
 """MultiEchoLaserScan messages to scans: of each beam, the first echo."""
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
+from racecar.pipelines.bags.converters.scan_reading import ScanSetup
 from racecar.pipelines.bags.messages import LASER_SCAN, ros2_types
 from racecar.sensors.scan import Scan
 
@@ -29,8 +31,8 @@ class MultiEchoConverter:
     failed readings alike.
     """
 
-    def __init__(self, single_echo: LaserScanConverter) -> None:
-        self._single_echo = single_echo
+    def __init__(self, setup: ScanSetup, counts: Counter[str]) -> None:
+        self._single_echo = LaserScanConverter(setup, counts)
 
     def convert(self, message: "sensor_msgs__msg__MultiEchoLaserScan", stamp: int) -> Scan | None:
         """The scan; None where the message holds no usable beams."""

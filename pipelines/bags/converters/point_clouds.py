@@ -8,20 +8,16 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import inverse, transform_points
 from racecar.pipelines.bags.converters.point_fields import positions, time_offsets
-from racecar.pipelines.bags.converters.transforms import SensorPlace
+from racecar.pipelines.bags.converters.scan_reading import ScanSetup
 from racecar.sensors.cloud import Cloud
 from racecar.sensors.scan import Scan
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import sensor_msgs__msg__PointCloud2
 
-SECTION_HEIGHTS = (0.1, 1.0)
-"""Metres above the base frame between which the points of a cloud make the scan: above the floor, and below
-what a small robot drives under, by judgement."""
-MAX_RANGE = 100.0
-"""Metres; what lies beyond is left out, since a cloud does not state the range of its sensor."""
-_MIN_RANGE = 0.05
-"""Metres; nearer points are on the sensor's own housing, and a missed beam reads as zero: by judgement."""
+_MIN_RANGE, _MAX_RANGE = 0.05, 100.0
+"""Metres between which points count, since a cloud does not state the range of its sensor: nearer ones are on
+the sensor's own housing, and a missed beam reads as zero. By judgement."""
 _FARTHEST = 1e5
 """Metres; coordinates beyond come from damaged bytes, and their squares need not be numbers."""
 _FLAT = 0.01
@@ -37,20 +33,14 @@ _BEARING_BUCKET = np.radians(0.25)
 class PointCloudConverter:
     """Makes scans of clouds; the points within a band of heights are the beams."""
 
-    def __init__(
-        self,
-        points_place: NDArray[np.float64],
-        place: SensorPlace,
-        heights: tuple[float, float],
-        counts: Counter[str],
-    ) -> None:
-        """``points_place`` is ``base_from_points`` (4, 4), ``place`` is where the points were seen from,
-        ``heights`` lowest and highest in metres in the base frame; a planar sensor's cloud is taken whole."""
-        self._base_from_points = points_place
+    def __init__(self, setup: ScanSetup, counts: Counter[str]) -> None:
+        """A planar sensor's cloud is taken whole."""
+        place, self._config, self._counts = setup.place, setup.config, counts
+        self._base_from_points = np.eye(4) if setup.points_are_in_base else place.base_from_sensor
         self._base_from_laser = place.pose
         self._laser_from_base = inverse(place.pose)
-        self._min_height, self._max_height = heights
-        self._counts = counts
+        self._min_range = self._config.min_range or _MIN_RANGE
+        self._max_range = self._config.max_range or _MAX_RANGE
         self._has_many_rows: bool | None = None
 
     def convert(self, message: "sensor_msgs__msg__PointCloud2", stamp: int) -> Scan | None:
@@ -60,8 +50,9 @@ class PointCloudConverter:
         points = points @ self._base_from_points[:3, :3].T + self._base_from_points[:3, 3]
         points[:, :2] = transform_points(self._laser_from_base, points[:, :2])
         ranges, bearings = np.hypot(points[:, 0], points[:, 1]), np.arctan2(points[:, 1], points[:, 0])
-        is_in_reach = (ranges >= _MIN_RANGE) & (ranges < MAX_RANGE)
-        is_in_band = (points[:, 2] >= self._min_height) & (points[:, 2] <= self._max_height)
+        is_in_reach = (ranges >= self._min_range) & (ranges < self._max_range)
+        heights = points[:, 2]
+        is_in_band = (heights >= self._config.min_height) & (heights <= self._config.max_height)
         candidates = np.flatnonzero(is_in_reach & (is_in_band | is_flat))
         if self._has_many_rows is None and len(candidates):
             self._has_many_rows = _thickness(points[is_in_reach]) > _THICK
@@ -76,7 +67,7 @@ class PointCloudConverter:
             ranges[beams],
             offsets[beams],
             self._base_from_laser,
-            MAX_RANGE,
+            self._max_range,
             _cloud(points[is_in_reach], offsets[is_in_reach]) if self._has_many_rows else None,
         )
 

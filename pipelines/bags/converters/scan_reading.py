@@ -5,13 +5,15 @@ centimetres, and misses as a number below ``range_max``. What they mean, the sca
 """
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from racecar.pipelines.bags.converters.transforms import SensorPlace
+from racecar.sensors.config import SensorConfig
 from racecar.sensors.findings import Finding
 
 if TYPE_CHECKING:
@@ -96,6 +98,20 @@ class ScanReading:
 
 AS_STATED = ScanReading()
 """What most drivers send, by definition of the message."""
+
+
+@dataclass(frozen=True, eq=False)
+class ScanSetup:
+    """What is known of a sensor before its messages are converted; a converter takes what it needs."""
+
+    place: SensorPlace
+    longest_sweep: float
+    """Seconds; beam times that make a sweep longer are not believed."""
+    points_are_in_base: bool = False
+    """Whether points come in the base frame rather than in the sensor's."""
+    reading: ScanReading = AS_STATED
+    """How the numbers of messages with beams are meant."""
+    config: SensorConfig = field(default_factory=SensorConfig)
 
 
 def learn_reading(

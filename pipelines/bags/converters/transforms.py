@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.bags.messages import frame_name, rotation_matrix
+from racecar.sensors.findings import Finding
 
 if TYPE_CHECKING:
     from rosbags.typesys.stores.ros2_jazzy import geometry_msgs__msg__TransformStamped
@@ -45,6 +46,12 @@ class SensorPlace:
     """(4, 4)"""
     source: str
     """Where this is known from, for people."""
+    base_frame: str = ""
+    """The frame that stands for the car where this sensor is concerned; empty where none is known."""
+    is_sure: bool = False
+    """Whether that frame is known to be the car's."""
+    findings: tuple[Finding, ...] = ()
+    """What is doubtful."""
 
     @staticmethod
     def from_pose(base_from_sensor: Pose, source: str) -> "SensorPlace":
@@ -88,6 +95,16 @@ def inverted(pose: NDArray[np.float64]) -> NDArray[np.float64]:
 def last_name(frame: str) -> str:
     """Of ``robot1/base_link`` the part ``base_link``, in lower case."""
     return frame.rpartition("/")[2].lower()
+
+
+def namespace_of(topic: str) -> str:
+    """Of ``/robot1/tf`` the part ``/robot1``."""
+    return topic.rpartition("/")[0]
+
+
+def is_latched(topic: str) -> bool:
+    """Whether the links on a topic are meant to be fixed."""
+    return topic.rpartition("/")[2] == "tf_static"
 
 
 def is_world_frame(frame: str) -> bool:
@@ -196,6 +213,11 @@ class Link:
     _before: NDArray[np.float64] | None = None
 
     @property
+    def ends(self) -> tuple[str, str]:
+        """Parent and child."""
+        return self.parent, self.child
+
+    @property
     def is_contested(self) -> bool:
         """Whether two programs seem to publish it, each another motion."""
         return self.leaps >= max(_CONTESTED[0], _CONTESTED[1] * self.count)
@@ -285,25 +307,23 @@ class FrameLinks:
         """Whether a frame is linked to another."""
         return any(frame in ends for ends in self._links)
 
-    def add(
-        self, transform: "geometry_msgs__msg__TransformStamped", topic: str, *, is_latched: bool
-    ) -> Link | None:
-        """Take a transform from a topic, where all are meant to be fixed if it ``is_latched``; such a topic
-        has the last word on a link that others publish too. Returns the link, None without a valid pose."""
-        ends = ends_of(transform)
+    def add(self, transform: "geometry_msgs__msg__TransformStamped", topic: str) -> Link | None:
+        """Take a transform from a topic; a latched one has the last word on a link that others publish too.
+        Returns the link, None without a valid pose."""
+        ends, is_latched_topic = ends_of(transform), is_latched(topic)
         known = self._links.get(ends)
         if known is not None and known.repeats(transform):
             return known
         pose = matrix_of(transform)
         if pose is None or ends[0] == ends[1]:
             return None
-        if known is not None and known.is_latched and not is_latched:
+        if known is not None and known.is_latched and not is_latched_topic:
             if float(np.abs(pose - known.latest).max()) > _SAME:
                 self.contradicted.setdefault(ends, pose)
-        elif known is None or is_latched:
+        elif known is None or is_latched_topic:
             if known is not None and not known.is_latched and not known.moves:
                 self.contradicted.setdefault(ends, known.latest)
-            self._links[ends] = known = Link(*ends, topic, pose, is_latched, _numbers(transform))
+            self._links[ends] = known = Link(*ends, topic, pose, is_latched_topic, _numbers(transform))
         else:
             known.take(pose, _numbers(transform))
         return known

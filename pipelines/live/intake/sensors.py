@@ -8,20 +8,18 @@ from typing import Any
 import numpy as np
 
 from racecar.maps.geometry.se2 import IDENTITY, Pose
+from racecar.pipelines.bags.car_frames import CarFrames, in_words
 from racecar.pipelines.bags.converters.framed_scans import of_laser
-from racecar.pipelines.bags.converters.imu import ImuSetup
 from racecar.pipelines.bags.converters.odometry import planar_pose, planar_twist
-from racecar.pipelines.bags.converters.point_clouds import SECTION_HEIGHTS
 from racecar.pipelines.bags.converters.registry import (
     ODOMETRY_CONVERTERS,
     SCAN_CONVERTERS,
     SINGLE_ECHOES,
     YAW_RATE_CONVERTERS,
     Converter,
-    OdometrySetup,
-    ScanSetup,
 )
-from racecar.pipelines.bags.converters.transforms import SensorPlace
+from racecar.pipelines.bags.converters.scan_reading import ScanSetup
+from racecar.pipelines.bags.converters.transforms import FrameLinks, SensorPlace
 from racecar.pipelines.bags.messages import (
     TRANSFORMS,
     frame_name,
@@ -31,14 +29,13 @@ from racecar.pipelines.bags.messages import (
 )
 from racecar.pipelines.bags.odometry_spikes import OdometrySpikes
 from racecar.pipelines.bags.repeated_scans import RepeatedScans
-from racecar.pipelines.bags.sensor_place import in_words
-from racecar.pipelines.live.intake.car_frames import CarFrames, Placed
 from racecar.pipelines.live.intake.clock_faults import ClockFaults, OdometryClockFaults
 from racecar.pipelines.live.intake.first_messages import Arrived
 from racecar.pipelines.live.intake.laser_place import LaserPlace
 from racecar.pipelines.live.intake.scan_readings import ScanReadings
 from racecar.pipelines.live.monitoring.faults import Faults
 from racecar.sensors.clocks.topic_clock import ClockReports, SteadyClock, TopicClock
+from racecar.sensors.config import SensorConfig
 from racecar.sensors.findings import Finding
 from racecar.sensors.odometry import Odometry
 from racecar.sensors.scan import Scan
@@ -82,16 +79,19 @@ class Sensors:
         integrate_twist: bool,
         faults: Faults,
         aside: Callable[[Callable[[], None]], None],
+        config: SensorConfig | None = None,
     ) -> None:
         """``laser_pose`` (3,) overrides transforms; ``integrate_twist``: only odometry's speeds count;
-        ``aside`` lets another thread do some work."""
+        ``aside`` lets another thread do some work; ``config`` says what of the readings counts."""
         self._base_frame = base_frame
         self._faults = faults
-        self.frames = CarFrames(base_frame, laser_pose)
+        self._config = config or SensorConfig()
+        links = FrameLinks(takes_mended=True)
+        self.frames = CarFrames(laser_pose, "the parameter laser_pose", base_frame, links)
         """Of the car, as they are published."""
         self._readings = ScanReadings(faults, aside)
         self._known_versions = (0, 0)
-        self._lasers: dict[str, Placed | None] = {}
+        self._lasers: dict[str, SensorPlace | None] = {}
         self._unplaced: dict[str, float] = {}
         self._remembered: LaserPlace | None = None
         self._scan_converters: dict[tuple[str, str], Converter[Scan]] = {}
@@ -122,13 +122,13 @@ class Sensors:
     def place(self) -> LaserPlace | None:
         """Where the first laser sits, once that is known."""
         frame, placed = next(iter(self._lasers.items()), ("", None))
-        return None if placed is None else LaserPlace(placed.base_frame, frame, placed.place.base_from_sensor)
+        return None if placed is None else LaserPlace(placed.base_frame, frame, placed.base_from_sensor)
 
     @property
     def base_from_laser(self) -> tuple[Pose, str]:
         """The place (3,) of the first laser, and where that is known from."""
         placed = next(iter(self._lasers.values()), None)
-        return (IDENTITY, _ASSUMED) if placed is None else (placed.place.pose, placed.place.source)
+        return (IDENTITY, _ASSUMED) if placed is None else (placed.pose, placed.source)
 
     @property
     def base_frame(self) -> str:
@@ -144,7 +144,7 @@ class Sensors:
     @property
     def rests_on_tf(self) -> bool:
         """Whether it is told on a topic of links that may move where a laser sits."""
-        return any(each is not None and each.place.source == "tf" for each in list(self._lasers.values()))
+        return any(each is not None and each.source == "tf" for each in list(self._lasers.values()))
 
     @property
     def misses_place(self) -> bool:
@@ -164,7 +164,7 @@ class Sensors:
     def knows_place(self, scan_message: Any) -> bool:
         """Whether it is known where the laser of a message sits, so that its scans need no assumption."""
         placed = self._placed(frame_name(scan_message.header.frame_id))
-        return placed is not None and (placed.is_sure or placed.place.source == _REMEMBERED)
+        return placed is not None and (placed.is_sure or placed.source == _REMEMBERED)
 
     def was_corrected(self) -> bool:
         """Whether the odometry's stamps turned out to be wrong since the last call, and were corrected."""
@@ -289,8 +289,8 @@ class Sensors:
             self._imu_converters.clear()
         kind, frame = key = type_name(message), frame_name(message.header.frame_id)
         if key not in self._imu_converters:
-            setup = ImuSetup(self.frames.between(self.base_frame, frame))
-            self._imu_converters[key] = YAW_RATE_CONVERTERS[kind](setup, self._imu_counts)
+            base_from_imu = self.frames.between(self.base_frame, frame)
+            self._imu_converters[key] = YAW_RATE_CONVERTERS[kind](base_from_imu, self._imu_counts)
         return self._imu_converters[key]
 
     def _scan_converter(self, message: Any) -> Converter[Scan]:
@@ -324,18 +324,18 @@ class Sensors:
                 for key in [key for key in self._scan_converters if key[1] == frame]:
                     del self._scan_converters[key]
 
-    def _report_move(self, frame: str, before: Placed | None, placed: Placed | None) -> None:
+    def _report_move(self, frame: str, before: SensorPlace | None, placed: SensorPlace | None) -> None:
         """Say that a transform which was known by now was changed."""
         if before is None or placed is None or not before.is_sure or before.base_frame != placed.base_frame:
             return
-        if not np.array_equal(before.place.base_from_sensor, placed.place.base_from_sensor):
+        if not np.array_equal(before.base_from_sensor, placed.base_from_sensor):
             self._faults.find(
                 Finding(
                     "laser_moved",
                     laser=frame,
-                    place=in_words(placed.place.pose),
+                    place=in_words(placed.pose),
                     base=placed.base_frame,
-                    before=in_words(before.place.pose),
+                    before=in_words(before.pose),
                 ),
                 key=f"{frame} moved",
                 lasting=False,
@@ -350,28 +350,27 @@ class Sensors:
         kind = type_name(message)
         if kind not in self._odometry_converters:
             new_converter = ODOMETRY_CONVERTERS[kind]
-            self._odometry_converters[kind] = new_converter(
-                OdometrySetup(self._integrate_twist), self._odometry_counts
-            )
+            self._odometry_converters[kind] = new_converter(self._integrate_twist, self._odometry_counts)
         return self._odometry_converters[kind]
 
     def _new_scan_converter(self, message_type: str, frame: str) -> Converter[Scan]:
         placed = self._lasers[frame]
         setup = ScanSetup(
-            SensorPlace.from_pose(IDENTITY, _ASSUMED) if placed is None else placed.place,
-            points_are_in_base=placed is not None and frame == placed.base_frame,
+            SensorPlace(np.eye(4), _ASSUMED) if placed is None else placed,
             longest_sweep=_LONGEST_SWEEP,
-            heights=SECTION_HEIGHTS,
+            points_are_in_base=placed is not None and frame == placed.base_frame,
             reading=self._readings.reading(frame),
+            config=self._config,
         )
         return SCAN_CONVERTERS[message_type](setup, self._scan_counts)
 
-    def _placed(self, frame: str) -> Placed | None:
+    def _placed(self, frame: str) -> SensorPlace | None:
         placed, last = self.frames.placed(frame), self._remembered
-        if placed is None and last is not None and last.laser_frame == frame:
-            place = SensorPlace(last.base_from_laser, _REMEMBERED)
-            return Placed(place, last.base_frame, is_sure=False)
-        return placed
+        if placed.base_frame:
+            return placed
+        if last is None or last.laser_frame != frame:
+            return None
+        return SensorPlace(last.base_from_laser, _REMEMBERED, last.base_frame)
 
     def _report_unplaced(self) -> None:
         now = time.monotonic()
@@ -383,14 +382,14 @@ class Sensors:
         placed, name = self._lasers[frame], f"place of {frame}"
         if placed is None:
             told = [Finding("no_transform", laser=frame or "the laser", base=self._base_frame)]
-        elif placed.place.source == _REMEMBERED:
+        elif placed.source == _REMEMBERED:
             told = [Finding("no_transform_yet", laser=frame, base=placed.base_frame)]
         else:
             told = list(placed.findings)
         if told:
             self._faults.find(*told, key=name)
         elif placed is not None:
-            self._faults.end(name, f"The place of {frame} is known now, from {placed.place.source}.")
+            self._faults.end(name, f"The place of {frame} is known now, from {placed.source}.")
 
     def _watch_poses(self, message: Any) -> None:
         """Some drivers fill the speeds only."""
@@ -426,13 +425,13 @@ class Sensors:
         return fault
 
 
-def _is_same(placed: Placed | None, before: Placed | None) -> bool:
+def _is_same(placed: SensorPlace | None, before: SensorPlace | None) -> bool:
     if placed is None or before is None:
         return placed is before
     return (
-        (placed.base_frame, placed.place.source) == (before.base_frame, before.place.source)
+        (placed.base_frame, placed.source) == (before.base_frame, before.source)
         and placed.findings == before.findings
-        and np.array_equal(placed.place.base_from_sensor, before.place.base_from_sensor)
+        and np.array_equal(placed.base_from_sensor, before.base_from_sensor)
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
-from racecar.pipelines.bags.frames import is_latched, namespace_of
+from racecar.pipelines.bags.converters.transforms import is_latched, namespace_of
 from racecar.pipelines.bags.messages import TRANSFORMS
 from racecar.pipelines.live.ros.message_types import transform_message_type
 

@@ -13,7 +13,7 @@ from rclpy.exceptions import InvalidParameterValueException
 from racecar.maps.errors import UserError
 from racecar.maps.geometry.se2 import Pose
 from racecar.maps.settings import Settings
-from racecar.pipelines.bags.sensor_place import slip_in
+from racecar.pipelines.bags.car_frames import slip_in
 from racecar.pipelines.files.config_file import as_clause
 from racecar.pipelines.files.nested_settings import leaf_fields, leaf_values, nested
 

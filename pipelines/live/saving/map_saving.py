@@ -8,7 +8,6 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.mapping.session.unrecognized import NotRecognizedError
 from racecar.pipelines.files.config_file import Config
@@ -23,7 +22,7 @@ class MapOutput:
     """Where the map of a live drive goes, and what identifies the drive."""
 
     folder: Path
-    config: MappingConfig
+    config: Config
     run: Mapping[str, Any]
 
     def save(self, drives: Sequence[Mapper]) -> list[str]:
@@ -37,7 +36,7 @@ class MapOutput:
         for mapper in drives:
             try:
                 session = finish_and_save(mapper, self._report(), self.folder, earlier).session
-                earlier = found_on(session, Config(mapping=self.config))
+                earlier = found_on(session, self.config)
             except NotRecognizedError as error:
                 beside = (self.folder.with_name(f"{self.folder.name}-{number}") for number in count(2))
                 own = next(folder for folder in beside if not folder.exists())

@@ -20,6 +20,7 @@ from racecar.pipelines.runs.progress import progress_heard_by
 from racecar.pipelines.runs.run_lock import run_lock
 from racecar.pipelines.studio.map_bag.sketcher import Sketcher, finished_sketch
 from racecar.pipelines.studio.watched import Glimpse
+from racecar.sensors.config import SensorConfig
 
 _TELL_EVERY = 0.2
 """Seconds between two words about progress, which nobody reads faster."""
@@ -51,9 +52,9 @@ class Mapped:
     warnings: list[str]
 
 
-def check_and_tell(bag: Path, told: Connection) -> BagCheck:
+def check_and_tell(bag: Path, sensors: SensorConfig, told: Connection) -> BagCheck:
     """Read a bag for what it holds. Raises UserError."""
-    with _progress_told(told), BagReader(bag) as reader:
+    with _progress_told(told), BagReader(bag, sensors=sensors) as reader:
         return check_reader(reader, quiet=True)
 
 

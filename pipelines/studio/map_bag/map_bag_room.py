@@ -139,7 +139,7 @@ class MapBagRoom(Room):
 
     def check_it(self) -> None:
         """Begin to check the chosen bag. Raises UserError while a bag is read."""
-        self._start(partial(check_and_tell, self._chosen.absolute()))
+        self._start(partial(check_and_tell, self._chosen.absolute(), self._config.sensors))
         self._stop.label = "Stop"
 
     def stop(self) -> None:

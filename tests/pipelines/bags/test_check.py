@@ -9,6 +9,10 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.check import check_bag
 from racecar.pipelines.bags.reader import BagReader
 from racecar.pipelines.commands.cli import run
+from racecar.pipelines.runs.bag_reading import BagReading
+from racecar.pipelines.runs.opened_bag import opened_bag
+from racecar.sensors.config import SensorConfig
+from racecar.sensors.scan import Scan
 from tests.pipelines.bag_samples import PLACE, bag_of, cut, odometry, read, write_bag, write_scan
 
 
@@ -238,3 +242,22 @@ def test_too_few_beams_to_match_are_told(tmp_path, beams, is_told):
     assert [(finding.name, finding.numbers["beams"], finding.spoils_map) for finding in findings] == [
         ("beams_too_few", beams, True)
     ] * is_told
+
+
+def test_settings_of_the_sensors_count_for_a_bag_and_for_a_reader_that_is_open(tmp_path):
+    bag, figures, settings = (
+        write_bag(tmp_path / "drive.bag"),
+        tmp_path / "check.json",
+        tmp_path / "near.yaml",
+    )
+    settings.write_text("sensors: {max_range: 1.5}\n")
+    assert run(["check", str(bag), "--config", str(settings), "--json", str(figures)]) == 0
+    assert json.loads(figures.read_text())["scans"]["max_range_m"] == 1.5
+    near = SensorConfig(max_range=1.5)
+    with BagReader(bag, sensors=SensorConfig(max_range=2.5)) as reader:
+        with opened_bag(reader, SensorConfig()) as same:
+            assert next(item for item in same if isinstance(item, Scan)).max_range == 2.5
+        with opened_bag(reader, near) as same:
+            assert next(item for item in same if isinstance(item, Scan)).max_range == 1.5
+    with BagReading().open(bag, near) as reader:
+        assert reader.inputs["sensors"] == near.model_dump()

@@ -1,9 +1,12 @@
+import re
 from pathlib import Path
 
 import pytest
 
+import racecar
 from racecar.maps.errors import UserError
 from racecar.pipelines.files.config_file import Config, load_config, load_settings
+from racecar.pipelines.files.nested_settings import leaf_fields, leaf_values, nested
 from tests.pipelines.nested_settings import Camera, Lens, Robot
 
 
@@ -25,9 +28,46 @@ def test_a_file_overrides(tmp_path: Path) -> None:
     assert config.localization.beams == Config().localization.beams
 
 
+LEAVES = [name for name, _ in leaf_fields(Config)]
+VALUES = (True, False, 0.3, 0.9, 12, "driven", "corner", "raw", [[1.0, 2.0]])
+"""Of every kind that a setting has; each takes one of them."""
+MOST_LEAVES = 55
+"""Which a user reads through before he gives up, by judgement."""
+
+
+def changed_by(name: str) -> set[str]:
+    """The settings that differ from the defaults where one is set to something else."""
+    defaults = leaf_values(Config())
+    for value in VALUES:
+        try:
+            values = leaf_values(load_config(nested({name: value})))
+        except UserError:
+            continue
+        if values[name] != defaults[name]:
+            return {each for each in defaults if values[each] != defaults[each]}
+    raise AssertionError(f"no value for {name}")
+
+
+@pytest.mark.parametrize("name", LEAVES)
+def test_a_setting_changes_what_it_names_and_nothing_else(name: str) -> None:
+    assert changed_by(name) == {name}
+
+
+def test_every_setting_is_read_somewhere() -> None:
+    rooms = [
+        Path(racecar.__file__).parent / name for name in ("sensors", "mapping", "localization", "pipelines")
+    ]
+    files = [path for room in rooms for path in room.rglob("*.py") if path.name != "config.py"]
+    read = set(re.findall(r"\.(\w+)", "\n".join(path.read_text() for path in files)))
+    assert not {name for name in LEAVES if name.split(".")[-1] not in read}
+    assert len(LEAVES) <= MOST_LEAVES
+
+
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
+        ("sensors: {min_height: 1.5}\n", r"'sensors': min_height \(1.5\) should be below max_height \(1\)"),
+        ("sensors: {min_range: 3, max_range: 2}\n", "min_range .* should be below max_range"),
         ("localisation:\n  particles: 5\n", "'localisation'; did you mean 'localization'"),
         (
             "localization:\n  particels: 5\n",

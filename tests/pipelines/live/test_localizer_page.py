@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from racecar.localization.config import LocalizationConfig
 from racecar.localization.recovery import hypotheses
 from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio import page as page_module
 from racecar.pipelines.studio.watch.tools import NodeTool
@@ -58,7 +58,7 @@ def stage() -> Iterator[Stage]:
     ):
         patch.setattr(hypotheses, "_SEARCH_FROM", 1.0)  # of what it is not told it finds nothing
         start = LocalizerStart(grid=GRID, initial_pose=START)
-        localizer = LocalizerNode(node, LocalizationConfig(), start, clicker.view)
+        localizer = LocalizerNode(node, Config(), start, clicker.view)
         localizer.start()
         with served(node):
             clicker.await_words("There is no pose yet.")

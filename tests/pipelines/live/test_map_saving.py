@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from racecar.mapping.config import MappingConfig
 from racecar.mapping.mapper import Mapper
 from racecar.pipelines.bags.replay import feed
+from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.files.session_file import load_session
 from racecar.pipelines.live.saving.drive_log import AnotherDrive, DriveLog
 from racecar.pipelines.live.saving.map_saving import MapOutput, save_pickled
@@ -19,7 +19,7 @@ from racecar.sensors.scan import Scan
 from tests.sensors.drives import drive, room
 from tests.sensors.worlds import ROOM, scan_at
 
-CONFIG = MappingConfig()
+CONFIG = Config()
 
 
 def laps(seconds: float = 40.0, seed: int = 0) -> Iterator[Measurement]:
@@ -28,7 +28,7 @@ def laps(seconds: float = 40.0, seed: int = 0) -> Iterator[Measurement]:
 
 
 def mapped(messages: Iterator[Measurement]) -> Mapper:
-    mapper = Mapper(CONFIG)
+    mapper = Mapper(CONFIG.mapping)
     for message in messages:
         feed(message, mapper)
     return mapper

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from racecar.mapping.config import MappingConfig
 from racecar.maps.geometry.se2 import Pose, compose, inverse, transform_points
+from racecar.pipelines.files.config_file import Config
 from racecar.pipelines.simulation.driven_simulation import DrivenSimulation
 from racecar.pipelines.studio.watch.tools import NodeTool
 from tests.pipelines.live.live_car import wait_for
@@ -46,7 +46,7 @@ def stage(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Stage]:
     from racecar.pipelines.live.saving.map_saving import MapOutput
 
     out: Path = tmp_path_factory.mktemp("out")
-    output = MapOutput(out, MappingConfig(), {"live": True})
+    output = MapOutput(out, Config(), {"live": True})
     with page_and_node("racecar_mapper", [NodeTool.MOVE, NodeTool.GOAL]) as (clicker, node):
         mapper = MapperNode(node, output, DriveLog(out), clicker.view)
         clicker.choose(NodeTool.GOAL)

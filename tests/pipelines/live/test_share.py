@@ -55,7 +55,7 @@ def _remapped(name: str) -> str:
 
 @pytest.mark.parametrize("kind", ["localizer", "mapper", "simulator"])
 def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
-    from racecar.localization.config import LocalizationConfig
+    from racecar.pipelines.files.config_file import Config
     from racecar.pipelines.live.ros.run import ros_node
 
     told = yaml.safe_load((SHARE / f"{kind}.yaml").read_text())["/**"]["ros__parameters"]
@@ -63,19 +63,19 @@ def test_every_parameter_that_is_explained_is_declared(kind: str) -> None:
         if kind == "localizer":
             from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
 
-            LocalizerNode(node, LocalizationConfig(), LocalizerStart(None))
+            LocalizerNode(node, Config(), LocalizerStart(None))
         elif kind == "simulator":
             from racecar.pipelines.live.simulator_node import SimulatorNode
             from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 
             SimulatorNode(node, DrivenSimulation(GRID, Conditions()), pace=1.0, teleports=False)
         else:
-            from racecar.mapping.config import MappingConfig
+            from racecar.pipelines.files.config_file import Config
             from racecar.pipelines.live.mapper_node import MapperNode
             from racecar.pipelines.live.saving.drive_log import DriveLog
             from racecar.pipelines.live.saving.map_saving import MapOutput
 
-            MapperNode(node, MapOutput(Path("nowhere"), MappingConfig(), {}), DriveLog(Path("nowhere")))
+            MapperNode(node, MapOutput(Path("nowhere"), Config(), {}), DriveLog(Path("nowhere")))
         declared = {name: parameter.value for name, parameter in node._parameters.items()}
     for name, value in told.items():
         assert name in declared

@@ -74,20 +74,19 @@ def running(name: str) -> Iterator[Interface]:
 
 
 def _localizer(ros: Any) -> Any:
-    from racecar.localization.config import LocalizationConfig
+    from racecar.pipelines.files.config_file import Config
     from racecar.pipelines.live.localizer_node import LocalizerNode, LocalizerStart
 
-    return LocalizerNode(ros, LocalizationConfig(), LocalizerStart(GRID))
+    return LocalizerNode(ros, Config(), LocalizerStart(GRID))
 
 
 def _mapper(ros: Any) -> Any:
-    from racecar.mapping.config import MappingConfig
+    from racecar.pipelines.files.config_file import Config
     from racecar.pipelines.live.mapper_node import MapperNode
     from racecar.pipelines.live.saving.drive_log import DriveLog
     from racecar.pipelines.live.saving.map_saving import MapOutput
 
-    config = MappingConfig()
-    return MapperNode(ros, MapOutput(Path("nowhere"), config, {}), DriveLog(Path("nowhere")))
+    return MapperNode(ros, MapOutput(Path("nowhere"), Config(), {}), DriveLog(Path("nowhere")))
 
 
 @both

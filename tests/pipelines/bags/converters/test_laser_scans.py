@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from racecar.pipelines.bags.converters.laser_scans import RANGE_LIMIT, LaserScanConverter
+from racecar.pipelines.bags.converters.scan_reading import ScanSetup
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.pipelines.bags.messages import LASER_SCAN, ros2_types
+from racecar.sensors.config import SensorConfig
 
 UPRIGHT = SensorPlace(np.eye(4), "test")
 UPSIDE_DOWN = SensorPlace(np.diag([1.0, -1.0, -1.0, 1.0]), "test")
@@ -34,9 +36,10 @@ def message(ranges, **changes):
     return types[LASER_SCAN](**{**values, **changes})
 
 
-def convert(sent, place=UPRIGHT, longest_sweep=1.0):
+def convert(sent, place=UPRIGHT, longest_sweep=1.0, **config):
     counts = Counter()
-    return LaserScanConverter(place, longest_sweep, counts).convert(sent, 5), counts
+    setup = ScanSetup(place, longest_sweep, config=SensorConfig(**config))
+    return LaserScanConverter(setup, counts).convert(sent, 5), counts
 
 
 def test_returns_misses_and_beams_that_tell_nothing():
@@ -112,7 +115,7 @@ def test_a_scan_of_more_than_one_turn_is_left_out(count, is_left_out):
 
 def test_a_changing_number_of_beams_is_counted():
     counts = Counter()
-    converter = LaserScanConverter(UPRIGHT, 1.0, counts)
+    converter = LaserScanConverter(ScanSetup(UPRIGHT, 1.0), counts)
     sizes = [len(converter.convert(message([1.0] * count), 0).bearings) for count in (10, 12, 12, 10)]
     assert sizes == [10, 12, 12, 10]
     assert counts["changed_beam_counts"] == 2
@@ -154,3 +157,10 @@ def test_damaged_ranges_are_converted_without_a_warning():
     scan, counts = convert(message(ranges))
     np.testing.assert_array_equal(np.isnan(scan.ranges), [False, True, True, False])
     assert counts["beams_nan"] == 2
+
+
+@pytest.mark.parametrize("stated", [0.0, 2.0, 10.0])
+def test_the_settings_have_the_last_word_on_how_near_and_far_readings_count(stated):
+    scan, counts = convert(message([0.4, 0.6, 2.9, 3.1], range_max=stated), min_range=0.5, max_range=3.0)
+    np.testing.assert_allclose(scan.ranges, [np.nan, 0.6, 2.9, np.inf], rtol=1e-6)
+    assert (scan.max_range, counts["scans_without_range_max"]) == (3.0, 0)

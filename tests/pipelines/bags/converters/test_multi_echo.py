@@ -5,8 +5,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
 from racecar.pipelines.bags.converters.multi_echo import MultiEchoConverter
+from racecar.pipelines.bags.converters.scan_reading import ScanSetup
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.pipelines.bags.messages import MULTI_ECHO_SCAN, ros1_types, ros2_types
 from racecar.pipelines.bags.writer import BagWriter
@@ -41,7 +41,7 @@ def message(store, index=0, unit=1.0):
 
 
 def test_the_first_echo_of_each_beam_counts():
-    converter = MultiEchoConverter(LaserScanConverter(SensorPlace(np.eye(4), "test"), 1.0, Counter()))
+    converter = MultiEchoConverter(ScanSetup(SensorPlace(np.eye(4), "test"), 1.0), Counter())
     scan = converter.convert(message(ros2_types()), 5)
     np.testing.assert_allclose(scan.ranges, [1.0, 3.0, np.nan, np.inf, np.nan])
     np.testing.assert_allclose(scan.bearings, [-0.2, -0.1, 0.0, 0.1, 0.2], atol=1e-7)

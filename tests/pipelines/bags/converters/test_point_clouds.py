@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from racecar.pipelines.bags.converters.point_clouds import PointCloudConverter
+from racecar.pipelines.bags.converters.scan_reading import ScanSetup
 from racecar.pipelines.bags.converters.transforms import SensorPlace
 from racecar.pipelines.bags.messages import POINT_CLOUD, ros2_types
+from racecar.sensors.config import SensorConfig
 
 ORIGIN = SensorPlace(np.eye(4), "test")
 
@@ -41,10 +43,10 @@ def message(points, columns=None, datatype=7, big_endian=False, padding=0, row_p
     )
 
 
-def convert(sent, points_place=None, place=ORIGIN, heights=(0.1, 1.0)):
+def convert(sent, place=ORIGIN, **config):
     counts = Counter()
-    matrix = np.eye(4) if points_place is None else points_place
-    return PointCloudConverter(matrix, place, heights, counts).convert(sent, 7), counts
+    setup = ScanSetup(place, 1.0, config=SensorConfig(**config))
+    return PointCloudConverter(setup, counts).convert(sent, 7), counts
 
 
 @pytest.mark.parametrize(
@@ -75,7 +77,7 @@ def test_the_band_is_above_the_base_and_the_view_is_from_the_sensor():
     place = np.eye(4)
     place[:3, 3] = 0.3, 0.0, 0.6
     points = np.array([[1.0, 0.0, -0.55], [1.0, 1.0, -0.3], [1.0, 2.0, 0.3]])
-    scan, _ = convert(message(points), place, SensorPlace(place, "test"))
+    scan, _ = convert(message(points), SensorPlace(place, "test"))
     np.testing.assert_allclose(scan.base_from_laser, [0.3, 0.0, 0.0])
     np.testing.assert_allclose(scan.points_in_base(), [[1.3, 1.0], [1.3, 2.0]], atol=1e-6)
     np.testing.assert_allclose(scan.ranges, np.hypot(1.0, [1.0, 2.0]), rtol=1e-6)
@@ -125,7 +127,7 @@ def test_sensor_with_many_rows_hands_on_its_whole_cloud_level_and_above_the_base
     """The sensor is 0.6 m up, turned and upside down."""
     place = np.array([[0, 1, 0, 0.3], [1, 0, 0, 0], [0, 0, -1, 0.6], [0, 0, 0, 1.0]])
     points = around(np.linspace(-1.2, 0.6, 16))
-    scan, _ = convert(message([*points, [np.nan, 0, 0], [500.0, 0, 0]]), place, SensorPlace(place, "test"))
+    scan, _ = convert(message([*points, [np.nan, 0, 0], [500.0, 0, 0]]), SensorPlace(place, "test"))
     assert scan.cloud.points.dtype == np.float32
     assert len(scan.cloud.points) == len(scan.cloud.time_offsets) == len(points)
     np.testing.assert_allclose(scan.cloud.points[:, 2], 0.6 - points[:, 2], atol=1e-6)
@@ -161,7 +163,7 @@ def test_times_that_cannot_be_true_are_counted_and_left_aside():
 def test_planar_sensor_hands_on_no_cloud_even_tilted(tilt):
     points = around([0.0])
     points[:, 2] = 0.5 + np.tan(tilt) * points[:, 0]
-    scan, _ = convert(message(points), heights=(-2.0, 2.0))
+    scan, _ = convert(message(points), min_height=-2.0, max_height=2.0)
     assert scan.cloud is None
     assert len(scan.ranges) == len(points)
 
@@ -174,3 +176,10 @@ def test_coordinates_of_damaged_bytes_are_left_out():
     scan, counts = convert(message(points, datatype=8))
     np.testing.assert_allclose(scan.ranges, [1.0, 2.0])
     assert counts["beams_nan"] == 3
+
+
+def test_the_settings_say_how_near_and_far_points_count():
+    points = [[0.4, 0.0, 0.0], [0.0, 0.6, 0.0], [-2.9, 0.0, 0.0], [0.0, -3.1, 0.0]]
+    scan, _ = convert(message(points), min_range=0.5, max_range=3.0)
+    np.testing.assert_allclose(scan.ranges, [0.6, 2.9])
+    assert scan.max_range == 3.0

@@ -6,7 +6,13 @@ import numpy as np
 import pytest
 
 from racecar.pipelines.bags.converters.laser_scans import LaserScanConverter
-from racecar.pipelines.bags.converters.scan_reading import AS_STATED, Angles, ScanReading, learn_reading
+from racecar.pipelines.bags.converters.scan_reading import (
+    AS_STATED,
+    Angles,
+    ScanReading,
+    ScanSetup,
+    learn_reading,
+)
 from tests.pipelines.bags.converters.test_laser_scans import UPRIGHT, message
 
 BEAMS = 271
@@ -33,7 +39,7 @@ def drive(change=lambda ranges: ranges, scans=40, **changes):
 
 def bearings_of(messages):
     reading, findings = learn_reading(messages)
-    scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
+    scan = LaserScanConverter(ScanSetup(UPRIGHT, 1.0, reading=reading), Counter()).convert(messages[0], 0)
     return scan.bearings, reading, findings
 
 
@@ -105,7 +111,7 @@ def test_misses_written_as_a_number_below_range_max():
     reading, (finding,) = learn_reading(messages)
     assert reading == ScanReading(nearest_miss=12.0)
     assert (finding.name, finding.numbers["metres"]) == ("misses_as_a_range", 12.0)
-    scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
+    scan = LaserScanConverter(ScanSetup(UPRIGHT, 1.0, reading=reading), Counter()).convert(messages[0], 0)
     assert scan.max_range == 12.0
     np.testing.assert_array_equal(np.isposinf(scan.ranges), messages[0].ranges == 12.0)
     assert np.isposinf(scan.ranges).any()
@@ -130,7 +136,7 @@ def test_millimetres(limits):
     messages = drive(lambda ranges: 1000.0 * ranges, range_min=limits[0], range_max=limits[1])
     reading, (finding,) = learn_reading(messages)
     assert finding.numbers["unit"] == "millimetres"
-    scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
+    scan = LaserScanConverter(ScanSetup(UPRIGHT, 1.0, reading=reading), Counter()).convert(messages[0], 0)
     np.testing.assert_allclose(scan.ranges, messages[0].ranges / 1000.0, rtol=1e-6)
     assert scan.max_range == pytest.approx(30.0)
 
@@ -142,7 +148,7 @@ def test_centimetres(limits, factor):
     messages = drive(lambda ranges: factor * ranges, range_min=limits[0], range_max=limits[1])
     reading, (finding,) = learn_reading(messages)
     assert finding.numbers["unit"] == "centimetres" and not finding.spoils_map
-    scan = LaserScanConverter(UPRIGHT, 1.0, Counter(), reading).convert(messages[0], 0)
+    scan = LaserScanConverter(ScanSetup(UPRIGHT, 1.0, reading=reading), Counter()).convert(messages[0], 0)
     np.testing.assert_allclose(scan.ranges, messages[0].ranges / 100.0, rtol=1e-6)
     assert scan.max_range == pytest.approx(30.0)
 
@@ -186,7 +192,7 @@ def test_ranges_of_no_unit_spoil_the_map():
     reading, (finding,) = learn_reading(messages)
     assert (reading, finding.spoils_map) == (AS_STATED, True)
     counts = Counter()
-    scan = LaserScanConverter(UPRIGHT, 1.0, counts, reading).convert(messages[0], 0)
+    scan = LaserScanConverter(ScanSetup(UPRIGHT, 1.0, reading=reading), counts).convert(messages[0], 0)
     assert np.isposinf(scan.ranges).all()
     assert counts["scans_without_range_max"] == 1
 

@@ -12,19 +12,21 @@ from racecar.pipelines.bags.messages import MULTI_ECHO_SCAN, ros2_types
 from racecar.pipelines.live.intake import sensors as sensors_module
 from racecar.pipelines.live.intake.sensors import Sensors
 from racecar.pipelines.live.monitoring.faults import Faults
+from racecar.sensors.config import SensorConfig
 from racecar.sensors.odometry import Odometry
 
 FACTORY = MessageFactory(ros2_types(), is_ros1=False)
 START = 1_700_000_000_000_000_000
 
 
-def sensors(said: list[str] | None = None) -> Sensors:
+def sensors(said: list[str] | None = None, config: SensorConfig | None = None) -> Sensors:
     return Sensors(
         base_frame="base_link",
         laser_pose=None,
         integrate_twist=False,
         faults=Faults((said if said is not None else []).append, lambda sentence: None),
         aside=lambda work: work(),
+        config=config,
     )
 
 
@@ -154,3 +156,9 @@ def test_scans_that_repeat_themselves_while_the_car_moves_are_left_out() -> None
         taken.append(taking.scan(scan(index * 0.1 + 0.01, ranges=ranges), at(index * 0.1 + 0.01)) is not None)
     assert taken == [True] * 21 + [False] * 19 + [True] * 20
     assert sum("repeat themselves" in sentence for sentence in said) == 1
+
+
+def test_the_settings_say_how_far_readings_count() -> None:
+    taken = sensors(config=SensorConfig(max_range=2.5)).scan(scan(0.0), 0)
+    assert taken is not None
+    np.testing.assert_array_equal(taken.ranges, [1.0, 2.0, np.inf])

@@ -1,0 +1,185 @@
+"""The frames of the car, as a bag holds them or as they are published while it drives: where sensors sit."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from racecar.maps.geometry.se2 import Pose
+from racecar.pipelines.bags.converters.transforms import (
+    BASE_FRAMES,
+    FrameLinks,
+    OdometryLinks,
+    SensorPlace,
+    TransformTree,
+    last_name,
+    seen_from_above,
+)
+from racecar.sensors.findings import Finding
+
+_LARGEST_TILT = np.radians(10)
+"""Above which a planar scan is misleading, since 10° put a wall 5 m away 9 cm too far: by judgement."""
+_SAME_PLACE = 0.01
+"""Metres or radians within which two places are one: far below what blurs a map, by judgement."""
+
+
+class CarFrames:
+    """Links that never changed so far are fixed, on whatever topic; may be used in several threads."""
+
+    def __init__(
+        self,
+        given: Pose | None = None,
+        given_by: str = "flag",
+        base_frame: str = BASE_FRAMES[0],
+        links: FrameLinks | None = None,
+    ) -> None:
+        """``given`` (3,) or, with a roll, (4,) overrides the links where sensors sit; ``given_by`` says for
+        people where it is from. ``base_frame``: where it is not the usual name, no other frame counts;
+        ``links`` are known already."""
+        self._given, self._given_by, self._base_frame = given, given_by, base_frame
+        self._lock = Lock()
+        self.links = links or FrameLinks()
+        self._states: dict[tuple[str, str], tuple[bool, int, bool]] = {}
+        """Of each link whether it moves, how often it was put right, and whether it is told otherwise too."""
+        self._odometry_child = ""
+        self._places: dict[str, SensorPlace] = {}
+        self.version = 0
+        """Grows when places may have changed."""
+
+    def take(self, message: Any, topic: str) -> None:
+        """A message with transforms."""
+        with self._lock:
+            for transform in message.transforms:
+                link = self.links.add(transform, topic)
+                if link is None:
+                    continue
+                changes = link.changes if link.is_mended else 0
+                state = link.moves, changes, link.ends in self.links.contradicted
+                if link.count == 1 or self._states[link.ends] != state:
+                    self._states[link.ends] = state
+                    self._change()
+
+    def name_odometry_child(self, frame: str) -> None:
+        """The frame whose motion odometry tells; empty where it does not say."""
+        if frame != self._odometry_child:
+            self._odometry_child = frame
+            self._change()
+
+    def placed(self, sensor_frame: str) -> SensorPlace:
+        """Where a sensor sits in the frame of the base; at its origin where nothing tells."""
+        with self._lock:
+            if sensor_frame not in self._places:
+                self._places[sensor_frame] = self._look_up(sensor_frame)
+            return self._places[sensor_frame]
+
+    @property
+    def places(self) -> dict[str, SensorPlace]:
+        """By frame, of all sensors that were asked for."""
+        return dict(self._places)
+
+    def between(self, target: str, source: str) -> NDArray[np.float64] | None:
+        """``target_from_source`` (4, 4); None where the frames are not fixed to each other."""
+        with self._lock:
+            return self.links.fixed().between(target, source)
+
+    def odometry(self, sensor_frame: str) -> OdometryLinks | None:
+        """The links that are the odometry, once they were seen to move."""
+        with self._lock:
+            found = self.links.odometry(sensor_frame)
+        return found if found is not None and found.moves else None
+
+    def _change(self) -> None:
+        self.version += 1
+        self._places.clear()
+
+    def _look_up(self, sensor_frame: str) -> SensorPlace:
+        tree, base = self.links.fixed(), self._base_frame
+        if base == BASE_FRAMES[0]:
+            base = base_frame_of(tree, sensor_frame, self._odometry_child) or ""
+        if self._given is not None:
+            given = SensorPlace.from_pose(self._given, self._given_by)
+            return replace(given, base_frame=base or self._base_frame, is_sure=True)
+        matrix = tree.between(base, sensor_frame) if base else None
+        if matrix is None:
+            unknown = Finding("place_unknown", sensor=sensor_frame or "the sensor")
+            return SensorPlace(np.eye(4), "assumed identity", findings=(unknown,))
+        source = "base frame" if base == sensor_frame else self._source(sensor_frame, base)
+        is_sure = last_name(base) in BASE_FRAMES or base in (self._odometry_child, self._base_frame)
+        place = SensorPlace(matrix, source, base, is_sure)
+        return place if base == sensor_frame else replace(place, findings=self._doubts(sensor_frame, place))
+
+    def _source(self, sensor_frame: str, base: str) -> str:
+        """``tf_static`` where latched links lead from the base to the sensor, or else ``tf``."""
+        latched = TransformTree()
+        for link in self.links:
+            if link.is_latched:
+                latched.link(link.parent, link.child, link.latest)
+        return "tf" if latched.between(base, sensor_frame) is None else "tf_static"
+
+    def _doubts(self, sensor_frame: str, place: SensorPlace) -> tuple[Finding, ...]:
+        """What speaks against a place that links tell."""
+        findings, base = list[Finding](), place.base_frame
+        if not place.is_sure:
+            findings.append(Finding("place_by_another_frame", sensor=sensor_frame, base=base))
+        others = self.links.fixed()
+        for (parent, child), pose in self.links.contradicted.items():
+            others.link(parent, child, pose)
+        told = [("place_told_twice", "", others.between(base, sensor_frame))]
+        for link, matrix in self.links.circles(base, sensor_frame):
+            told.append(("transforms_in_a_circle", str(link), matrix))
+        for name, by, other in told:
+            if other is not None and _are_two_places(place.base_from_sensor, other):
+                elsewhere, here = in_words(seen_from_above(other)), in_words(place.pose)
+                findings.append(Finding(name, sensor=sensor_frame, link=by, other=elsewhere, place=here))
+        if place.tilt > _LARGEST_TILT:
+            findings.append(Finding("sensor_tilted", spoils_map=True, degrees=np.degrees(place.tilt)))
+        return tuple(findings)
+
+
+def _are_two_places(first: NDArray[np.float64], second: NDArray[np.float64]) -> bool:
+    x, y, yaw = seen_from_above(np.linalg.inv(first) @ second)
+    return bool(np.hypot(x, y) > _SAME_PLACE or abs(yaw) > _SAME_PLACE)
+
+
+def slip_in(place: Sequence[float]) -> str | None:
+    """What is wrong with a place that somebody gave, (3,) or with a roll (4,), as the end of a sentence."""
+    yaw, roll = place[2], [*place, 0.0][3]
+    for name, angle in (("yaw", yaw), ("roll", roll)):
+        if abs(angle) > 2.0 * np.pi:
+            return (
+                f"a {name} of {angle:g} goes round more than once: give radians, {np.radians(angle):.4f} if "
+                "these are degrees"
+            )
+    if abs(np.sin(roll)) > np.sin(_LARGEST_TILT):
+        return (
+            f"a roll of {roll:g} ({np.degrees(roll):.0f}°) tilts the laser: a planar one hangs upright, "
+            "without a roll, or upside down, 3.1416"
+        )
+    return None
+
+
+def base_frame_of(tree: TransformTree, sensor_frame: str, odometry_child: str) -> str | None:
+    """The frame that stands for the car, among those fixed to a sensor; None where nothing tells.
+
+    One with a standard name, in whatever namespace; but that whose motion odometry tells, where both are not
+    one place seen from above. Without either, the frame from which all others hang.
+    """
+    around = tree.around(sensor_frame)
+    standard = [frame for name in BASE_FRAMES for frame in around if last_name(frame) == name]
+    if odometry_child in around:
+        if not standard:
+            return odometry_child
+        offset = seen_from_above(np.linalg.inv(around[standard[0]]) @ around[odometry_child])
+        return standard[0] if np.abs(offset).max() < _SAME_PLACE else odometry_child
+    if standard:
+        return standard[0]
+    top = tree.top(sensor_frame)
+    return None if top == sensor_frame else top
+
+
+def in_words(pose: Pose) -> str:
+    """A place (3,) for people."""
+    return f"x {pose[0]:.2f} m, y {pose[1]:.2f} m, yaw {np.degrees(pose[2]):.0f}°"
