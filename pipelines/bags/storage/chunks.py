@@ -13,9 +13,8 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from itertools import count, zip_longest
 from pathlib import Path
-from typing import ClassVar
 
-from racecar.pipelines.bags.storage.compression import Allowance
+from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there
 
 RawMessage = tuple[str, int, bytes]
 """Topic, time of recording in nanoseconds, serialized message."""
@@ -73,18 +72,21 @@ class Damage:
     bytes_expected: int | None
     """None where the file does not say."""
 
+    def __str__(self) -> str:
+        read = self.bytes_read / 1e6
+        if self.bytes_expected is None:
+            return f"{self.file_name} {self.cause}, after {read:.1f} MB; how much is missing is not known."
+        if self.bytes_read >= self.bytes_expected:
+            return f"{self.file_name} {self.cause}."
+        lost, expected = 1 - self.bytes_read / self.bytes_expected, self.bytes_expected / 1e6
+        return (
+            f"{self.file_name} {self.cause}: {lost:.0%} of its bytes are lost "
+            f"({read:.1f} of {expected:.1f} MB could be read)."
+        )
+
 
 class BagFile(ABC):
     """One file of a bag; a subclass knows the format."""
-
-    name: ClassVar[str]
-    """Of the format, for people."""
-    magic: ClassVar[bytes]
-    """With which every file of the format begins."""
-    suffix: ClassVar[str]
-    """Of file names."""
-    is_ros2: ClassVar[bool]
-    """Whether such files make up the folders of ROS 2 bags."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -183,11 +185,20 @@ class ChunkedFile(BagFile):
             if loaded[channel] < chunk.counts[channel]:
                 self._lost[chunk.begin, channel] = chunk.counts[channel] - loaded[channel]
 
-    @abstractmethod
     def _load(
         self, chunk: Chunk, wanted: Collection[int], allowance: Allowance
     ) -> list[tuple[int, int, bytes]]:
         """Time, channel and content of the wanted channels' readable messages in a chunk."""
+        found = self._messages_in(self._content(chunk, allowance))
+        return [(time, channel, bytes(data)) for time, channel, data in found if channel in wanted]
+
+    def _messages_in(self, content: bytes | bytearray) -> Iterator[tuple[int, int, memoryview]]:
+        """Time, channel and content of the readable messages in what a chunk holds."""
+        raise NotImplementedError
+
+    def _content(self, chunk: Chunk, allowance: Allowance) -> bytes | bytearray:
+        data = self._read_at(chunk.begin, chunk.size)
+        return decompress_what_is_there(data, chunk.compression, allowance)
 
     def _read_at(self, begin: int, size: int) -> bytes:
         """What of these bytes the file has; a damaged length may announce any number of them."""

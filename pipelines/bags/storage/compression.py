@@ -3,7 +3,6 @@
 import bz2
 import shutil
 import sys
-import tempfile
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -21,6 +20,10 @@ else:
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 """With which compressed data begin; RFC 8878, 3.1.1. No CDR message begins so."""
 
+LOOSE = "loose"
+"""In place of a compression: messages of MCAP that stand outside chunks."""
+_UNCOMPRESSED = ("", "none", LOOSE)
+"""As MCAP and ROS 1 say it."""
 _DECOMPRESSORS: dict[str, Callable[[], Any]] = {
     "bz2": bz2.BZ2Decompressor,
     "lz4": lz4.frame.LZ4FrameDecompressor,
@@ -57,7 +60,7 @@ class Allowance:
 def decompress_what_is_there(data: bytes, compression: str, allowance: Allowance) -> bytes | bytearray:
     """The content of a compressed block, as far as it is whole and allowed; nothing of a block that is not
     readable."""
-    if compression in ("", "none"):
+    if compression in _UNCOMPRESSED:
         return data
     if compression not in _DECOMPRESSORS:
         return b""
@@ -85,42 +88,30 @@ def _pieces(steps: Iterable[bytes], compression: str) -> Iterator[bytes]:
         raise EOFError("its end is missing")
 
 
-class UnpackedFile:
-    """A file that is compressed as a whole, unpacked into a temporary folder."""
+def unpack(packed: Path, folder: Path) -> tuple[Path, bool]:
+    """Unpack a file that is compressed as a whole into a folder; the file there, and whether it is whole.
 
-    def __init__(self, packed: Path) -> None:
-        """Raises UserError where nothing can be unpacked, or where there is no room for it."""
-        self._folder = tempfile.TemporaryDirectory(prefix="racecar-")
-        self.path = Path(self._folder.name) / packed.name.removesuffix(packed.suffix)
-        self.is_whole = False
-        """Whether all of it could be unpacked."""
+    Raises UserError where nothing can be unpacked, or where there is no room for it.
+    """
+    unpacked = folder / packed.name.removesuffix(packed.suffix)
+    allowance = Allowance(packed.stat().st_size)
+    with packed.open("rb") as source, unpacked.open("wb") as target:
         try:
-            self._unpack(packed)
-        except BaseException:
-            self.close()
-            raise
+            for piece in _pieces(iter(lambda: source.read(_STEP), b""), "zstd"):
+                if not allowance.gives(len(piece)):
+                    return unpacked, False
+                require_space(folder, len(piece), packed)
+                target.write(piece)
+        except _ERRORS as error:
+            if not target.tell():
+                raise UserError(f"{packed} is compressed and damaged: copy it again.") from error
+            return unpacked, False
+    return unpacked, True
 
-    def close(self) -> None:
-        """Remove it."""
-        self._folder.cleanup()
 
-    def _unpack(self, packed: Path) -> None:
-        allowance = Allowance(packed.stat().st_size)
-        with packed.open("rb") as source, self.path.open("wb") as target:
-            try:
-                for piece in _pieces(iter(lambda: source.read(_STEP), b""), "zstd"):
-                    if not allowance.gives(len(piece)):
-                        return
-                    self._require_space(len(piece), packed)
-                    target.write(piece)
-                self.is_whole = True
-            except _ERRORS as error:
-                if not target.tell():
-                    raise UserError(f"{packed} is compressed and damaged: copy it again.") from error
-
-    def _require_space(self, size: int, packed: Path) -> None:
-        if shutil.disk_usage(self._folder.name).free < size + _PIECE:
-            raise UserError(
-                f"There is no room in {self._folder.name} to unpack {packed}: "
-                "let TMPDIR name a folder on a larger disk."
-            )
+def require_space(folder: Path, size: int, source: Path) -> None:
+    """Raises UserError where so many bytes of what is made of a file do not fit into a temporary folder."""
+    if shutil.disk_usage(folder).free < size + _PIECE:
+        raise UserError(
+            f"There is no room in {folder} to unpack {source}: let TMPDIR name a folder on a larger disk."
+        )

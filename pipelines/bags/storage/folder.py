@@ -100,7 +100,7 @@ def natural_order(path: Path) -> list[tuple[int, str]]:
 
 
 def _no_bag(folder: Path, present: list[Path]) -> str:
-    ros1_suffixes = tuple(reader.suffix for reader in FORMATS if not reader.is_ros2)
+    ros1_suffixes = tuple(known.suffix for known in FORMATS if not known.is_ros2)
     ros1_bags = [path.name for path in present if path.name.endswith(ros1_suffixes)]
     if ros1_bags:
         return f"{folder} is a folder of ROS 1 bags: name one of them ({', '.join(ros1_bags[:5])})."

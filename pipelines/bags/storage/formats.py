@@ -1,19 +1,42 @@
-"""The bag formats, and which of their readers a file is for.
+"""The bag formats, and which of them a file has.
 
 Another format is a reader of its own and a line in `FORMATS`.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.chunks import BagFile
 from racecar.pipelines.bags.storage.compression import ZSTD_MAGIC
-from racecar.pipelines.bags.storage.mcap import McapFile
+from racecar.pipelines.bags.storage.mcap import MAGIC, McapFile
 from racecar.pipelines.bags.storage.ros1 import Ros1File
-from racecar.pipelines.bags.storage.sqlite import SqliteFile
+from racecar.pipelines.bags.storage.sqlite import open_sqlite
 
-FORMATS: tuple[type[BagFile], ...] = (Ros1File, SqliteFile, McapFile)
-ROS2_SUFFIXES = tuple(reader.suffix for reader in FORMATS if reader.is_ros2)
+
+@dataclass(frozen=True)
+class BagFormat:
+    """How files of a format are known, and read."""
+
+    name: str
+    """For people."""
+    magic: bytes
+    """With which every file begins."""
+    suffix: str
+    """Of file names."""
+    is_ros2: bool
+    """Whether such files make up the folders of ROS 2 bags."""
+    open: Callable[[Path], BagFile]
+    """Raises UserError when the file is of an unknown version."""
+
+
+FORMATS = (
+    BagFormat("ROS 1 .bag", b"#ROSBAG ", ".bag", False, Ros1File),
+    BagFormat(".db3", b"SQLite format 3\0", ".db3", True, open_sqlite),
+    BagFormat(".mcap", MAGIC, ".mcap", True, McapFile),
+)
+ROS2_SUFFIXES = tuple(known.suffix for known in FORMATS if known.is_ros2)
 """Of the files that lie in the folder of a ROS 2 bag."""
 PACKED_SUFFIXES = (".zstd", ".zst")
 """Which rosbag2 and the program ``zstd`` append to the name of a file compressed as a whole."""
@@ -24,15 +47,15 @@ def is_packed(path: Path) -> bool:
     return _start_of(path).startswith(ZSTD_MAGIC)
 
 
-def file_format(path: Path) -> type[BagFile]:
-    """The reader for a bag file, found by its first bytes. Raises UserError when it is no bag."""
+def file_format(path: Path) -> BagFormat:
+    """The format of a bag file, by its first bytes. Raises UserError when it is no bag."""
     start = _start_of(path)
     if not start:
         raise UserError(f"{path} is empty: record or copy it again.")
-    for reader in FORMATS:
-        if start.startswith(reader.magic):
-            return reader
-    names = ", ".join(reader.name for reader in FORMATS)
+    for known in FORMATS:
+        if start.startswith(known.magic):
+            return known
+    names = ", ".join(known.name for known in FORMATS)
     raise UserError(f"{path} is not a rosbag: give a {names} file or a ROS 2 bag folder.")
 
 

@@ -6,7 +6,7 @@ behind damaged bytes.
 
 import struct
 from bisect import bisect
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
@@ -15,8 +15,9 @@ import numpy as np
 from rosbags.typesys.msg import normalize_msgtype
 
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
-from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there
+from racecar.pipelines.bags.storage.compression import LOOSE, Allowance
 
+MAGIC = b"\x89MCAP0\r\n"
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _MESSAGE_INDEX, _CHUNK_INDEX, _DATA_END = (
     0x03, 0x04, 0x05, 0x06, 0x07, 0x08, 0x0F
 )  # fmt: skip
@@ -24,8 +25,6 @@ _FIRST_PRIVATE = 0x80
 """Records from here on are extensions, to be passed over."""
 _GARBAGE = (struct.error, ValueError)
 """What parsing damaged bytes raises."""
-_LOOSE = "loose"
-"""In place of a compression: messages that stand outside chunks."""
 _LOOSE_BYTES = 1 << 20
 _LONGEST_NAME = 64
 """Bytes of a compression's name, which are three or four; more is garbage."""
@@ -66,11 +65,6 @@ def _is_operation(operation: int) -> bool:
 class McapFile(ChunkedFile):
     """An ``.mcap`` file, read from front to back as far as it goes."""
 
-    name = ".mcap"
-    magic = b"\x89MCAP0\r\n"
-    suffix = ".mcap"
-    is_ros2 = True
-
     def __init__(self, path: Path) -> None:
         super().__init__(path)
         self._schema_names: dict[int, str] = {}
@@ -78,7 +72,7 @@ class McapFile(ChunkedFile):
         self._content_sizes: dict[int, int] = {}
         self._looked_into: Chunk | None = None
         self._allowance = Allowance(self._file_size)
-        end = self._scan(len(self.magic))
+        end = self._scan(len(MAGIC))
         self._learn_last(may_lack_index=True)
         if end is None:
             self.damage = Damage(path.name, "is cut off", self._file_size, None)
@@ -131,7 +125,7 @@ class McapFile(ChunkedFile):
     def _summary(self) -> Iterator[tuple[int, memoryview]]:
         """The records of the summary at the end of the file; none where it is not there."""
         footer = self._read_at(self._file_size - _footer.size, _footer.size)
-        if len(footer) == _footer.size and footer.endswith(self.magic):
+        if len(footer) == _footer.size and footer.endswith(MAGIC):
             summary_at = _footer.unpack(footer)[2]
             yield from _records(self._read_at(summary_at, self._file_size - summary_at))
 
@@ -181,8 +175,8 @@ class McapFile(ChunkedFile):
     def _loose_chunk(self, begin: int, size: int) -> Chunk:
         """The chunk that a message outside chunks is counted to."""
         last = self.chunks[-1] if self.chunks else None
-        if last is None or last.compression != _LOOSE or last.size > _LOOSE_BYTES:
-            last = Chunk(begin, 0, _LOOSE)
+        if last is None or last.compression != LOOSE or last.size > _LOOSE_BYTES:
+            last = Chunk(begin, 0, LOOSE)
             self.chunks.append(last)
         last.size = begin + size - last.begin
         return last
@@ -200,7 +194,7 @@ class McapFile(ChunkedFile):
 
     def _learn_last(self, may_lack_index: bool = False) -> None:
         """Look into the last chunk, if no index describes it or its channels were not met before."""
-        if not self.chunks or self.chunks[-1].compression == _LOOSE:
+        if not self.chunks or self.chunks[-1].compression == LOOSE:
             return
         chunk = self.chunks[-1]
         is_indexed = bool(chunk.counts) and not may_lack_index
@@ -220,17 +214,8 @@ class McapFile(ChunkedFile):
                 with suppress(*_GARBAGE):
                     self._take_description(operation, content)
 
-    def _content(self, chunk: Chunk, allowance: Allowance) -> bytes | bytearray:
-        compression = "" if chunk.compression == _LOOSE else chunk.compression
-        return decompress_what_is_there(self._read_at(chunk.begin, chunk.size), compression, allowance)
-
-    def _load(
-        self, chunk: Chunk, wanted: Collection[int], allowance: Allowance
-    ) -> list[tuple[int, int, bytes]]:
-        messages = []
-        for operation, content in _records(self._content(chunk, allowance)):
+    def _messages_in(self, content: bytes | bytearray) -> Iterator[tuple[int, int, memoryview]]:
+        for operation, record in _records(content):
             if operation == _MESSAGE:
-                channel, _, time, _ = _message_head.unpack_from(content)
-                if channel in wanted:
-                    messages.append((time, channel, bytes(content[_message_head.size :])))
-        return messages
+                channel, _, time, _ = _message_head.unpack_from(record)
+                yield time, channel, record[_message_head.size :]

@@ -8,7 +8,7 @@ from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.folder import METADATA, read_folder, read_metadata
 from racecar.pipelines.bags.storage.formats import FORMATS, PACKED_SUFFIXES, ROS2_SUFFIXES, file_format
 
-BAG_SUFFIXES = tuple(reader.suffix for reader in FORMATS)
+BAG_SUFFIXES = tuple(known.suffix for known in FORMATS)
 CALLER = "/racecar"
 """The publisher that a ROS 1 bag of ours names."""
 WRITTEN_BY = {"written_by": "racecar"}

@@ -7,7 +7,7 @@ http://wiki.ros.org/Bags/Format/2.0
 
 import re
 import struct
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from rosbags.typesys.msg import normalize_msgtype
 
 from racecar.maps.errors import UserError
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
-from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there
+from racecar.pipelines.bags.storage.compression import Allowance
 
 _FIRST_LINE = b"#ROSBAG V2.0\n"
 
@@ -65,25 +65,8 @@ def _records(data: bytes | bytearray) -> Iterator[tuple[dict[bytes, bytes], memo
         position = end
 
 
-def _messages(data: bytes | bytearray) -> Iterator[tuple[int, int, memoryview]]:
-    """Time, channel and content of the messages in a chunk's content, up to the first that is damaged."""
-    try:
-        for fields, content in _records(data):
-            if fields[b"op"] == _MESSAGE_OPERATION:
-                seconds, nanoseconds = _time.unpack(fields[b"time"])
-                channel = _uint32.unpack(fields[b"conn"])[0]
-                yield seconds * 1_000_000_000 + nanoseconds, channel, content
-    except _GARBAGE:
-        return
-
-
 class Ros1File(ChunkedFile):
     """A ``.bag`` file. Raises UserError when it is not one of format 2.0."""
-
-    name = "ROS 1 .bag"
-    magic = b"#ROSBAG "  # of any version, so that an old one is named as such
-    suffix = ".bag"
-    is_ros2 = False
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
@@ -204,7 +187,7 @@ class Ros1File(ChunkedFile):
             return
         last = self.chunks[-1]
         last.counts.clear()
-        for time, channel, _ in _messages(self._content(last, self._allowance)):
+        for time, channel, _ in self._messages_in(self._content(last, self._allowance)):
             last.note(channel, time, time)
         if not all(channel in self.channels for channel in last.counts):
             self._learn_channels(last)
@@ -220,12 +203,11 @@ class Ros1File(ChunkedFile):
             return Damage(self.path.name, "is cut off", end, self._file_size)
         return None
 
-    def _content(self, chunk: Chunk, allowance: Allowance) -> bytes | bytearray:
-        content = self._read_at(chunk.begin, chunk.size)
-        return decompress_what_is_there(content, chunk.compression, allowance)
-
-    def _load(
-        self, chunk: Chunk, wanted: Collection[int], allowance: Allowance
-    ) -> list[tuple[int, int, bytes]]:
-        messages = _messages(self._content(chunk, allowance))
-        return [(time, channel, bytes(data)) for time, channel, data in messages if channel in wanted]
+    def _messages_in(self, content: bytes | bytearray) -> Iterator[tuple[int, int, memoryview]]:
+        """Up to the first that is damaged."""
+        with suppress(*_GARBAGE):
+            for fields, data in _records(content):
+                if fields[b"op"] == _MESSAGE_OPERATION:
+                    seconds, nanoseconds = _time.unpack(fields[b"time"])
+                    channel = _uint32.unpack(fields[b"conn"])[0]
+                    yield seconds * 1_000_000_000 + nanoseconds, channel, data

@@ -1,8 +1,7 @@
-"""ROS 2 sqlite bags read page by page, where SQLite itself cannot or must not.
+"""ROS 2 sqlite bags read page by page, where SQLite itself refuses them because they are cut or damaged.
 
-It refuses files that are cut or damaged, and reads a write-ahead log only where it may write beside it. Of
-the format (https://sqlite.org/fileformat2.html) only what a bag needs: leaf pages of tables, their cells, and
-overflow pages. Where a page is missing its messages are; the rest is read.
+Of the format (https://sqlite.org/fileformat2.html) only what a bag needs: leaf pages of tables, their cells,
+and overflow pages. Where a page is missing its messages are; the rest is read.
 """
 
 import struct
@@ -12,11 +11,12 @@ from pathlib import Path
 
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile, Damage
 from racecar.pipelines.bags.storage.compression import Allowance
-from racecar.pipelines.bags.storage.sqlite_log import PAGE_SIZES, WriteAheadLog
 
 _LEAF = 0x0D
 _HEADER_SIZE = 100
 _PAGES_PER_CHUNK = 256
+_PAGE_SIZES = tuple(1 << power for power in range(9, 17))
+"""Bytes that a page may have."""
 _USUAL_PAGE_SIZE = 4096
 _MOST_RESERVED = 32
 """Bytes at the end of a page that are kept free; SQLite's own extensions take no more."""
@@ -65,40 +65,18 @@ def _columns(record: bytes, count: int) -> list[Value]:
 class SqlitePages(ChunkedFile):
     """The tables ``topics`` and ``messages`` of a ``.db3`` file, as far as their pages are there."""
 
-    name = ".db3"
-    magic = b"SQLite format 3\0"
-    suffix = ".db3"
-    is_ros2 = True
-
-    def __init__(self, path: Path, log: WriteAheadLog | None = None) -> None:
-        """With the ``log``, if any, the database may be whole; without, it is one that SQLite refuses."""
+    def __init__(self, path: Path) -> None:
         super().__init__(path)
         header = self._read_at(0, _HEADER_SIZE).ljust(_HEADER_SIZE, b"\0")
         page_size = _uint16.unpack_from(header, 16)[0]
         page_size = 65536 if page_size == 1 else page_size
-        self._page_size = page_size if page_size in PAGE_SIZES else _USUAL_PAGE_SIZE
+        self._page_size = page_size if page_size in _PAGE_SIZES else _USUAL_PAGE_SIZE
         self._usable = self._page_size - (header[20] if header[20] <= _MOST_RESERVED else 0)
-        in_file = self._file_size // self._page_size
-        self._log = log if log is not None and log.page_size == self._page_size else None
-        expected = self._log.page_count if self._log else _uint32.unpack_from(header, 28)[0]
-        self._page_count = in_file
-        if self._log:  # a damaged page number may be any
-            self._page_count = max(in_file, min(self._log.last_page, in_file + len(self._log)))
+        self._page_count = self._file_size // self._page_size
         self._scan(range(1, self._page_count + 1), Allowance(self._file_size))
-        self.damage = self._find_damage(range(in_file + 1, expected + 1), expected * self._page_size)
-
-    def close(self) -> None:
-        """As in the base class."""
-        super().close()
-        if self._log:
-            self._log.close()
-
-    def _find_damage(self, missing: range, expected: int) -> Damage | None:
-        """``missing`` are the pages that the file lacks, ``expected`` is its size in bytes."""
-        if self._log and all(number in self._log for number in missing):
-            return None
+        expected = _uint32.unpack_from(header, 28)[0] * self._page_size
         cause = "is cut off" if self._file_size < expected else "is damaged"
-        return Damage(self.path.name, cause, self._file_size, max(expected, self._file_size))
+        self.damage = Damage(path.name, cause, self._file_size, max(expected, self._file_size))
 
     def _scan(self, pages: range, allowance: Allowance) -> None:
         for begin in range(pages.start, pages.stop, _PAGES_PER_CHUNK):
@@ -177,6 +155,4 @@ class SqlitePages(ChunkedFile):
         return local if local <= most else least
 
     def _page(self, number: int) -> bytes:
-        if self._log and number in self._log:
-            return self._log.page(number)
         return self._read_at((number - 1) * self._page_size, self._page_size)

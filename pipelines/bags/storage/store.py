@@ -4,7 +4,9 @@ import heapq
 import logging
 from collections import deque
 from collections.abc import Collection, Iterator
+from contextlib import ExitStack
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from racecar.maps.errors import UserError
 from racecar.maps.whole_folders import finish_replacing
@@ -12,12 +14,12 @@ from racecar.pipelines.bags.storage.chunks import BagFile, BagTopic, Damage, Raw
 from racecar.pipelines.bags.storage.compression import (
     ZSTD_MAGIC,
     Allowance,
-    UnpackedFile,
     decompress_what_is_there,
+    unpack,
 )
 from racecar.pipelines.bags.storage.folder import METADATA, BagFolder, read_folder
 from racecar.pipelines.bags.storage.formats import file_format, is_packed
-from racecar.pipelines.bags.storage.losses import describe_losses
+from racecar.pipelines.bags.storage.sqlite import has_log, with_log
 from racecar.sensors.findings import Finding
 
 _log = logging.getLogger(__name__)
@@ -37,7 +39,7 @@ class BagStore:
         self.path = path
         self._folder = BagFolder([path])
         self._parts: list[BagFile] = []
-        self._unpacked: list[UnpackedFile] = []
+        self._stack = ExitStack()
         self._damages: list[Damage] = []
         finish_replacing(path)
         if not path.exists():
@@ -54,20 +56,23 @@ class BagStore:
 
     def close(self) -> None:
         """Close the files."""
-        for part in self._parts:
-            part.close()
-        for unpacked in self._unpacked:
-            unpacked.close()
+        self._stack.close()
 
     @property
     def losses(self) -> list[str]:
         """Sentences about what is damaged; more may come to light while reading."""
         damages = self._damages + [part.damage for part in self._parts if part.damage is not None]
-        read = sum(topic.message_count for topic in self.topics.values())
         if self.unreadable_messages and not damages:
             damages.append(Damage(self.path.name, "is damaged inside", 0, 0))
-        expected = self._folder.message_count or (read if self.unreadable_messages else None)
-        return describe_losses(damages, read - self.unreadable_messages, expected)
+        if not damages:
+            return []
+        announced = sum(topic.message_count for topic in self.topics.values())
+        read = announced - self.unreadable_messages
+        share = " messages"
+        if expected := self._folder.message_count or (announced if self.unreadable_messages else None):
+            share = f" of {expected} messages ({read / expected:.0%})"
+        *others, last = map(str, damages)
+        return [*others, f"{last} {read}{share} of the bag could be read."]
 
     @property
     def notes(self) -> list[Finding]:
@@ -129,18 +134,28 @@ class BagStore:
                 self._damages.append(Damage(file.name, "holds nothing readable", 0, 0))
 
     def _open_file(self, file: Path) -> None:
-        if not is_packed(file):
-            self._parts.append(file_format(file)(file))
-            return
-        unpacked = UnpackedFile(file)
-        self._unpacked.append(unpacked)
-        try:
-            part = file_format(unpacked.path)(unpacked.path)
-        except UserError as error:
-            raise UserError(f"{file} is compressed, and its content is damaged or not a rosbag.") from error
+        if is_packed(file):
+            unpacked, is_whole = unpack(file, self._temporary_folder())
+            try:
+                part = self._open_part(unpacked)
+            except UserError as error:
+                raise UserError(
+                    f"{file} is compressed, and its content is damaged or not a rosbag."
+                ) from error
+            if not is_whole and part.damage is None:
+                part.damage = Damage(file.name, "is damaged", 0, 0)
+        else:
+            self._open_part(with_log(file, self._temporary_folder()) if has_log(file) else file)
+
+    def _open_part(self, file: Path) -> BagFile:
+        part = file_format(file).open(file)
+        self._stack.callback(part.close)
         self._parts.append(part)
-        if not unpacked.is_whole and part.damage is None:
-            part.damage = Damage(file.name, "is damaged", 0, 0)
+        return part
+
+    def _temporary_folder(self) -> Path:
+        """For files that are made readable, since nothing is written beside a bag; closing removes it."""
+        return Path(self._stack.enter_context(TemporaryDirectory(prefix="racecar-")))
 
 
 def _merged(topics: list[BagTopic]) -> dict[str, BagTopic]:

@@ -5,7 +5,7 @@ import time
 from racecar.pipelines.bags.storage import chunks
 from racecar.pipelines.bags.storage.chunks import BagTopic, Chunk, ChunkedFile
 from racecar.pipelines.bags.storage.compression import Allowance, decompress_what_is_there, zstd
-from racecar.pipelines.bags.storage.mcap import McapFile, _chunk_head, _record_head
+from racecar.pipelines.bags.storage.mcap import MAGIC, McapFile, _chunk_head, _record_head
 from racecar.pipelines.bags.storage.ros1 import Ros1File
 from tests.pipelines.bag_samples import bag_of, read, write_scan
 
@@ -33,15 +33,13 @@ def test_a_chunk_does_not_reach_beyond_its_record(tmp_path):
     path = tmp_path / "drive.mcap"
     content = _chunk_head.pack(0, 0, 1 << 40, 0, 0) + (1 << 40).to_bytes(8, "little") + bytes(40)
     record = _record_head.pack(0x06, len(content)) + content
-    path.write_bytes(McapFile.magic + 100 * record)
+    path.write_bytes(MAGIC + 100 * record)
     found = McapFile(path).chunks
     assert [chunk.size for chunk in found] == 100 * [40]
 
 
 class Overlapping(ChunkedFile):
     """As many chunks as bytes, of which each holds two messages a minute apart."""
-
-    name, magic, suffix, is_ros2 = ".overlapping", b"OVERLAPPING", ".overlapping", False
 
     def __init__(self, path):
         super().__init__(path)
