@@ -73,4 +73,4 @@ _LONG = ("tests/end_to_end/", "tests/simulated/", "tests/pipelines/")
 
 
 def _is_live(nodeid: str) -> bool:
-    return nodeid.startswith(("tests/pipelines/live/test_", "tests/end_to_end/test_live_"))
+    return nodeid.startswith(("tests/pipelines/live/test_simulated_world", "tests/end_to_end/test_live_"))

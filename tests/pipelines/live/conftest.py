@@ -1,4 +1,4 @@
-"""Real nodes over real DDS, kept to this machine and to a domain of each test module."""
+"""What nodes say over DDS is kept to this machine, and to a domain of each test module."""
 
 from collections.abc import Iterator
 

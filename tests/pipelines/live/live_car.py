@@ -1,26 +1,23 @@
-"""A simulated car that drives now: it publishes over real DDS, and whoever tests can spoil what it says."""
+"""A simulated car that drives on a bus, and whoever tests can spoil what it says."""
 
-import time
 from array import array
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from functools import cache
-from pathlib import Path
-from threading import Event, Lock, Thread
-from typing import Any
+from collections.abc import Callable
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from racecar.maps.geometry.se2 import Pose, between
+from racecar.maps.geometry.se2 import Pose
 from racecar.maps.grid.occupancy_grid import OccupancyGrid
-from racecar.pipelines.bags.converters.odometry import planar_pose
-from racecar.pipelines.bags.messages import TRANSFORMS, nanoseconds, ros2_types
+from racecar.pipelines.bags.messages import TRANSFORMS, ros2_types
 from racecar.pipelines.simulation.floor_canvas import draw_ring
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER, UST_10LX
 from racecar.pipelines.simulation.simulator import LaserSweep, Simulation
 from racecar.pipelines.simulation.simulator_config import SimulationConfig
 from racecar.sensors.odometry import Odometry
+
+if TYPE_CHECKING:
+    from tests.pipelines.live.bus import BusNode
 
 SECONDS = 110.0
 
@@ -51,9 +48,9 @@ def recorded() -> list[tuple[int, LaserSweep | tuple[Odometry, Odometry], Pose]]
 
 
 class LiveCar:
-    """Publishes /scan, /odom and /tf_static at real speed, from the place in the drive where it was left."""
+    """Publishes /scan, /odom and /tf_static."""
 
-    def __init__(self, node: Any) -> None:
+    def __init__(self, node: "BusNode") -> None:
         from nav_msgs.msg import Odometry as OdometryMessage
         from rclpy.qos import qos_profile_sensor_data
         from sensor_msgs.msg import LaserScan
@@ -64,7 +61,8 @@ class LiveCar:
         self.scans_on = self.odometry_on = True
         self.shift = 0
         """Nanoseconds by which the clock of the car is off."""
-        self.restamp: dict[str, Callable[[int], int]] = {"scan": _as_it_is, "odometry": _as_it_is}
+        self.restamp_scan: Callable[[int], int] = lambda stamp: stamp
+        self.restamp_odometry: Callable[[int], int] = lambda stamp: stamp
         """What the clock of each sensor makes of a time, in nanoseconds."""
         self.frames = ["laser"]
         """Of the scans, which take turns."""
@@ -92,30 +90,22 @@ class LiveCar:
         self._node = node
         self._transform_topics: dict[str, Any] = {}
         self._imu_topic: Any = None
-        self._scan_lock = Lock()
         self._scan_topic: Any = None
         self.say_scans_as(LaserScan, lambda message: message)
         self._odometry_topic = node.create_publisher(OdometryMessage, "/odom", qos_profile_sensor_data)
         self._place_topic = node.create_publisher(transform_message_type(), "/tf_static", LATCHED)
         self._place_topic.publish(_place())
-        self._next = 0
 
     def say_scans_as(self, kind: Any, form: Callable[[Any], Any]) -> None:
         """Publish scans as another type, as ``form`` makes it of a LaserScan."""
-        from rclpy.impl.implementation_singleton import rclpy_implementation
         from rclpy.qos import qos_profile_sensor_data
 
-        with self._scan_lock:
-            before, self._scan_topic, self._form = self._scan_topic, None, form
-        if before is not None:
-            self._node.destroy_publisher(before)
-        until = time.monotonic() + 5.0
-        while self._scan_topic is None:  # the process has the topic with the other type for a moment
-            try:
-                self._scan_topic = self._node.create_publisher(kind, "/scan", qos_profile_sensor_data)
-            except rclpy_implementation.RCLError:
-                assert time.monotonic() < until
-                time.sleep(0.05)
+        if self._scan_topic is not None:
+            self._node.destroy_publisher(self._scan_topic)
+        self._scan_topic, self._form = (
+            self._node.create_publisher(kind, "/scan", qos_profile_sensor_data),
+            form,
+        )
 
     def link(
         self,
@@ -145,34 +135,23 @@ class LiveCar:
         """Nodes that come later are not told where the laser sits."""
         self._node.destroy_publisher(self._place_topic)
 
-    @contextmanager
-    def driving(self) -> Iterator[None]:
-        """Drive while the block lasts."""
-        stop = Event()
-        thread = Thread(target=self._drive, args=(stop,), daemon=True)
-        thread.start()
-        try:
-            yield
-        finally:
-            stop.set()
-            thread.join()
+    def drive(self) -> None:
+        """From now on, to the end of what is recorded."""
+        bus, first = self._node.bus, recorded()[0][0]
+        for due, said, truth in recorded():
+            bus.at(bus.monotonic + due - first, partial(self._say, said, truth, bus.wall - first))
 
-    def _drive(self, stop: Event) -> None:
-        log = recorded()
-        started, first, wall = time.monotonic(), log[self._next][0], time.time_ns()
-        while self._next < len(log) and not stop.is_set():
-            due, said, truth = log[self._next]
-            time.sleep(max(0.0, started + (due - first) * 1e-9 - time.monotonic()))
-            of_wall = wall - first + self.shift
-            measured = said.stamp if isinstance(said, LaserSweep) else said[0].stamp
-            self.place = self.by_time[measured + wall - first] = truth
-            if isinstance(said, LaserSweep):
-                self._send_scan(said, self.restamp["scan"](said.stamp + of_wall), truth)
-            else:
-                stamp = said[0].stamp + of_wall
-                self._send_imu(-0.02 - said[1].twist[2], stamp)
-                self._send_odometry(said[0], self.restamp["odometry"](stamp), truth)
-            self._next += 1
+    def _say(
+        self, said: LaserSweep | tuple[Odometry, Odometry], truth: Pose, wall_from_recorded: int
+    ) -> None:
+        measured = said.stamp if isinstance(said, LaserSweep) else said[0].stamp
+        self.place = self.by_time[measured + wall_from_recorded] = truth
+        stamp = measured + wall_from_recorded + self.shift
+        if isinstance(said, LaserSweep):
+            self._send_scan(said, self.restamp_scan(stamp), truth)
+        else:
+            self._send_imu(-0.02 - said[1].twist[2], stamp)
+            self._send_odometry(said[0], self.restamp_odometry(stamp), truth)
 
     def _send_scan(self, sweep: LaserSweep, stamp: int, truth: Pose) -> None:
         from sensor_msgs.msg import LaserScan
@@ -194,12 +173,9 @@ class LiveCar:
         )
         self.spoil(message)
         self.truth[stamp] = self.undisturbed[stamp - self.shift] = truth
-        with self._scan_lock:
-            if self._scan_topic is None:
-                return
-            formed = self._form(message)
-            for _ in range(self.scans_per_sweep):
-                self._scan_topic.publish(formed)
+        formed = self._form(message)
+        for _ in range(self.scans_per_sweep):
+            self._scan_topic.publish(formed)
         self.scans_sent += 1
 
     def _send_imu(self, rate: float, stamp: int) -> None:
@@ -239,10 +215,6 @@ class LiveCar:
         )
 
 
-def _as_it_is(stamp: int) -> int:
-    return stamp
-
-
 def transform_in_space(parent: str, child: str, pose: Pose, is_upside_down: bool, stamp: int) -> bytes:
     """A serialized TFMessage; upside down is turned about the x axis of the child."""
     types = ros2_types().types
@@ -267,118 +239,3 @@ def _place() -> bytes:
     from racecar.pipelines.live.ros.messages import transform_bytes
 
     return transform_bytes(0, "base_link", "laser", BASE_FROM_LASER)
-
-
-BUSY = 5.0
-"""Times as long as on a quiet machine a node may take where others use the processors, too."""
-
-
-@dataclass
-class Heard:
-    """A pose that a node published."""
-
-    at: float
-    stamp: int
-    pose: Pose
-
-
-@dataclass
-class Witness:
-    """Hears what the nodes say."""
-
-    car: LiveCar
-    log: Path
-    odometry: list[Heard] = field(default_factory=list)
-    poses: list[Heard] = field(default_factory=list)
-    transforms: list[tuple[str, str, Heard]] = field(default_factory=list)
-    statuses: list[Any] = field(default_factory=list)
-
-    def listen(self, node: Any) -> None:
-        from diagnostic_msgs.msg import DiagnosticArray
-        from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
-        from nav_msgs.msg import Odometry as OdometryMessage
-
-        from racecar.pipelines.live.ros.message_types import transform_message_type
-
-        node.create_subscription(OdometryMessage, "/pf/pose/odom", self._hear(self.odometry), 100)
-        node.create_subscription(PoseWithCovarianceStamped, "/amcl_pose", self._hear(self.poses), 100)
-        node.create_subscription(PoseStamped, "/tracked_pose", self._hear_stamped, 100)
-        node.create_subscription(
-            DiagnosticArray, "/diagnostics", lambda message: self.statuses.extend(message.status), 10
-        )
-        node.create_subscription(transform_message_type(), "/tf", self._hear_transform, 100, raw=True)
-
-    def is_right(self, since: float, count: int = 10) -> bool:
-        """Whether so many poses that came lately are where the car truly is."""
-        latest = [heard for heard in self.odometry[-count:] if heard.at > since]
-        return len(latest) == count and all(self.error(heard) < 0.15 for heard in latest)
-
-    def error(self, heard: Heard) -> float:
-        """Metres plus radians from the truth."""
-        missed = between(self.truth_at(heard.stamp), heard.pose)
-        return float(np.hypot(missed[0], missed[1]) + abs(missed[2]))
-
-    def truth_at(self, stamp: int) -> Pose:
-        """Where the car truly was; a stamp that the node made or mended is some milliseconds off."""
-        truth, by_time = self.car.truth.get(stamp), self.car.by_time
-        return by_time[min(list(by_time), key=lambda each: abs(each - stamp))] if truth is None else truth
-
-    def seconds_until_right(self, within: float) -> float:
-        """From now; fails when it takes longer than ``within``."""
-        since = time.monotonic()
-        wait_for(
-            lambda: self.is_right(since), within, lambda: f"errors {self.latest_errors()}; {self.said()}"
-        )
-        return time.monotonic() - since
-
-    def latest_errors(self) -> list[float]:
-        return [round(self.error(heard), 2) for heard in self.odometry[-10:]]
-
-    def warnings(self, words: str) -> list[str]:
-        """Lines of the nodes' log that warn of something."""
-        return [line for line in self.log.read_text().splitlines() if "[WARN]" in line and words in line]
-
-    def said(self) -> str:
-        return self.log.read_text()[-2000:]
-
-    def await_diagnosis(self, words: str, within: float = 6.0) -> None:
-        """Until ``/diagnostics`` says something from now on."""
-        self.statuses.clear()
-        wait_for(
-            lambda: any(words in status.message for status in self.statuses),
-            within,
-            lambda: f"{words!r} not among {[status.message for status in self.statuses]}; {self.said()}",
-        )
-
-    def figure(self, key: str) -> str | None:
-        """The latest figure in ``/diagnostics``."""
-        values = [value for status in self.statuses for value in status.values if value.key == key]
-        return values[-1].value if values else None
-
-    def _hear(self, heard: list[Heard]) -> Callable[[Any], None]:
-        def hear(message: Any) -> None:
-            pose = planar_pose(message)
-            assert pose is not None
-            heard.append(Heard(time.monotonic(), nanoseconds(message.header.stamp), pose))
-
-        return hear
-
-    def _hear_stamped(self, message: Any) -> None:
-        q = message.pose.orientation
-        pose = np.array([message.pose.position.x, message.pose.position.y, 2 * np.arctan2(q.z, q.w)])
-        self.poses.append(Heard(time.monotonic(), nanoseconds(message.header.stamp), pose))
-
-    def _hear_transform(self, data: bytes) -> None:
-        for each in ros2_types().deserialize_cdr(data, TRANSFORMS).transforms:
-            place, turn = each.transform.translation, each.transform.rotation
-            pose = np.array([place.x, place.y, 2 * np.arctan2(turn.z, turn.w)])
-            heard = Heard(time.monotonic(), nanoseconds(each.header.stamp), pose)
-            self.transforms.append((each.header.frame_id, each.child_frame_id, heard))
-
-
-def wait_for(condition: Callable[[], bool], within: float, explain: Callable[[], str]) -> None:
-    """Ask again and again; fails the test after many times ``within``, seconds on a quiet machine."""
-    until = time.monotonic() + BUSY * within
-    while not condition():
-        assert time.monotonic() < until, explain()
-        time.sleep(0.02)

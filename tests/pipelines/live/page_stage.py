@@ -1,10 +1,11 @@
-"""A simulated car and a node with its page, in one process and over DDS, in a namespace of their own."""
+"""A simulated car and a node with its page, in a namespace of their own, and who clicks there."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from html import unescape
-from typing import Any
+from threading import Event
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,18 +15,28 @@ from racecar.pipelines.live.display.browser_view import LiveView, live_view
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
 from racecar.pipelines.studio.watch.tools import NodeTool
-from tests.pipelines.live.live_car import wait_for
+from tests.pipelines.live.stage import wait_for
 from tests.pipelines.simulation.test_driven_simulation import GRID
 
+if TYPE_CHECKING:
+    from tests.pipelines.live.bus import Bus, BusNode
+
 START = np.array([2.0, 2.0, 0.0])
-NAMESPACE = "/car1"
+_IN_NAMESPACE = ("-r", "__ns:=/car1")
 
 
 @dataclass
-class Clicker:
-    """Somebody at the page."""
+class PageStage:
+    """The node under test, its page, and the car."""
 
+    bus: "Bus"
     view: LiveView
+    live: Any
+    car: DrivenSimulation
+
+    @property
+    def room(self) -> Any:
+        return self.view._room
 
     def choose(self, tool: NodeTool) -> None:
         self._ask(lambda: self.room._pointer._choose(tool.value))
@@ -37,61 +48,46 @@ class Clicker:
         self._ask(lambda: self.room.drag(start, end, is_over=False))
         self._ask(lambda: self.room.drag(start, end, is_over=True))
 
-    @property
-    def room(self) -> Any:
-        return self.view._room
-
-    def await_words(self, words: str, within: float = 10.0) -> None:
+    def await_words(self, words: str) -> None:
         """Until they are read in the panel: how the node is, or what became of a click."""
-        panel = self.room._state, self.room._outcome
-        wait_for(
-            lambda: any(words in unescape(part.content) for part in panel),
-            within,
-            lambda: str([part.content for part in panel]),
-        )
-
-    def await_car(self, within: float = 20.0) -> None:
-        """Until map and car are shown."""
-        wait_for(
-            lambda: self.room._watched.grid is not None and self.room._watched.glimpse is not None,
-            within,
-            self.said,
-        )
+        wait_for(lambda: words in self.said(), self.said, 10.0)
 
     def said(self) -> str:
-        return f"{self.room._state.content} {self.room._outcome.content}"
+        self._ask(lambda: None)
+        return unescape(f"{self.room._state.content} {self.room._outcome.content}")
+
+    def start_car(self) -> None:
+        """It drives on its own from now on; waits until it is shown on the map."""
+        from racecar.pipelines.live.simulator_node import SimulatorNode
+
+        node = self.bus.node("racecar_simulator", *_IN_NAMESPACE)
+        SimulatorNode(node, self.car, pace=1.0, teleports=False).start()
+        watched = self.room._watched
+        wait_for(
+            lambda: bool(self.said()) and watched.grid is not None and watched.glimpse is not None,
+            self.said,
+            20.0,
+        )
 
     def _ask(self, request: Any) -> None:
-        """As what is done on a page in a browser comes: by the page's own thread."""
+        """As what is done on a page in a browser comes: by the page's own thread, which all is waited for."""
+        done = Event()
         self.view._page.request(request)
+        self.view._page.request(done.set)
+        assert done.wait(60.0)
 
 
 @contextmanager
-def simulated_car() -> Iterator[DrivenSimulation]:
-    """Drives on its own, while the block lasts; the ROS of this process must run."""
-    import rclpy
+def page_stage(
+    name: str, tools: list[NodeTool], make: Callable[["BusNode", LiveView], Any]
+) -> Iterator[PageStage]:
+    """A page and the node that fills it, which is not started yet; the car stands still."""
+    from tests.pipelines.live.bus import ros_bus
 
-    from racecar.pipelines.live.ros.run import served
-    from racecar.pipelines.live.simulator_node import SimulatorNode
-
-    simulation = DrivenSimulation(GRID, Conditions(noise=NoiseLevel.SLIGHT), start=START)
-    node = rclpy.create_node("racecar_simulator")
-    try:
-        SimulatorNode(node, simulation, pace=1.0, teleports=False).start()
-        with served(node):
-            yield simulation
-    finally:
-        node.destroy_node()
-
-
-@contextmanager
-def page_and_node(name: str, tools: list[NodeTool]) -> Iterator[tuple[Clicker, Any]]:
-    """A page, and a ROS node for what is to fill it."""
-    from racecar.pipelines.live.ros.run import ros_node
-
-    in_namespace = ["--ros-args", "-r", f"__ns:={NAMESPACE}", "-p", "base_frame:=car1/base_link"]
-    with live_view(name, None, tools) as view, ros_node(name, in_namespace) as node:
-        yield Clicker(view), node
+    car = DrivenSimulation(GRID, Conditions(noise=NoiseLevel.SLIGHT), start=START)
+    with ros_bus() as bus, live_view(name, None, tools) as view:
+        node = bus.node(name, *_IN_NAMESPACE, "-p", "base_frame:=car1/base_link")
+        yield PageStage(bus, view, make(node, view), car)
 
 
 def distance(pose: Pose, place: NDArray[np.float64]) -> float:

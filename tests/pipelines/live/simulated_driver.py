@@ -9,7 +9,7 @@ import numpy as np
 from racecar.maps.geometry.se2 import Pose
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import ACKERMANN, nanoseconds, ros2_types
-from tests.pipelines.live.live_car import wait_for
+from tests.pipelines.live.stage import wait_for
 
 
 @dataclass
@@ -33,23 +33,18 @@ class Driver:
         """(3,) the latest."""
         return self.truth[max(self.truth)]
 
-    def wait_until_driving(self, within: float, said: Any) -> None:
-        """Until the simulator runs."""
-        wait_for(lambda: bool(self.truth), within, said)
-
-    def say(self, topic: str, message: Any) -> None:
-        """Publish to whoever listens, waiting for it the first time."""
+    def say(self, topic: str, message: Any, kind: Any = None) -> None:
+        """Publish to whoever listens, waiting for it the first time; a serialized message is of a kind."""
+        kind = kind or type(message)
         before = self.publishers.get(topic)
-        if before is not None and before.msg_type is not type(message):
+        if before is not None and before.msg_type is not kind:
             self.node.destroy_publisher(self.publishers.pop(topic))
         if topic not in self.publishers:
-            self.publishers[topic] = self.node.create_publisher(
-                type(message), f"{self.namespace}/{topic}", 10
+            publisher = self.publishers[topic] = self.node.create_publisher(
+                kind, f"{self.namespace}/{topic}", 10
             )
             wait_for(
-                lambda: bool(self.publishers[topic].get_subscription_count()),
-                10.0,
-                lambda: f"nobody listens to {topic}",
+                lambda: bool(publisher.get_subscription_count()), lambda: f"nobody listens to {topic}", 30.0
             )
         self.publishers[topic].publish(message)
 
@@ -70,23 +65,19 @@ class Driver:
         message = TwistStamped() if is_stamped else Twist()
         twist = message.twist if is_stamped else message
         twist.linear.x, twist.angular.z = speed, turning
-        until = time.monotonic() + seconds
-        while time.monotonic() < until:
-            self.say("cmd_vel", message)
-            time.sleep(0.05)
+        self._say_for(seconds, "cmd_vel", message)
 
     def command_steering(self, speed: float, steering: float, seconds: float) -> None:
         """Say so again and again, as to race cars."""
         from racecar.pipelines.live.ros.message_types import message_class
 
-        topic = f"{self.namespace}/drive"
-        publisher = self.node.create_publisher(message_class(ACKERMANN), topic, 10)
-        wait_for(lambda: bool(publisher.get_subscription_count()), 10.0, lambda: f"nobody listens to {topic}")
+        self._say_for(seconds, "drive", ackermann_command(speed, steering), message_class(ACKERMANN))
+
+    def _say_for(self, seconds: float, topic: str, message: Any, kind: Any = None) -> None:
         until = time.monotonic() + seconds
         while time.monotonic() < until:
-            publisher.publish(ackermann_command(speed, steering))
+            self.say(topic, message, kind)
             time.sleep(0.05)
-        self.node.destroy_publisher(publisher)
 
     def distance_to(self, goal: Pose) -> float:
         return float(np.linalg.norm(self.place[:2] - goal[:2]))

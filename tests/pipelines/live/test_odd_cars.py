@@ -1,7 +1,8 @@
-"""Nodes that are started for a car whose frames, odometry and clocks are not those that the nodes expect."""
+"""Nodes that run for a car whose frames, odometry, clocks and drivers are not those that they expect."""
 
-import os
 import time
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from racecar.maps.geometry.se2 import between, wrap_angle
+from racecar.maps.geometry.se2 import between, compose, wrap_angle
 from racecar.pipelines.simulation.laser_models import BASE_FROM_LASER
 from racecar.sensors.odometry import Odometry
-from tests.pipelines.live.live_car import LiveCar, Witness, recorded, wait_for
-from tests.pipelines.live.localizer_stage import Stage, localizer_stage
+from tests.pipelines.live.live_car import LiveCar
+from tests.pipelines.live.scan_forms import as_cloud, as_echoes
+from tests.pipelines.live.stage import Stage, localizer_stage, mapper_stage, wait_for
 
 
 def make_odd(car: LiveCar) -> None:
@@ -29,7 +31,7 @@ def make_odd(car: LiveCar) -> None:
     ]
     car.spoil = in_degrees
     # By the nanoseconds, the truth at stamps of scans and of odometry is told apart.
-    car.restamp["scan"] = lambda stamp: stamp + 3_000_000_007
+    car.restamp_scan = lambda stamp: stamp + 3_000_000_007
 
 
 def in_degrees(message: Any) -> None:
@@ -38,11 +40,22 @@ def in_degrees(message: Any) -> None:
     ).tolist()
 
 
-EXPECTED = (
-    "taken from the transforms robot1/odom -> robot1/base_footprint on /tf",
-    "The angles of the scans are not radians",
-    "The stamps of the scans were 3.0 s ahead of those of the odometry",
-)
+@pytest.mark.parametrize("start", [localizer_stage, mapper_stage], ids=["localizer", "mapper"])
+def test_a_node_finds_out(start: Callable[..., AbstractContextManager[Stage]], tmp_path: Path) -> None:
+    with start(tmp_path, make_odd) as stage:
+        stage.await_words(
+            "taken from the transforms robot1/odom -> robot1/base_footprint on /tf",
+            "The angles of the scans are not radians",
+            "The stamps of the scans were 3.0 s ahead of those of the odometry",
+            within=15.0,
+        )
+        stage.await_right()
+        stage.await_right(4.0, count=60)
+        assert "No transform says" not in stage.bus.said
+        last = stage.poses[-1]
+        assert last.stamp < last.at * 1e9 + (time.time_ns() - time.monotonic_ns())
+        # The car itself repeats its own transforms on the same topic, before and after the node's.
+        assert {child for parent, child, _ in stage.transforms if parent == "map"} == {"robot1/odom"}
 
 
 class Straight:
@@ -66,10 +79,10 @@ def test_an_imu_tells_the_turns_where_wheels_do_not(tmp_path: Path) -> None:
         car.link("/tf_static", "base_link", "imu", np.zeros(3), is_upside_down=True)
 
     with localizer_stage(tmp_path, prepare) as stage:
-        stage.witness.seconds_until_right(5.0)
+        stage.await_right(5.0)
         time.sleep(8.0)
         turn_without_scans(stage, 0.1)
-        assert float(stage.witness.figure("imu (1/s)") or 0.0) > 10.0
+        assert float(stage.figure("imu (1/s)") or 0.0) > 10.0
 
 
 def turn_without_scans(stage: Stage, share: float) -> None:
@@ -80,12 +93,9 @@ def turn_without_scans(stage: Stage, share: float) -> None:
 
     heading = stage.car.place[2]
     stage.car.spoil = cover
-    time.sleep(2.0)
-    latest = stage.witness.odometry[-1]
-    truth = stage.car.truth[latest.stamp]
-    turn = abs(wrap_angle(truth[2] - heading))
-    assert turn > 0.5
-    assert abs(between(truth, latest.pose)[2]) < share * turn
+    wait_for(lambda: abs(wrap_angle(stage.car.place[2] - heading)) > 0.8, stage.said, 20.0)
+    latest = stage.odometry[-1]
+    assert abs(between(stage.car.truth[latest.stamp], latest.pose)[2]) < share * 0.8
 
 
 def turn_beams(message: Any) -> None:
@@ -107,54 +117,51 @@ def test_what_the_first_turns_prove_is_used_from_then_on(tmp_path: Path) -> None
 
     with localizer_stage(tmp_path, prepare) as stage:
         learned = ("measured in the opposite order of time", "turns right where the scans turn left")
-        wait_for(lambda: all(each in stage.log.read_text() for each in learned), 40.0, stage.witness.said)
-        stage.witness.seconds_until_right(2.0)
+        stage.await_words(*learned, within=40.0)
+        stage.await_right()
         # With the wrong sign it would be off by twice the turn; how far the wheels slip is yet to be learned.
         turn_without_scans(stage, 0.6)
 
 
-def test_a_localizer_finds_out(tmp_path: Path) -> None:
-    with localizer_stage(tmp_path, make_odd) as stage:
-        wait_for(lambda: all(each in stage.log.read_text() for each in EXPECTED), 15.0, stage.witness.said)
-        stage.witness.seconds_until_right(2.0)
-        since = time.monotonic()
-        wait_for(lambda: stage.witness.is_right(since, 60), 4.0, stage.witness.said)
-        assert "No transform says" not in stage.log.read_text()
-        # The car itself repeats its own transforms on the same topic, before and after the node's.
-        published = {(parent, child) for parent, child, _ in stage.witness.transforms}
-        assert {child for parent, child in published if parent == "map"} == {"robot1/odom"}
+def turn_over(message: Any) -> None:
+    """As a laser that hangs upside down says the same."""
+    message.ranges = message.ranges[::-1]
+    message.time_increment = 0.0
 
 
-def test_a_mapper_finds_out(tmp_path: Path) -> None:
-    from racecar.pipelines.live.ros.processes import private_environment, racecar_process
-    from racecar.pipelines.live.ros.run import ros_node, served
+def test_other_types_of_scans_and_places_of_lasers_are_taken_while_driving(tmp_path: Path) -> None:
+    from sensor_msgs.msg import LaserScan, MultiEchoLaserScan, PointCloud2
 
-    log = tmp_path / "log"
-    log.touch()
-    recorded()
-    environment = private_environment(int(os.environ["ROS_DOMAIN_ID"]))
-    command = ["live", "map", "--out", str(tmp_path / "out")]
-    with ros_node("test_odd_car", []) as node:
-        car = LiveCar(node)
-        make_odd(car)
-        witness = Witness(car, log)
-        witness.listen(node)
-        with served(node), racecar_process(command, environment, log) as process:
-            wait_for(lambda: bool(node.count_subscribers("/scan")), 60.0, witness.said)
-            with car.driving():
-                wait_for(lambda: all(each in log.read_text() for each in EXPECTED), 15.0, witness.said)
-                time.sleep(3.0)
-            assert process.poll() is None, witness.said()
-    assert "No transform says" not in log.read_text()
-    first, last = witness.poses[0], witness.poses[-1]
-    assert last.stamp < last.at * 1e9 + (time.time_ns() - time.monotonic_ns())
-    moved = between(witness.truth_at(first.stamp), witness.truth_at(last.stamp))
-    assert np.hypot(*moved[:2]) > 0.5
-    np.testing.assert_allclose(between(first.pose, last.pose), moved, atol=0.1)
+    with localizer_stage(tmp_path) as stage:
+        car = stage.car
+        stage.await_right()
+        for kind, form in (
+            (PointCloud2, as_cloud),
+            (MultiEchoLaserScan, as_echoes),
+            (LaserScan, lambda scan: scan),
+        ):
+            car.say_scans_as(kind, form)
+            before = len(stage.poses)
+            # The silence is noticed after a second, and the new publisher found after another.
+            wait_for(lambda before=before: len(stage.poses) > before + 25, stage.said, 5.0)
+            assert max(stage.errors(stage.poses[-15:])) < 0.1
 
+        car.link("/tf_static", "base_link", "hanging", BASE_FROM_LASER, is_upside_down=True)
+        time.sleep(0.5)
+        car.spoil, car.frames = turn_over, ["hanging"]
+        stage.await_right()
 
-@pytest.fixture(autouse=True)
-def own_domain(monkeypatch: pytest.MonkeyPatch) -> None:
-    from tests.ros_domains import next_domain
+        def turn(message: Any) -> None:
+            if message.header.frame_id == "rear":
+                message.angle_min -= np.pi
+                message.angle_max -= np.pi
 
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(next_domain()))
+        car.spoil, car.frames = turn, ["laser", "rear"]
+        stage.await_diagnosis("No transform says where rear sits on base_link")
+        for _ in range(8):
+            car.link("/tf", "base_link", "rear", compose(BASE_FROM_LASER, [0.0, 0.0, np.pi]))
+            time.sleep(0.1)
+        stage.await_words("The place of rear is known now, from tf")
+        stage.await_right()
+        time.sleep(0.5)
+        assert max(stage.errors(stage.poses[-15:])) < 0.1

@@ -15,12 +15,13 @@ from racecar.maps.grid.occupancy_grid import OCCUPIED_FROM
 from racecar.maps.map_files import load_map, save_map
 from racecar.pipelines.bags.converters.odometry import planar_pose
 from racecar.pipelines.bags.messages import nanoseconds
-from tests.pipelines.live.live_car import ring, wait_for
+from tests.pipelines.live.live_car import ring
 from tests.pipelines.live.simulated_driver import Driver
+from tests.pipelines.live.stage import wait_for
 
 START = np.array([0.3, 0.12, 0.1])
-GOALS = [np.array([2.8, 2.0, np.pi / 2]), np.array([-0.5, 4.0, np.pi]), np.array([-2.8, 2.0, -np.pi / 2])]
-"""Round the block in the middle."""
+GOALS = [np.array([2.8, 2.0, np.pi / 2]), np.array([-0.5, 4.0, np.pi])]
+"""Half round the block in the middle."""
 ARRIVED, LOCALIZED = 0.3, 0.02
 """Metres: from a goal, and of the localizer's mean error."""
 
@@ -44,8 +45,8 @@ class World:
         self.driver.send_goal(goal, frame)
         wait_for(
             lambda: self.driver.distance_to(true_goal) < ARRIVED and self.driver.speed == 0.0,
-            40.0,
             lambda: f"{self.driver.place}, not {true_goal}; {self.said()}",
+            200.0,
         )
 
 
@@ -80,12 +81,10 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
         node.create_subscription(OdometryMessage, "/pf/pose/odom", hear, 1000)
         processes.enter_context(served(node))
         processes.enter_context(racecar_process(simulate, environment, log))
-        world.driver.wait_until_driving(60.0, world.said)
         processes.enter_context(racecar_process(localize, environment, log))
         processes.enter_context(world.mapper)
         world.mapper.enter_context(racecar_process(mapping, environment, log))
-        wait_for(lambda: bool(world.poses), 90.0, world.said)
-        wait_for(lambda: bool(mapped), 90.0, world.said)
+        wait_for(lambda: bool(world.driver.truth and world.poses and mapped), world.said, 400.0)
         yield world
 
 
@@ -104,16 +103,16 @@ def test_the_car_arrives_at_every_goal_and_is_localized_all_the_way(world: World
 
 
 def test_goals_on_the_map_that_is_being_drawn_are_where_they_are_shown(world: World) -> None:
-    goal = np.array([0.5, 0.0, 0.0])
+    goal = np.array([-2.8, 2.0, -np.pi / 2])
     world.drive_to(compose(inverse(START), goal), goal, "mapped")
 
 
 def test_stamped_velocities_drive_too_and_a_silent_commander_is_told(world: World) -> None:
     before = world.driver.place
     world.driver.command(0.5, 0.0, 2.0, is_stamped=True)
-    wait_for(lambda: world.driver.distance_to(before) > 0.2, 3.0, world.said)
-    wait_for(lambda: "Commands have stopped coming on /cmd_vel" in world.said(), 3.0, world.said)
-    wait_for(lambda: world.driver.speed == 0.0, 3.0, world.said)
+    wait_for(lambda: world.driver.distance_to(before) > 0.2, world.said)
+    wait_for(lambda: "Commands have stopped coming on /cmd_vel" in world.said(), world.said)
+    wait_for(lambda: world.driver.speed == 0.0, world.said)
 
 
 def test_nobody_is_carried_by_what_the_localizer_is_told(world: World) -> None:

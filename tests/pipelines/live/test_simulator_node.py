@@ -12,8 +12,8 @@ from racecar.maps.geometry.se2 import Pose, between
 from racecar.pipelines.bags.messages import TRANSFORMS, nanoseconds, ros2_types
 from racecar.pipelines.simulation.driven_simulation import Conditions, DrivenSimulation
 from racecar.pipelines.simulation.simulator_config import NoiseLevel
-from tests.pipelines.live.live_car import wait_for
 from tests.pipelines.live.simulated_driver import Driver
+from tests.pipelines.live.stage import wait_for
 from tests.pipelines.simulation.test_driven_simulation import GRID
 
 START = np.array([2.0, 2.0, 0.0])
@@ -26,7 +26,7 @@ class Stage:
 
     simulator: Any
     driver: Driver
-    said: list[str]
+    log: list[str]
 
     def say_initial_pose(self, place: Pose, frame: str = "map") -> None:
         from geometry_msgs.msg import PoseWithCovarianceStamped
@@ -40,32 +40,34 @@ class Stage:
 
     def carry_to(self, place: Pose) -> None:
         self.say_initial_pose(place)
-        wait_for(lambda: self.driver.distance_to(place) < 0.01, 3.0, self.said.__str__)
+        wait_for(lambda: self.driver.distance_to(place) < 0.01, self.said, 3.0)
 
-    def await_words(self, words: str, within: float = 5.0) -> None:
-        wait_for(lambda: any(words in sentence for sentence in self.said), within, lambda: str(self.said))
+    def await_arrival(self, goal: Pose) -> None:
+        wait_for(lambda: self.driver.distance_to(goal) < 0.3 and self.driver.speed == 0.0, self.said, 30.0)
+
+    def await_words(self, words: str) -> None:
+        wait_for(lambda: words in self.said(), self.said, 5.0)
+
+    def said(self) -> str:
+        return "\n".join(self.log)
 
 
 @pytest.fixture(scope="module")
 def stage() -> Iterator[Stage]:
-    import rclpy
-
-    from racecar.pipelines.live.ros.run import ros_node, served
     from racecar.pipelines.live.simulator_node import SimulatorNode
+    from tests.pipelines.live.bus import ros_bus
 
     simulation = DrivenSimulation(GRID, Conditions(noise=NoiseLevel.NONE), start=START)
-    said: list[str] = []
-    with ros_node("test_simulator", ["--ros-args", "-r", f"__ns:={NAMESPACE}"]) as node:
-        simulator = SimulatorNode(node, simulation, pace=PACE, teleports=True)
-        monkeypatch = pytest.MonkeyPatch()
-        monkeypatch.setattr(simulator.faults, "_warn", said.append)
-        listener = rclpy.create_node("test_driver", use_global_arguments=False)
-        driver = Driver(listener, NAMESPACE)
-        simulator.start()
-        with served(node), served(listener):
-            driver.wait_until_driving(10.0, lambda: str(said))
-            yield Stage(simulator, driver, said)
-        listener.destroy_node()
+    with ros_bus() as bus:
+        node = bus.node("racecar_simulator", "-r", f"__ns:={NAMESPACE}")
+        stage = Stage(
+            SimulatorNode(node, simulation, pace=PACE, teleports=True),
+            Driver(bus.node("test_driver"), NAMESPACE),
+            bus.log,
+        )
+        stage.simulator.start()
+        wait_for(lambda: bool(stage.driver.truth), stage.said, 1.0)
+        yield stage
 
 
 def test_scans_odometry_frames_and_time_agree(stage: Stage) -> None:
@@ -91,7 +93,7 @@ def test_scans_odometry_frames_and_time_agree(stage: Stage) -> None:
     node.create_subscription(Clock, "/car1/clock", lambda each: clocks.append(nanoseconds(each.clock)), 100)
     node.create_subscription(transform_message_type(), "/tf", on_link, 100, raw=True)
     node.create_subscription(transform_message_type(), "/tf_static", on_link, LATCHED, raw=True)
-    wait_for(lambda: len(scans) > 10 and len(clocks) > 25 and len(links) > 1, 10.0, lambda: f"{links}")
+    wait_for(lambda: len(scans) > 10 and len(clocks) > 25 and len(links) > 1, lambda: f"{links}", 10.0)
     assert set(links) == {("car1/odom", "car1/base_link"), ("car1/base_link", "car1/laser")}
     assert (scans[0].header.frame_id, len(scans[0].ranges)) == ("car1/laser", 1081)
     assert (odometry[0].header.frame_id, odometry[0].child_frame_id) == ("car1/odom", "car1/base_link")
@@ -99,23 +101,21 @@ def test_scans_odometry_frames_and_time_agree(stage: Stage) -> None:
     np.testing.assert_array_equal(np.diff(stamps), 50_000_000)
     np.testing.assert_array_equal(np.diff(clocks), 20_000_000)
     told = {nanoseconds(each.header.stamp) for each in odometry}
-    wait_for(lambda: told <= set(stage.driver.truth), 10.0, lambda: f"{told - set(stage.driver.truth)}")
+    wait_for(lambda: told <= set(stage.driver.truth), lambda: f"{told - set(stage.driver.truth)}", 10.0)
     assert abs(stage.driver.place[0] - START[0]) < 0.1
 
 
 def test_a_goal_is_driven_to_and_its_heading_counts(stage: Stage) -> None:
     goal = np.array([6.0, 3.0, -np.pi / 2])
     stage.driver.send_goal(goal)
-    wait_for(
-        lambda: stage.driver.distance_to(goal) < 0.3 and stage.driver.speed == 0.0, 30.0, stage.said.__str__
-    )
+    stage.await_arrival(goal)
     assert abs(between(stage.driver.place, goal)[2]) < 0.3
 
 
 def test_a_goal_may_be_given_as_seen_from_the_car(stage: Stage) -> None:
     before = stage.driver.place
     stage.driver.send_goal(np.array([1.0, 0.0, 0.0]), "car1/base_link")
-    wait_for(lambda: abs(between(before, stage.driver.place)[0] - 1.0) < 0.3, 20.0, stage.said.__str__)
+    wait_for(lambda: abs(between(before, stage.driver.place)[0] - 1.0) < 0.3, stage.said, 20.0)
 
 
 def test_a_goal_lies_where_whoever_publishes_its_map_says(stage: Stage) -> None:
@@ -125,7 +125,7 @@ def test_a_goal_lies_where_whoever_publishes_its_map_says(stage: Stage) -> None:
     # A mapper's map begins where the car was, so its frame is not that of the simulated map: with true wheels
     # the odometry's frame lies at START in the one, and at the origin in the other.
     publisher = stage.driver.node.create_publisher(transform_message_type(), "/tf", 10)
-    wait_for(lambda: publisher.get_subscription_count() > 1, 10.0, lambda: "nobody listens to /tf")
+    wait_for(lambda: publisher.get_subscription_count() > 1, lambda: "nobody listens to /tf", 10.0)
     mapped = "mapped"
     links = stage.simulator._goals._links
     until = time.monotonic() + 10.0
@@ -135,9 +135,7 @@ def test_a_goal_lies_where_whoever_publishes_its_map_says(stage: Stage) -> None:
         time.sleep(0.1)
     goal = np.array([2.0, 3.5, 0.0])
     stage.driver.send_goal(goal - START, mapped)
-    wait_for(
-        lambda: stage.driver.distance_to(goal) < 0.3 and stage.driver.speed == 0.0, 30.0, stage.said.__str__
-    )
+    stage.await_arrival(goal)
 
 
 @pytest.mark.parametrize(
@@ -152,28 +150,28 @@ def test_a_goal_lies_where_whoever_publishes_its_map_says(stage: Stage) -> None:
 def test_a_goal_that_cannot_be_reached_gets_a_sentence(
     stage: Stage, goal: list[float], frame: str, words: str
 ) -> None:
-    stage.said.clear()
+    stage.log.clear()
     time.sleep(0.25)  # so that it is not the same fault in other words, of which not all are logged
     stage.driver.send_goal(np.array(goal), frame)
     stage.await_words(words)
-    assert not any("fault in racecar" in sentence for sentence in stage.said)
+    assert "fault in racecar" not in stage.said()
 
 
 def test_the_car_is_driven_by_velocity_and_stops_when_commands_stop(stage: Stage) -> None:
     driver = stage.driver
     stage.carry_to(START)
-    stage.said.clear()
+    stage.log.clear()
     driver.command(0.6, 0.5, 1.0)
     moved = between(START, driver.place)
     assert moved[0] > 0.2
     assert moved[2] > 0.1
     stage.await_words("Commands have stopped coming on /car1/cmd_vel: the car brakes.")
-    wait_for(lambda: driver.speed == 0.0, 2.0, lambda: f"{driver.speed} m/s")
+    wait_for(lambda: driver.speed == 0.0, lambda: f"{driver.speed} m/s", 2.0)
 
 
 def test_the_car_is_driven_by_steering_angle(stage: Stage) -> None:
     stage.carry_to(START)
-    stage.said.clear()
+    stage.log.clear()
     stage.driver.command_steering(0.6, -0.3, 1.0)
     moved = between(START, stage.driver.place)
     assert moved[0] > 0.2
@@ -184,25 +182,25 @@ def test_the_car_is_driven_by_steering_angle(stage: Stage) -> None:
 def test_a_command_takes_the_wheel_from_a_goal(stage: Stage) -> None:
     stage.carry_to(START)
     stage.driver.send_goal(np.array([6.0, 3.0, 0.0]))
-    wait_for(lambda: abs(stage.driver.speed) > 0.3, 10.0, stage.said.__str__)
+    wait_for(lambda: abs(stage.driver.speed) > 0.3, stage.said, 10.0)
     stage.driver.command(0.0, 0.0, 0.2)
-    wait_for(lambda: stage.driver.speed == 0.0, 3.0, lambda: "it drives on")
+    wait_for(lambda: stage.driver.speed == 0.0, lambda: "it drives on", 3.0)
     assert not stage.simulator._simulation.is_underway
 
 
 def test_a_car_that_does_not_get_on_is_told_of(stage: Stage) -> None:
     stage.carry_to(START)
     stage.driver.send_goal(np.array([6.0, 3.0, 0.0]))
-    wait_for(lambda: abs(stage.driver.speed) > 0.3, 10.0, stage.said.__str__)
+    wait_for(lambda: abs(stage.driver.speed) > 0.3, stage.said, 10.0)
     simulation = stage.simulator._simulation
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(simulation, "_is_someone_ahead", lambda speed: True)
         stage.await_words("stands still on its way")
-    wait_for(lambda: stage.driver.speed > 0.3, 10.0, lambda: "it waits on")
+    wait_for(lambda: stage.driver.speed > 0.3, lambda: "it waits on", 10.0)
 
 
 def test_commands_that_no_car_can_follow_get_a_sentence(stage: Stage) -> None:
-    stage.said.clear()
+    stage.log.clear()
     stage.driver.command(np.nan, 0.0, 0.1)
     stage.await_words("not a finite number")
     stage.driver.command(1.0, np.inf, 0.1)
@@ -210,7 +208,7 @@ def test_commands_that_no_car_can_follow_get_a_sentence(stage: Stage) -> None:
     stage.await_words("ask for more than the car's 2 m/s")
     assert abs(stage.driver.speed) <= 2.0
     stage.driver.command(0.0, 1e308, 0.1)
-    assert not any("fault in racecar" in sentence for sentence in stage.said)
+    assert "fault in racecar" not in stage.said()
 
 
 def test_the_world_changes_while_the_car_drives(stage: Stage) -> None:
@@ -219,7 +217,7 @@ def test_the_world_changes_while_the_car_drives(stage: Stage) -> None:
     node, simulation = stage.simulator.node, stage.simulator._simulation
     (answer,) = node.set_parameters([Parameter("walkers", value=3)])
     assert answer.successful
-    wait_for(lambda: len(simulation.legs) == 6, 3.0, lambda: "nobody walks")
+    wait_for(lambda: len(simulation.legs) == 6, lambda: "nobody walks", 3.0)
     (answer,) = node.set_parameters([Parameter("noise", value="awful")])
     assert not answer.successful
     assert "awful" in answer.reason

@@ -6,15 +6,15 @@ from typing import Any
 
 import pytest
 
-from tests.pipelines.live.live_car import wait_for
+from tests.pipelines.live.stage import wait_for
 
 
 @pytest.fixture
 def node() -> Iterator[Any]:
-    from racecar.pipelines.live.ros.run import ros_node, served
+    from tests.pipelines.live.bus import ros_bus
 
-    with ros_node("test_transform_topics", []) as node, served(node):
-        yield node
+    with ros_bus() as bus:
+        yield bus.node("test_transform_topics")
 
 
 def test_a_lost_delivery_is_asked_for_again(node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -31,14 +31,14 @@ def test_a_lost_delivery_is_asked_for_again(node: Any, monkeypatch: pytest.Monke
     transforms = transform_topics.TransformTopics(
         node, "/scan", lambda topic, data: heard.append(b"" if is_lost else bytes(data))
     )
-    wait_for(lambda: bool(heard), 10.0, lambda: "nothing came")
+    wait_for(lambda: bool(heard), lambda: "nothing came")
     is_lost = False
     transforms.ask_again()  # too soon
     time.sleep(1.0)
     assert heard == [b""]
     monkeypatch.setattr(transform_topics, "_ASK_AGAIN_AFTER", 0.0)
     transforms.ask_again()
-    wait_for(lambda: len(heard) > 1, 10.0, lambda: "nothing came again")
+    wait_for(lambda: len(heard) > 1, lambda: "nothing came again")
     assert heard == [b"", told]
 
 
@@ -59,11 +59,11 @@ def test_topics_of_the_own_robot_are_found_and_moving_ones_left_when_they_are_no
                 publisher.publish(transform_bytes(0, "base_link", "laser", [0.27, 0.0, 0.0]))
             return heard >= set(expected)
 
-        wait_for(is_heard, 10.0, lambda: str(heard))
+        wait_for(is_heard, lambda: str(heard))
 
     transforms = TransformTopics(node, "/robot1/front/scan", lambda topic, data: heard.add(topic))
     say_until_heard("/tf", "/robot1/tf", "/robot1/tf_static")
     assert not any(name.startswith("/robot2") for name in heard)
     transforms.look(wants_moving=False)
-    wait_for(lambda: not publishers["/robot1/tf"].get_subscription_count(), 5.0, lambda: "still heard")
+    wait_for(lambda: not publishers["/robot1/tf"].get_subscription_count(), lambda: "still heard")
     assert publishers["/robot1/tf_static"].get_subscription_count()
